@@ -1,0 +1,1 @@
+//! From a plant and a wish to an observer with its certificate

@@ -1,0 +1,1 @@
+//! Matrix equations, spectra, placement and observability for control

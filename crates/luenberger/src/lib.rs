@@ -1,0 +1,1 @@
+//! Design, certify, simulate and deploy state observers

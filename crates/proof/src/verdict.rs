@@ -1,0 +1,108 @@
+//! The three outcomes of an attempt to prove a mathematical statement.
+//!
+//! Floating point proposes; this crate decides. A statement that could be neither proved nor refuted within the
+//! effort allowed is `Undecided`, which is an honest answer and never an error.
+
+use core::fmt;
+
+/// What is known of a mathematical statement. `W` is the witness that refutes it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict<W> {
+    /// The statement holds, by a computation that bounds or avoids every rounding error.
+    Proved {
+        /// A rigorous lower bound on the distance to falsehood, in the units of the statement: for `M > 0`, a number
+        /// not above the smallest eigenvalue of `M`. Zero where the statement holds with no room.
+        margin: f64,
+    },
+    /// The statement is false, and the witness shows it.
+    Refuted {
+        /// What a reader can check without trusting this crate, for instance a direction `v` with `v'Mv <= 0`.
+        witness: W,
+    },
+    /// Neither was shown.
+    Undecided {
+        /// What stood in the way.
+        why: Doubt,
+        /// The floating-point estimate of the margin, which proves nothing.
+        best: f64,
+    },
+}
+
+/// Why a statement stayed undecided.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Doubt {
+    /// The rounding error of the quick test exceeds the margin, and the exact referee was not allowed at this size.
+    RoundingDominates {
+        /// Bound on the rounding error of the test.
+        error: f64,
+        /// The order of the matrix.
+        order: usize,
+    },
+    /// The data are intervals, and matrices of both kinds lie within them.
+    DataTooUncertain {
+        /// The widest entry.
+        width: f64,
+    },
+    /// The solver that should have proposed a solution gave none.
+    NoProposal {
+        /// The solver's own word for how it ended.
+        status: &'static str,
+    },
+    /// An intermediate quantity left the range of binary64.
+    Overflow,
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RoundingDominates { error, order } => write!(
+                f,
+                "the rounding error bound {error:e} exceeds the margin, and order {order} is beyond the exact referee"
+            ),
+            Self::DataTooUncertain { width } => {
+                write!(f, "the data are known only up to intervals as wide as {width:e}")
+            }
+            Self::NoProposal { status } => write!(f, "the solver proposed no solution ({status})"),
+            Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
+        }
+    }
+}
+
+impl<W> Verdict<W> {
+    /// Whether the statement is proved. There is no `is_false` to go with it: not proved is not refuted.
+    pub fn is_proved(&self) -> bool {
+        matches!(self, Self::Proved { .. })
+    }
+
+    /// Whether the statement is refuted.
+    pub fn is_refuted(&self) -> bool {
+        matches!(self, Self::Refuted { .. })
+    }
+
+    /// The proved margin, if there is one.
+    pub fn margin(&self) -> Option<f64> {
+        match self {
+            Self::Proved { margin } => Some(*margin),
+            _ => None,
+        }
+    }
+
+    /// The same verdict with its witness translated, for instance from a block of a matrix to the whole.
+    pub fn map_witness<V>(self, f: impl FnOnce(W) -> V) -> Verdict<V> {
+        match self {
+            Self::Proved { margin } => Verdict::Proved { margin },
+            Self::Refuted { witness } => Verdict::Refuted { witness: f(witness) },
+            Self::Undecided { why, best } => Verdict::Undecided { why, best },
+        }
+    }
+
+    /// One word for tables.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Proved { .. } => "Proved",
+            Self::Refuted { .. } => "Refuted",
+            Self::Undecided { .. } => "Undecided",
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! The papers, their claims, and the verdicts computed from them

@@ -1,0 +1,1 @@
+//! Plants and observers in one run: trajectories, events, noise and metrics
