@@ -1,1 +1,29 @@
-//! State observers as they run on the target: no_std, no allocation
+//! State observers as they run on the target: `no_std`, no allocation, no panic.
+//!
+//! Each observer is defined once, generic over the scalar and over nalgebra's dimensions. With [`nalgebra::Const`] sizes it
+//! runs on a microcontroller in `f32` or `f64`; with [`nalgebra::Dyn`] (feature `alloc`) the same code is simulated, checked
+//! and certified on a workstation.
+//!
+//! | file | subject |
+//! |---|---|
+//! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
+//! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
+//! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
+//! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
+//!
+//! In all of them `y~ = y - C xhat` is the innovation and `e = x - xhat` the error, so that `y~ = C e`.
+
+#![no_std]
+#![deny(missing_docs)]
+
+pub mod cubic;
+pub mod cubic_sampled;
+pub mod error;
+pub mod linear;
+pub mod observer;
+
+pub use cubic::CubicObserver;
+pub use cubic_sampled::SampledCubicObserver;
+pub use error::ObserverError;
+pub use linear::LinearObserver;
+pub use observer::{Observer, ObserverDimensions, SampledObserver};

@@ -1,1 +1,36 @@
-//! Plants: the traits a plant implements, and the benchmark plants of the observer literature
+//! Plants: the traits a plant implements, and the benchmark plants of the observer literature.
+//!
+//! A plant is data and a right-hand side, `x' = f(t, x, u)`, `y = h(t, x)`; it knows nothing of observers. The crate is
+//! `no_std`; sizes are known at compile time ([`nalgebra::Const`]) on a target, or at run time ([`nalgebra::Dyn`], feature
+//! `alloc`) on a workstation, and it is the same code.
+//!
+//! | file | subject |
+//! |---|---|
+//! | [`column`] | what a vector of states, inputs or outputs must be able to do |
+//! | [`size`] | the one bound that hides nalgebra's allocators |
+//! | [`plant`] | the trait [`Plant`] |
+//! | [`linear`] | `x' = A x + B u`, `y = C x` |
+//! | [`double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
+
+#![no_std]
+#![deny(missing_docs)]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+pub mod column;
+pub mod double_integrator;
+pub mod error;
+pub mod linear;
+pub mod plant;
+pub mod size;
+pub mod third_order;
+
+pub use column::Column;
+pub use double_integrator::double_integrator;
+pub use error::PlantError;
+#[cfg(feature = "alloc")]
+pub use linear::DynamicPlant;
+pub use linear::{LinearPlant, StaticPlant};
+pub use plant::{Dimensions, Plant};
+pub use size::Size;

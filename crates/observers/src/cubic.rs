@@ -1,0 +1,212 @@
+//! The cubic observer: eq. (5) of the cubic-observer paper.
+//!
+//! `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~` with the innovation `y~ = y - C xhat`, so that the error obeys
+//! `e' = (A - L C) e + (y~' theta y~) N y~` (7). Every admissible gain is `N = -P^-1 C' S` with `S + S' >= 0`; the paper's is
+//! `S = gamma theta` (14).
+//!
+//! The cubic part alone, `e' = (y~' theta y~) N y~`, has a closed form when `C N = -w I`: always for one output (w = -C N), and
+//! for any number of outputs with `S = w (C P^-1 C')^-1`. [`flow`] evaluates it.
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{LinearPlant, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions};
+
+/// `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~`, `y~ = y - C xhat`, with N states, M inputs and P outputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CubicObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// State matrix, n x n.
+    pub a: OMatrix<T, N, N>,
+    /// Input matrix, n x m.
+    pub b: OMatrix<T, N, M>,
+    /// Output matrix, p x n.
+    pub c: OMatrix<T, P, N>,
+    /// Gain of the linear part, n x p.
+    pub l: OMatrix<T, N, P>,
+    /// Gain of the cubic part, n x p.
+    pub n: OMatrix<T, N, P>,
+    /// Weight of the outputs, p x p.
+    pub theta: OMatrix<T, P, P>,
+}
+
+/// A cubic observer whose sizes are known at compile time.
+pub type StaticCubicObserver<T, const N: usize, const M: usize, const P: usize> =
+    CubicObserver<T, Const<N>, Const<M>, Const<P>>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> CubicObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer with gains L and N (n x p) and weight theta (p x p) of the plant (A, B, C).
+    ///
+    /// Convergence is not checked here: an observer that diverges (a printed gain with the wrong sign, say) must be possible
+    /// to simulate. Certificates come from the design crate.
+    ///
+    /// ```
+    /// use luenberger_observers::{CubicObserver, Observer};
+    /// use nalgebra::{Matrix1, Vector1, Vector2};
+    /// let plant = luenberger_plants::double_integrator();
+    /// let (l, n) = (Vector2::new(7.0, 10.0), Vector2::new(-9.5, -11.5));
+    /// let observer = CubicObserver::new(plant.a, plant.b, plant.c, l, n, Matrix1::new(10.0))?;
+    /// let slope = observer.derivative(0.0, &Vector2::zeros(), &Vector1::new(0.0), &Vector1::new(-2.0));
+    /// assert_eq!(slope, Vector2::new(-14.0 - 760.0, -20.0 - 920.0));
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite.
+    pub fn new(
+        a: OMatrix<T, N, N>,
+        b: OMatrix<T, N, M>,
+        c: OMatrix<T, P, N>,
+        l: OMatrix<T, N, P>,
+        n: OMatrix<T, N, P>,
+        theta: OMatrix<T, P, P>,
+    ) -> Result<Self, ObserverError> {
+        let LinearPlant { a, b, c } = LinearPlant::new(a, b, c)?;
+        let (states, outputs) = (a.nrows(), c.nrows());
+        check_matrix("L", &l, (states, outputs))?;
+        check_matrix("N", &n, (states, outputs))?;
+        check_matrix("theta", &theta, (outputs, outputs))?;
+        Ok(Self { a, b, c, l, n, theta })
+    }
+
+    /// The observer with these gains of `plant`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of(
+        plant: LinearPlant<T, N, M, P>,
+        l: OMatrix<T, N, P>,
+        n: OMatrix<T, N, P>,
+        theta: OMatrix<T, P, P>,
+    ) -> Result<Self, ObserverError> {
+        Self::new(plant.a, plant.b, plant.c, l, n, theta)
+    }
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for CubicObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions {
+            state: self.a.nrows(),
+            inputs: self.b.ncols(),
+            outputs: self.c.nrows(),
+            estimate: self.a.nrows(),
+        }
+    }
+
+    fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let innovation = y - &self.c * xhat;
+        let cubic = &innovation * weight(&self.theta, &innovation);
+        &self.a * xhat + &self.b * u + &self.l * innovation - &self.n * cubic
+    }
+
+    fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
+        xhat.clone()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        estimate.clone()
+    }
+}
+
+/// `v' theta v`, which stops growing where its product with v would overflow: beyond `|v|_max = MAX^(1/4)` (1e77 in `f64`,
+/// 4e9 in `f32`) it is that of the shortened `v`. So finite data give a finite right-hand side and never NaN.
+pub fn weight<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector<T, P>) -> T
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    let size = largest(v);
+    // The fourth root is taken only where it can matter; 1/epsilon lies below it for every floating-point format.
+    if size * T::default_epsilon() <= T::one() {
+        return quadratic(theta, v);
+    }
+    let bound = T::max_value().map_or(T::one() / T::default_epsilon(), |max| max.sqrt().sqrt());
+    if size <= bound { quadratic(theta, v) } else { quadratic(theta, &(v / size)) * bound * bound }
+}
+
+/// Where the cubic flow has arrived: see [`flow`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flow<T: RealField, P: Dim>
+where
+    DefaultAllocator: Allocator<P>,
+{
+    /// The innovation that is left, `y~(t) = r y~(0)` with `0 < r <= 1`.
+    pub innovation: OVector<T, P>,
+    /// The integral of `(y~' theta y~) y~` over the time passed: `e(t) = e(0) + N impulse`, `xhat(t) = xhat(0) - N impulse`.
+    pub impulse: OVector<T, P>,
+}
+
+/// The flow of the cubic part alone, `e' = (y~' theta y~) N y~` with `C N = -w I`, for the time `t >= 0`, in closed form.
+///
+/// `y~(t) = r y~(0)`, `r = 1/sqrt(1 + 2 w t y~(0)' theta y~(0))`, `e(t) = e(0) + N y~(0) (1 - r)/w`; theta is p x p with
+/// nonnegative symmetric part, `w >= 0` (a negative w counts as 0; the true flow then blows up in finite time). `(1 - r)/w` is
+/// evaluated without cancellation and without dividing by w; finite data give finite results up to `|y~|` of 1e150 and beyond.
+///
+/// With it the observer is stepped by Strang splitting (cubic h/2, linear h, cubic h/2), which decreases V at every step h.
+///
+/// ```
+/// use luenberger_observers::cubic::flow;
+/// use nalgebra::{Matrix1, Vector1};
+/// // y~' = -w theta y~^3 with w theta = 4 from y~ = 3: y~(t)^2 = 9/(1 + 72 t).
+/// let after = flow(&Matrix1::new(2.0), 2.0, &Vector1::new(3.0), 1.0);
+/// assert!((after.innovation[0] - 3.0 / 73f64.sqrt()).abs() < 1e-15);
+/// assert!((after.impulse[0] - (3.0 - after.innovation[0]) / 2.0).abs() < 1e-15);
+/// ```
+///
+/// Cost: p^2 operations and a square root.
+pub fn flow<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, w: T, innovation: &OVector<T, P>, t: T) -> Flow<T, P>
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    let (zero, one, two) = (T::zero(), T::one(), T::one() + T::one());
+    let size = largest(innovation);
+    if size <= zero {
+        return Flow { innovation: innovation.clone(), impulse: innovation.clone() };
+    }
+    let direction = innovation / size;
+    // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
+    let q = quadratic(theta, &direction).max(zero);
+    let root = (two * w.max(zero) * q * t).sqrt();
+    let reach = root * size;
+    // hypot(1, reach), then size/hypot and size/(1 + hypot).
+    let large = one / T::default_epsilon();
+    let (left, right) = if reach <= large {
+        let hypot = (one + reach * reach).sqrt();
+        (size / hypot, size / (one + hypot))
+    } else {
+        (one / root, one / root)
+    };
+    let bound = T::max_value().map_or(large, |max| max.sqrt());
+    let pull = (two * q * t * left * right * size).min(bound);
+    Flow { innovation: &direction * left, impulse: direction * pull }
+}
+
+/// `v' theta v`.
+fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector<T, P>) -> T
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    v.dot(&(theta * v))
+}
+
+/// The largest magnitude of an entry.
+fn largest<T: RealField + Copy, P: Dim>(v: &OVector<T, P>) -> T
+where
+    DefaultAllocator: Allocator<P>,
+{
+    v.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
+}

@@ -1,0 +1,277 @@
+//! The sampled-data cubic observer: exact cubic flow, then exact linear step.
+//!
+//! With the innovation `y~ = y_k - C xhat` of one sample and a radial gain, `C N = -w I`:
+//!
+//! ```text
+//! r      = 1/sqrt(1 + 2 w h y~' theta y~)
+//! xhat'  = xhat - N y~ (1 - r)/w                 the cubic part, for the time h
+//! xhat+  = Ad xhat' + Bd u + Ld r y~             the linear part, for the time h
+//! ```
+//!
+//! The error then obeys `e' = e + N y~ (1 - r)/w`, `e+ = (Ad - Ld C) e'`. With P from the discrete Lyapunov inequality
+//! `(Ad - Ld C)' P (Ad - Ld C) < P` and `N = -P^-1 C' S` neither step increases `V = e'Pe`, and the second decreases it: global
+//! exponential stability at *every* period h, where an explicit Euler step diverges as soon as e is large. Only the samples
+//! are needed, no derivative and no iteration.
+//!
+//! One output: every admissible N is radial, w = -C N. Any number of outputs: `S = w (C P^-1 C')^-1`, so `C N = -w I`.
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{LinearPlant, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::cubic::flow;
+use crate::error::ObserverError;
+use crate::observer::{ObserverDimensions, SampledObserver};
+
+/// The sampled-data cubic observer with N states, M inputs and P outputs.
+///
+/// Fields are read through methods, because [`step`](SampledObserver::step) relies on what [`new`](Self::new) has checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampledCubicObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    ad: OMatrix<T, N, N>,
+    bd: OMatrix<T, N, M>,
+    c: OMatrix<T, P, N>,
+    ld: OMatrix<T, N, P>,
+    n: OMatrix<T, N, P>,
+    theta: OMatrix<T, P, P>,
+    w: T,
+    h: T,
+}
+
+/// A sampled-data cubic observer whose sizes are known at compile time.
+pub type StaticSampledCubicObserver<T, const N: usize, const M: usize, const P: usize> =
+    SampledCubicObserver<T, Const<N>, Const<M>, Const<P>>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledCubicObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer from the discretised plant `x+ = Ad x + Bd u`, `y = C x`, sampled with period `h`.
+    ///
+    /// `ld` is the gain of the discrete linear observer (n x p, `Ad - Ld C` with spectral radius below 1), `n` the cubic gain
+    /// (n x p) with `C N = -w I`, `theta` (p x p) has nonnegative symmetric part. For one output, and to take w from N
+    /// in general, there is [`rate`](Self::rate).
+    ///
+    /// ```
+    /// use luenberger_observers::{SampledCubicObserver, SampledObserver};
+    /// use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2};
+    /// // The double integrator every 0.1 s, poles of Ad - Ld C at 0.5 and 0.6; P = [[1.3, -.7], [-.7, .6]] scaled.
+    /// let (h, c) = (0.1, RowVector2::new(1.0, 0.0));
+    /// let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
+    /// let (ld, n) = (Vector2::new(0.9, 2.0), Vector2::new(-1.0, -1.5));
+    /// let w = SampledCubicObserver::rate(&c, &n);
+    /// let observer = SampledCubicObserver::new(ad, bd, c, ld, n, Matrix1::new(10.0), w, h)?;
+    ///
+    /// let (mut x, mut xhat, u) = (Vector2::new(1.0e3, -1.0e3), Vector2::zeros(), Vector1::new(1.0));
+    /// for k in 0..100 {
+    ///     observer.step(f64::from(k) * h, &mut xhat, &u, &(c * x));
+    ///     x = ad * x + bd * u;
+    /// }
+    /// assert!((x - xhat).norm() < 1e-9 * x.norm());
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::Period`], [`ObserverError::ThetaIndefinite`],
+    /// [`ObserverError::Rate`] when w < 0 or when w = 0 with N != 0, [`ObserverError::NotRadial`] when `C N + w I` is more than
+    /// rounding in the computation of N explains: sqrt(epsilon) times `|C| |N|`.
+    #[expect(clippy::too_many_arguments, reason = "the data of the observer; each has its name in the equation")]
+    pub fn new(
+        ad: OMatrix<T, N, N>,
+        bd: OMatrix<T, N, M>,
+        c: OMatrix<T, P, N>,
+        ld: OMatrix<T, N, P>,
+        n: OMatrix<T, N, P>,
+        theta: OMatrix<T, P, P>,
+        w: T,
+        h: T,
+    ) -> Result<Self, ObserverError> {
+        let LinearPlant { a: ad, b: bd, c } = LinearPlant::new(ad, bd, c)?;
+        let (states, outputs) = (ad.nrows(), c.nrows());
+        check_matrix("Ld", &ld, (states, outputs))?;
+        check_matrix("N", &n, (states, outputs))?;
+        check_matrix("theta", &theta, (outputs, outputs))?;
+        if !(h.is_finite() && h > T::zero()) {
+            return Err(ObserverError::Period { period: h.to_subset_unchecked() });
+        }
+        check_semidefinite(&theta)?;
+        let idle = n.iter().all(|entry| entry.is_zero());
+        if !w.is_finite() || w < T::zero() || (w.is_zero() && !idle) {
+            return Err(ObserverError::Rate { w: w.to_subset_unchecked() });
+        }
+        let scale = magnitude(&c) * magnitude(&n) * count(states);
+        let tolerance = scale.max(w) * T::default_epsilon().sqrt();
+        let deviation = radial_deviation(&c, &n, w);
+        if !idle && deviation > tolerance {
+            return Err(ObserverError::NotRadial {
+                w: w.to_subset_unchecked(),
+                deviation: deviation.to_subset_unchecked(),
+                tolerance: tolerance.to_subset_unchecked(),
+            });
+        }
+        // An idle cubic part must not touch the innovation either.
+        let w = if idle { T::zero() } else { w };
+        Ok(Self { ad, bd, c, ld, n, theta, w, h })
+    }
+
+    /// The rate `w = -trace(C N)/p`: that of a radial gain, `C N = -w I`. For one output every gain is radial.
+    pub fn rate(c: &OMatrix<T, P, N>, n: &OMatrix<T, N, P>) -> T {
+        let trace = (0..c.nrows()).fold(T::zero(), |sum, i| sum + entry_of_product(c, n, i, i));
+        -trace / count(c.nrows())
+    }
+
+    /// State matrix of the discretised plant, n x n.
+    pub fn ad(&self) -> &OMatrix<T, N, N> {
+        &self.ad
+    }
+
+    /// Input matrix of the discretised plant, n x m.
+    pub fn bd(&self) -> &OMatrix<T, N, M> {
+        &self.bd
+    }
+
+    /// Output matrix, p x n.
+    pub fn c(&self) -> &OMatrix<T, P, N> {
+        &self.c
+    }
+
+    /// Gain of the linear part, n x p.
+    pub fn ld(&self) -> &OMatrix<T, N, P> {
+        &self.ld
+    }
+
+    /// Gain of the cubic part, n x p.
+    pub fn n(&self) -> &OMatrix<T, N, P> {
+        &self.n
+    }
+
+    /// Weight of the outputs, p x p.
+    pub fn theta(&self) -> &OMatrix<T, P, P> {
+        &self.theta
+    }
+
+    /// The rate w of the cubic flow, `C N = -w I`.
+    pub fn w(&self) -> T {
+        self.w
+    }
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for SampledCubicObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions {
+            state: self.ad.nrows(),
+            inputs: self.bd.ncols(),
+            outputs: self.c.nrows(),
+            estimate: self.ad.nrows(),
+        }
+    }
+
+    fn period(&self) -> T {
+        self.h
+    }
+
+    fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        let innovation = y - &self.c * &*xhat;
+        let after = flow(&self.theta, self.w, &innovation, self.h);
+        let moved = &*xhat - &self.n * after.impulse;
+        *xhat = &self.ad * moved + &self.bd * u + &self.ld * after.innovation;
+    }
+
+    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
+        xhat.clone()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        estimate.clone()
+    }
+}
+
+/// Entry (i, j) of C N.
+fn entry_of_product<T: RealField + Copy, N: Dim, P: Dim>(
+    c: &OMatrix<T, P, N>,
+    n: &OMatrix<T, N, P>,
+    i: usize,
+    j: usize,
+) -> T
+where
+    DefaultAllocator: Allocator<P, N> + Allocator<N, P>,
+{
+    (0..c.ncols()).fold(T::zero(), |sum, k| sum + c[(i, k)] * n[(k, j)])
+}
+
+/// Largest entry of `|C N + w I|`.
+fn radial_deviation<T: RealField + Copy, N: Dim, P: Dim>(c: &OMatrix<T, P, N>, n: &OMatrix<T, N, P>, w: T) -> T
+where
+    DefaultAllocator: Allocator<P, N> + Allocator<N, P>,
+{
+    let mut deviation = T::zero();
+    for i in 0..c.nrows() {
+        for j in 0..c.nrows() {
+            let wished = if i == j { w } else { T::zero() };
+            deviation = deviation.max((entry_of_product(c, n, i, j) + wished).abs());
+        }
+    }
+    deviation
+}
+
+/// Largest magnitude of an entry.
+fn magnitude<T: RealField + Copy, R: Dim, C: Dim>(matrix: &OMatrix<T, R, C>) -> T
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    matrix.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
+}
+
+/// A count as a scalar; counts here are sizes of matrices, which every scalar holds exactly.
+fn count<T: RealField>(number: usize) -> T {
+    nalgebra::convert(number as f64)
+}
+
+/// Checks that the symmetric part of theta is positive semidefinite, by elimination without pivoting.
+///
+/// A semidefinite matrix needs no pivoting: a pivot that is zero has a zero row. Rounding leaves p epsilon times the largest
+/// diagonal entry undecided, and that much is let pass.
+fn check_semidefinite<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>) -> Result<(), ObserverError>
+where
+    DefaultAllocator: Allocator<P, P>,
+{
+    let p = theta.nrows();
+    let half = T::one() / (T::one() + T::one());
+    let mut rest = theta.clone();
+    for i in 0..p {
+        for j in 0..p {
+            rest[(i, j)] = (theta[(i, j)] + theta[(j, i)]) * half;
+        }
+    }
+    let undecided = magnitude(&rest) * count(4 * p * p) * T::default_epsilon();
+    for k in 0..p {
+        let pivot = rest[(k, k)];
+        let off_diagonal = (k + 1..p).fold(T::zero(), |largest: T, j| largest.max(rest[(k, j)].abs()));
+        // |theta_kj|^2 <= theta_kk theta_jj in a semidefinite matrix.
+        let allowed = (undecided * magnitude(theta)).sqrt();
+        if pivot < -undecided || (pivot <= undecided && off_diagonal > allowed) {
+            return Err(ObserverError::ThetaIndefinite { row: k, pivot: pivot.to_subset_unchecked() });
+        }
+        if pivot > undecided {
+            for i in k + 1..p {
+                let factor = rest[(i, k)] / pivot;
+                for j in k + 1..p {
+                    let reduced = rest[(i, j)] - factor * rest[(k, j)];
+                    rest[(i, j)] = reduced;
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! Luenberger's observer `xhat' = (A - L C) xhat + B u + L y`: eq. (2) of the cubic-observer paper.
+//!
+//! Its error obeys `e' = (A - L C) e`, whatever the input.
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{LinearPlant, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions};
+
+/// `xhat' = A xhat + B u + L (y - C xhat)` with N states, M inputs and P outputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// State matrix, n x n.
+    pub a: OMatrix<T, N, N>,
+    /// Input matrix, n x m.
+    pub b: OMatrix<T, N, M>,
+    /// Output matrix, p x n.
+    pub c: OMatrix<T, P, N>,
+    /// Observer gain, n x p.
+    pub l: OMatrix<T, N, P>,
+}
+
+/// A linear observer whose sizes are known at compile time.
+pub type StaticLinearObserver<T, const N: usize, const M: usize, const P: usize> =
+    LinearObserver<T, Const<N>, Const<M>, Const<P>>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> LinearObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer with gain L (n x p) of the plant (A, B, C).
+    ///
+    /// ```
+    /// use luenberger_observers::{LinearObserver, Observer};
+    /// use nalgebra::{Vector1, Vector2};
+    /// let plant = luenberger_plants::double_integrator();
+    /// let observer = LinearObserver::new(plant.a, plant.b, plant.c, Vector2::new(7.0, 10.0))?;
+    /// let slope = observer.derivative(0.0, &Vector2::zeros(), &Vector1::new(0.5), &Vector1::new(-3.0));
+    /// assert_eq!(slope, Vector2::new(-21.0, -29.5));
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite.
+    pub fn new(
+        a: OMatrix<T, N, N>,
+        b: OMatrix<T, N, M>,
+        c: OMatrix<T, P, N>,
+        l: OMatrix<T, N, P>,
+    ) -> Result<Self, ObserverError> {
+        Self::of(LinearPlant::new(a, b, c)?, l)
+    }
+
+    /// The observer with gain L (n x p) of `plant`.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`]: L of another shape, entries that are not finite.
+    pub fn of(plant: LinearPlant<T, N, M, P>, l: OMatrix<T, N, P>) -> Result<Self, ObserverError> {
+        let LinearPlant { a, b, c } = LinearPlant::new(plant.a, plant.b, plant.c)?;
+        check_matrix("L", &l, (a.nrows(), c.nrows()))?;
+        Ok(Self { a, b, c, l })
+    }
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for LinearObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions {
+            state: self.a.nrows(),
+            inputs: self.b.ncols(),
+            outputs: self.c.nrows(),
+            estimate: self.a.nrows(),
+        }
+    }
+
+    fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let innovation = y - &self.c * xhat;
+        &self.a * xhat + &self.b * u + &self.l * innovation
+    }
+
+    fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
+        xhat.clone()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        estimate.clone()
+    }
+}

@@ -1,0 +1,130 @@
+//! The two traits of run-time observers.
+//!
+//! An observer has a state of its own, which need not be the estimate: a Kalman filter carries a covariance, a
+//! parameter-estimation-based observer carries filters and parameters. The estimate is read from the state, and may use the
+//! present input and output as well. It need not be the whole plant state either: an observer of the unmeasured states has a
+//! shorter estimate.
+
+use luenberger_plants::Column;
+
+/// Lengths of the columns an observer works with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ObserverDimensions {
+    /// Length of the observer's own state.
+    pub state: usize,
+    /// Number of inputs, m.
+    pub inputs: usize,
+    /// Number of measured outputs, p.
+    pub outputs: usize,
+    /// Length of the estimate: n, or less when only some states are estimated.
+    pub estimate: usize,
+}
+
+/// An observer in continuous time: `z' = g(t, z, u, y)`, `xhat = k(t, z, u, y)`.
+///
+/// Nothing here returns an error, allocates (with static sizes) or panics: what can be wrong is found by the constructors.
+/// Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says.
+pub trait Observer<T> {
+    /// Column of the observer's own state, z.
+    type State: Column<T>;
+    /// Column of the inputs, u.
+    type Input: Column<T>;
+    /// Column of the measured outputs, y.
+    type Output: Column<T>;
+    /// Column of the estimate, xhat.
+    type Estimate: Column<T>;
+
+    /// Lengths of the columns.
+    fn dimensions(&self) -> ObserverDimensions;
+
+    /// `g(t, z, u, y)`, the right-hand side.
+    fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State;
+
+    /// `k(t, z, u, y)`, the estimate.
+    fn estimate(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate;
+
+    /// The state that makes the estimate at time `t` what is wished, and everything else in the state what it should be at
+    /// the start: filters of the output matched to `y`, covariances at their initial value.
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
+}
+
+/// An observer stepped once per sample: `z+ = g(t, z, u, y)`.
+///
+/// At the time `t` of a sample the state holds what is known *before* that sample; [`step`](Self::step) takes the sample
+/// `y = y(t)` and the input `u` held until `t + h`, and leaves what is known before the next one: a predictor, whose result
+/// is needed at `t + h` only, so that the target has a whole period to compute it.
+pub trait SampledObserver<T> {
+    /// Column of the observer's own state, z.
+    type State: Column<T>;
+    /// Column of the inputs, u.
+    type Input: Column<T>;
+    /// Column of the measured outputs, y.
+    type Output: Column<T>;
+    /// Column of the estimate, xhat.
+    type Estimate: Column<T>;
+
+    /// Lengths of the columns.
+    fn dimensions(&self) -> ObserverDimensions;
+
+    /// The sampling period h.
+    fn period(&self) -> T;
+
+    /// From the sample at `t` to the estimate at `t + h`, in place.
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output);
+
+    /// The estimate that the state holds.
+    fn estimate(&self, state: &Self::State) -> Self::Estimate;
+
+    /// The state that makes the estimate at time `t` what is wished.
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
+}
+
+impl<T, O: Observer<T> + ?Sized> Observer<T> for &O {
+    type State = O::State;
+    type Input = O::Input;
+    type Output = O::Output;
+    type Estimate = O::Estimate;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        (**self).dimensions()
+    }
+
+    fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        (**self).derivative(t, state, u, y)
+    }
+
+    fn estimate(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        (**self).estimate(t, state, u, y)
+    }
+
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
+        (**self).initial(t, estimate, u, y)
+    }
+}
+
+impl<T, O: SampledObserver<T> + ?Sized> SampledObserver<T> for &O {
+    type State = O::State;
+    type Input = O::Input;
+    type Output = O::Output;
+    type Estimate = O::Estimate;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        (**self).dimensions()
+    }
+
+    fn period(&self) -> T {
+        (**self).period()
+    }
+
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        (**self).step(t, state, u, y);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        (**self).estimate(state)
+    }
+
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
+        (**self).initial(t, estimate, u, y)
+    }
+}

@@ -1,0 +1,75 @@
+//! What can be wrong with the data of a plant.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
+
+/// Why matrices do not describe a plant.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PlantError {
+    /// A matrix whose shape does not fit the others.
+    #[error("{what} is {}x{} where {}x{} fits the other matrices", found.0, found.1, expected.0, expected.1)]
+    DimensionMismatch {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Rows and columns that would fit.
+        expected: (usize, usize),
+        /// Rows and columns it has.
+        found: (usize, usize),
+    },
+    /// An entry that is NaN or infinite.
+    #[error("{what}({row}, {column}) is {value}, not a finite number")]
+    NotFinite {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// A plant without states or without outputs: there is nothing to observe.
+    #[error("a plant needs at least one state and one output: {states} states, {outputs} outputs")]
+    Empty {
+        /// Number of states.
+        states: usize,
+        /// Number of outputs.
+        outputs: usize,
+    },
+}
+
+/// Checks that `matrix` is `expected.0` x `expected.1` and that its entries are finite.
+///
+/// ```
+/// use luenberger_plants::error::check_matrix;
+/// let a = nalgebra::Matrix2::new(0.0, 1.0, f64::NAN, 0.0);
+/// let error = check_matrix("A", &a, (2, 2)).unwrap_err();
+/// assert_eq!(error.to_string(), "A(1, 0) is NaN, not a finite number");
+/// ```
+/// # Errors
+/// [`PlantError::DimensionMismatch`], [`PlantError::NotFinite`] (the first such entry, by columns).
+pub fn check_matrix<T, R, C>(
+    what: &'static str,
+    matrix: &OMatrix<T, R, C>,
+    expected: (usize, usize),
+) -> Result<(), PlantError>
+where
+    T: RealField + Copy,
+    R: Dim,
+    C: Dim,
+    DefaultAllocator: Allocator<R, C>,
+{
+    let found = matrix.shape();
+    if found != expected {
+        return Err(PlantError::DimensionMismatch { what, expected, found });
+    }
+    for column in 0..found.1 {
+        for row in 0..found.0 {
+            let value = matrix[(row, column)];
+            if !value.is_finite() {
+                return Err(PlantError::NotFinite { what, row, column, value: value.to_subset_unchecked() });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,108 @@
+//! Linear time-invariant plants `x' = A x + B u`, `y = C x`: eq. (1) of the cubic-observer paper.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::error::{PlantError, check_matrix};
+use crate::plant::{Dimensions, Plant};
+use crate::size::Size;
+
+/// `x' = A x + B u`, `y = C x` with N states, M inputs and P outputs.
+///
+/// A plant without inputs has a B of no columns (`M = 0`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearPlant<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// State matrix, n x n.
+    pub a: OMatrix<T, N, N>,
+    /// Input matrix, n x m.
+    pub b: OMatrix<T, N, M>,
+    /// Output matrix, p x n.
+    pub c: OMatrix<T, P, N>,
+}
+
+/// A linear plant whose sizes are known at compile time.
+pub type StaticPlant<T, const N: usize, const M: usize, const P: usize> = LinearPlant<T, Const<N>, Const<M>, Const<P>>;
+
+/// A linear plant whose sizes are known at run time.
+#[cfg(feature = "alloc")]
+pub type DynamicPlant = LinearPlant<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> LinearPlant<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The plant with these matrices: A n x n, B n x m, C p x n, n and p at least 1, m may be 0.
+    ///
+    /// ```
+    /// use luenberger_plants::{DynamicPlant, PlantError};
+    /// use nalgebra::DMatrix;
+    ///
+    /// let a = DMatrix::<f64>::zeros(2, 2);
+    /// let b = DMatrix::zeros(2, 1);
+    /// let c = DMatrix::zeros(1, 3);
+    /// let error = DynamicPlant::new(a, b, c).unwrap_err();
+    /// assert_eq!(error, PlantError::DimensionMismatch { what: "C", expected: (1, 2), found: (1, 3) });
+    /// ```
+    /// # Errors
+    /// [`PlantError::DimensionMismatch`], [`PlantError::NotFinite`] or [`PlantError::Empty`].
+    pub fn new(a: OMatrix<T, N, N>, b: OMatrix<T, N, M>, c: OMatrix<T, P, N>) -> Result<Self, PlantError> {
+        let (n, m, p) = (a.nrows(), b.ncols(), c.nrows());
+        if n == 0 || p == 0 {
+            return Err(PlantError::Empty { states: n, outputs: p });
+        }
+        check_matrix("A", &a, (n, n))?;
+        check_matrix("B", &b, (n, m))?;
+        check_matrix("C", &c, (p, n))?;
+        Ok(Self { a, b, c })
+    }
+
+    /// The same plant with sizes known at run time.
+    ///
+    /// ```
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// assert_eq!(plant.a.shape(), (2, 2));
+    /// ```
+    #[cfg(feature = "alloc")]
+    pub fn to_dynamic(&self) -> LinearPlant<T, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn> {
+        LinearPlant::<T, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn> {
+            a: dynamic(&self.a),
+            b: dynamic(&self.b),
+            c: dynamic(&self.c),
+        }
+    }
+}
+
+/// A copy of `matrix` with sizes known at run time.
+#[cfg(feature = "alloc")]
+fn dynamic<T: RealField + Copy, R: Dim, C: Dim>(matrix: &OMatrix<T, R, C>) -> nalgebra::DMatrix<T>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    nalgebra::DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)])
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Plant<T> for LinearPlant<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+    // Implied by `Size`; stated because associated types do not see through it.
+    DefaultAllocator: Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: self.a.nrows(), inputs: self.b.ncols(), outputs: self.c.nrows() }
+    }
+
+    fn derivative(&self, _t: T, x: &Self::State, u: &Self::Input) -> Self::State {
+        &self.a * x + &self.b * u
+    }
+
+    fn output(&self, _t: T, x: &Self::State) -> Self::Output {
+        &self.c * x
+    }
+}
