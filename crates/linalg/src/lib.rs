@@ -1,1 +1,48 @@
-//! Matrix equations, spectra, placement and observability for control
+//! Matrix equations, spectra, placement and observability for control.
+//!
+//! Dense, double precision, `nalgebra` matrices in and out. Every answer carries its evidence (residual, separation,
+//! condition), every iteration is bounded, and bad input is an error that names the offending entry.
+//!
+//! | equation | function |
+//! |---|---|
+//! | `A = Q T Q'` | [`schur()`] |
+//! | `A'P + P A + Q = 0` | [`lyapunov()`] |
+//! | `A'P A - P + Q = 0` | [`stein()`] |
+//! | `A X + X B = C` | [`sylvester()`] |
+//! | `A'X + X A - X B R^-1 B'X + Q = 0` | [`care`], and by duality [`kalman_gain`] |
+//! | `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0` | [`dare`], and by duality [`discrete_kalman_gain`] |
+//! | `rank [A - lambda I; C]`, what the outputs see | [`observability()`], [`detectability`], [`discrete_detectability`] |
+//! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`] |
+//! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_injection`] |
+
+#![deny(missing_docs)]
+
+mod argument;
+pub mod discretize;
+pub mod error;
+pub mod lyapunov;
+pub mod observability;
+pub mod placement;
+pub mod riccati;
+pub mod schur;
+pub mod spectrum;
+mod staircase;
+pub mod stein;
+pub mod sylvester;
+mod units;
+
+pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
+pub use error::LinalgError;
+pub use lyapunov::{Lyapunov, lyapunov};
+pub use observability::{
+    Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability, observability_within,
+};
+pub use placement::{Placement, place, place_observer};
+pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
+pub use schur::{Schur, schur};
+pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
+pub use stein::{Stein, stein};
+pub use sylvester::{Sylvester, sylvester};
+
+/// The result of this crate's functions.
+pub type Result<T> = core::result::Result<T, LinalgError>;

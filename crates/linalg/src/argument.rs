@@ -1,0 +1,118 @@
+//! What an argument has to satisfy before any arithmetic is done with it.
+
+use crate::{LinalgError, Result};
+use nalgebra::DMatrix;
+
+/// Every entry is a finite number.
+pub(crate) fn finite(what: &'static str, m: &DMatrix<f64>) -> Result<()> {
+    for col in 0..m.ncols() {
+        for row in 0..m.nrows() {
+            let value = m[(row, col)];
+            if !value.is_finite() {
+                return Err(LinalgError::NotFinite { what, row, col, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Square and finite; returns the order.
+pub(crate) fn square(what: &'static str, m: &DMatrix<f64>) -> Result<usize> {
+    let (rows, cols) = m.shape();
+    if rows != cols {
+        return Err(LinalgError::NotSquare { what, rows, cols });
+    }
+    finite(what, m)?;
+    Ok(rows)
+}
+
+/// Of the shape the other arguments ask for, and finite.
+pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: usize) -> Result<()> {
+    if m.shape() != (rows, cols) {
+        return Err(LinalgError::DimensionMismatch { what, expected: (rows, cols), found: m.shape() });
+    }
+    finite(what, m)
+}
+
+/// Square, finite and symmetric up to the rounding of a matrix product; returns the exactly symmetric mean of the
+/// matrix and its transpose.
+///
+/// The two halves of a product such as `C'C` of order n are sums of about n terms and may differ by `2 n eps` times
+/// the largest entry; four times that is allowed, which leaves room for one more product (`C' W C`).
+pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let n = square(what, m)?;
+    let allowed = 8.0 * n as f64 * f64::EPSILON * m.amax();
+    let mut worst = (0, 0, 0.0);
+    for col in 0..n {
+        for row in col + 1..n {
+            let asymmetry = (m[(row, col)] - m[(col, row)]).abs();
+            if asymmetry > worst.2 {
+                worst = (row, col, asymmetry);
+            }
+        }
+    }
+    let (row, col, asymmetry) = worst;
+    if asymmetry > allowed {
+        return Err(LinalgError::NotSymmetric { what, row, col, asymmetry, allowed });
+    }
+    Ok(symmetric_part(m))
+}
+
+/// `(M + M')/2`, exactly symmetric, without overflow.
+pub(crate) fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
+        let (upper, lower) = if i <= j { (m[(i, j)], m[(j, i)]) } else { (m[(j, i)], m[(i, j)]) };
+        if upper == lower { upper } else { 0.5 * upper + 0.5 * lower }
+    })
+}
+
+/// The power of two that brings the largest entry of `m` into `[1, 2)`; one for a zero or empty matrix. Multiplying
+/// by it is exact, except for entries so small beside the largest that they underflow.
+pub(crate) fn unit_scale(m: &DMatrix<f64>) -> f64 {
+    let largest = m.amax();
+    if largest == 0.0 || !largest.is_finite() {
+        return 1.0;
+    }
+    // The exponent is clamped so that neither the scale nor its inverse leaves the normal range.
+    2.0_f64.powi(-(largest.log2().floor().clamp(-1000.0, 1000.0) as i32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn the_worst_asymmetric_entry_is_named() {
+        let m = dmatrix![1.0, 2.0, 3.0; 2.0, 1.0, 5.0; 3.5, 7.0, 1.0];
+        assert_eq!(
+            symmetric("q", &m).unwrap_err(),
+            LinalgError::NotSymmetric {
+                what: "q",
+                row: 2,
+                col: 1,
+                asymmetry: 2.0,
+                allowed: 8.0 * 3.0 * f64::EPSILON * 7.0
+            }
+        );
+    }
+
+    #[test]
+    fn symmetry_is_judged_relative_to_the_matrix() {
+        let m = dmatrix![1e-300, 1e-301; 2e-301, 1e-300];
+        assert!(symmetric("q", &m).is_err());
+        let m = dmatrix![1e300, 1e300; 1e300 * (1.0 + 4.0 * f64::EPSILON), 1e300];
+        assert!(symmetric("q", &m).is_ok());
+    }
+
+    #[test]
+    fn the_unit_scale_is_exact_and_bounded() {
+        for x in [1.0, 3.0, 1e-300, 1e300, 5e-324, f64::MAX] {
+            let m = DMatrix::from_element(2, 2, x);
+            let scale = unit_scale(&m);
+            assert!(scale.is_normal() && (1.0 / scale).is_normal());
+            assert!((1e-30..2.0).contains(&(x * scale)), "{x:e} -> {:e}", x * scale);
+        }
+        assert_eq!(unit_scale(&DMatrix::zeros(0, 0)), 1.0);
+    }
+}

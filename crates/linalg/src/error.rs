@@ -1,0 +1,220 @@
+//! What can go wrong, each with the numbers that explain it.
+
+use nalgebra::{Complex, DVector};
+use thiserror::Error;
+
+/// Why a matrix computation has no answer.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LinalgError {
+    /// A matrix that has to be square is not.
+    #[error("{what} must be square, and is {rows} x {cols}")]
+    NotSquare {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// Its number of rows.
+        rows: usize,
+        /// Its number of columns.
+        cols: usize,
+    },
+    /// Two matrices do not fit together.
+    #[error("{what} must be {} x {}, and is {} x {}", expected.0, expected.1, found.0, found.1)]
+    DimensionMismatch {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// The shape the other arguments ask for (rows, columns).
+        expected: (usize, usize),
+        /// The shape it has.
+        found: (usize, usize),
+    },
+    /// A matrix of order zero where the quantity asked for needs at least one row.
+    #[error("{what} is empty")]
+    Empty {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+    },
+    /// An entry is NaN or infinite.
+    #[error("{what}[{row}, {col}] is {value}")]
+    NotFinite {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// Row of the first such entry.
+        row: usize,
+        /// Column of the first such entry.
+        col: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// A matrix that has to be symmetric is not.
+    #[error(
+        "{what} is not symmetric: entries [{row}, {col}] and [{col}, {row}] differ by {asymmetry:e}, allowed is {allowed:e}"
+    )]
+    NotSymmetric {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// Row of the entry that differs most from its mirror image.
+        row: usize,
+        /// Column of that entry.
+        col: usize,
+        /// The difference.
+        asymmetry: f64,
+        /// What the rounding of a matrix product of this order and size explains.
+        allowed: f64,
+    },
+    /// A matrix that has to be positive definite is not.
+    #[error("{what} is not positive definite: its smallest eigenvalue is {lambda_min:e}")]
+    NotPositiveDefinite {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// Its smallest eigenvalue.
+        lambda_min: f64,
+    },
+    /// A matrix that has to be positive semidefinite is not.
+    #[error("{what} is not positive semidefinite: its smallest eigenvalue is {lambda_min:e}")]
+    NotPositiveSemidefinite {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// Its smallest eigenvalue.
+        lambda_min: f64,
+    },
+    /// An iteration reached its cap.
+    #[error("{method} did not converge in {iterations} iterations: {remaining:e} is left where {allowed:e} is allowed")]
+    NotConverged {
+        /// The iteration.
+        method: &'static str,
+        /// How many steps were taken.
+        iterations: usize,
+        /// What is left of the quantity that should have vanished.
+        remaining: f64,
+        /// Below which it would have been taken as zero.
+        allowed: f64,
+    },
+    /// The linear equation has no unique solution, or one that rounding decides.
+    #[error(
+        "the {equation} equation is singular to working precision: eigenvalues {first} and {second} miss by {gap:e}, separation {separation:e}"
+    )]
+    NearlySingular {
+        /// The equation.
+        equation: &'static str,
+        /// An eigenvalue of the left coefficient.
+        first: Complex<f64>,
+        /// The eigenvalue of the right coefficient that meets it.
+        second: Complex<f64>,
+        /// How far the two are from making the equation singular: `|first + second|`, for Stein `|first * second - 1|`.
+        gap: f64,
+        /// The estimated separation: the smallest relative change of the equation that makes it singular is
+        /// about this over the norm of the coefficients.
+        separation: f64,
+    },
+    /// Two neighbouring blocks of a real Schur form are too close to change places.
+    #[error(
+        "the Schur blocks of {first} and {second} cannot be exchanged: the swap leaves {residual:e} where {allowed:e} is allowed"
+    )]
+    SwapRejected {
+        /// An eigenvalue of the upper block.
+        first: Complex<f64>,
+        /// An eigenvalue of the lower block.
+        second: Complex<f64>,
+        /// What the swap would leave below the diagonal.
+        residual: f64,
+        /// What rounding explains.
+        allowed: f64,
+    },
+    /// An eigenvalue that is not stable cannot be moved by the input.
+    #[error("the pair (A, B) is not stabilizable: no input moves the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    NotStabilizable {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
+        /// The smallest singular value of `[A - lambda I, B]`.
+        margin: f64,
+    },
+    /// An eigenvalue that is not stable is not seen by the output (for a Riccati equation, by the weight).
+    #[error("the pair (A, C) is not detectable: no output sees the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    NotDetectable {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
+        /// The smallest singular value of `[A - lambda I; C]`.
+        margin: f64,
+    },
+    /// No stabilizing solution was found, although no eigenvalue of the plant explains it.
+    #[error(
+        "no stabilizing solution: the closed loop keeps the eigenvalue {eigenvalue}, at {distance:e} from the stability boundary"
+    )]
+    NotStabilizing {
+        /// The eigenvalue of the closed loop (or of the Hamiltonian matrix) nearest to the boundary, or beyond it.
+        eigenvalue: Complex<f64>,
+        /// Its signed distance from the boundary, positive on the stable side.
+        distance: f64,
+    },
+    /// The answer, or a quantity on the way to it, leaves the range of binary64.
+    #[error("{what} leaves the range of binary64")]
+    Overflow {
+        /// The quantity.
+        what: &'static str,
+    },
+    /// A mode that no output sees, where the answer needs all of them seen.
+    #[error("the pair (A, C) is not observable: no output sees the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    Unobservable {
+        /// The eigenvalue, which no observer gain can move.
+        eigenvalue: Complex<f64>,
+        /// The unit vector `v` with `A v = lambda v`, `C v = 0`.
+        direction: DVector<Complex<f64>>,
+        /// `|[A - lambda I; C] v| / |[A; C]|`, in units that suit the pair.
+        margin: f64,
+    },
+    /// A mode that no input moves, where the answer needs all of them moved.
+    #[error("the pair (A, B) is not controllable: no input moves the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    Uncontrollable {
+        /// The eigenvalue, which no feedback gain can move.
+        eigenvalue: Complex<f64>,
+        /// The unit vector `v` with `v'A = lambda v'`, `v'B = 0` (transposed, not conjugated).
+        direction: DVector<Complex<f64>>,
+        /// `|v'[A - lambda I, B]| / |[A, B]|`, in units that suit the pair.
+        margin: f64,
+    },
+    /// Not as many poles as states.
+    #[error("a plant of order {order} takes {order} poles, and {found} are given")]
+    PoleCount {
+        /// The order of the plant.
+        order: usize,
+        /// The number of poles given.
+        found: usize,
+    },
+    /// A pole is NaN or infinite.
+    #[error("pole {index} is {pole}")]
+    PoleNotFinite {
+        /// Its place in the list.
+        index: usize,
+        /// The pole.
+        pole: Complex<f64>,
+    },
+    /// A complex pole without its conjugate, which no real gain can place.
+    #[error("the poles are not closed under conjugation: {pole} is there without its conjugate")]
+    PoleUnpaired {
+        /// The pole.
+        pole: Complex<f64>,
+    },
+    /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective closed
+    /// loop could have.
+    #[error("the pole {pole} is repeated {multiplicity} times, and {rank} independent inputs (outputs) place it {rank} times at most")]
+    PoleMultiplicity {
+        /// The pole.
+        pole: Complex<f64>,
+        /// How often it is asked for.
+        multiplicity: usize,
+        /// The rank of B (for an observer, of C).
+        rank: usize,
+    },
+    /// A sampling period that is not a positive finite number.
+    #[error("the sampling period must be positive and finite, and is {h}")]
+    InvalidPeriod {
+        /// The period.
+        h: f64,
+    },
+    /// A tolerance that is negative, infinite or NaN.
+    #[error("the relative tolerance must be nonnegative and finite, and is {tolerance}")]
+    InvalidTolerance {
+        /// The tolerance.
+        tolerance: f64,
+    },
+}

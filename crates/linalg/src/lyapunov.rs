@@ -1,0 +1,24 @@
+//! Continuous Lyapunov equation `A'P + P A + Q = 0`.
+use crate::Result;
+use nalgebra::DMatrix;
+
+/// Solution of `A'P + P A + Q = 0` with its evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lyapunov {
+    /// The solution, exactly symmetric.
+    pub p: DMatrix<f64>,
+    /// Relative residual.
+    pub residual: f64,
+    /// Estimated separation.
+    pub separation: f64,
+    /// Condition.
+    pub condition: f64,
+}
+
+/// Solves `A'P + P A + Q = 0`.
+/// # Errors
+/// See [`crate::LinalgError`].
+pub fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
+    let _ = (a, q);
+    todo!()
+}
