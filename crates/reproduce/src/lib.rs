@@ -1,1 +1,49 @@
-//! The papers, their claims, and the verdicts computed from them
+//! The papers, their claims, and the verdicts computed from them.
+//!
+//! A claim of a paper is a row of data (where the paper says it, what it prints, how exactly) and a function that
+//! computes; the verdict follows from the two by the rules in [`evidence`] and is never typed in. A paper is a
+//! list of claims, of figures and of findings; [`run`] goes through all of them and writes the ledger.
+//!
+//! This crate holds no algorithm of control theory. Those are in the crates below it.
+//!
+//! - How to add a claim: [`claim`]. How to add a figure: [`figure`]. How to add a paper: a folder beside `cubic/` with a
+//!   function that returns a [`Paper`], and its name in [`papers`].
+
+#![deny(missing_docs)]
+
+pub mod claim;
+pub mod context;
+pub mod evidence;
+pub mod figure;
+pub mod ledger;
+pub mod paper;
+mod progress;
+pub mod report;
+pub mod table;
+pub mod terminal;
+pub mod value;
+
+pub use claim::{CheckError, Claim, Outcome, Record};
+pub use context::Context;
+pub use evidence::{Evidence, Tolerance, Verdict};
+pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
+pub use ledger::{ReproduceError, Summary, run_papers};
+pub use paper::{Drawing, Finding, Paper, Plate};
+pub use table::Table;
+pub use value::{Printed, Value};
+
+use std::path::Path;
+
+/// Every paper, in the order of the report.
+pub fn papers() -> Vec<Paper> {
+    Vec::new()
+}
+
+/// Checks every claim and draws every figure of every paper; writes `claims.json`, `data/`, `figures/` and `report.html`
+/// below `out`.
+/// # Errors
+/// [`ReproduceError`] where the output cannot be written. A check or figure that fails does not stop the run: it is listed
+/// in [`Summary::failures`].
+pub fn run(out: &Path) -> Result<Summary, ReproduceError> {
+    run_papers(&papers(), out)
+}

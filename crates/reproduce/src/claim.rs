@@ -1,0 +1,158 @@
+//! A claim of a paper: a row of data that says what is printed and where, and a function that computes.
+//!
+//! The verdict is never part of the row. It follows from `printed`, `tolerance` and what `check` returns, by the rules of
+//! [`crate::evidence`].
+//!
+//! # Adding a claim
+//! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`.
+//! ```
+//! use luenberger_reproduce::{Claim, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
+//!
+//! const SETTLING: Claim = Claim {
+//!     id: "demo.settling",
+//!     place: "Example 1, Fig. 4",
+//!     statement: "the error settles to 5% after 2.3 s",
+//!     printed: Printed::Decimals("2.3"),
+//!     tolerance: Tolerance::AsPrinted,
+//!     assumptions: &["xhat(0) = 0", "settling is the last time |e| = 0.05"],
+//!     check: settling,
+//! };
+//!
+//! /// e' = -1.3 e from e(0) = 1 reaches 0.05 at ln(20)/1.3.
+//! fn settling(_: &Context) -> Result<Outcome, CheckError> {
+//!     Ok(Outcome::new(Evidence::value(20.0_f64.ln() / 1.3)).note("closed form"))
+//! }
+//! let record = SETTLING.examine("demo", &Context::new("."));
+//! assert_eq!(record.verdict, Some(Verdict::Reproduced));
+//! ```
+
+use crate::context::Context;
+use crate::evidence::{Evidence, Tolerance, Verdict, judge};
+use crate::value::{Printed, Value};
+use serde::Serialize;
+
+/// What a check may fail with: any error of the crates below. It marks the claim as failed and the run as unsuccessful.
+pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
+
+/// One claim of a paper.
+#[derive(Debug, Clone)]
+pub struct Claim {
+    /// Unique name: paper, place, subject, such as `cubic.ex1.gain`.
+    pub id: &'static str,
+    /// Where the paper says it: equation, theorem, figure, example.
+    pub place: &'static str,
+    /// What the paper says, in one sentence.
+    pub statement: &'static str,
+    /// What it prints.
+    pub printed: Printed,
+    /// How exactly.
+    pub tolerance: Tolerance,
+    /// What had to be assumed because the paper does not print it.
+    pub assumptions: &'static [&'static str],
+    /// Computes the evidence.
+    pub check: fn(&Context) -> Result<Outcome, CheckError>,
+}
+
+/// What a check returns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// What decides the verdict.
+    pub evidence: Evidence,
+    /// What a reader should know beside it.
+    pub note: String,
+}
+
+impl Outcome {
+    /// An outcome without a note.
+    pub fn new(evidence: Evidence) -> Self {
+        Self { evidence, note: String::new() }
+    }
+
+    /// The same outcome with a note: full sentences, with the numbers that explain it.
+    #[must_use]
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.note = note.into();
+        self
+    }
+}
+
+impl From<Evidence> for Outcome {
+    fn from(evidence: Evidence) -> Self {
+        Self::new(evidence)
+    }
+}
+
+/// A claim after its check: one entry of `claims.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Record {
+    /// The claim's name.
+    pub id: String,
+    /// The key of the paper.
+    pub paper: String,
+    /// Where the paper says it.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// What it says.
+    pub statement: String,
+    /// What it prints, as numbers.
+    pub printed: Option<Value>,
+    /// What was computed.
+    pub computed: Option<Value>,
+    /// The tolerance of each entry, one number where they are all equal, null for truths.
+    pub tolerance: Option<Value>,
+    /// The verdict; absent if the check failed.
+    pub verdict: Option<Verdict>,
+    /// What had to be assumed.
+    pub assumptions: Vec<String>,
+    /// The note of the check, with what its evidence adds.
+    pub note: String,
+    /// Why the check failed, if it did.
+    #[serde(skip)]
+    pub error: Option<String>,
+}
+
+impl Claim {
+    /// Runs the check and judges its evidence. A check that fails gives a record without a verdict.
+    pub fn examine(&self, paper: &str, context: &Context) -> Record {
+        let mut record = Record {
+            id: self.id.to_owned(),
+            paper: paper.to_owned(),
+            place: self.place.to_owned(),
+            statement: self.statement.to_owned(),
+            printed: None,
+            computed: None,
+            tolerance: None,
+            verdict: None,
+            assumptions: self.assumptions.iter().map(|&a| a.to_owned()).collect(),
+            note: String::new(),
+            error: None,
+        };
+        let judged = (self.check)(context).and_then(|outcome| {
+            let judgement = judge(&self.printed, self.tolerance, &outcome.evidence)?;
+            Ok((outcome, judgement))
+        });
+        match judged {
+            Ok((outcome, judgement)) => {
+                let mut sentences = vec![outcome.note];
+                sentences.extend(judgement.remarks);
+                if !judgement.computed.is_finite() {
+                    let entries = judgement.computed.entries();
+                    let list = entries.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+                    sentences.push(format!("Not every computed entry is a finite number ({list}): null in JSON."));
+                }
+                sentences.retain(|s| !s.is_empty());
+                record.note = sentences.join(" ");
+                record.printed = Some(judgement.printed);
+                record.computed = Some(judgement.computed);
+                record.tolerance = judgement.tolerance;
+                record.verdict = Some(judgement.verdict);
+            }
+            Err(error) => {
+                record.printed = self.printed.value().ok();
+                record.note = format!("The check failed: {error}.");
+                record.error = Some(error.to_string());
+            }
+        }
+        record
+    }
+}

@@ -1,0 +1,298 @@
+//! From evidence to verdict: the only place where a verdict is made.
+//!
+//! | evidence | reproduced | refuted | underspecified |
+//! |---|---|---|---|
+//! | [`Evidence::Value`] | every entry within the tolerance | otherwise | never |
+//! | [`Evidence::Holds`] | the truth found is the truth printed | otherwise | never |
+//! | [`Evidence::Readings`] | every admissible reading agrees | none does | some do and some do not |
+//! | [`Evidence::Proof`] | proved (where truth is printed) | refuted | undecided |
+//! | [`Evidence::Counterexample`] | never (where truth is printed) | the violation is positive | it is not |
+//! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
+
+use crate::value::{Printed, PrintedError, Value, short};
+use luenberger_proof::Verdict as ProofVerdict;
+use serde::Serialize;
+use std::fmt;
+
+/// What became of a claim. Made by [`judge`], nowhere else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// What is computed agrees with what is printed.
+    Reproduced,
+    /// What is computed contradicts what is printed.
+    Refuted,
+    /// What is printed does not suffice to tell: admissible readings of the paper disagree, or a proof stayed undecided.
+    Underspecified,
+}
+
+impl Verdict {
+    /// One word for tables, as in the JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Refuted => "refuted",
+            Self::Underspecified => "underspecified",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.word())
+    }
+}
+
+/// How far a computed entry may lie from the printed one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// Half a unit of the last printed digit of each entry; exact values must be met to rounding.
+    AsPrinted,
+    /// The same distance for every entry, in its unit.
+    Absolute(f64),
+    /// A multiple of the absolute value of each printed entry.
+    Relative(f64),
+}
+
+/// What a check found. Everything but the numbers themselves is derived from it by [`judge`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Evidence {
+    /// A value to be held against the printed one, entry by entry.
+    Value(Value),
+    /// A statement that was tested, and the quantity that decided it (which is what the ledger shows as computed).
+    Holds {
+        /// The truth found.
+        holds: bool,
+        /// The quantity that decided, if there is one worth showing.
+        measured: Option<Value>,
+    },
+    /// The paper leaves something out. Each admissible reading, named by its assumption, gives a value (or a truth).
+    Readings(Vec<(&'static str, Value)>),
+    /// A statement handed to `luenberger-proof`.
+    Proof(Proof),
+    /// A single case said to violate a statement that the paper makes in general.
+    Counterexample {
+        /// What the violation is, in one line: the inequality and where it is evaluated.
+        what: String,
+        /// By how much the statement is violated; not positive means that it is not violated here.
+        violation: f64,
+        /// The data of the case, for instance an initial error.
+        witness: Option<Value>,
+    },
+    /// A general statement tested on many cases.
+    Cases {
+        /// How many cases hold.
+        hold: usize,
+        /// How many fail.
+        fail: usize,
+        /// How many could not be decided.
+        undecided: usize,
+    },
+}
+
+/// A proof verdict with its witness turned into words.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Proof {
+    /// Proved with this margin.
+    Proved(f64),
+    /// Refuted; the words describe the witness.
+    Refuted(String),
+    /// Neither; the words say why.
+    Undecided(String),
+}
+
+impl Evidence {
+    /// A value to be held against the printed one.
+    pub fn value(value: impl Into<Value>) -> Self {
+        Self::Value(value.into())
+    }
+
+    /// A statement that was tested.
+    pub fn holds(holds: bool) -> Self {
+        Self::Holds { holds, measured: None }
+    }
+
+    /// A statement that was tested, with the quantity that decided it.
+    pub fn holds_by(holds: bool, measured: impl Into<Value>) -> Self {
+        Self::Holds { holds, measured: Some(measured.into()) }
+    }
+
+    /// A verdict of `luenberger-proof` on the statement as printed.
+    pub fn proof<W: fmt::Debug>(verdict: &ProofVerdict<W>) -> Self {
+        Self::Proof(match verdict {
+            ProofVerdict::Proved { margin } => Proof::Proved(*margin),
+            ProofVerdict::Refuted { witness } => Proof::Refuted(format!("{witness:?}")),
+            ProofVerdict::Undecided { why, .. } => Proof::Undecided(why.to_string()),
+        })
+    }
+
+    /// The cases of a general statement, counted from the truths found (`None` is undecided).
+    pub fn cases(truths: impl IntoIterator<Item = Option<bool>>) -> Self {
+        let (mut hold, mut fail, mut undecided) = (0, 0, 0);
+        for truth in truths {
+            *match truth {
+                Some(true) => &mut hold,
+                Some(false) => &mut fail,
+                None => &mut undecided,
+            } += 1;
+        }
+        Self::Cases { hold, fail, undecided }
+    }
+}
+
+/// The verdict with what it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The printed value as numbers.
+    pub printed: Value,
+    /// The computed value that the ledger shows: of several readings, the first that agrees, else the first.
+    pub computed: Value,
+    /// The tolerance of each entry: one number if all are equal; absent for truths.
+    pub tolerance: Option<Value>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What the evidence itself has to say: the readings with their values, a margin, a witness, counts.
+    pub remarks: Vec<String>,
+}
+
+/// Evidence that cannot be held against what is printed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum JudgeError {
+    /// The printed value could not be read.
+    #[error(transparent)]
+    Printed(#[from] PrintedError),
+    /// A number was computed where a truth is printed, or the shapes differ.
+    #[error("printed is {}, computed is {}", describe(.printed), describe(.computed))]
+    Incomparable {
+        /// What is printed.
+        printed: Value,
+        /// What was computed.
+        computed: Value,
+    },
+    /// The tolerance is negative or not finite.
+    #[error("the tolerance {0} is not a finite number >= 0")]
+    Tolerance(f64),
+    /// The claim has no readings to compare.
+    #[error("the evidence lists no reading")]
+    NoReadings,
+}
+
+fn describe(value: &Value) -> String {
+    match value {
+        Value::Truth(_) => "a truth value".to_owned(),
+        Value::Number(_) => "a number".to_owned(),
+        Value::Vector(v) => format!("a vector of {}", v.len()),
+        Value::Matrix(_) => format!("a {} x {} matrix", value.shape().0, value.shape().1),
+    }
+}
+
+/// The verdict on `evidence`, given what the paper prints and how exactly.
+///
+/// A computed entry that is not finite never agrees. The comparison grants two units of rounding of the printed entry,
+/// because a decimal such as 1.2 + 0.05 is not a binary number.
+/// # Errors
+/// [`JudgeError`] where the two cannot be compared at all: that is a mistake in the claim, not a verdict on the paper.
+pub fn judge(printed: &Printed, tolerance: Tolerance, evidence: &Evidence) -> Result<Judgement, JudgeError> {
+    let reading = printed.read()?;
+    let printed = reading.value;
+    let expected = printed.entries();
+    let tolerances = match tolerance {
+        Tolerance::AsPrinted => reading.half_units,
+        Tolerance::Absolute(t) => vec![checked(t)?; expected.len()],
+        Tolerance::Relative(t) => {
+            let t = checked(t)?;
+            expected.iter().map(|x| t * x.abs()).collect()
+        }
+    };
+    let agrees = |computed: &Value| match (&printed, computed) {
+        (Value::Truth(said), Value::Truth(found)) => Ok(said == found),
+        _ if !printed.comparable(computed) => {
+            Err(JudgeError::Incomparable { printed: printed.clone(), computed: computed.clone() })
+        }
+        _ => Ok(expected
+            .iter()
+            .zip(computed.entries())
+            .zip(&tolerances)
+            .all(|((&p, c), &t)| (c - p).abs() <= t + 2.0 * f64::EPSILON * p.abs())),
+    };
+    let said = match printed {
+        Value::Truth(said) => Ok(said),
+        _ => Err(JudgeError::Incomparable { printed: printed.clone(), computed: Value::Truth(true) }),
+    };
+    let decide = |found: Option<bool>, said: bool| match found {
+        Some(found) if found == said => Verdict::Reproduced,
+        Some(_) => Verdict::Refuted,
+        None => Verdict::Underspecified,
+    };
+    // A statement that stayed undecided computed no truth; the ledger shows a number that is not one (null in JSON).
+    let shown = |found: Option<bool>| found.map_or(Value::Number(f64::NAN), Value::Truth);
+    let (verdict, computed, remarks) = match evidence {
+        Evidence::Value(value) => {
+            let verdict = if agrees(value)? { Verdict::Reproduced } else { Verdict::Refuted };
+            (verdict, value.clone(), Vec::new())
+        }
+        Evidence::Holds { holds, measured } => {
+            (decide(Some(*holds), said?), measured.clone().unwrap_or(Value::Truth(*holds)), Vec::new())
+        }
+        Evidence::Readings(readings) => {
+            let truths = readings.iter().map(|(_, value)| agrees(value)).collect::<Result<Vec<_>, _>>()?;
+            let first = truths.iter().position(|&t| t).unwrap_or(0);
+            let computed = readings.get(first).ok_or(JudgeError::NoReadings)?.1.clone();
+            let verdict = match (truths.contains(&true), truths.contains(&false)) {
+                (true, false) => Verdict::Reproduced,
+                (true, true) => Verdict::Underspecified,
+                _ => Verdict::Refuted,
+            };
+            let remarks = readings
+                .iter()
+                .zip(&truths)
+                .map(|((assumption, value), agrees)| {
+                    format!("Reading: {assumption}: {value}, {}.", if *agrees { "agrees" } else { "does not agree" })
+                })
+                .collect();
+            (verdict, computed, remarks)
+        }
+        Evidence::Proof(proof) => {
+            let (found, remark) = match proof {
+                Proof::Proved(margin) => (Some(true), format!("Proved, with margin {}.", short(*margin))),
+                Proof::Refuted(witness) => (Some(false), format!("Refuted by {witness}.")),
+                Proof::Undecided(why) => (None, format!("Undecided: {why}.")),
+            };
+            (decide(found, said?), shown(found), vec![remark])
+        }
+        Evidence::Counterexample { what, violation, witness } => {
+            let found = (*violation > 0.0).then_some(false);
+            let at = witness.as_ref().map_or_else(String::new, |w| format!(" at {w}"));
+            let remark = match found {
+                Some(_) => format!("Counterexample{at}: {what}, violated by {}.", short(*violation)),
+                None => format!("No counterexample{at}: {what} is not violated ({}).", short(*violation)),
+            };
+            (decide(found, said?), shown(found), vec![remark])
+        }
+        Evidence::Cases { hold, fail, undecided } => {
+            let found = match (hold, fail, undecided) {
+                (0, 0, _) => None,
+                (_, 0, 0) => Some(true),
+                (_, 0, _) => None,
+                _ => Some(false),
+            };
+            let total = hold + fail + undecided;
+            let remark = format!("{total} cases: {hold} hold, {fail} fail, {undecided} undecided.");
+            (decide(found, said?), shown(found), vec![remark])
+        }
+    };
+    let tolerance = match (&printed, tolerances.first()) {
+        (Value::Truth(_), _) | (_, None) => None,
+        (_, Some(&first)) if tolerances.iter().all(|&t| t == first) => Some(Value::Number(first)),
+        (Value::Matrix(rows), _) => {
+            let width = rows.first().map_or(1, Vec::len).max(1);
+            Some(Value::Matrix(tolerances.chunks(width).map(<[f64]>::to_vec).collect()))
+        }
+        _ => Some(Value::Vector(tolerances)),
+    };
+    Ok(Judgement { printed, computed, tolerance, verdict, remarks })
+}
+
+fn checked(tolerance: f64) -> Result<f64, JudgeError> {
+    if tolerance.is_finite() && tolerance >= 0.0 { Ok(tolerance) } else { Err(JudgeError::Tolerance(tolerance)) }
+}

@@ -1,0 +1,1 @@
+//! Colours, dashes and widths, the same in every rendering.

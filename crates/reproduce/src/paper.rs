@@ -1,0 +1,53 @@
+//! A paper: its claims, the figures drawn for it, and what was found wrong with it.
+
+use crate::claim::{CheckError, Claim};
+use crate::context::Context;
+use crate::figure::Figure;
+use crate::table::Table;
+
+/// One paper.
+#[derive(Debug, Clone)]
+pub struct Paper {
+    /// Short name, the first part of every id: `cubic`.
+    pub key: &'static str,
+    /// Its title.
+    pub title: &'static str,
+    /// Authors, journal, year.
+    pub citation: &'static str,
+    /// Its claims, in the order of the paper.
+    pub claims: Vec<Claim>,
+    /// The figures, in the order of the report.
+    pub figures: Vec<Drawing>,
+    /// What does not hold as printed.
+    pub findings: Vec<Finding>,
+}
+
+/// A figure to be drawn.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// Name of the files: `cubic-fig4` gives `figures/cubic-fig4.svg`, `.png` and `data/cubic-fig4.csv`.
+    pub id: &'static str,
+    /// Computes and describes it.
+    pub draw: fn(&Context) -> Result<Plate, CheckError>,
+}
+
+/// A figure with the numbers behind it.
+#[derive(Debug, Clone)]
+pub struct Plate {
+    /// The picture.
+    pub figure: Figure,
+    /// The numbers, one column per curve, written as CSV.
+    pub data: Table,
+}
+
+/// Something that does not hold as printed. Its evidence is the claims it names: the report shows their numbers, and a
+/// finding none of whose claims is refuted or underspecified is an error of the run.
+#[derive(Debug, Clone, Copy)]
+pub struct Finding {
+    /// A headline.
+    pub title: &'static str,
+    /// What is printed, where, and what holds instead.
+    pub statement: &'static str,
+    /// Ids of the claims that show it.
+    pub claims: &'static [&'static str],
+}

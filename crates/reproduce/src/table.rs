@@ -1,0 +1,144 @@
+//! Columns of numbers, written as CSV with as many digits as it takes to read back the same number.
+
+use std::io::Write;
+
+/// Named columns of equal length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    columns: Vec<(String, Vec<f64>)>,
+}
+
+/// A table that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// A column differs from the first in length.
+    #[error("column {name:?} has {found} rows, and {first:?} has {expected}")]
+    Length {
+        /// The column.
+        name: String,
+        /// Its rows.
+        found: usize,
+        /// The first column.
+        first: String,
+        /// Its rows.
+        expected: usize,
+    },
+    /// There is no column, or no row.
+    #[error("the table is empty")]
+    Empty,
+    /// Two columns have one name.
+    #[error("two columns are named {name:?}")]
+    Duplicate {
+        /// The name.
+        name: String,
+    },
+    /// An entry is not finite.
+    #[error("column {name:?}, row {row}: {value} is not a finite number")]
+    NotFinite {
+        /// The column.
+        name: String,
+        /// The row, counted from 1 below the header.
+        row: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// Writing failed.
+    #[error(transparent)]
+    Csv(#[from] csv::Error),
+    /// Writing failed.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+}
+
+impl Table {
+    /// A table without columns.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The same table with one more column.
+    #[must_use]
+    pub fn column(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
+        self.columns.push((name.into(), values.into()));
+        self
+    }
+
+    /// The columns with their names.
+    pub fn columns(&self) -> &[(String, Vec<f64>)] {
+        &self.columns
+    }
+
+    /// Writes the header and the rows as CSV. Numbers are written in the shortest form that reads back as the same number.
+    /// # Errors
+    /// [`TableError`]: columns that differ in length or share a name, an empty table, an entry that is not finite, I/O.
+    pub fn write_csv(&self, to: impl Write) -> Result<(), TableError> {
+        let Some((first, rows)) = self.columns.first() else { return Err(TableError::Empty) };
+        if rows.is_empty() {
+            return Err(TableError::Empty);
+        }
+        for (i, (name, values)) in self.columns.iter().enumerate() {
+            if values.len() != rows.len() {
+                return Err(TableError::Length {
+                    name: name.clone(),
+                    found: values.len(),
+                    first: first.clone(),
+                    expected: rows.len(),
+                });
+            }
+            if self.columns[..i].iter().any(|(other, _)| other == name) {
+                return Err(TableError::Duplicate { name: name.clone() });
+            }
+            if let Some(row) = values.iter().position(|x| !x.is_finite()) {
+                return Err(TableError::NotFinite { name: name.clone(), row: row + 1, value: values[row] });
+            }
+        }
+        let mut writer = csv::Writer::from_writer(to);
+        writer.write_record(self.columns.iter().map(|(name, _)| name))?;
+        for row in 0..rows.len() {
+            // `{:?}` of an f64 is the shortest decimal that reads back as the same number.
+            writer.write_record(self.columns.iter().map(|(_, values)| format!("{:?}", values[row])))?;
+        }
+        writer.flush()?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn csv(table: &Table) -> Result<String, TableError> {
+        let mut bytes = Vec::new();
+        table.write_csv(&mut bytes).map(|()| String::from_utf8(bytes).unwrap())
+    }
+
+    #[test]
+    fn what_is_read_back_is_what_was_written() {
+        let values = vec![0.1 + 0.2, -1.0 / 3.0, f64::MIN_POSITIVE, 5e-324, f64::MAX, -0.0, 1e21, 4.0];
+        let text = csv(&Table::new().column("t", values.clone()).column("e2_cubic", values.clone())).unwrap();
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        assert_eq!(reader.headers().unwrap(), vec!["t", "e2_cubic"]);
+        let read: Vec<f64> = reader.records().map(|r| r.unwrap()[1].parse().unwrap()).collect();
+        assert_eq!(read.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), values.map_bits());
+    }
+
+    trait Bits {
+        fn map_bits(&self) -> Vec<u64>;
+    }
+
+    impl Bits for Vec<f64> {
+        fn map_bits(&self) -> Vec<u64> {
+            self.iter().map(|x| x.to_bits()).collect()
+        }
+    }
+
+    #[test]
+    fn a_table_that_makes_no_sense_is_refused() {
+        let t = || Table::new().column("t", [0.0, 1.0]);
+        assert!(matches!(csv(&Table::new()), Err(TableError::Empty)));
+        assert!(matches!(csv(&Table::new().column("t", [])), Err(TableError::Empty)));
+        assert!(matches!(csv(&t().column("x", [1.0])), Err(TableError::Length { found: 1, expected: 2, .. })));
+        assert!(matches!(csv(&t().column("t", [1.0, 2.0])), Err(TableError::Duplicate { .. })));
+        assert!(matches!(csv(&t().column("x", [1.0, f64::NAN])), Err(TableError::NotFinite { row: 2, .. })));
+    }
+}
