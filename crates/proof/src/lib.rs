@@ -1,5 +1,44 @@
 //! Verdicts in arithmetic that cannot lie: definiteness and matrix inequalities, proved or refuted.
+//!
+//! Floating point proposes, this crate decides. Every answer is a [`Verdict`]: `Proved` with a rigorous margin, `Refuted` with a
+//! witness that anyone can check, or `Undecided` with the reason. It depends on no solver and on no linear algebra library.
+//!
+//! From the bottom upwards:
+//! - [`Interval`] (outward rounded) and [`Exact`] (dyadic rationals) are two [`Ring`]s in which binary64 data can be added
+//!   and multiplied without a lie; a [`Matrix`] expression is written once for both;
+//! - [`definite`] decides whether a symmetric matrix is (semi)definite: a floating-point Cholesky with a proven error
+//!   bound for the quick yes, a verified direction for the quick no, exact elimination as the referee;
+//! - [`statement`] evaluates the inequalities of control theory from the raw data and has them decided.
+//!
+//! ```
+//! use luenberger_proof::{Matrix, positive_definite};
+//! # fn main() -> Result<(), luenberger_proof::ProofError> {
+//! let hilbert = Matrix::from_fn(8, 8, |i, j| 1.0 / (i + j + 1) as f64);
+//! let margin = positive_definite(&hilbert)?.margin().expect("Hilbert matrices are positive definite, even rounded");
+//! assert!(margin > 1.0e-10 && margin < 1.2e-10, "the smallest eigenvalue is 1.11e-10");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! What is assumed: IEEE 754 binary64 with rounding to nearest and gradual underflow, as Rust prescribes.
+#![deny(missing_docs)]
 
+pub mod definite;
+pub mod error;
+pub mod exact;
+pub mod interval;
+pub mod matrix;
+pub mod ring;
+pub mod statement;
 pub mod verdict;
 
+pub use definite::{
+    Direction, Entry, negative_definite, negative_semidefinite, positive_definite, positive_semidefinite,
+    quadratic_form,
+};
+pub use error::ProofError;
+pub use exact::Exact;
+pub use interval::Interval;
+pub use matrix::Matrix;
+pub use ring::Ring;
 pub use verdict::{Doubt, Verdict};

@@ -1,0 +1,43 @@
+//! The three kinds of matrix entries whose definiteness can be asked.
+
+use crate::exact::Exact;
+use crate::interval::Interval;
+use crate::ring::Ring;
+
+/// A matrix entry: a binary64 number taken as the exact number it is, an interval, or an exact number.
+pub trait Entry: Clone {
+    /// An interval that contains the entry; `None` when it is NaN or infinite and so no number at all.
+    fn enclosure(&self) -> Option<Interval>;
+    /// The entry itself, when it is a single number.
+    fn exact(&self) -> Option<Exact>;
+}
+
+impl Entry for f64 {
+    fn enclosure(&self) -> Option<Interval> {
+        Interval::from_f64(*self)
+    }
+
+    fn exact(&self) -> Option<Exact> {
+        Exact::from_f64(*self)
+    }
+}
+
+impl Entry for Interval {
+    fn enclosure(&self) -> Option<Interval> {
+        Some(*self)
+    }
+
+    fn exact(&self) -> Option<Exact> {
+        if self.is_point() { Exact::from_f64(self.lo()) } else { None }
+    }
+}
+
+impl Entry for Exact {
+    fn enclosure(&self) -> Option<Interval> {
+        Some(Exact::enclosure(self))
+    }
+
+    fn exact(&self) -> Option<Exact> {
+        Some(self.clone())
+    }
+}

@@ -1,0 +1,177 @@
+//! Lyapunov and Stein inequalities: `F'P + PF + 2 alpha P < 0`, `F'PF - P < 0`, and what they say of the spectrum.
+
+use super::{Expression, embed, embed_symmetric};
+use crate::definite::{self, Direction, Sense};
+use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::{Doubt, Verdict};
+
+/// `F = A - LC`, where an observer has one.
+pub(super) fn error_matrix<R: Ring>(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+) -> Result<Matrix<R>, ProofError> {
+    let n = a.rows();
+    let (a, c) = (embed::<R>(a, "A", (n, n))?, embed::<R>(c, "C", (c.rows(), n))?);
+    let l = embed::<R>(l, "L", (n, c.rows()))?;
+    a.difference(&l.product(&c)?)
+}
+
+struct Decrease<'a> {
+    a: &'a Matrix<f64>,
+    output_injection: Option<(&'a Matrix<f64>, &'a Matrix<f64>)>,
+    p: &'a Matrix<f64>,
+    alpha: f64,
+    what_p: &'static str,
+}
+
+impl Decrease<'_> {
+    fn flow<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        match self.output_injection {
+            Some((l, c)) => error_matrix(self.a, l, c),
+            None => embed(self.a, "A", (self.a.rows(), self.a.rows())),
+        }
+    }
+}
+
+impl Expression for Decrease<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let p = embed_symmetric::<R>(self.p, self.what_p, self.a.rows())?;
+        let alpha = Matrix::<R>::embed(&Matrix::from_rows([[self.alpha]]), "alpha")?;
+        // P (F + alpha I) and its transpose.
+        let shifted = self.flow::<R>()?.sum(&Matrix::scalar(self.a.rows(), &alpha[(0, 0)]))?;
+        p.product(&shifted)?.plus_transpose()
+    }
+}
+
+/// `(A - LC)'P + P(A - LC) < 0` (Share Pasand, eq. 12): `V = e'Pe` decreases along the error of the observer with gain `L`.
+///
+/// Proved with margin q: `V' <= -q |e|^2`. Together with [`positive`] of `P` it proves `A - LC` Hurwitz.
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// ```
+/// use luenberger_proof::{Matrix, statement::lyapunov_decrease};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // A double integrator, its position measured, poles at -2 and -5.
+/// let a = Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]);
+/// let (l, c) = (Matrix::from_rows([[7.0], [10.0]]), Matrix::from_rows([[1.0, 0.0]]));
+/// // F'P + PF = -14 I, up to nothing: the residual is 0.
+/// let p = Matrix::from_rows([[11.0, -7.0], [-7.0, 5.9]]);
+/// let margin = lyapunov_decrease(&a, &l, &c, &p)?.margin().expect("proved");
+/// assert!((margin - 14.0).abs() < 1e-9 && margin <= 14.0);
+/// # Ok(())
+/// # }
+/// ```
+pub fn lyapunov_decrease(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+) -> Result<Verdict<Direction>, ProofError> {
+    decay_rate(a, l, c, p, 0.0)
+}
+
+/// `F'P + PF + 2 alpha P < 0` with `F = A - LC`: `V = e'Pe` decreases faster than `exp(-2 alpha t)`, so that with `P > 0` the
+/// spectral abscissa of `F` is below `-alpha`. The margin is in the units of the left-hand side.
+/// # Errors
+/// As [`lyapunov_decrease`], and for an `alpha` that is not finite.
+pub fn decay_rate(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+    alpha: f64,
+) -> Result<Verdict<Direction>, ProofError> {
+    Decrease { a, output_injection: Some((l, c)), p, alpha, what_p: "P" }.decide(Sense::NegativeDefinite)
+}
+
+/// `P > 0`.
+/// # Errors
+/// As [`lyapunov_decrease`].
+pub fn positive(p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
+    embed_symmetric::<Interval>(p, "P", p.rows())?;
+    definite::decide(p, Sense::PositiveDefinite)
+}
+
+struct Stein<'a> {
+    a: &'a Matrix<f64>,
+    l: &'a Matrix<f64>,
+    c: &'a Matrix<f64>,
+    p: &'a Matrix<f64>,
+}
+
+impl Expression for Stein<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let p = embed_symmetric::<R>(self.p, "P", self.a.rows())?;
+        let f = error_matrix::<R>(self.a, self.l, self.c)?;
+        let image = p.product(&f)?;
+        let n = f.rows();
+        // F'(PF) - P, each entry above the diagonal once, so that it is symmetric in either ring.
+        let lower = f.transpose().product(&image)?.difference(&p)?;
+        Ok(Matrix::from_fn(n, n, |i, j| lower[(i.max(j), i.min(j))].clone()))
+    }
+}
+
+/// `(A - LC)'P(A - LC) - P < 0`: in discrete time, `V = e'Pe` decreases at each step. With [`positive`] of `P` it proves that all
+/// eigenvalues of `A - LC` lie inside the unit circle.
+/// # Errors
+/// As [`lyapunov_decrease`].
+pub fn stein_decrease(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+) -> Result<Verdict<Direction>, ProofError> {
+    Stein { a, l, c, p }.decide(Sense::NegativeDefinite)
+}
+
+/// `A` is Hurwitz (all eigenvalues in the open left half plane), shown by the Lyapunov matrix `P`.
+///
+/// - Proved when `A'P + PA < 0` and `P > 0` are. The margin is a lower bound of minus the spectral abscissa:
+///   `lambda_min(-(A'P + PA)) / (2 lambda_max(P))`.
+/// - Refuted when `A'P + PA < 0` is proved and `P > 0` refuted: the motion that starts at the witness `v` has `V = v'Pv <= 0`
+///   and decreasing, so that it cannot tend to 0.
+/// - Undecided otherwise, since another `P` may do better.
+/// # Errors
+/// As [`lyapunov_decrease`].
+pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
+    let decrease =
+        Decrease { a, output_injection: None, p, alpha: 0.0, what_p: "P" }.decide(Sense::NegativeDefinite)?;
+    let margin = match decrease {
+        Verdict::Proved { margin } => margin,
+        Verdict::Refuted { witness } => {
+            let why = Doubt::NoProposal { status: "A'P + PA < 0 is false for this P" };
+            return Ok(Verdict::Undecided { why, best: -witness.value });
+        }
+        undecided @ Verdict::Undecided { .. } => return Ok(undecided),
+    };
+    Ok(match positive(p)? {
+        Verdict::Proved { .. } => {
+            Verdict::Proved { margin: (margin / (2.0 * largest_eigenvalue_bound(p))).next_down().max(0.0) }
+        }
+        other => other,
+    })
+}
+
+/// An upper bound of the largest eigenvalue of a symmetric matrix, tight to about 1e-9 where a proof of that can be had:
+/// the largest sum of absolute values of a row is always one.
+pub(super) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
+    let n = p.rows();
+    let mut bound = 0.0_f64;
+    for i in 0..n {
+        bound = bound.max(p.row(i).iter().fold(0.0, |sum: f64, x| (sum + x.abs()).next_up()));
+    }
+    // bound I - P >= margin I gives the smaller bound (bound - margin).
+    let gap = Matrix::from_fn(n, n, |i, j| {
+        let entry = Exact::from_f64(p[(i, j)]).unwrap_or(Exact::zero()).neg();
+        if i == j { entry.add(&Exact::from_f64(bound).unwrap_or(Exact::zero())) } else { entry }
+    });
+    match definite::decide(&gap, Sense::PositiveSemidefinite) {
+        Ok(Verdict::Proved { margin }) if bound.is_finite() && margin < bound => (bound - margin).next_up(),
+        _ => bound,
+    }
+}

@@ -1,0 +1,63 @@
+//! The statements of control theory that this project proves, evaluated from the raw data.
+//!
+//! Each is a matrix expression written once over a [`Ring`]. It is evaluated with outward rounding first; where that does not
+//! decide, exactly. Nothing is ever multiplied in floating point before it is judged.
+//!
+//! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly: symmetrise what a
+//! solver returns), `F = A - LC`.
+
+mod cubic;
+mod deployed_cubic;
+mod feedback;
+mod lyapunov;
+
+pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
+pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, rounded_cubic_dissipation};
+pub use feedback::feedback_block;
+pub use lyapunov::{decay_rate, hurwitz, lyapunov_decrease, positive, stein_decrease};
+
+use crate::definite::{self, Direction, Sense};
+use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::Verdict;
+
+/// The order up to which an expression is evaluated exactly: a product costs n^3 exact multiplications, about 1 s here.
+const EXACT_ORDER: usize = 160;
+
+/// A symmetric matrix as an expression in the data, over any ring.
+trait Expression {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError>;
+
+    /// The verdict on its definiteness.
+    fn decide(&self, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
+        let enclosed: Matrix<Interval> = self.evaluate()?;
+        let verdict = definite::decide(&enclosed, sense)?;
+        if matches!(verdict, Verdict::Undecided { .. }) && enclosed.rows() <= EXACT_ORDER {
+            return definite::decide(&self.evaluate::<Exact>()?, sense);
+        }
+        Ok(verdict)
+    }
+}
+
+/// The data of an expression as elements of its ring.
+fn embed<R: Ring>(data: &Matrix<f64>, what: &'static str, shape: (usize, usize)) -> Result<Matrix<R>, ProofError> {
+    data.expect_shape(what, shape)?;
+    Matrix::embed(data, what)
+}
+
+/// As [`embed`], of a matrix that must be symmetric.
+fn embed_symmetric<R: Ring>(data: &Matrix<f64>, what: &'static str, order: usize) -> Result<Matrix<R>, ProofError> {
+    let embedded = embed(data, what, (order, order))?;
+    for row in 0..order {
+        for column in row + 1..order {
+            let (upper, lower) = (data[(row, column)], data[(column, row)]);
+            if upper != lower {
+                return Err(ProofError::NotSymmetric { what, row, column, upper, lower });
+            }
+        }
+    }
+    Ok(embedded)
+}
