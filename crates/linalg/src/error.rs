@@ -196,7 +196,9 @@ pub enum LinalgError {
     },
     /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective closed
     /// loop could have.
-    #[error("the pole {pole} is repeated {multiplicity} times, and {rank} independent inputs (outputs) place it {rank} times at most")]
+    #[error(
+        "the pole {pole} is repeated {multiplicity} times, and {rank} independent inputs (outputs) place it {rank} times at most"
+    )]
     PoleMultiplicity {
         /// The pole.
         pole: Complex<f64>,

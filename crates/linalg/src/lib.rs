@@ -20,6 +20,7 @@
 mod argument;
 pub mod discretize;
 pub mod error;
+mod linear_block;
 pub mod lyapunov;
 pub mod observability;
 pub mod placement;
@@ -35,7 +36,8 @@ pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hol
 pub use error::LinalgError;
 pub use lyapunov::{Lyapunov, lyapunov};
 pub use observability::{
-    Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability, observability_within,
+    Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
+    observability_within,
 };
 pub use placement::{Placement, place, place_observer};
 pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};

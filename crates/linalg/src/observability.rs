@@ -1,0 +1,475 @@
+//! Observability and detectability of a pair `(A, C)`: the rank, the modes, and the directions that no output sees.
+//!
+//! `(A, C)` is observable iff `[A - lambda I; C]` has full column rank for every complex `lambda` (Popov, Belevitch, Hautus); it can fail
+//! only at eigenvalues of `A`, and a vector `v` with `A v = lambda v`, `C v = 0` is a motion `e^{lambda t} v` that leaves no trace in `y = C x`.
+//! The pair is detectable iff every such motion decays.
+//!
+//! Two methods side by side. The *rank*, and the unobservable modes themselves, come from the orthogonal staircase, which
+//! is right for defective modes too; the *margin* of each mode is the smallest singular value of `[A - lambda I; C]`, from the Schur form.
+//!
+//! # What the answers do not depend on
+//! Everything is decided in units of state, output and time that are chosen from the data first (powers of two, exact). Neither
+//! the rank nor the margins change, up to the rounding of these powers to whole ones, when a state or an output is measured in other units
+//! (`A -> D^-1 A D`, `C -> R C D` with diagonal `D`, `R`) or time is (`A -> s A`). The price: there is no such thing as a small
+//! entry by itself. `A = diag(-1, -2)`, `C = [1, 1e-17]` is `C = [1, 1]` with the second state in other units, and is
+//! observable; [`Observability::units`] then shows units 17 decades apart. An entry that is 1e-17 by rounding and should be zero has to be zero
+//! in the data, unless the entries around it outvote it.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::argument::{shaped, square};
+use crate::schur::{Schur, schur};
+use crate::staircase::Staircase;
+use crate::units::{Units, shift};
+use crate::{LinalgError, Result};
+
+/// One eigenvalue of `A`, and how well the outputs see it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mode {
+    /// The eigenvalue.
+    pub eigenvalue: Complex<f64>,
+    /// `sigma_min([A - lambda I; C]) / |[A; C]|` (Frobenius norm) in the units chosen: 0 if no output sees the mode. It bounds from
+    /// above the relative distance of the pair to one with a hidden mode.
+    pub margin: f64,
+    /// The unit vector `v`, in the units given, that minimises `|[A - lambda I; C] v|`: for a hidden mode `A v = lambda v`, `C v = 0`.
+    /// The largest component is real and positive; for a real eigenvalue all are real.
+    pub direction: DVector<Complex<f64>>,
+}
+
+/// What the outputs of a pair `(A, C)` see.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observability {
+    /// Number of states.
+    pub order: usize,
+    /// Rank of the observability matrix, from the staircase: the order of the part that the outputs see.
+    pub rank: usize,
+    /// Every eigenvalue of `A` with its margin and its least visible direction.
+    pub modes: Vec<Mode>,
+    /// The hidden modes: the eigenvalues of the unobservable part, `order - rank` of them.
+    pub unobservable: Vec<Mode>,
+    /// Orthonormal basis of the unobservable subspace, n x (n - rank): `C V = 0`, and `A V` lies in its span.
+    pub subspace: DMatrix<f64>,
+    /// The relative tolerance of the rank decisions: stairs and margins at or below it count as zero.
+    pub tolerance: f64,
+    /// The unit of each state in which the pair was judged, a power of two: `x_j = units[j] z_j`.
+    pub units: Vec<f64>,
+}
+
+impl Observability {
+    /// Whether the outputs see every state.
+    pub fn is_observable(&self) -> bool {
+        self.rank == self.order
+    }
+
+    /// The mode with the smallest margin, hidden ones included; none if there is no state.
+    pub fn weakest(&self) -> Option<&Mode> {
+        self.unobservable.iter().chain(&self.modes).min_by(|x, y| x.margin.total_cmp(&y.margin))
+    }
+}
+
+/// Observability of `x' = A x, y = C x` (and of the discrete pair: the notion is the same).
+///
+/// `a` is n x n, `c` p x n; p = 0 is allowed. The relative tolerance is `10 max(n, p) eps`: a chain of n orthogonal steps
+/// on rounded data cannot tell smaller numbers from zero. [`observability_within`] takes another one.
+///
+/// # Errors
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`]; that of [`schur`] if
+/// its iteration does not converge.
+///
+/// # Cost
+/// About `40 n^3 + 24 p n^3` flops, most of them for the margins.
+///
+/// # Example
+/// Two equal masses on springs, and the difference of the positions as the output: the common motion is hidden.
+/// ```
+/// use luenberger_linalg::observability;
+/// use nalgebra::{Complex, dmatrix};
+///
+/// let a = dmatrix![0.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0; -2.0, 1.0, 0.0, 0.0; 1.0, -2.0, 0.0, 0.0];
+/// let c = dmatrix![1.0, -1.0, 0.0, 0.0];
+/// let seen = observability(&a, &c)?;
+/// assert_eq!((seen.rank, seen.order), (2, 4));
+/// for mode in &seen.unobservable {
+///     let v = &mode.direction;
+///     let residual = (a.map(Complex::from) * v - v * mode.eigenvalue).norm() + (c.map(Complex::from) * v).norm();
+///     println!("hidden: {} along {v}, residual {residual:e}", mode.eigenvalue);
+///     assert!(residual < 1e-14);
+///     assert!((mode.eigenvalue.norm() - 1.0).abs() < 1e-14);
+/// }
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// Source: Hautus, Indag. Math. 31, 1969; Paige, IEEE TAC 26, 1981.
+pub fn observability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Observability> {
+    observability_within(a, c, default_tolerance(a.nrows(), c.nrows()))
+}
+
+/// [`observability`] with a relative tolerance of one's own, for data known to fewer digits than a double has.
+///
+/// `tolerance` is the relative size below which a stair of the staircase counts as zero, in the units the pair is judged in.
+///
+/// # Errors
+/// As [`observability`]; [`LinalgError::InvalidTolerance`] if `tolerance` is negative, infinite or NaN.
+pub fn observability_within(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Observability> {
+    check(a, c)?;
+    if !(tolerance >= 0.0 && tolerance.is_finite()) {
+        return Err(LinalgError::InvalidTolerance { tolerance });
+    }
+    let judged = Judged::new(a, c, tolerance)?;
+    let whole = schur(&judged.a)?;
+    let modes = judged.modes(&whole, &DMatrix::identity(a.nrows(), a.nrows()), &judged.c)?;
+    Ok(Observability {
+        order: a.nrows(),
+        rank: judged.staircase.rank,
+        modes,
+        unobservable: judged.hidden()?,
+        subspace: judged.subspace(),
+        tolerance,
+        units: judged.units.state.iter().map(|d| 2f64.powi(*d)).collect(),
+    })
+}
+
+/// Which motions count as not decaying.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeDomain {
+    /// `x' = A x`: the closed right half plane, `Re lambda >= 0`.
+    Continuous,
+    /// `x+ = A x`: the closed outside of the unit circle, `|lambda| >= 1`.
+    Discrete,
+}
+
+/// Whether every motion that the outputs do not see decays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detectability {
+    /// The time domain of the question.
+    pub domain: TimeDomain,
+    /// Number of states.
+    pub order: usize,
+    /// Order of the part that the outputs see.
+    pub rank: usize,
+    /// All hidden modes.
+    pub unobservable: Vec<Mode>,
+    /// The hidden modes that do not decay: those in the closed right half plane, or with `|lambda| >= 1`.
+    pub offending: Vec<Mode>,
+    /// The relative tolerance of the rank decisions.
+    pub tolerance: f64,
+    /// A hidden mode this near to the boundary of stability counts as lying on it.
+    pub boundary: f64,
+}
+
+impl Detectability {
+    /// Whether an observer exists: no hidden mode fails to decay.
+    pub fn is_detectable(&self) -> bool {
+        self.offending.is_empty()
+    }
+}
+
+/// Detectability of `x' = A x, y = C x`: every hidden mode has `Re lambda < 0`, that is, some `L` makes `A - L C` Hurwitz.
+///
+/// `a` is n x n, `c` p x n; p = 0 asks whether `A` itself is Hurwitz. A hidden eigenvalue is known to about `tolerance |A|`, and one within that of
+/// the imaginary axis counts as lying on it: a drifting bias must not pass as a decaying one because its 0 came out as -1e-17.
+///
+/// # Errors
+/// As [`observability`].
+///
+/// # Cost
+/// About `25 n^3` flops.
+///
+/// # Example
+/// ```
+/// use luenberger_linalg::detectability;
+/// use nalgebra::dmatrix;
+///
+/// // The hidden state decays with -2, whatever the visible one does.
+/// assert!(detectability(&dmatrix![1.0, 0.0; 3.0, -2.0], &dmatrix![1.0, 0.0])?.is_detectable());
+/// let drifting = detectability(&dmatrix![-1.0, 0.0; 3.0, 0.0], &dmatrix![1.0, 0.0])?;
+/// assert_eq!(drifting.offending[0].eigenvalue.re, 0.0);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// Source: Wonham, Linear Multivariable Control, section 3.6; Hautus, 1970.
+pub fn detectability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
+    detectability_in(TimeDomain::Continuous, a, c)
+}
+
+/// Detectability of the discrete pair `x+ = A x, y = C x`: every hidden mode has `|lambda| < 1`, that is, some `L` makes `A - L C` Schur stable.
+///
+/// As [`detectability`], with the unit circle for the imaginary axis.
+///
+/// # Errors
+/// As [`observability`].
+///
+/// # Example
+/// ```
+/// use luenberger_linalg::discrete_detectability;
+/// use nalgebra::dmatrix;
+///
+/// assert!(discrete_detectability(&dmatrix![2.0, 0.0; 1.0, 0.5], &dmatrix![1.0, 0.0])?.is_detectable());
+/// assert!(!discrete_detectability(&dmatrix![0.5, 0.0; 1.0, -1.0], &dmatrix![1.0, 0.0])?.is_detectable());
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub fn discrete_detectability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
+    detectability_in(TimeDomain::Discrete, a, c)
+}
+
+fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
+    check(a, c)?;
+    let tolerance = default_tolerance(a.nrows(), c.nrows());
+    let judged = Judged::new(a, c, tolerance)?;
+    let unobservable = judged.hidden()?;
+    // In the units of time given; the circle is the same in every unit of state.
+    let boundary = shift(tolerance * judged.a.norm(), judged.units.time);
+    let fails = |lambda: Complex<f64>| match domain {
+        TimeDomain::Continuous => lambda.re >= -boundary,
+        TimeDomain::Discrete => lambda.norm() >= 1.0 - boundary,
+    };
+    let offending = unobservable.iter().filter(|mode| fails(mode.eigenvalue)).cloned().collect();
+    Ok(Detectability {
+        domain,
+        order: a.nrows(),
+        rank: judged.staircase.rank,
+        unobservable,
+        offending,
+        tolerance,
+        boundary,
+    })
+}
+
+/// A square, with at least one state; C of its width; both finite.
+fn check(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<()> {
+    if square("A", a)? == 0 {
+        return Err(LinalgError::Empty { what: "A" });
+    }
+    shaped("C", c, c.nrows(), a.nrows())
+}
+
+/// `10 max(n, p) eps`: n orthogonal steps of backward error a few eps each, on entries rounded once.
+pub(crate) fn default_tolerance(n: usize, p: usize) -> f64 {
+    10.0 * n.max(p) as f64 * f64::EPSILON
+}
+
+/// A pair in its units, and its staircase.
+struct Judged {
+    units: Units,
+    a: DMatrix<f64>,
+    c: DMatrix<f64>,
+    /// `|[A; C]|`.
+    size: f64,
+    staircase: Staircase,
+}
+
+impl Judged {
+    fn new(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Self> {
+        let units = Units::of(a, c);
+        let (a, c) = (units.dynamics(a), units.outputs(c));
+        let size = a.norm().hypot(c.norm());
+        if !size.is_finite() {
+            return Err(LinalgError::Overflow { what: "the norm of [A; C]" });
+        }
+        let staircase = Staircase::new(&a.transpose(), &c.transpose(), tolerance * size);
+        Ok(Self { units, a, c, size, staircase })
+    }
+
+    /// The last n - rank columns of the staircase's Q: what no output sees.
+    fn shadow(&self) -> DMatrix<f64> {
+        let rank = self.staircase.rank;
+        self.staircase.q.columns(rank, self.a.nrows() - rank).into_owned()
+    }
+
+    fn hidden(&self) -> Result<Vec<Mode>> {
+        let (n, rank) = (self.a.nrows(), self.staircase.rank);
+        if rank == n {
+            return Ok(Vec::new());
+        }
+        // A Q2 = Q2 Fu', the order of the block that no output reaches.
+        let block = self.staircase.f.view((rank, rank), (n - rank, n - rank)).transpose();
+        self.modes(&schur(&block)?, &self.shadow(), &DMatrix::zeros(0, n - rank))
+    }
+
+    /// The modes of `block = Q T Q'` living on the columns of `basis`, seen by `outputs` (in the coordinates of the block). The margin
+    /// is that of the direction found in the whole pair.
+    fn modes(&self, block: &Schur, basis: &DMatrix<f64>, outputs: &DMatrix<f64>) -> Result<Vec<Mode>> {
+        let outputs = outputs * &block.q;
+        let basis = basis * &block.q;
+        let mut modes: Vec<Mode> = Vec::new();
+        for lambda in block.eigenvalues() {
+            let eigenvalue = Complex::new(shift(lambda.re, self.units.time), shift(lambda.im, self.units.time));
+            // A conjugate pair is computed once.
+            if let Some(twin) = modes.last().filter(|m| lambda.im != 0.0 && m.eigenvalue == eigenvalue.conj()) {
+                let (margin, direction) = (twin.margin, twin.direction.map(|x| x.conj()));
+                modes.push(Mode { eigenvalue, margin, direction });
+                continue;
+            }
+            let v = least_visible(&block.t, &outputs, lambda)?;
+            let z = basis.map(Complex::from) * v;
+            let motion = self.a.map(Complex::from) * &z - &z * lambda;
+            let trace = self.c.map(Complex::from) * &z;
+            let margin = if self.size > 0.0 { motion.norm().hypot(trace.norm()) / self.size } else { 0.0 };
+            modes.push(Mode { eigenvalue, margin, direction: self.given(&z) });
+        }
+        Ok(modes)
+    }
+
+    /// A direction in the units given, normalised.
+    fn given(&self, z: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
+        // Relative to the largest product, so that no power overflows.
+        let top = z
+            .iter()
+            .zip(&self.units.state)
+            .filter(|(z, _)| z.norm() > 0.0)
+            .map(|(z, d)| z.norm().log2() + f64::from(*d))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let top = if top.is_finite() { top.round() as i32 } else { 0 };
+        let mut v = DVector::from_fn(z.len(), |j, _| {
+            let power = self.units.state[j] - top;
+            Complex::new(shift(z[j].re, power), shift(z[j].im, power))
+        });
+        let largest =
+            v.iter().fold(Complex::from(0.0), |best: Complex<f64>, x| if x.norm() > best.norm() { *x } else { best });
+        if largest.norm() > 0.0 {
+            let factor = largest.conj() / (largest.norm() * v.norm());
+            v *= factor;
+        }
+        v
+    }
+
+    /// Orthonormal basis of `D` times the shadow. Elimination with complete pivoting first: it keeps the small rows of a
+    /// graded matrix accurate, where a QR of it would lose them in the large ones.
+    fn subspace(&self) -> DMatrix<f64> {
+        let mut v = self.shadow();
+        let (n, k) = v.shape();
+        let mean = self.units.state.iter().map(|d| f64::from(*d)).sum::<f64>() / n as f64;
+        for (j, d) in self.units.state.iter().enumerate() {
+            let power = d - mean.round() as i32;
+            v.row_mut(j).iter_mut().for_each(|x| *x = shift(*x, power));
+        }
+        let mut free: Vec<usize> = (0..n).collect();
+        for step in 0..k {
+            let mut best = (0, step, 0.0);
+            for (at, row) in free.iter().enumerate() {
+                for column in step..k {
+                    if v[(*row, column)].abs() > best.2 {
+                        best = (at, column, v[(*row, column)].abs());
+                    }
+                }
+            }
+            if best.2 == 0.0 {
+                break;
+            }
+            let row = free.swap_remove(best.0);
+            v.swap_columns(step, best.1);
+            let pivot = v[(row, step)];
+            v.column_mut(step).iter_mut().for_each(|x| *x /= pivot);
+            for column in (0..k).filter(|column| *column != step) {
+                let factor = v[(row, column)];
+                if factor != 0.0 {
+                    let eliminated = v.column(column) - v.column(step) * factor;
+                    v.set_column(column, &eliminated);
+                    v[(row, column)] = 0.0;
+                }
+            }
+        }
+        v.qr().q()
+    }
+}
+
+/// Most steps of the inverse iteration: it converges like the squared ratio of the two smallest singular values, and where they are
+/// nearly equal either vector serves.
+const INVERSE_ITERATIONS: usize = 30;
+
+/// The right singular vector of `[T - lambda I; C]` at the smallest singular value, T quasi upper triangular.
+///
+/// The rows of C and the subdiagonal are rotated into T, which costs `p n^2` instead of `n^3`, and the triangle is inverted by iteration.
+fn least_visible(t: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> Result<DVector<Complex<f64>>> {
+    let (n, p) = (t.nrows(), c.nrows());
+    let mut r = t.map(Complex::from);
+    for j in 0..n {
+        r[(j, j)] -= lambda;
+    }
+    let size = r.norm().hypot(c.norm());
+    for j in 0..n.saturating_sub(1) {
+        if r[(j + 1, j)] != Complex::from(0.0) {
+            let mut below: Vec<Complex<f64>> = r.row(j + 1).iter().copied().collect();
+            rotate_away(&mut r, j, &mut below);
+            for (column, x) in below.into_iter().enumerate() {
+                r[(j + 1, column)] = x;
+            }
+        }
+    }
+    for k in 0..p {
+        let mut row: Vec<Complex<f64>> = c.row(k).iter().map(|x| Complex::from(*x)).collect();
+        for j in 0..n {
+            rotate_away(&mut r, j, &mut row);
+        }
+    }
+    // A zero on the diagonal is replaced by what rounding would have put there.
+    let floor = (f64::EPSILON * size).max(f64::MIN_POSITIVE);
+    for j in 0..n {
+        if r[(j, j)].norm() < floor * f64::EPSILON {
+            r[(j, j)] = Complex::from(floor * f64::EPSILON);
+        }
+    }
+    // Real for real lambda, and without preference for any coordinate.
+    let mut v = DVector::from_fn(n, |j, _| Complex::from(1.0 + 0.5 * ((j as f64 + 1.0) * 2.399_963).cos()));
+    v.unscale_mut(v.norm());
+    let mut sigma = f64::INFINITY;
+    for _ in 0..INVERSE_ITERATIONS {
+        let Some(w) = solve_normal(&r, &v) else { break };
+        v = w;
+        let next = (&r * &v).norm();
+        let settled = (sigma - next).abs() <= 1e-10 * sigma;
+        sigma = sigma.min(next);
+        if settled {
+            break;
+        }
+    }
+    if v.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
+        Ok(v)
+    } else {
+        Err(LinalgError::Overflow { what: "the direction of a mode" })
+    }
+}
+
+/// Rotates row j of the triangle with `row` so that `row[j]` vanishes.
+fn rotate_away(r: &mut DMatrix<Complex<f64>>, j: usize, row: &mut [Complex<f64>]) {
+    let (x, y) = (r[(j, j)], row[j]);
+    let length = x.norm().hypot(y.norm());
+    if y.norm() == 0.0 || length == 0.0 {
+        return;
+    }
+    let (c, s) = (x / length, y / length);
+    for k in j..row.len() {
+        let (upper, lower) = (r[(j, k)], row[k]);
+        r[(j, k)] = c.conj() * upper + s.conj() * lower;
+        row[k] = c * lower - s * upper;
+    }
+    row[j] = Complex::from(0.0);
+}
+
+/// `(R* R)^-1 v`, normalised in between and after; none if it overflows.
+fn solve_normal(r: &DMatrix<Complex<f64>>, v: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
+    let unit = |mut x: DVector<Complex<f64>>| {
+        let largest = x.iter().map(|x| x.re.abs().max(x.im.abs())).fold(0.0, f64::max);
+        if !(largest > 0.0 && largest.is_finite()) {
+            return None;
+        }
+        x.unscale_mut(largest);
+        x.unscale_mut(x.norm());
+        Some(x)
+    };
+    let n = v.len();
+    let mut x = v.clone();
+    for j in 0..n {
+        let sum: Complex<f64> = (0..j).map(|i| r[(i, j)].conj() * x[i]).sum();
+        x[j] = (x[j] - sum) / r[(j, j)].conj();
+    }
+    let mut x = unit(x)?;
+    for j in (0..n).rev() {
+        x[j] /= r[(j, j)];
+        let top = x[j];
+        for i in 0..j {
+            x[i] -= r[(i, j)] * top;
+        }
+    }
+    unit(x)
+}
