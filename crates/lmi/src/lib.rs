@@ -1,1 +1,19 @@
-//! Linear matrix inequalities, modelled as they are written and verified outside the solver
+//! Linear matrix inequalities, modelled as they are written and verified outside the solver.
+#![deny(missing_docs)]
+
+pub mod bisection;
+pub mod error;
+pub mod expression;
+pub mod inequality;
+mod margin;
+pub mod problem;
+pub mod solution;
+pub mod variable;
+
+pub use bisection::{Bisection, greatest_parameter};
+pub use error::{Fault, LmiError};
+pub use expression::{Expression, he, identity, trace, zeros};
+pub use inequality::{Bound, Inequality};
+pub use problem::{Problem, Settings};
+pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution};
+pub use variable::{Structure, Variable};

@@ -1,0 +1,112 @@
+//! What solving a problem returns: values, margins, and a verdict that was reached outside the solver.
+
+use std::fmt;
+
+use luenberger_proof::Verdict;
+use nalgebra::DMatrix;
+
+use crate::variable::Variable;
+
+/// The answer to a [`Problem`](crate::Problem).
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// `Proved`: every inequality holds strictly at exactly the returned values, re-verified outside the solver on the
+    /// original data; the margin is the smallest of the constraints' margins. `Refuted`: no values satisfy the
+    /// inequalities, and the witness shows it. `Undecided`: neither could be shown; the values are the best attempt.
+    pub verdict: Verdict<Infeasibility>,
+    /// One entry per constraint, in the order they were stated.
+    pub margins: Vec<Margin>,
+    /// What became of the objective, if there was one and the constraints are proved.
+    pub objective: Option<Optimum>,
+    /// What the solver did.
+    pub effort: Effort,
+    pub(crate) values: Vec<(Variable, DMatrix<f64>)>,
+}
+
+/// How far inside one constraint the returned values lie.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Margin {
+    /// The constraint's name.
+    pub constraint: String,
+    /// A rigorous lower bound on the smallest eigenvalue of the positive side of the inequality, if it was proved
+    /// positive at the returned values.
+    pub proved: Option<f64>,
+    /// The smallest eigenvalue as floating point sees it, which proves nothing.
+    pub estimate: f64,
+}
+
+/// The objective at the returned values, which were pulled inside the constraints and are therefore not quite optimal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optimum {
+    /// The objective at the returned values, rounded.
+    pub achieved: f64,
+    /// The optimum as the solver estimates it from its dual; infinite if it found the objective unbounded. Not proved.
+    pub estimate: f64,
+}
+
+/// What the solver did, summed over its runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Interior-point iterations.
+    pub iterations: u32,
+    /// The solver's own word for how its last run ended. No verdict rests on it.
+    pub status: &'static str,
+}
+
+/// Why no values satisfy the inequalities: multipliers `Z_k >= 0`, not all zero, such that `sum_k tr(Z_k F_k(x))` is the same
+/// number at most zero for every x, while `F_k(x) > 0` for all k would make it positive.
+///
+/// The multipliers are exact: `multipliers` shows them rounded to binary64 and divided by the largest trace, and
+/// [`Problem::is_refuted_by`](crate::Problem::is_refuted_by) checks the exact ones from the problem's data alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Infeasibility {
+    /// One multiplier per constraint that takes part in the contradiction.
+    pub multipliers: Vec<Multiplier>,
+    /// The constant value of `sum_k tr(Z_k F_k(x))`, at most zero, rounded, in the units of the rounded multipliers.
+    pub value: f64,
+}
+
+/// The multiplier of one constraint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Multiplier {
+    /// The constraint's name.
+    pub constraint: String,
+    /// The multiplier, rounded to binary64.
+    pub z: DMatrix<f64>,
+}
+
+impl Solution {
+    /// The value of an unknown matrix. An unknown of another problem has no value here: every entry is NaN.
+    ///
+    /// When the verdict is not `Proved`, this is the best attempt, and proves nothing.
+    pub fn value(&self, variable: &Variable) -> DMatrix<f64> {
+        let (rows, columns) = variable.shape();
+        self.values
+            .iter()
+            .find(|(known, _)| known.is_same(variable))
+            .map_or_else(|| DMatrix::from_element(rows, columns, f64::NAN), |(_, value)| value.clone())
+    }
+
+    /// The value of the unknown matrix declared with this name, if there is one. For answers whose problem was built
+    /// elsewhere, as in a bisection.
+    pub fn named(&self, name: &str) -> Option<&DMatrix<f64>> {
+        self.values.iter().find(|(known, _)| known.name() == name).map(|(_, value)| value)
+    }
+
+    /// The proved margin of the constraint of this name, if it was proved.
+    pub fn margin(&self, constraint: &str) -> Option<f64> {
+        self.margins.iter().find(|margin| margin.constraint == constraint).and_then(|margin| margin.proved)
+    }
+}
+
+impl fmt::Display for Infeasibility {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.multipliers.iter().map(|m| m.constraint.as_str()).collect();
+        write!(
+            f,
+            "no values satisfy {} together: their weighted sum is {:e} whatever the unknowns",
+            names.join(", "),
+            self.value
+        )
+    }
+}
