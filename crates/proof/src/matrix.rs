@@ -67,6 +67,11 @@ impl<T> Matrix<T> {
         &self.data[i * self.cols..(i + 1) * self.cols]
     }
 
+    /// Row i, to be written to.
+    pub(crate) fn row_mut(&mut self, i: usize) -> &mut [T] {
+        &mut self.data[i * self.cols..(i + 1) * self.cols]
+    }
+
     /// All entries, row by row.
     pub fn as_slice(&self) -> &[T] {
         &self.data

@@ -6,15 +6,17 @@ use crate::ring::Ring;
 
 /// A matrix entry: a binary64 number taken as the exact number it is, an interval, or an exact number.
 pub trait Entry: Clone {
-    /// An interval that contains the entry; `None` when it is NaN or infinite and so no number at all.
-    fn enclosure(&self) -> Option<Interval>;
+    /// An interval that contains the entry.
+    /// # Errors
+    /// The entry itself, when it is NaN or infinite and so no real number at all.
+    fn enclosure(&self) -> Result<Interval, f64>;
     /// The entry itself, when it is a single number.
     fn exact(&self) -> Option<Exact>;
 }
 
 impl Entry for f64 {
-    fn enclosure(&self) -> Option<Interval> {
-        Interval::from_f64(*self)
+    fn enclosure(&self) -> Result<Interval, f64> {
+        Interval::from_f64(*self).ok_or(*self)
     }
 
     fn exact(&self) -> Option<Exact> {
@@ -23,8 +25,8 @@ impl Entry for f64 {
 }
 
 impl Entry for Interval {
-    fn enclosure(&self) -> Option<Interval> {
-        Some(*self)
+    fn enclosure(&self) -> Result<Interval, f64> {
+        Ok(*self)
     }
 
     fn exact(&self) -> Option<Exact> {
@@ -33,8 +35,8 @@ impl Entry for Interval {
 }
 
 impl Entry for Exact {
-    fn enclosure(&self) -> Option<Interval> {
-        Some(Exact::enclosure(self))
+    fn enclosure(&self) -> Result<Interval, f64> {
+        Ok(Exact::enclosure(self))
     }
 
     fn exact(&self) -> Option<Exact> {

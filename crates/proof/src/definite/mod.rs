@@ -2,9 +2,9 @@
 //!
 //! Three judges, the cheap ones first:
 //! 1. a floating-point Cholesky factorisation of a shifted, equilibrated matrix with a proven bound of its rounding error
-//!    ([`cholesky`]) says yes;
-//! 2. a direction `v` whose quadratic form `v'Mv`, enclosed or computed exactly, is negative ([`direction`]) says no;
-//! 3. where both are silent, exact elimination without fractions ([`referee`]) says which, up to order [`REFEREE_ORDER`].
+//!    says yes (`cholesky.rs`);
+//! 2. a direction `v` whose quadratic form `v'Mv`, enclosed or computed exactly, is negative says no (`direction.rs`);
+//! 3. where both are silent, exact elimination without fractions says which, up to order [`REFEREE_ORDER`] (`referee.rs`).
 //!
 //! A matrix of intervals stands for all symmetric matrices within: `Proved` holds for every one of them, and `Refuted` gives
 //! one direction that refutes every one of them. Anything between is `Undecided`.
@@ -12,7 +12,10 @@
 //! The matrix of order 0 is definite and semidefinite of both signs (there is no direction to refute it), with the
 //! margin infinity (the minimum over no direction).
 
+mod cholesky;
+mod direction;
 mod entry;
+mod referee;
 
 pub use entry::Entry;
 
@@ -20,7 +23,10 @@ use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::Verdict;
+use crate::interval::Interval;
+use crate::verdict::{Doubt, Verdict};
+use cholesky::{Ball, Completion};
+use referee::Finding;
 
 /// A direction along which a quadratic form has the wrong sign.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +97,142 @@ pub(crate) enum Sense {
     NegativeSemidefinite,
 }
 
-pub(crate) fn decide<T: Entry>(m: &Matrix<T>, _sense: Sense) -> Result<Verdict<Direction>, ProofError> {
-    m.expect_shape("the matrix", (m.rows(), m.rows()))?;
-    Ok(Verdict::Undecided { why: crate::Doubt::Overflow, best: 0.0 })
+impl Sense {
+    fn is_negated(self) -> bool {
+        matches!(self, Self::NegativeDefinite | Self::NegativeSemidefinite)
+    }
+
+    fn is_strict(self) -> bool {
+        matches!(self, Self::PositiveDefinite | Self::NegativeDefinite)
+    }
+}
+
+pub(crate) fn decide<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
+    let n = m.rows();
+    m.expect_shape("a matrix whose definiteness is asked", (n, n))?;
+    if n == 0 {
+        return Ok(Verdict::Proved { margin: f64::INFINITY });
+    }
+    let enclosed = symmetric_enclosure(m, sense.is_negated())?;
+    let exact = if sense.is_negated() { exact_entries(m).map(|m| m.negative()) } else { exact_entries(m) };
+    let strict = sense.is_strict();
+    if n == 1 {
+        let lo = enclosed[(0, 0)].lo();
+        if lo > 0.0 || (lo == 0.0 && !strict) {
+            return Ok(Verdict::Proved { margin: lo });
+        }
+    }
+    let quick = match ball(&enclosed) {
+        Some(ball) => match quick(&ball, &enclosed, exact.as_ref(), strict) {
+            Verdict::Undecided { why, best } => (why, best),
+            decided => return Ok(decided),
+        },
+        None => (Doubt::Overflow, f64::NAN),
+    };
+    let Some(exact) = exact else { return Ok(Verdict::Undecided { why: quick.0, best: quick.1 }) };
+    let undecided = Verdict::Undecided { why: quick.0, best: quick.1 };
+    let refuted = |v: &[Exact]| match referee::witness(&exact, v, strict) {
+        Some(witness) => Verdict::Refuted { witness },
+        None => undecided.clone(),
+    };
+    Ok(match referee::judge(&exact) {
+        Finding::Definite(factor) => Verdict::Proved { margin: referee::margin(&exact, &factor) },
+        Finding::Singular(_) if !strict => Verdict::Proved { margin: 0.0 },
+        Finding::Singular(v) | Finding::Indefinite(v) => refuted(&v),
+        Finding::TooLarge => undecided,
+    })
+}
+
+/// The first two judges.
+fn quick(
+    ball: &Ball,
+    enclosed: &Matrix<Interval>,
+    exact: Option<&Matrix<Exact>>,
+    strict: bool,
+) -> Verdict<Direction> {
+    let refutation = |v: Vec<f64>| direction::verify(enclosed, exact, v, strict);
+    let completion = cholesky::certify(ball, 0.0);
+    if let Completion::Certified(factor) = &completion {
+        return Verdict::Proved { margin: cholesky::margin(ball, factor) };
+    }
+    let stopped = match &completion {
+        Completion::Stopped { r, exponent, row } => Some(direction::from_stopped(r, exponent, *row)),
+        _ => None,
+    };
+    let candidates = [
+        direction::from_diagonal(ball),
+        direction::from_minor(ball),
+        stopped,
+        direction::from_eigenvector(ball),
+    ];
+    let mut best = f64::INFINITY;
+    for v in candidates.into_iter().flatten() {
+        best = best.min(rayleigh_quotient(&ball.mid, &v));
+        if let Some(witness) = refutation(v) {
+            return Verdict::Refuted { witness };
+        }
+    }
+    let width = enclosed.as_slice().iter().map(Interval::width).fold(0.0, f64::max);
+    let why = if exact.is_none() {
+        Doubt::DataTooUncertain { width }
+    } else {
+        let order = ball.mid.rows();
+        let trace: f64 = (0..order).map(|i| ball.mid[(i, i)].abs()).sum();
+        Doubt::RoundingDominates { error: cholesky::relative_rounding_bound(order) * trace, order }
+    };
+    Verdict::Undecided { why, best: if best.is_finite() { best } else { f64::NAN } }
+}
+
+fn rayleigh_quotient(m: &Matrix<f64>, v: &[f64]) -> f64 {
+    let (mut form, mut square) = (0.0, 0.0);
+    for (i, x) in v.iter().enumerate() {
+        form += x * m.row(i).iter().zip(v).map(|(a, y)| a * y).sum::<f64>();
+        square += x * x;
+    }
+    form / square
+}
+
+/// Each entry enclosed, in the smaller of the enclosures of (i, j) and (j, i); with the sign changed when asked.
+fn symmetric_enclosure<T: Entry>(m: &Matrix<T>, negated: bool) -> Result<Matrix<Interval>, ProofError> {
+    let n = m.rows();
+    let what = "a matrix whose definiteness is asked";
+    let mut enclosed = Matrix::from_fn(n, n, |_, _| Interval::zero());
+    let enclosure = |row: usize, column: usize| {
+        m[(row, column)].enclosure().map_err(|value| ProofError::NotFinite { what, row, column, value })
+    };
+    for row in 0..n {
+        for column in row..n {
+            let (upper, lower) = (enclosure(row, column)?, enclosure(column, row)?);
+            let asymmetric = || ProofError::NotSymmetric {
+                what,
+                row,
+                column,
+                upper: upper.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle),
+                lower: lower.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle),
+            };
+            if let (Some(x), Some(y)) = (m[(row, column)].exact(), m[(column, row)].exact())
+                && x != y
+            {
+                return Err(asymmetric());
+            }
+            let both = upper.intersection(&lower).ok_or_else(asymmetric)?;
+            let both = if negated { both.neg() } else { both };
+            enclosed[(row, column)] = both;
+            enclosed[(column, row)] = both;
+        }
+    }
+    Ok(enclosed)
+}
+
+/// The matrix itself, where every entry is a single number.
+fn exact_entries<T: Entry>(m: &Matrix<T>) -> Option<Matrix<Exact>> {
+    let entries: Option<Vec<Exact>> = m.as_slice().iter().map(Entry::exact).collect();
+    Matrix::from_row_major(m.rows(), m.cols(), entries?).ok()
+}
+
+fn ball(enclosed: &Matrix<Interval>) -> Option<Ball> {
+    let n = enclosed.rows();
+    let parts: Option<Vec<(f64, f64)>> = enclosed.as_slice().iter().map(Interval::midpoint_radius).collect();
+    let parts = Matrix::from_row_major(n, n, parts?).ok()?;
+    Some(Ball { mid: parts.map(|x| x.0), rad: parts.map(|x| x.1) })
 }

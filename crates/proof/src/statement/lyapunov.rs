@@ -60,7 +60,7 @@ impl Expression for Decrease<'_> {
 /// let a = Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]);
 /// let (l, c) = (Matrix::from_rows([[7.0], [10.0]]), Matrix::from_rows([[1.0, 0.0]]));
 /// // F'P + PF = -14 I, up to nothing: the residual is 0.
-/// let p = Matrix::from_rows([[11.0, -7.0], [-7.0, 5.9]]);
+/// let p = Matrix::from_rows([[11.0, -7.0], [-7.0, 6.0]]);
 /// let margin = lyapunov_decrease(&a, &l, &c, &p)?.margin().expect("proved");
 /// assert!((margin - 14.0).abs() < 1e-9 && margin <= 14.0);
 /// # Ok(())

@@ -1,0 +1,272 @@
+//! The quick yes: a floating-point Cholesky factorisation that runs to completion proves positive definiteness, once its
+//! rounding errors are paid for by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46, 2006; the
+//! bound below is derived here).
+//!
+//! **Setting.** u = 2^-53, eta = 2^-1075 (half the smallest subnormal). For floats, `fl(x + y) = (x + y)/(1 + e)`,
+//! `fl(xy) = xy(1 + e) + f`, `fl(x/y) = (x/y)/(1 + e) + f`, `fl(sqrt x) = sqrt(x)/(1 + e)`, with |e| <= u and |f| <= eta, f other than 0 only when the
+//! result underflows. Products of k factors (1 + e)^(+-1) are 1 + t with |t| <= g_k := k u/(1 - k u).
+//!
+//! **One entry.** Cholesky computes from symmetric B an upper triangular R by
+//! `s_0 = b_ij, s_k = fl(s_{k-1} - fl(r_ki r_kj))` for k = 1..m (m = i - 1 <= n - 1, counted from 1), then `r_ij = fl(s_m / r_ii)` for j > i, and
+//! `r_ii = fl(sqrt(s_m))`, which needs s_m > 0. From `s_{k-1} = fl(r_ki r_kj) + (1 + e_k) s_k`, unrolled,
+//! ```text
+//! b_ij = sum_k r_ki r_kj (1 + t_k) + r_ii r_ij (1 + t) + f_ij,
+//! |t_k| <= g_k,  |t| <= g_{m+2},  |f_ij| <= (1 + g_n)(m + r_ii) eta:
+//! ```
+//! the k-th product has its own factor and k - 1 of the sums; the last has m of the sums and one of the quotient, or two of the root.
+//! With g = g_{n+1} and `|r|_i` the Euclidean norm of column i of R this is, by Cauchy and Schwarz,
+//! ```text
+//! R'R = B + D,  |d_ij| <= g |r|_i |r|_j + f,    f = 2 (n + max_i r_ii) eta.
+//! ```
+//! **All entries.** For i = j the first bound says `|r|_i^2 <= (b_ii + f)/(1 - g)`. So `|d_ij| <= g/(1-g) sqrt((b_ii + f)(b_jj + f)) + f`, and as the matrix
+//! `x x'` has the norm `x'x`,
+//! ```text
+//! |D|_2 <= h := g/(1 - g) (trace B + n f) + n f.
+//! ```
+//! R has positive diagonal, so `B + D = R'R > 0` and **`B + h I > 0`, strictly**. NaN and infinities cannot hide: an entry of a column that is
+//! not finite makes that column's s_m for the diagonal NaN or -inf, which is not > 0.
+//!
+//! **Use.** To prove `M - c I > 0` for all M with `|M - mid| <= rad` entrywise:
+//! 1. `a_ii`, a lower bound of `mid_ii - rad_ii - c`, must be positive (lowering a diagonal only makes the task harder);
+//! 2. scale rows and columns by powers of two so that the diagonal lies in [1, 4); this is exact but for entries off the
+//!    diagonal that underflow, by at most 2^-1074 each, which joins the radius. Then r_ii <= 2 (1 + g) and the bound h is near its best for
+//!    matrices of any scaling;
+//! 3. by `2 |x_i x_j| <= x_i^2 + x_j^2`, uncertainty `rad_ij` off the diagonal costs at most `rho_i = sum_j rad_ij` on the diagonal;
+//! 4. factor B = scaled - diag(rho_i + h), with the diagonal rounded down.
+
+use crate::exact::power_of_two;
+use crate::matrix::Matrix;
+
+/// A symmetric matrix of floats with a radius for each entry.
+#[derive(Debug, Clone)]
+pub(super) struct Ball {
+    pub(super) mid: Matrix<f64>,
+    /// Nonnegative.
+    pub(super) rad: Matrix<f64>,
+}
+
+/// `D B D ~ R'R` in the order `order`, with `D = diag(2^-exponent)`.
+#[derive(Debug, Clone)]
+pub(super) struct Factor {
+    /// Upper triangular.
+    pub(super) r: Matrix<f64>,
+    /// In the order of the rows of `r`.
+    pub(super) exponent: Vec<i64>,
+    /// Row k of `r` belongs to row `order[k]` of the matrix.
+    pub(super) order: Vec<usize>,
+}
+
+/// What a Cholesky factorisation came to.
+pub(super) enum Completion {
+    /// It ran to the end, and the shift paid for its errors.
+    Certified(Factor),
+    /// It met a pivot that is not positive. `row` is that pivot's, and the rows of `r` before it are those of the factor.
+    Stopped { r: Matrix<f64>, exponent: Vec<i64>, row: usize },
+    /// A diagonal entry less its radius is not positive, or the range of binary64 was left.
+    NotTried,
+}
+
+/// The exponent k for which `x 2^(-2k)` lies in [1, 4), of a positive finite x.
+pub(super) fn half_exponent(x: f64) -> i64 {
+    let biased = (x.to_bits() >> 52) as i64;
+    let exponent = if biased == 0 { -1011 - i64::from(x.to_bits().leading_zeros()) } else { biased - 1023 };
+    exponent.div_euclid(2)
+}
+
+/// `x 2^k`, rounded once at most, for k >= -1022. Infinite when too large.
+pub(super) fn times_power_of_two(x: f64, k: i64) -> f64 {
+    if k > 1023 { x * power_of_two(1023) * power_of_two(k - 1023) } else { x * power_of_two(k) }
+}
+
+/// Tries to prove `M - c I > 0` for every symmetric M in the ball. Cost n^3/3.
+pub(super) fn certify(ball: &Ball, c: f64) -> Completion {
+    let n = ball.mid.rows();
+    let mut exponent = Vec::with_capacity(n);
+    let mut lowered = Vec::with_capacity(n);
+    for i in 0..n {
+        let entry = down(down(ball.mid[(i, i)] - ball.rad[(i, i)], ball.rad[(i, i)]) - c, c);
+        if !(entry > 0.0 && entry.is_finite()) {
+            return Completion::NotTried;
+        }
+        lowered.push(entry);
+        exponent.push(half_exponent(entry));
+    }
+    let mut b = Matrix::from_fn(n, n, |_, _| 0.0);
+    let mut rho = vec![0.0_f64; n];
+    for i in 0..n {
+        b[(i, i)] = times_power_of_two(lowered[i], -2 * exponent[i]);
+        for j in i + 1..n {
+            // -(k_i + k_j) >= -1022, because k <= 511.
+            let k = -(exponent[i] + exponent[j]);
+            let (x, radius) = (ball.mid[(i, j)], ball.rad[(i, j)]);
+            let scaled = times_power_of_two(x, k);
+            b[(i, j)] = scaled;
+            // Multiplication by a power of two rounds only into the subnormal range, and there by at most 2^-1074.
+            let mut error = 0.0;
+            if radius > 0.0 {
+                error = times_power_of_two(radius, k).next_up();
+            }
+            if x != 0.0 && scaled.abs() < 2.0 * f64::MIN_POSITIVE {
+                error = (error + f64::from_bits(1)).next_up();
+            }
+            if error > 0.0 {
+                rho[i] = (rho[i] + error).next_up();
+                rho[j] = (rho[j] + error).next_up();
+            }
+        }
+    }
+    let shift = rounding_bound(n, &b);
+    for i in 0..n {
+        b[(i, i)] = (b[(i, i)] - (rho[i] + shift).next_up()).next_down();
+    }
+    match factor(b) {
+        Ok(r) => Completion::Certified(Factor { r, exponent, order: (0..n).collect() }),
+        Err((r, row)) => Completion::Stopped { r, exponent, row },
+    }
+}
+
+/// `value`, the result of subtracting `term`, rounded down; exact when nothing was subtracted.
+fn down(value: f64, term: f64) -> f64 {
+    if term == 0.0 { value } else { value.next_down() }
+}
+
+/// The bound h of the head of this file, for a diagonal in [1, 4): then `2 (n + max r_ii) eta <= (n + 3) 2^-1074`. The result is far
+/// above the underflow range, where a few floats of slack dominate the rounding of this function's own dozen operations.
+pub(super) fn rounding_bound(n: usize, b: &Matrix<f64>) -> f64 {
+    let slack = 1.0 + 64.0 * f64::EPSILON;
+    let ratio = relative_rounding_bound(n);
+    // A sum of n positive numbers is off by less than the factor 1 + 2 n u.
+    let trace = (0..n).map(|i| b[(i, i)]).sum::<f64>() * (1.0 + 2.0 * n as f64 * f64::EPSILON);
+    let underflow = n as f64 * (n as f64 + 3.0) * f64::MIN_POSITIVE;
+    (ratio * (trace + underflow) + underflow) * slack
+}
+
+/// `g/(1 - g) = k u / (1 - 2 k u)` for `g = g_k`, k = n + 1, up to a few roundings.
+pub(super) fn relative_rounding_bound(n: usize) -> f64 {
+    let k_u = (n as f64 + 1.0) * (f64::EPSILON / 2.0);
+    k_u / (1.0 - 2.0 * k_u)
+}
+
+/// Upper triangular R with `R'R ~ B`, from the upper triangle of B; or what was done of it and the row that stopped it. The
+/// trailing block is updated row by row, so that each entry undergoes the operations of the head of this file in their order.
+pub(super) fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, usize)> {
+    let n = b.rows();
+    for k in 0..n {
+        let pivot = b[(k, k)];
+        // Not `<=`: a NaN stops here as well.
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return Err((b, k));
+        }
+        let root = pivot.sqrt();
+        b[(k, k)] = root;
+        for j in k + 1..n {
+            b[(k, j)] /= root;
+        }
+        let row: Vec<f64> = b.row(k)[k..].to_vec();
+        for i in k + 1..n {
+            let x = row[i - k];
+            for (entry, y) in b.row_mut(i)[i..].iter_mut().zip(&row[i - k..]) {
+                *entry -= x * y;
+            }
+        }
+    }
+    Ok(b)
+}
+
+impl Factor {
+    /// An estimate of the smallest eigenvalue of the matrix factored, from above up to rounding, and its vector, by inverse
+    /// iteration. `None` when the range of binary64 is left. It proves nothing.
+    pub(super) fn smallest_eigenvalue(&self) -> Option<(f64, Vec<f64>)> {
+        let n = self.order.len();
+        let least = self.exponent.iter().copied().min()?;
+        // In units of 2^(2 least), D has entries of at most 1.
+        let d: Vec<f64> = self.exponent.iter().map(|k| power_of_two(least - k)).collect();
+        // A start with no symmetry, so that it is orthogonal to no likely eigenvector.
+        let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64 * 0.618_033_988_75).fract()).collect();
+        normalise(&mut x)?;
+        let mut estimate = f64::INFINITY;
+        for _ in 0..60 {
+            let mut y: Vec<f64> = x.iter().zip(&d).map(|(x, d)| x * d).collect();
+            self.solve(&mut y);
+            for (y, d) in y.iter_mut().zip(&d) {
+                *y *= d;
+            }
+            let xy: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+            let length = normalise(&mut y)?;
+            x = y;
+            // The Rayleigh quotient of y = M^-1 x is y'x / y'y.
+            let quotient = xy / length / length;
+            let settled = (estimate - quotient).abs() <= 1e-14 * quotient.abs();
+            estimate = quotient;
+            if settled {
+                break;
+            }
+        }
+        let mut v = vec![0.0; n];
+        for (x, &i) in x.iter().zip(&self.order) {
+            v[i] = *x;
+        }
+        let value = estimate * power_of_two(least) * power_of_two(least);
+        (value.is_finite() && value > 0.0).then_some((value, v))
+    }
+
+    /// Solves `R'R y = b` in place.
+    fn solve(&self, y: &mut [f64]) {
+        let n = y.len();
+        for k in 0..n {
+            let z = y[k] / self.r[(k, k)];
+            y[k] = z;
+            for (entry, r) in y[k + 1..].iter_mut().zip(&self.r.row(k)[k + 1..]) {
+                *entry -= r * z;
+            }
+        }
+        for k in (0..n).rev() {
+            let sum: f64 = y[k + 1..].iter().zip(&self.r.row(k)[k + 1..]).map(|(y, r)| y * r).sum();
+            y[k] = (y[k] - sum) / self.r[(k, k)];
+        }
+    }
+}
+
+/// Scales x to length 1 and returns what its length was; `None` when that is 0 or not finite.
+fn normalise(x: &mut [f64]) -> Option<f64> {
+    let largest = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if !(largest > 0.0 && largest.is_finite()) || x.iter().any(|x| x.is_nan()) {
+        return None;
+    }
+    let length = x.iter().map(|x| (x / largest) * (x / largest)).sum::<f64>().sqrt();
+    for x in x.iter_mut() {
+        *x = *x / largest / length;
+    }
+    Some(length * largest)
+}
+
+/// Shares of the estimate that are tried as margins, the most ambitious first.
+const SHARES: [f64; 9] = [1.0 - 1e-12, 1.0 - 1e-9, 1.0 - 1e-6, 1.0 - 1e-3, 0.97, 0.75, 0.25, 1e-2, 1e-5];
+
+/// A proven lower bound of the smallest eigenvalue over the ball, of which `factor` has shown that it is positive; 0 if none
+/// better is found. At most a dozen factorisations.
+pub(super) fn margin(ball: &Ball, factor: &Factor) -> f64 {
+    let Some((estimate, _)) = factor.smallest_eigenvalue() else { return 0.0 };
+    let proves = |c: f64| c > 0.0 && matches!(certify(ball, c), Completion::Certified(_));
+    let mut failed = estimate;
+    for share in SHARES {
+        let mut proved = share * estimate;
+        if proves(proved) {
+            // Between the two, a few halvings on the scale of the gap.
+            for _ in 0..5 {
+                if failed - proved <= 0.01 * proved {
+                    break;
+                }
+                let middle = if proved < 0.1 * failed { (proved * failed).sqrt() } else { f64::midpoint(proved, failed) };
+                if proves(middle) {
+                    proved = middle;
+                } else {
+                    failed = middle;
+                }
+            }
+            return proved;
+        }
+        failed = share * estimate;
+    }
+    0.0
+}
