@@ -17,6 +17,11 @@ impl Interval {
     /// All real numbers.
     pub const UNBOUNDED: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
+    /// The single number x, which the caller knows to be finite.
+    pub(crate) const fn point(x: f64) -> Self {
+        Self { lo: x, hi: x }
+    }
+
     /// The interval `[lo, hi]`; `None` unless `lo <= hi` and it contains a real number.
     pub fn new(lo: f64, hi: f64) -> Option<Self> {
         (lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY).then_some(Self { lo, hi })

@@ -211,7 +211,7 @@ impl Factor {
     }
 
     /// Solves `R'R y = b` in place.
-    fn solve(&self, y: &mut [f64]) {
+    pub(super) fn solve(&self, y: &mut [f64]) {
         let n = y.len();
         for k in 0..n {
             let z = y[k] / self.r[(k, k)];
@@ -244,9 +244,9 @@ fn normalise(x: &mut [f64]) -> Option<f64> {
 const SHARES: [f64; 9] = [1.0 - 1e-12, 1.0 - 1e-9, 1.0 - 1e-6, 1.0 - 1e-3, 0.97, 0.75, 0.25, 1e-2, 1e-5];
 
 /// A proven lower bound of the smallest eigenvalue over the ball, of which `factor` has shown that it is positive; 0 if none
-/// better is found. At most a dozen factorisations.
-pub(super) fn margin(ball: &Ball, factor: &Factor) -> f64 {
-    let Some((estimate, _)) = factor.smallest_eigenvalue() else { return 0.0 };
+/// better is found, and an estimate of the eigenvalue. At most a dozen factorisations.
+pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
+    let Some((estimate, _)) = factor.smallest_eigenvalue() else { return (0.0, 0.0) };
     let proves = |c: f64| c > 0.0 && matches!(certify(ball, c), Completion::Certified(_));
     let mut failed = estimate;
     for share in SHARES {
@@ -257,16 +257,17 @@ pub(super) fn margin(ball: &Ball, factor: &Factor) -> f64 {
                 if failed - proved <= 0.01 * proved {
                     break;
                 }
-                let middle = if proved < 0.1 * failed { (proved * failed).sqrt() } else { f64::midpoint(proved, failed) };
+                let middle =
+                    if proved < 0.1 * failed { (proved * failed).sqrt() } else { f64::midpoint(proved, failed) };
                 if proves(middle) {
                     proved = middle;
                 } else {
                     failed = middle;
                 }
             }
-            return proved;
+            return (proved, estimate);
         }
         failed = share * estimate;
     }
-    0.0
+    (0.0, estimate)
 }

@@ -21,11 +21,11 @@ pub use entry::Entry;
 
 use crate::error::ProofError;
 use crate::exact::Exact;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::interval::Interval;
 use crate::verdict::{Doubt, Verdict};
-use cholesky::{Ball, Completion};
+use cholesky::{Ball, Completion, Factor};
 use referee::Finding;
 
 /// A direction along which a quadratic form has the wrong sign.
@@ -43,6 +43,9 @@ pub struct Direction {
 
 /// The order up to which the exact referee is called; beyond, what the first two judges cannot see stays undecided.
 pub const REFEREE_ORDER: usize = 64;
+
+/// The order up to which exact elimination is used to better a margin that floating point has already proved.
+const EXACT_MARGIN_ORDER: usize = 16;
 
 /// Whether `v'Mv > 0` for every `v` other than 0.
 /// # Errors
@@ -136,35 +139,43 @@ pub(crate) fn decide<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Di
         None => undecided.clone(),
     };
     Ok(match referee::judge(&exact) {
-        Finding::Definite(factor) => Verdict::Proved { margin: referee::margin(&exact, &factor) },
+        Finding::Definite(factor) => Verdict::Proved { margin: referee::margin(&exact, &factor, 0.0) },
         Finding::Singular(_) if !strict => Verdict::Proved { margin: 0.0 },
         Finding::Singular(v) | Finding::Indefinite(v) => refuted(&v),
         Finding::TooLarge => undecided,
     })
 }
 
+/// `M^-1 rhs` for a positive definite M, in floating point: a proposal, about which nothing is proved.
+pub(crate) fn solve_approximately(m: &Matrix<f64>, rhs: &Matrix<f64>) -> Option<Matrix<f64>> {
+    let n = m.rows();
+    let r = cholesky::factor(m.clone()).ok()?;
+    let factor = Factor { r, exponent: vec![0; n], order: (0..n).collect() };
+    let mut columns = rhs.transpose();
+    for j in 0..rhs.cols() {
+        factor.solve(columns.row_mut(j));
+    }
+    columns.as_slice().iter().all(|x| x.is_finite()).then(|| columns.transpose())
+}
+
 /// The first two judges.
-fn quick(
-    ball: &Ball,
-    enclosed: &Matrix<Interval>,
-    exact: Option<&Matrix<Exact>>,
-    strict: bool,
-) -> Verdict<Direction> {
+fn quick(ball: &Ball, enclosed: &Matrix<Interval>, exact: Option<&Matrix<Exact>>, strict: bool) -> Verdict<Direction> {
     let refutation = |v: Vec<f64>| direction::verify(enclosed, exact, v, strict);
     let completion = cholesky::certify(ball, 0.0);
     if let Completion::Certified(factor) = &completion {
-        return Verdict::Proved { margin: cholesky::margin(ball, factor) };
+        let (margin, estimate) = cholesky::margin(ball, factor);
+        // Where rounding takes a good part of the margin and the matrix is small, exact elimination gives it back.
+        let is_loose = margin < (1.0 - 1e-4) * estimate && ball.mid.rows() <= EXACT_MARGIN_ORDER;
+        return Verdict::Proved {
+            margin: exact.filter(|_| is_loose).map_or(margin, |m| referee::bettered_margin(m, margin)),
+        };
     }
     let stopped = match &completion {
         Completion::Stopped { r, exponent, row } => Some(direction::from_stopped(r, exponent, *row)),
         _ => None,
     };
-    let candidates = [
-        direction::from_diagonal(ball),
-        direction::from_minor(ball),
-        stopped,
-        direction::from_eigenvector(ball),
-    ];
+    let candidates =
+        [direction::from_diagonal(ball), direction::from_minor(ball), stopped, direction::from_eigenvector(ball)];
     let mut best = f64::INFINITY;
     for v in candidates.into_iter().flatten() {
         best = best.min(rayleigh_quotient(&ball.mid, &v));

@@ -89,8 +89,7 @@ fn obvious(m: &Matrix<Exact>) -> Option<Vec<Exact>> {
 
 fn integers(m: &Matrix<Exact>) -> Integers {
     let n = m.rows();
-    let exponent: Vec<i64> =
-        (0..n).map(|i| m[(i, i)].magnitude_exponent().map_or(0, |e| e.div_euclid(2))).collect();
+    let exponent: Vec<i64> = (0..n).map(|i| m[(i, i)].magnitude_exponent().map_or(0, |e| e.div_euclid(2))).collect();
     let scaled = |i: usize, j: usize| m[(i, j)].shifted(-(exponent[i] + exponent[j]));
     let mut unit: Option<i64> = None;
     for i in 0..n {
@@ -211,9 +210,7 @@ impl Elimination<'_> {
             }
             before = Some(pivot);
         }
-        let first = self.order.first().map_or(1.0, |&i| {
-            m[(i, i)].shifted(-2 * self.exponent[i]).round_down()
-        });
+        let first = self.order.first().map_or(1.0, |&i| m[(i, i)].shifted(-2 * self.exponent[i]).round_down());
         let r = r.map(|x| x * first.sqrt());
         Factor { r, exponent: self.order.iter().map(|&i| self.exponent[i]).collect(), order: self.order.clone() }
     }
@@ -268,21 +265,30 @@ fn nearest(x: &Exact) -> f64 {
 /// Shares of the estimated least eigenvalue that are tried as margins.
 const SHARES: [f64; 5] = [1.0 - 1e-9, 1.0 - 1e-4, 0.9, 0.1, 1e-4];
 
-/// A proven lower bound of the smallest eigenvalue of M, which the factor has shown to be positive; 0 if none better is found.
-pub(super) fn margin(m: &Matrix<Exact>, factor: &Factor) -> f64 {
-    let n = m.rows();
-    if n == 1 {
-        return m[(0, 0)].round_down();
+/// As [`margin`], for a matrix not yet eliminated.
+pub(super) fn bettered_margin(m: &Matrix<Exact>, proved: f64) -> f64 {
+    match judge(m) {
+        Finding::Definite(factor) => margin(m, &factor, proved),
+        _ => proved,
     }
-    let Some((estimate, _)) = factor.smallest_eigenvalue() else { return 0.0 };
+}
+
+/// A proven lower bound of the smallest eigenvalue of M, which the factor has shown to be positive: above `proved`, or `proved`,
+/// which is known to be one.
+pub(super) fn margin(m: &Matrix<Exact>, factor: &Factor, proved: f64) -> f64 {
+    let n = m.rows();
+    let estimate = factor.smallest_eigenvalue().map_or(0.0, |(estimate, _)| estimate);
     for share in SHARES {
         // Few digits make short integers: 36 bits are 1e-11.
         let c = f64::from_bits((share * estimate).to_bits() & !((1 << 16) - 1));
-        let Some(exact) = Exact::from_f64(c).filter(|c| c.signum() > 0) else { continue };
+        if !(c > proved) {
+            break;
+        }
+        let Some(exact) = Exact::from_f64(c) else { break };
         let shifted = Matrix::from_fn(n, n, |i, j| if i == j { m[(i, j)].sub(&exact) } else { m[(i, j)].clone() });
         if matches!(judge(&shifted), Finding::Definite(_) | Finding::Singular(_)) {
             return c;
         }
     }
-    0.0
+    proved
 }

@@ -42,15 +42,27 @@ pub fn cubic_dissipation(p: &Matrix<f64>, n: &Matrix<f64>, c: &Matrix<f64>) -> R
     Dissipation { p, n, c }.decide(Sense::NegativeSemidefinite)
 }
 
+struct Structured<'a> {
+    s: &'a Matrix<f64>,
+    c: &'a Matrix<f64>,
+}
+
+impl Expression for Structured<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let c = embed::<R>(self.c, "C", self.c.shape())?;
+        let s = embed::<R>(self.s, "S", (c.rows(), c.rows()))?;
+        c.transpose().product(&s)?.product(&c)?.plus_transpose()
+    }
+}
+
 /// `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`, of which a stored gain is a rounding.
 ///
 /// `P` is n x n symmetric, `S` p x p, `C` p x n. Then `P N C + C'N'P = -C'(S + S')C`, whatever `P > 0` is: the inequality is proved by
 /// `P > 0` and `S + S' >= 0`. The margin is that of `S + S' >= 0`, in the units of `S`: the cubic term contributes at
 /// most `-margin (y'theta y) |y|^2` to `V'`.
 ///
-/// Refuted when `P > 0` is (the gain is not defined; the witness has n entries), or when `C` has full row rank and
-/// `S + S' >= 0` is refuted (the witness `w` has p entries: any error with `Ce = w` increases V). Where `S` is refuted
-/// and `C C' > 0` is not proved, the answer is undecided.
+/// Refuted when `P > 0` is (the gain is not defined), or when `C'(S + S')C >= 0` is, with the direction as witness. That
+/// is also what decides where C lacks rank and `S + S' >= 0` alone is false; the margin is then 0.
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
 pub fn cubic_dissipation_structured(
@@ -58,38 +70,21 @@ pub fn cubic_dissipation_structured(
     s: &Matrix<f64>,
     c: &Matrix<f64>,
 ) -> Result<Verdict<Direction>, ProofError> {
-    let order = p.rows();
-    embed_symmetric::<Interval>(p, "P", order)?;
-    embed::<Interval>(c, "C", (c.rows(), order))?;
-    s.expect_shape("S", (c.rows(), c.rows()))?;
+    embed_symmetric::<Interval>(p, "P", p.rows())?;
+    embed::<Interval>(c, "C", (c.rows(), p.rows()))?;
+    embed::<Interval>(s, "S", (c.rows(), c.rows()))?;
     let defined = definite::decide(p, Sense::PositiveDefinite)?;
     if !defined.is_proved() {
         return Ok(defined);
     }
-    let verdict = accretive(s)?;
-    if verdict.is_refuted() {
-        let full_rank = Gram { c }.decide(Sense::PositiveDefinite)?;
-        if !full_rank.is_proved() {
-            let why = crate::Doubt::NoProposal {
-                status: "S + S' >= 0 is false, and C has not been shown to have full row rank",
-            };
-            return Ok(Verdict::Undecided { why, best: 0.0 });
-        }
+    let sufficient = accretive(s)?;
+    if sufficient.is_proved() {
+        return Ok(sufficient);
     }
-    Ok(verdict)
-}
-
-/// `C C'`.
-struct Gram<'a> {
-    c: &'a Matrix<f64>,
-}
-
-impl Expression for Gram<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let c = Matrix::<R>::embed(self.c, "C")?;
-        let gram = c.product(&c.transpose())?;
-        Ok(Matrix::from_fn(c.rows(), c.rows(), |i, j| gram[(i.max(j), i.min(j))].clone()))
-    }
+    Ok(match (Structured { s, c }).decide(Sense::PositiveSemidefinite)? {
+        Verdict::Proved { .. } => Verdict::Proved { margin: 0.0 },
+        other => other,
+    })
 }
 
 struct Accretive<'a> {

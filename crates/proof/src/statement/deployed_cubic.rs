@@ -1,51 +1,105 @@
-//! placeholder
-use super::embed;
-use crate::definite::Direction;
+//! Convergence of the cubic observer with the gain that is stored, `N` rounded to binary64 and all.
+//!
+//! `e' = F e + (y'theta y) N y`, `y = Ce`, `F = A - LC` (Share Pasand, eq. 7). The design has `N0 = -P^-1 C'S`; what is stored is `N`, with
+//! the residual `R = P N + C'S`, some 1e-16 of its terms. With `V = e'Pe` and `F'P + PF <= -q I`,
+//! ```text
+//! V' <= -q |e|^2 + (y'theta y) (-2 y'Sy + 2 e'R y),                                                     (*)
+//! ```
+//! and the last term has no sign where |e| is huge and |y| small: `V` itself cannot prove convergence from everywhere. Two ways out.
+//!
+//! **Another Lyapunov matrix, for which the stored gain is exact.** For symmetric X (p x p) and the orthogonal projector
+//! `T = N (N'N)^-1 N'` put
+//! ```text
+//! P~ = C'XC + (I - T)(P - C'XC)(I - T),    S~ = -X C N.
+//! ```
+//! Since `(I - T)N = 0`, `P~ N = C'X C N = -C'S~` **exactly**: the structure holds for `N` as stored, and `V~ = e'P~e` proves global
+//! exponential convergence if `P~ > 0`, `F'P~ + P~F < 0`, `S~ + S~' >= 0` and `theta >= 0`. With X near `(C P^-1 C')^-1`, `P~` differs from P
+//! and `S~` from S by rounding only, so that the strict inequalities survive. `P~` is not a matrix of floats: it is enclosed,
+//! and the inequalities are proved for all matrices within. This needs `N` of full column rank, hence S nonsingular, and `S + S' > 0` with room.
+//!
+//! **An ellipsoid.** Let `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa` (spectral norms). With s = |y|, (*) gives
+//! `V' <= -q |e|^2 + t s^2 max(0, 2 rho |e| s - mu s^2)`. Over s >= 0 the last term is at most `27 t rho^4 |e|^4 / (16 mu^3)`, attained at
+//! `s = 3 rho |e| / (2 mu)`; and since `s <= kappa |e|` it is at most `2 t rho kappa^3 |e|^4` even for mu = 0. So `V' < 0` for
+//! ```text
+//! 0 < |e| < r,    r^2 = max(16 q mu^3 / (27 t rho^4), q / (2 t rho kappa^3)),
+//! ```
+//! and every error with `e'Pe < lambda_min(P) r^2` tends to 0. With rho = 1e-15 and the rest about 1, r is about 1e29 by the first term, 1e7 by the second.
+
+use super::lyapunov::{error_matrix, largest_eigenvalue_bound};
+use super::{Expression, accretive, embed, embed_symmetric, lyapunov_decrease, positive};
+use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
+use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::ring::Ring;
 use crate::verdict::Verdict;
 
-/// Where the cubic observer with the gains as stored converges.
+/// What is proved of the cubic observer with its gains as stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeployedCubic {
     /// `P > 0`.
     pub positive: Verdict<Direction>,
-    /// `F'P + PF < 0`.
+    /// `F'P + PF < 0`; its margin is q.
     pub decrease: Verdict<Direction>,
     /// `theta >= 0`.
     pub weight: Verdict<Direction>,
-    /// `S + S' >= 0`.
+    /// `S + S' >= 0`; its margin is mu.
     pub accretive: Verdict<Direction>,
-    /// An upper bound of the spectral norm of `P N + C'S`, by which the stored gain misses the structure.
+    /// A rigorous upper bound of the spectral norm of `R = P N + C'S`, by which the stored gain misses the structure.
     pub residual: f64,
-    /// From where the error is proved to tend to 0.
+    /// From which errors the observer is proved to converge. [`Reach::Unproved`] unless the four verdicts above are `Proved`.
     pub reach: Reach,
 }
 
-/// From which errors convergence is proved.
+/// From which initial errors the estimate is proved to converge.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reach {
-    /// From every error.
-    Everywhere,
-    /// From every error of an ellipsoid.
+    /// From all, exponentially.
+    Everywhere {
+        /// How far the entries of the Lyapunov matrix that proves it are from those of P, at most; 0 when P itself does.
+        moved: f64,
+    },
+    /// From all in an ellipsoid.
     Within(Ellipsoid),
-    /// Not proved.
+    /// Nothing is proved.
     Unproved,
 }
 
-/// The region `e'Pe < level`.
+/// The ellipsoid `e'Pe < level`: V decreases in it, so that it is never left, and the error tends to 0 exponentially.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ellipsoid {
-    /// The level.
+    /// The r of the head of this module: `V' < 0` wherever `0 < |e| < radius`.
+    pub radius: f64,
+    /// `lambda_min(P) radius^2`, rounded down.
     pub level: f64,
-    /// Every error shorter than this lies within.
+    /// Every error shorter than this lies in the ellipsoid.
     pub ball: f64,
 }
 
-/// Convergence of the cubic observer with the gain `N` as stored.
+/// Convergence of `e' = (A - LC)e + (y'theta y) N y`, `y = Ce`, for the numbers exactly as stored.
+///
+/// `A` n x n, `L` and `N` n x p, `C` p x n, `theta` symmetric p x p. `P` (symmetric n x n) and `S` (p x p) are what `N` was designed from: `N` is
+/// some rounding of `-P^-1 C'S`. The head of this module says what is proved and how.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit.
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` or `theta` that is not symmetric.
+/// ```
+/// use luenberger_proof::Matrix;
+/// use luenberger_proof::statement::{Reach, cubic_dissipation, rounded_cubic_dissipation};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // Example 1 of the paper: F'P + PF = -10 I, N = -P^-1 C' = -(42/85, 49/85), up to rounding.
+/// let a = Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]);
+/// let (l, c) = (Matrix::from_rows([[7.0], [10.0]]), Matrix::from_rows([[1.0, 0.0]]));
+/// let p = Matrix::from_rows([[55.0 / 7.0, -5.0], [-5.0, 30.0 / 7.0]]);
+/// let n = Matrix::from_rows([[-42.0 / 85.0], [-49.0 / 85.0]]);
+/// let one = Matrix::from_rows([[1.0]]);
+/// assert!(cubic_dissipation(&p, &n, &c)?.is_refuted(), "by the rounding of N");
+/// let deployed = rounded_cubic_dissipation(&a, &l, &c, &p, &n, &one, &one)?;
+/// assert!(deployed.residual < 1e-14);
+/// assert!(matches!(deployed.reach, Reach::Everywhere { moved } if moved < 1e-12));
+/// # Ok(())
+/// # }
+/// ```
 pub fn rounded_cubic_dissipation(
     a: &Matrix<f64>,
     l: &Matrix<f64>,
@@ -55,13 +109,184 @@ pub fn rounded_cubic_dissipation(
     s: &Matrix<f64>,
     theta: &Matrix<f64>,
 ) -> Result<DeployedCubic, ProofError> {
-    embed::<Interval>(n, "N", (a.rows(), c.rows()))?;
-    Ok(DeployedCubic {
-        positive: super::positive(p)?,
-        decrease: super::lyapunov_decrease(a, l, c, p)?,
-        weight: crate::definite::positive_semidefinite(theta)?,
-        accretive: super::accretive(s)?,
-        residual: 0.0,
+    let (order, outputs) = (a.rows(), c.rows());
+    embed::<Interval>(n, "N", (order, outputs))?;
+    embed::<Interval>(s, "S", (outputs, outputs))?;
+    embed_symmetric::<Interval>(theta, "theta", outputs)?;
+    let mut deployed = DeployedCubic {
+        positive: positive(p)?,
+        decrease: lyapunov_decrease(a, l, c, p)?,
+        weight: definite::decide(theta, Sense::PositiveSemidefinite)?,
+        accretive: accretive(s)?,
+        residual: norm_bound(&residual::<Exact>(p, n, s, c)?.map(Exact::enclosure)),
         reach: Reach::Unproved,
-    })
+    };
+    let verdicts = [&deployed.positive, &deployed.decrease, &deployed.weight, &deployed.accretive];
+    if verdicts.into_iter().all(Verdict::is_proved) {
+        deployed.reach = if deployed.residual == 0.0 {
+            Reach::Everywhere { moved: 0.0 }
+        } else if let Some(moved) = repaired(a, l, c, p, n)? {
+            Reach::Everywhere { moved }
+        } else {
+            ellipsoid(c, p, theta, &deployed)
+        };
+    }
+    Ok(deployed)
+}
+
+/// `P N + C'S`.
+fn residual<R: Ring>(
+    p: &Matrix<f64>,
+    n: &Matrix<f64>,
+    s: &Matrix<f64>,
+    c: &Matrix<f64>,
+) -> Result<Matrix<R>, ProofError> {
+    let image = Matrix::<R>::embed(p, "P")?.product(&Matrix::embed(n, "N")?)?;
+    image.sum(&Matrix::<R>::embed(c, "C")?.transpose().product(&Matrix::embed(s, "S")?)?)
+}
+
+/// The Lyapunov matrix `P~` of the head of this module, if it proves convergence from everywhere; how far it is from P.
+fn repaired(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+    n: &Matrix<f64>,
+) -> Result<Option<f64>, ProofError> {
+    let order = p.rows();
+    let Some(x) = output_metric(p, c) else { return Ok(None) };
+    if !(Dissipated { x: &x, c, n }).decide(Sense::PositiveSemidefinite)?.is_proved() {
+        return Ok(None);
+    }
+    let Some(projector) = projector(n)? else { return Ok(None) };
+    let rest = Matrix::scalar(order, &ONE).difference(&projector)?;
+    let output = Matrix::<Interval>::embed(c, "C")?;
+    let metric = output.transpose().product(&Matrix::embed(&x, "X")?)?.product(&output)?;
+    let p_enclosed = Matrix::<Interval>::embed(p, "P")?;
+    let lyapunov = metric.sum(&rest.transpose().product(&p_enclosed.difference(&metric)?)?.product(&rest)?)?;
+    // P~ is symmetric: each of its entries lies in both of the intervals computed for it.
+    let mut enclosed = lyapunov.clone();
+    for i in 0..order {
+        for j in 0..order {
+            let Some(both) = lyapunov[(i, j)].intersection(&lyapunov[(j, i)]) else { return Ok(None) };
+            enclosed[(i, j)] = both;
+        }
+    }
+    let flow = error_matrix::<Interval>(a, l, c)?;
+    let decrease = enclosed.product(&flow)?.plus_transpose()?;
+    let proved = definite::decide(&enclosed, Sense::PositiveDefinite)?.is_proved()
+        && definite::decide(&decrease, Sense::NegativeDefinite)?.is_proved();
+    let change = enclosed.difference(&p_enclosed)?;
+    Ok(proved.then(|| change.as_slice().iter().map(Interval::magnitude).fold(0.0, f64::max)))
+}
+
+const ONE: Interval = Interval::point(1.0);
+
+/// `S~ + S~'` with `S~ = -X C N`.
+struct Dissipated<'a> {
+    x: &'a Matrix<f64>,
+    c: &'a Matrix<f64>,
+    n: &'a Matrix<f64>,
+}
+
+impl Expression for Dissipated<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let image = Matrix::<R>::embed(self.c, "C")?.product(&Matrix::embed(self.n, "N")?)?;
+        Matrix::<R>::embed(self.x, "X")?.product(&image)?.negative().plus_transpose()
+    }
+}
+
+/// X near `(C P^-1 C')^-1`, symmetric; any such X serves.
+fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
+    let outputs = c.rows();
+    let columns = definite::solve_approximately(p, &c.transpose())?;
+    let gram = Matrix::from_fn(outputs, outputs, |i, j| {
+        let (i, j) = (i.max(j), i.min(j));
+        c.row(i).iter().enumerate().map(|(k, x)| x * columns[(k, j)]).sum()
+    });
+    let identity = Matrix::from_fn(outputs, outputs, |i, j| if i == j { 1.0 } else { 0.0 });
+    let x = definite::solve_approximately(&gram, &identity)?;
+    Some(Matrix::from_fn(outputs, outputs, |i, j| f64::midpoint(x[(i, j)], x[(j, i)])))
+}
+
+/// An enclosure of `N (N'N)^-1 N'`; `None` when N has not been shown to have full column rank.
+///
+/// With K near `(N'N)^-1` and `E = I - K N'N`, `h = |E|_inf < 1`: `(N'N)^-1 = (I - E)^-1 K = K + E (I - E)^-1 K`, each entry of the second
+/// term at most `h/(1 - h) |K|_inf`.
+fn projector(n: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
+    let columns = n.cols();
+    // The projector does not change when columns are scaled; powers of two within range do that exactly.
+    let mut scale = Vec::with_capacity(columns);
+    for j in 0..columns {
+        let largest = (0..n.rows()).fold(0.0_f64, |m, i| m.max(n[(i, j)].abs()));
+        if !(1e-150..1e150).contains(&largest) {
+            return Ok(None);
+        }
+        scale.push(2.0_f64.powi(-(largest.log2() as i32)));
+    }
+    let scaled = Matrix::from_fn(n.rows(), columns, |i, j| n[(i, j)] * scale[j]);
+    let exact = scaled.as_slice().iter().enumerate().all(|(k, x)| x / scale[k % columns] == n.as_slice()[k]);
+    if !exact {
+        return Ok(None);
+    }
+    let n = Matrix::<Interval>::embed(&scaled, "N")?;
+    let gram = n.transpose().product(&n)?;
+    let middle = gram.map(|x| f64::midpoint(x.lo(), x.hi()));
+    let identity = Matrix::from_fn(columns, columns, |i, j| if i == j { 1.0 } else { 0.0 });
+    let Some(k) = definite::solve_approximately(&middle, &identity) else { return Ok(None) };
+    let k = Matrix::<Interval>::embed(&k, "an approximate inverse")?;
+    let defect = row_sum_bound(&Matrix::scalar(columns, &ONE).difference(&k.product(&gram)?)?);
+    if defect > 0.5 || defect.is_nan() {
+        return Ok(None);
+    }
+    let radius = ((defect / (1.0 - defect).next_down()).next_up() * row_sum_bound(&k)).next_up();
+    let Some(doubt) = Interval::new(-radius, radius) else { return Ok(None) };
+    let inverse = k.map(|x| x.add(&doubt));
+    Ok(Some(n.product(&inverse)?.product(&n.transpose())?))
+}
+
+/// An upper bound of the largest sum of absolute values in a row.
+fn row_sum_bound(m: &Matrix<Interval>) -> f64 {
+    (0..m.rows())
+        .map(|i| {
+            m.row(i).iter().fold(0.0_f64, |sum, x| if x.is_zero() { sum } else { (sum + x.magnitude()).next_up() })
+        })
+        .fold(0.0, f64::max)
+}
+
+/// An upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.
+fn norm_bound(m: &Matrix<Interval>) -> f64 {
+    let square = m.as_slice().iter().fold(0.0_f64, |sum, x| {
+        let x = x.magnitude();
+        if x == 0.0 { sum } else { (sum + (x * x).next_up()).next_up() }
+    });
+    if square == 0.0 { 0.0 } else { square.sqrt().next_up() }
+}
+
+/// The ellipsoid of the head of this module. Every operation on these nonnegative numbers is rounded to the safe side.
+fn ellipsoid(c: &Matrix<f64>, p: &Matrix<f64>, theta: &Matrix<f64>, proved: &DeployedCubic) -> Reach {
+    let below = |x: f64| if x.is_nan() { 0.0 } else { x.next_down().max(0.0) };
+    let above = |x: f64| x.next_up();
+    let margin = |verdict: &Verdict<Direction>| verdict.margin().unwrap_or(0.0);
+    let (q, mu, least) = (margin(&proved.decrease), margin(&proved.accretive), margin(&proved.positive));
+    let (rho, t, largest) = (proved.residual, largest_eigenvalue_bound(theta), largest_eigenvalue_bound(p));
+    if t == 0.0 {
+        return Reach::Everywhere { moved: 0.0 };
+    }
+    let kappa = c.as_slice().iter().fold(0.0_f64, |sum, x| above(sum + above(x * x)));
+    let kappa = above(kappa.sqrt());
+    // r = sqrt(16 q mu / (27 t)) mu / rho^2.
+    let by_accretion = {
+        let factor = below(below(below(below(16.0 * q) * mu) / above(27.0 * t)).sqrt());
+        below(below(factor * mu) / above(rho * rho))
+    };
+    // r = sqrt(q / (2 t rho kappa) ) / kappa.
+    let by_output = {
+        let bound = above(above(above(2.0 * t) * rho) * kappa);
+        below(below(below(q / bound).sqrt()) / kappa)
+    };
+    let radius = by_accretion.max(by_output);
+    let level = below(below(least * radius) * radius);
+    let ball = below(below(level / largest).sqrt());
+    if level > 0.0 && ball > 0.0 { Reach::Within(Ellipsoid { radius, level, ball }) } else { Reach::Unproved }
 }

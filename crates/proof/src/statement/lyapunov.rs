@@ -163,7 +163,8 @@ pub(super) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
     let n = p.rows();
     let mut bound = 0.0_f64;
     for i in 0..n {
-        bound = bound.max(p.row(i).iter().fold(0.0, |sum: f64, x| (sum + x.abs()).next_up()));
+        bound =
+            bound.max(p.row(i).iter().fold(0.0, |sum: f64, x| if *x == 0.0 { sum } else { (sum + x.abs()).next_up() }));
     }
     // bound I - P >= margin I gives the smaller bound (bound - margin).
     let gap = Matrix::from_fn(n, n, |i, j| {
