@@ -235,6 +235,11 @@ fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> R
     })
 }
 
+/// The hidden modes alone, for arguments already checked.
+pub(crate) fn hidden_modes(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Vec<Mode>> {
+    Judged::new(a, c, default_tolerance(a.nrows(), c.nrows()))?.hidden()
+}
+
 /// A square, with at least one state; C of its width; both finite.
 fn check(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<()> {
     if square("A", a)? == 0 {

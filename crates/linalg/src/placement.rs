@@ -1,24 +1,250 @@
-//! t
-use crate::Result;
+//! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the eigenvalues wished for.
+//!
+//! A gain for every set of n poles closed under conjugation exists iff the pair is controllable (for `L`: observable; Wonham 1967).
+//! With one independent input it is unique; with more, the freedom left is spent on well-conditioned eigenvectors `X`, because
+//! a change `E` of the closed loop moves its eigenvalues by `cond(X) |E|` at most (Bauer and Fike).
+//!
+//! | independent inputs | method |
+//! |---|---|
+//! | 1 | deflation of the Hessenberg form, Miminis and Paige |
+//! | more | eigenvectors of largest volume, Tits and Yang |
+//! | n | `K = B^+ (A - Lambda)`, directly |
+
+mod poles;
+mod robust;
+mod single_input;
+
 use nalgebra::{Complex, DMatrix};
-/// t
+
+use crate::argument::{shaped, square};
+use crate::observability::{default_tolerance, hidden_modes};
+use crate::schur::schur;
+use crate::units::{Units, shift};
+use crate::{LinalgError, Result};
+use poles::Wish;
+
+/// A gain, the poles it really gives, and how well-conditioned they are.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
-    /// Gain.
+    /// `K`, m x n, for [`place`]; `L`, n x p, for [`place_observer`].
     pub gain: DMatrix<f64>,
-    /// Poles.
+    /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the wished one it stands for, in the order
+    /// of the argument.
     pub poles: Vec<Complex<f64>>,
-    /// cond
+    /// The largest distance between a wished and an achieved pole, relative to the largest wished pole or, if that is smaller, to
+    /// the norm of `A` in units that suit it. An ill-conditioned placement shows here.
+    pub deviation: f64,
+    /// `cond_2(X)`, X the eigenvectors (columns of norm one) of the closed loop that was aimed at, in the units given. Infinite if that loop is
+    /// defective: a pole repeated with one input.
     pub condition: f64,
 }
-/// t
+
+/// State feedback gain `K`, m x n, that places the eigenvalues of `A - B K` at `poles`.
+///
+/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, in any order. With rank(B) > 1 each may be repeated rank(B)
+/// times at most (more would make the loop defective); with rank(B) = 1 as often as one likes, since the loop has no choice.
+/// Note the sign: `u = -K x`.
+///
 /// # Errors
-/// t
-pub fn place(_a: &DMatrix<f64>, _b: &DMatrix<f64>, _poles: &[Complex<f64>]) -> Result<Placement> {
-    todo!()
+/// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, and the direction that no input pushes.
+/// - [`LinalgError::PoleCount`], [`LinalgError::PoleNotFinite`], [`LinalgError::PoleUnpaired`], [`LinalgError::PoleMultiplicity`].
+/// - [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`];
+///   [`LinalgError::Overflow`] if the gain does not fit a double.
+///
+/// An almost uncontrollable pair is no error: see [`Placement::deviation`] and [`Placement::condition`].
+///
+/// # Cost
+/// One input: `20 n^3` flops and the check of the poles. More: one QR of order n for each pole, n^4 in all.
+///
+/// # Example
+/// ```
+/// use luenberger_linalg::place;
+/// use nalgebra::{Complex, dmatrix};
+///
+/// let (a, b) = (dmatrix![0.0, 1.0; 3.0, 2.0], dmatrix![0.0; 1.0]);
+/// let wished = [Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0)];
+/// let placed = place(&a, &b, &wished)?;
+/// let residual = (&placed.gain - dmatrix![8.0, 4.0]).norm();
+/// println!("K = {}, residual {residual:e}, poles off by {:e}", placed.gain, placed.deviation);
+/// assert!(residual < 1e-14 && placed.deviation < 1e-14);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// Source: Miminis and Paige, Int. J. Control 35, 1982; Kautsky, Nichols, Van Dooren, Int. J. Control 41, 1985; Tits and Yang, IEEE
+/// TAC 41, 1996.
+pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
+    check(a)?;
+    shaped("B", b, a.nrows(), b.ncols())?;
+    let wish = Wish::new(poles, a.nrows())?;
+    if let Some(mode) = hidden_modes(&a.transpose(), &b.transpose())?.into_iter().next() {
+        let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
+        return Err(LinalgError::Uncontrollable { eigenvalue, direction, margin });
+    }
+    let assigned = assign(a, b, &wish)?;
+    let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { condition(&assigned.vectors)? };
+    finish(assigned.gain, a.nrows(), &wish, &assigned.achieved, assigned.size, condition)
 }
-/// t
+
+/// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
+///
+/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, in any order. With rank(C) > 1 each may be repeated rank(C) times
+/// at most; with rank(C) = 1 as often as one likes. This is [`place`] of `(A', C')`, transposed.
+///
 /// # Errors
-/// t
-pub fn place_observer(_a: &DMatrix<f64>, _c: &DMatrix<f64>, _poles: &[Complex<f64>]) -> Result<Placement> {
-    todo!()
+/// As [`place`], with [`LinalgError::Unobservable`], which names the eigenvalue that no gain can move and the direction that no output sees.
+///
+/// # Cost
+/// As [`place`].
+///
+/// # Example
+/// The double integrator with its position measured: `L = (7, 10)` for the poles -2, -5.
+/// ```
+/// use luenberger_linalg::place_observer;
+/// use nalgebra::{Complex, dmatrix};
+///
+/// let (a, c) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![1.0, 0.0]);
+/// let placed = place_observer(&a, &c, &[Complex::from(-2.0), Complex::from(-5.0)])?;
+/// let residual = (&placed.gain - dmatrix![7.0; 10.0]).norm();
+/// println!("L = {}, residual {residual:e}, cond(X) = {}", placed.gain, placed.condition);
+/// assert!(residual < 1e-14);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// Source: Luenberger, IEEE TAC 11, 1966; the methods of [`place`].
+pub fn place_observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
+    check(a)?;
+    shaped("C", c, c.nrows(), a.nrows())?;
+    let wish = Wish::new(poles, a.nrows())?;
+    if let Some(mode) = hidden_modes(a, c)?.into_iter().next() {
+        let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
+        return Err(LinalgError::Unobservable { eigenvalue, direction, margin });
+    }
+    let assigned = assign(&a.transpose(), &c.transpose(), &wish)?;
+    // The eigenvectors of A - L C are the left ones of its transpose: the columns of X^-T.
+    let condition = match assigned.vectors.try_inverse() {
+        Some(inverse) if !wish.is_defective(assigned.rank) => condition(&normalised(inverse.transpose()))?,
+        _ => f64::INFINITY,
+    };
+    finish(assigned.gain.transpose(), a.nrows(), &wish, &assigned.achieved, assigned.size, condition)
+}
+
+fn check(a: &DMatrix<f64>) -> Result<()> {
+    if square("A", a)? == 0 { Err(LinalgError::Empty { what: "A" }) } else { Ok(()) }
+}
+
+fn finish(
+    gain: DMatrix<f64>,
+    order: usize,
+    wish: &Wish,
+    achieved: &[Complex<f64>],
+    size: f64,
+    condition: f64,
+) -> Result<Placement> {
+    debug_assert_eq!(achieved.len(), order);
+    let poles = wish.matched(achieved);
+    let scale = wish.poles().iter().map(|p| p.norm()).fold(size, f64::max);
+    let distance = poles.iter().zip(wish.poles()).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
+    let deviation = if distance == 0.0 { 0.0 } else { distance / scale };
+    Ok(Placement { gain, poles, deviation, condition })
+}
+
+/// What the core returns for `A - B K`.
+struct Assigned {
+    gain: DMatrix<f64>,
+    achieved: Vec<Complex<f64>>,
+    /// Eigenvectors aimed at, unit columns, in the units given.
+    vectors: DMatrix<Complex<f64>>,
+    rank: usize,
+    /// `|A|` in the units chosen.
+    size: f64,
+}
+
+/// Units that differ by less than this power of two are left as given: they cost three digits at most, and the conditioning that is
+/// optimised is then that of the user's own coordinates.
+const NEARBY: i32 = 10;
+
+fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<Assigned> {
+    let (n, m) = b.shape();
+    // The dual pair's units: A = 2^t D^-1 As D, B = D^-1 Bs R, K = 2^t R^-1 Ks D.
+    let mut units = Units::of(&a.transpose(), &b.transpose());
+    if m > 1 && units.spread() <= NEARBY {
+        units.state.fill(0);
+    }
+    let scaled_a = units.dynamics(&a.transpose()).transpose();
+    let scaled_b = units.outputs(&b.transpose()).transpose();
+    let scaled = wish.in_time(-units.time);
+
+    let svd = faer::Mat::from_fn(n, m, |i, j| scaled_b[(i, j)])
+        .svd()
+        .map_err(|_| LinalgError::NotConverged {
+            method: "singular values of B",
+            iterations: 0,
+            remaining: f64::NAN,
+            allowed: default_tolerance(n, m),
+        })?;
+    let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
+    let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
+    // A controllable pair has an input that counts.
+    let rank = sigma.iter().filter(|s| **s > floor).count().max(1);
+    wish.allowed_by(rank)?;
+
+    let u = svd.U();
+    let inputs = DMatrix::from_fn(n, rank, |i, j| u[(i, j)]);
+    let others = DMatrix::from_fn(n, n - rank, |i, j| u[(i, rank + j)]);
+    let (orthogonal, vectors) = if rank == 1 {
+        single_input::assign(&scaled_a, &inputs, &scaled)
+    } else {
+        robust::assign(&scaled_a, &inputs, &others, &scaled)?
+    };
+    let v = svd.V();
+    let scaled_gain =
+        DMatrix::from_fn(m, n, |i, j| (0..rank).map(|k| v[(i, k)] / sigma[k] * orthogonal[(k, j)]).sum::<f64>());
+    let gain =
+        DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
+    if gain.iter().any(|x| !x.is_finite()) {
+        return Err(LinalgError::Overflow { what: "the gain" });
+    }
+    let size = shift(scaled_a.norm(), units.time);
+    let closed = &scaled_a - &scaled_b * scaled_gain;
+    let achieved = schur(&closed)?
+        .eigenvalues()
+        .into_iter()
+        .map(|x| Complex::new(shift(x.re, units.time), shift(x.im, units.time)))
+        .collect();
+    let vectors = DMatrix::from_fn(n, n, |i, j| {
+        let x = vectors[(i, j)];
+        Complex::new(shift(x.re, -units.state[i]), shift(x.im, -units.state[i]))
+    });
+    Ok(Assigned { gain, achieved, vectors: normalised(vectors), rank, size })
+}
+
+fn normalised(mut x: DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {
+    for mut column in x.column_iter_mut() {
+        let largest = column.iter().map(|x| x.re.abs().max(x.im.abs())).fold(0.0, f64::max);
+        if largest > 0.0 && largest.is_finite() {
+            column.unscale_mut(largest);
+            let norm = column.norm();
+            column.unscale_mut(norm);
+        }
+    }
+    x
+}
+
+/// `cond_2`, infinite for a singular matrix.
+fn condition(x: &DMatrix<Complex<f64>>) -> Result<f64> {
+    if x.iter().any(|x| !x.re.is_finite() || !x.im.is_finite()) {
+        return Err(LinalgError::Overflow { what: "an eigenvector of the closed loop" });
+    }
+    let sigma = faer::Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)]).singular_values().map_err(|_| {
+        LinalgError::NotConverged {
+            method: "singular values of the eigenvectors",
+            iterations: 0,
+            remaining: f64::NAN,
+            allowed: default_tolerance(x.nrows(), 0),
+        }
+    })?;
+    Ok(match (sigma.first(), sigma.last()) {
+        (Some(largest), Some(smallest)) if *smallest > 0.0 => largest / smallest,
+        _ => f64::INFINITY,
+    })
 }

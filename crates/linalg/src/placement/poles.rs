@@ -1,0 +1,152 @@
+//! The list of poles a user wishes for: checked, paired, and matched with what was achieved.
+
+use nalgebra::Complex;
+
+use crate::units::shift;
+use crate::{LinalgError, Result};
+
+/// n poles closed under conjugation: the real ones, then one of each complex pair.
+#[derive(Debug, Clone)]
+pub(super) struct Wish {
+    /// Real poles.
+    pub(super) real: Vec<f64>,
+    /// The pole of each pair with positive imaginary part.
+    pub(super) pairs: Vec<Complex<f64>>,
+    /// All, in the order given, with conjugates made exact.
+    given: Vec<Complex<f64>>,
+}
+
+/// Two numbers that a root finder meant to be conjugate (or one it meant to be real) agree to this, relative to their size.
+const CONJUGATE: f64 = 64.0 * f64::EPSILON;
+
+impl Wish {
+    pub(super) fn new(poles: &[Complex<f64>], order: usize) -> Result<Self> {
+        for (index, pole) in poles.iter().enumerate() {
+            if !(pole.re.is_finite() && pole.im.is_finite() && pole.norm().is_finite()) {
+                return Err(LinalgError::PoleNotFinite { index, pole: *pole });
+            }
+        }
+        if poles.len() != order {
+            return Err(LinalgError::PoleCount { order, found: poles.len() });
+        }
+        let mut wish = Self { real: Vec::new(), pairs: Vec::new(), given: poles.to_vec() };
+        let mut taken = vec![false; order];
+        for (i, pole) in poles.iter().enumerate() {
+            if taken[i] {
+                continue;
+            }
+            taken[i] = true;
+            let near = CONJUGATE * pole.norm();
+            if pole.im.abs() <= near {
+                wish.given[i].im = 0.0;
+                wish.real.push(pole.re);
+                continue;
+            }
+            let partner = (i + 1..order)
+                .filter(|k| !taken[*k])
+                .map(|k| (k, (poles[k].conj() - pole).norm()))
+                .filter(|(_, distance)| *distance <= near)
+                .min_by(|x, y| x.1.total_cmp(&y.1));
+            let Some((k, _)) = partner else { return Err(LinalgError::PoleUnpaired { pole: *pole }) };
+            taken[k] = true;
+            let mean = pole + (poles[k].conj() - pole) / 2.0;
+            wish.given[i] = mean;
+            wish.given[k] = mean.conj();
+            wish.pairs.push(Complex::new(mean.re, mean.im.abs()));
+        }
+        Ok(wish)
+    }
+
+    /// The poles in the order given.
+    pub(super) fn poles(&self) -> &[Complex<f64>] {
+        &self.given
+    }
+
+    /// The same poles with time in other units.
+    pub(super) fn in_time(&self, power: i32) -> Self {
+        let scale = |p: &Complex<f64>| Complex::new(shift(p.re, power), shift(p.im, power));
+        Self {
+            real: self.real.iter().map(|x| shift(*x, power)).collect(),
+            pairs: self.pairs.iter().map(scale).collect(),
+            given: self.given.iter().map(scale).collect(),
+        }
+    }
+
+    /// The pole repeated most often, and how often.
+    fn most_repeated(&self) -> (Complex<f64>, usize) {
+        let count = |p: &Complex<f64>| self.given.iter().filter(|q| *q == p).count();
+        self.given.iter().map(|p| (*p, count(p))).fold((Complex::from(0.0), 0), |x, y| if y.1 > x.1 { y } else { x })
+    }
+
+    /// With several inputs, a pole is repeated `rank` times at most.
+    pub(super) fn allowed_by(&self, rank: usize) -> Result<()> {
+        let (pole, multiplicity) = self.most_repeated();
+        if rank > 1 && multiplicity > rank {
+            return Err(LinalgError::PoleMultiplicity { pole, multiplicity, rank });
+        }
+        Ok(())
+    }
+
+    /// Whether a loop with these poles and `rank` inputs lacks eigenvectors.
+    pub(super) fn is_defective(&self, rank: usize) -> bool {
+        self.most_repeated().1 > rank
+    }
+
+    /// `achieved`, rearranged so that each stands at the place of the wished pole it is nearest to (nearest pairs first).
+    pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<Complex<f64>> {
+        let mut distances: Vec<(f64, usize, usize)> = self
+            .given
+            .iter()
+            .enumerate()
+            .flat_map(|(i, wished)| achieved.iter().enumerate().map(move |(k, x)| ((x - wished).norm(), i, k)))
+            .collect();
+        distances.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut result = self.given.clone();
+        let (mut placed, mut used) = (vec![false; self.given.len()], vec![false; achieved.len()]);
+        for (_, i, k) in distances {
+            if !placed[i] && !used[k] {
+                (placed[i], used[k]) = (true, true);
+                result[i] = achieved[k];
+            }
+        }
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn c(re: f64, im: f64) -> Complex<f64> {
+        Complex::new(re, im)
+    }
+
+    #[test]
+    fn pairs_are_found_in_any_order_and_made_exact() {
+        let wish =
+            Wish::new(&[c(-1.0, 2.0), c(-3.0, 0.0), c(-1.0, -2.0 - 2e-16), c(-1.0, -2.0), c(-1.0, 2.0)], 5).unwrap();
+        assert_eq!(wish.real, [-3.0]);
+        assert_eq!(wish.pairs.len(), 2);
+        assert_eq!(wish.poles()[0], wish.poles()[3].conj());
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let half = [c(-1.0, 0.0), c(-2.0, 1.0), c(-2.0, -1.0 - 1e-9)];
+        assert_eq!(Wish::new(&half, 3).unwrap_err(), LinalgError::PoleUnpaired { pole: half[1] });
+        assert_eq!(Wish::new(&half[..1], 2).unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
+        let nan = Wish::new(&[c(-1.0, 0.0), c(f64::NAN, 0.0)], 2).unwrap_err();
+        assert!(matches!(nan, LinalgError::PoleNotFinite { index: 1, .. }), "{nan}");
+        let thrice = Wish::new(&[c(-1.0, 0.0); 3], 3).unwrap();
+        let expected = LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), multiplicity: 3, rank: 2 };
+        assert_eq!(thrice.allowed_by(2).unwrap_err(), expected);
+        assert!(thrice.allowed_by(3).is_ok() && thrice.allowed_by(1).is_ok());
+    }
+
+    #[test]
+    fn matching_takes_the_nearest_first() {
+        let wish = Wish::new(&[c(-1.0, 0.0), c(-2.0, 0.0), c(0.0, 1.0), c(0.0, -1.0)], 4).unwrap();
+        let achieved = [c(0.1, -1.0), c(-2.1, 0.0), c(-1.4, 0.0), c(0.1, 1.0)];
+        assert_eq!(wish.matched(&achieved), [achieved[2], achieved[1], achieved[3], achieved[0]]);
+    }
+}
