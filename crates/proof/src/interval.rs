@@ -1,7 +1,7 @@
 //! Intervals with outward rounding.
 //!
 //! Each operation rounds to nearest and then steps one float outwards (`next_down`, `next_up`), which costs at most one
-//! ulp more than directed rounding and needs no control register. Overflow leaves an infinite bound, which is true; NaN does not
+//! ulp more than directed rounding and needs no control register. Sums know their rounding error and step only when it is not 0. Overflow leaves an infinite bound, which is true; NaN does not
 //! occur, because a bound that is infinite times an operand that is exactly 0 counts as 0 (the product of a real and 0).
 
 use crate::ring::Ring;
@@ -87,6 +87,26 @@ impl Interval {
     }
 }
 
+/// The rounding error `x + y - fl(x + y)`, exactly (Knuth's TwoSum); infinite or NaN when the range is left on the way.
+fn rounding_error(x: f64, y: f64, sum: f64) -> f64 {
+    let from_y = sum - x;
+    (x - (sum - from_y)) + (y - from_y)
+}
+
+/// `x + y` rounded down.
+fn sum_below(x: f64, y: f64) -> f64 {
+    let sum = x + y;
+    let error = rounding_error(x, y, sum);
+    if error.is_finite() && error >= 0.0 { sum } else { sum.next_down() }
+}
+
+/// `x + y` rounded up.
+fn sum_above(x: f64, y: f64) -> f64 {
+    let sum = x + y;
+    let error = rounding_error(x, y, sum);
+    if error.is_finite() && error <= 0.0 { sum } else { sum.next_up() }
+}
+
 impl Ring for Interval {
     fn zero() -> Self {
         Self { lo: 0.0, hi: 0.0 }
@@ -105,7 +125,7 @@ impl Ring for Interval {
         if rhs.is_zero() {
             return *self;
         }
-        Self { lo: (self.lo + rhs.lo).next_down(), hi: (self.hi + rhs.hi).next_up() }
+        Self { lo: sum_below(self.lo, rhs.lo), hi: sum_above(self.hi, rhs.hi) }
     }
 
     fn sub(&self, rhs: &Self) -> Self {

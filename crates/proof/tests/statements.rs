@@ -12,9 +12,9 @@ struct Example1 {
     a: Matrix<f64>,
     l: Matrix<f64>,
     c: Matrix<f64>,
-    /// The float nearest the solution of `F'P + PF = -10 I`.
+    /// The solution of `F'P + PF = -10 I`, rounded.
     p: Matrix<f64>,
-    /// 7 times as much: integers but for one entry, so that `F'P + PF = -70 I` holds nearly to the last bit.
+    /// `-P^-1 C'`, rounded.
     n: Matrix<f64>,
 }
 
@@ -220,7 +220,7 @@ fn witness_vector(witness: &Direction) -> Vec<Exact> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// `M = -G - K + K'`-shaped F with P = I: decrease holds when G > 0; the witness of a refutation shows V growing.
+    /// The witness of a refutation shows V not decreasing; a proved margin holds along every axis.
     #[test]
     fn a_refuted_decrease_shows_a_direction_in_which_v_does_not_decrease(
         (n, f, x) in (1..=6_usize).prop_flat_map(|n| (Just(n), prop::collection::vec(-1.0..1.0_f64, n * n), prop::collection::vec(-1.0..1.0_f64, n * n))),
@@ -263,7 +263,7 @@ proptest! {
         let s = Matrix::from_fn(outputs, outputs, |i, j| {
             s[i * outputs + j] - s[j * outputs + i] + if i == j { 0.5 + s[i * outputs + i].abs() } else { 0.0 }
         });
-        // F = -I - X: dissipative enough for P? F'P + PF = -2P for F = -I.
+        // F'P + PF = -2P for F = -I.
         let a = Matrix::from_fn(n, n, |i, j| if i == j { -1.0 } else { 0.0 });
         let l = Matrix::from_fn(n, outputs, |_, _| 0.0);
         let right = Matrix::from_fn(n, outputs, |i, j| -(0..outputs).map(|k| c[(k, i)] * s[(k, j)]).sum::<f64>());

@@ -68,7 +68,7 @@ pub(super) enum Completion {
 
 /// The exponent k for which `x 2^(-2k)` lies in [1, 4), of a positive finite x.
 pub(super) fn half_exponent(x: f64) -> i64 {
-    let biased = (x.to_bits() >> 52) as i64;
+    let biased = (x.to_bits() >> 52).cast_signed();
     let exponent = if biased == 0 { -1011 - i64::from(x.to_bits().leading_zeros()) } else { biased - 1023 };
     exponent.div_euclid(2)
 }

@@ -159,7 +159,7 @@ pub(super) fn judge(m: &Matrix<Exact>) -> Finding {
         for (k, &i) in remaining.iter().enumerate() {
             for &j in &remaining[k..] {
                 let x = (&p * &a[(i, j)] - &a[(i, pivot)] * &a[(pivot, j)]) / &minor;
-                a[(j, i)] = x.clone();
+                a[(j, i)].clone_from(&x);
                 a[(i, j)] = x;
             }
         }
@@ -243,7 +243,7 @@ pub(super) fn witness(m: &Matrix<Exact>, v: &[Exact], strict: bool) -> Option<Di
         form = form.shifted(2 * k);
     }
     let refutes = |form: &Exact| form.signum() < 0 || (strict && form.signum() == 0);
-    let rounded: Vec<f64> = v.iter().map(|x| nearest(x)).collect();
+    let rounded: Vec<f64> = v.iter().map(nearest).collect();
     let as_rounded: Option<Vec<Exact>> = rounded.iter().map(|&x| Exact::from_f64(x)).collect();
     if let Some(w) = as_rounded.filter(|w| w.iter().any(|x| !x.is_zero()))
         && let Ok(form) = quadratic_form(m, &w)
@@ -281,10 +281,7 @@ pub(super) fn margin(m: &Matrix<Exact>, factor: &Factor, proved: f64) -> f64 {
     for share in SHARES {
         // Few digits make short integers: 36 bits are 1e-11.
         let c = f64::from_bits((share * estimate).to_bits() & !((1 << 16) - 1));
-        if !(c > proved) {
-            break;
-        }
-        let Some(exact) = Exact::from_f64(c) else { break };
+        let Some(exact) = Exact::from_f64(c).filter(|_| c > proved) else { break };
         let shifted = Matrix::from_fn(n, n, |i, j| if i == j { m[(i, j)].sub(&exact) } else { m[(i, j)].clone() });
         if matches!(judge(&shifted), Finding::Definite(_) | Finding::Singular(_)) {
             return c;
