@@ -1,1 +1,61 @@
-//! Plants and observers in one run: trajectories, events, noise and metrics
+//! Plants and observers in one run: trajectories, events, noise and metrics.
+//!
+//! A [`Scenario`] is a plant, any number of observers, an input and perhaps noise; running it integrates plant and observers
+//! as one stacked equation, through the very objects that run on the target, and gives a [`Trajectory`] with dense output.
+//!
+//! Example 1 of the cubic-observer paper:
+//! ```
+//! use luenberger_observers::{CubicObserver, LinearObserver};
+//! use luenberger_sim::{Scenario, Signal, metrics};
+//! use nalgebra::{Matrix1, Vector2};
+//!
+//! let plant = luenberger_plants::double_integrator();
+//! let l = Vector2::new(7.0, 10.0);
+//! let n = Vector2::new(-168.0, -196.0) / 17.0; // -gamma P^-1 C' theta
+//! let trajectory = Scenario::new(plant.clone())
+//!     .initial_state(&[-3.0, -3.0])
+//!     .input(Signal::scalar(f64::sin))
+//!     .observer("linear", LinearObserver::of(plant.clone(), l)?, &[0.0, 0.0])
+//!     .observer("cubic", CubicObserver::of(plant, l, n, Matrix1::new(10.0))?, &[0.0, 0.0])
+//!     .until(4.0, 401)
+//!     .run()?;
+//!
+//! let e2 = trajectory.error_trace("cubic", 1)?;
+//! let overshoot = metrics::overshoot(&e2).ok_or("e2 changes its sign")?;
+//! let settling = metrics::settling_last(&e2, 0.05).ok_or("e2 settles")?;
+//! assert_eq!(format!("{:.2} {settling:.1}", overshoot.value), "0.48 1.7");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | [`run`] | scenarios and trajectories |
+//! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
+//! | [`integral`] | integrals along a run, as extra states |
+//! | [`integrate`], [`dense`] | the integrators and their dense output |
+//! | [`events`], [`metrics`] | crossings and extrema of any quantity; peak, settling, Lyapunov value |
+
+#![deny(missing_docs)]
+
+pub mod dense;
+mod erased;
+pub mod error;
+pub mod events;
+pub mod integral;
+pub mod integrate;
+pub mod metrics;
+pub mod noise;
+mod radau;
+pub mod run;
+pub mod signal;
+pub mod view;
+
+pub use dense::Dense;
+pub use error::SimError;
+pub use events::{Crossing, Extremum, Trace};
+pub use integral::Integrand;
+pub use integrate::{Integrator, Settings, solve};
+pub use noise::Noise;
+pub use run::{IntegralTrajectory, ObserverTrajectory, Scenario, Trajectory};
+pub use signal::Signal;
+pub use view::View;

@@ -1,0 +1,132 @@
+//! Dense output: every accepted step as a polynomial.
+//!
+//! A step is kept by its values at eight Chebyshev points, and evaluated by the barycentric formula. Eight points carry the
+//! seventh-order interpolant of DOP853 and the third-order one of Radau IIA without loss, whatever the integrator's own
+//! representation, and they serve quantities computed *from* the solution (inputs, outputs, estimates) as well.
+
+use crate::error::SimError;
+
+/// Points kept per step.
+pub(crate) const NODES: usize = 8;
+
+/// The Chebyshev point `i` on [0, 1].
+pub(crate) fn node(i: usize) -> f64 {
+    if i + 1 == NODES { 1.0 } else { (1.0 - (std::f64::consts::PI * i as f64 / (NODES - 1) as f64).cos()) / 2.0 }
+}
+
+/// One step.
+#[derive(Clone, Debug, PartialEq)]
+struct Piece {
+    start: f64,
+    end: f64,
+    /// Values at the nodes, one node after the other.
+    values: Vec<f64>,
+}
+
+/// A vector-valued function of time, kept as one polynomial of degree 7 per step of the integrator.
+///
+/// It may jump between steps (a sample, a new value of the noise); at a jump it takes the value after it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dense {
+    width: usize,
+    pieces: Vec<Piece>,
+}
+
+impl Dense {
+    pub(crate) fn new(width: usize) -> Self {
+        Self { width, pieces: Vec::new() }
+    }
+
+    /// Appends a step, given its values at the nodes.
+    pub(crate) fn push(&mut self, start: f64, end: f64, values: Vec<f64>) {
+        debug_assert_eq!(values.len(), NODES * self.width);
+        self.pieces.push(Piece { start, end, values });
+    }
+
+    /// Number of components.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Start and end of the span.
+    pub fn span(&self) -> (f64, f64) {
+        match (self.pieces.first(), self.pieces.last()) {
+            (Some(first), Some(last)) => (first.start, last.end),
+            _ => (0.0, 0.0),
+        }
+    }
+
+    /// The steps, each by its start and end.
+    pub fn steps(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.pieces.iter().map(|piece| (piece.start, piece.end))
+    }
+
+    /// Number of steps.
+    pub fn step_count(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// The value at `t`.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`] when `t` is not within the span.
+    pub fn at(&self, t: f64) -> Result<Vec<f64>, SimError> {
+        let (start, end) = self.span();
+        if self.pieces.is_empty() || !(start..=end).contains(&t) {
+            return Err(SimError::Outside { time: t, start, end });
+        }
+        let index = self.pieces.partition_point(|piece| piece.start <= t).saturating_sub(1);
+        let mut value = vec![0.0; self.width];
+        self.on_step(index, t, 0, &mut value);
+        Ok(value)
+    }
+
+    /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.
+    pub(crate) fn on_step(&self, index: usize, t: f64, offset: usize, value: &mut [f64]) {
+        let piece = &self.pieces[index];
+        let s = (t - piece.start) / (piece.end - piece.start);
+        // Barycentric weights of Chebyshev points: alternating signs, halved at the ends.
+        let mut total = 0.0;
+        value.fill(0.0);
+        for i in 0..NODES {
+            let row = &piece.values[i * self.width + offset..][..value.len()];
+            let distance = s - node(i);
+            if distance == 0.0 {
+                value.copy_from_slice(row);
+                return;
+            }
+            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let weight = sign * if i == 0 || i + 1 == NODES { 0.5 } else { 1.0 } / distance;
+            total += weight;
+            for (sum, entry) in value.iter_mut().zip(row) {
+                *sum += weight * entry;
+            }
+        }
+        for sum in value {
+            *sum /= total;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_of_degree_seven_are_kept_to_rounding() {
+        let polynomial = |t: f64| [t.powi(7) - 3.0 * t.powi(4) + 1.0, 2.0 - t];
+        let mut dense = Dense::new(2);
+        for k in 0..4 {
+            let (start, end) = (f64::from(k) * 0.5, f64::from(k + 1) * 0.5);
+            dense.push(start, end, (0..NODES).flat_map(|i| polynomial(start + node(i) * (end - start))).collect());
+        }
+        for k in 0..=100 {
+            let t = 0.02 * f64::from(k);
+            let (value, wished) = (dense.at(t).unwrap(), polynomial(t));
+            // Largest value is 2^7; the Lebesgue constant of eight Chebyshev points is below 3.
+            assert!((value[0] - wished[0]).abs() <= 1e-13 && (value[1] - wished[1]).abs() <= 1e-14, "{t}: {value:?}");
+        }
+        assert_eq!(dense.at(2.1), Err(SimError::Outside { time: 2.1, start: 0.0, end: 2.0 }));
+        assert!(dense.at(f64::NAN).is_err());
+    }
+}

@@ -1,0 +1,162 @@
+//! Plants and observers without their sizes: slices in, slices out.
+//!
+//! A run mixes a static plant with dynamic observers and the other way round. These traits convert at the border and call
+//! the very objects that run on the target; there is no second definition of any right-hand side.
+
+use luenberger_observers::{Observer, ObserverDimensions, SampledObserver};
+use luenberger_plants::{Column, Dimensions, Plant};
+
+use crate::error::SimError;
+
+/// An owner of a plant or observer, erased behind the traits of this file.
+pub(crate) struct Erased<O>(pub(crate) O);
+
+/// A plant of any size.
+pub(crate) trait AnyPlant {
+    fn dimensions(&self) -> Dimensions;
+    /// Checks that columns of fixed length have the lengths that the dimensions say.
+    fn check(&self) -> Result<(), SimError>;
+    fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]);
+    fn output(&self, t: f64, x: &[f64], y: &mut [f64]);
+}
+
+/// An observer of any size; sampled ones have a period and a step, the others a derivative.
+pub(crate) trait AnyObserver {
+    fn dimensions(&self) -> ObserverDimensions;
+    fn check(&self) -> Result<(), SimError>;
+    fn period(&self) -> Option<f64>;
+    fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
+    fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]);
+    fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
+    fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
+}
+
+/// An observer in continuous time.
+pub(crate) struct Continuous<O>(pub(crate) O);
+
+/// A sampled-data observer.
+pub(crate) struct Sampled<O>(pub(crate) O);
+
+impl<P: Plant<f64>> AnyPlant for Erased<P> {
+    fn dimensions(&self) -> Dimensions {
+        self.0.dimensions()
+    }
+
+    fn check(&self) -> Result<(), SimError> {
+        let size = self.0.dimensions();
+        fixed::<P::State>("the state of the plant", size.states)?;
+        fixed::<P::Input>("the input of the plant", size.inputs)?;
+        fixed::<P::Output>("the output of the plant", size.outputs)
+    }
+
+    fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]) {
+        let columns = (column::<P::State>(x), column::<P::Input>(u));
+        put(columns.0.zip(columns.1).map(|(x, u)| self.0.derivative(t, &x, &u)), slope);
+    }
+
+    fn output(&self, t: f64, x: &[f64], y: &mut [f64]) {
+        put(column::<P::State>(x).map(|x| self.0.output(t, &x)), y);
+    }
+}
+
+impl<O: Observer<f64>> AnyObserver for Continuous<O> {
+    fn dimensions(&self) -> ObserverDimensions {
+        self.0.dimensions()
+    }
+
+    fn check(&self) -> Result<(), SimError> {
+        let size = self.0.dimensions();
+        fixed::<O::State>("the state of an observer", size.state)?;
+        fixed::<O::Input>("the input of an observer", size.inputs)?;
+        fixed::<O::Output>("the output an observer reads", size.outputs)?;
+        fixed::<O::Estimate>("the estimate of an observer", size.estimate)
+    }
+
+    fn period(&self) -> Option<f64> {
+        None
+    }
+
+    fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]) {
+        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
+        put(columns.map(|(state, u, y)| self.0.derivative(t, &state, &u, &y)), slope);
+    }
+
+    fn step(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64]) {}
+
+    fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
+        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
+        put(columns.map(|(state, u, y)| self.0.estimate(t, &state, &u, &y)), estimate);
+    }
+
+    fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {
+        let columns = triple::<O::Estimate, O::Input, O::Output>(estimate, u, y);
+        put(columns.map(|(estimate, u, y)| self.0.initial(t, &estimate, &u, &y)), state);
+    }
+}
+
+impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
+    fn dimensions(&self) -> ObserverDimensions {
+        self.0.dimensions()
+    }
+
+    fn check(&self) -> Result<(), SimError> {
+        let size = self.0.dimensions();
+        fixed::<O::State>("the state of an observer", size.state)?;
+        fixed::<O::Input>("the input of an observer", size.inputs)?;
+        fixed::<O::Output>("the output an observer reads", size.outputs)?;
+        fixed::<O::Estimate>("the estimate of an observer", size.estimate)
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.0.period())
+    }
+
+    fn derivative(&self, _t: f64, _state: &[f64], _u: &[f64], _y: &[f64], slope: &mut [f64]) {
+        slope.fill(0.0);
+    }
+
+    fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]) {
+        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
+        let stepped = columns.map(|(mut state, u, y)| {
+            self.0.step(t, &mut state, &u, &y);
+            state
+        });
+        put(stepped, state);
+    }
+
+    fn estimate(&self, _t: f64, state: &[f64], _u: &[f64], _y: &[f64], estimate: &mut [f64]) {
+        put(column::<O::State>(state).map(|state| self.0.estimate(&state)), estimate);
+    }
+
+    fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {
+        let columns = triple::<O::Estimate, O::Input, O::Output>(estimate, u, y);
+        put(columns.map(|(estimate, u, y)| self.0.initial(t, &estimate, &u, &y)), state);
+    }
+}
+
+fn column<C: Column<f64>>(entries: &[f64]) -> Option<C> {
+    C::try_from_slice(entries)
+}
+
+fn triple<A: Column<f64>, B: Column<f64>, C: Column<f64>>(a: &[f64], b: &[f64], c: &[f64]) -> Option<(A, B, C)> {
+    Some((column(a)?, column(b)?, column(c)?))
+}
+
+/// Copies a result out. Lengths have been checked before the run; a plant that changes them on the way gets NaN, which the
+/// integrator reports.
+fn put<C: Column<f64>>(result: Option<C>, target: &mut [f64]) {
+    match result {
+        Some(result) if result.as_slice().len() == target.len() => target.copy_from_slice(result.as_slice()),
+        _ => target.fill(f64::NAN),
+    }
+}
+
+/// A column type of fixed length must have the length that is announced.
+fn fixed<C: Column<f64>>(what: &str, announced: usize) -> Result<(), SimError> {
+    match C::fixed_len() {
+        Some(length) if length != announced => {
+            Err(SimError::Length { what: what.to_owned(), expected: length, found: announced })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,139 @@
+//! What can go wrong in a simulation, with the numbers that explain it.
+
+/// Why a simulation could not be set up or finished.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// A column of the wrong length.
+    #[error("{what} has {found} entries where {expected} are expected")]
+    Length {
+        /// What has the wrong length.
+        what: String,
+        /// The length that fits.
+        expected: usize,
+        /// The length found.
+        found: usize,
+    },
+    /// A number that is NaN or infinite where none may be.
+    #[error("entry {index} of {what} is {value}, not a finite number")]
+    NotFinite {
+        /// Where it stands.
+        what: String,
+        /// Its index, from 0.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
+    /// No time span to simulate.
+    #[error("a simulation from t = {start} to t = {end} has no length")]
+    TimeSpan {
+        /// Start.
+        start: f64,
+        /// End.
+        end: f64,
+    },
+    /// Requested times that do not increase.
+    #[error("times must increase: entry {index} is {next} after {previous}")]
+    TimesUnsorted {
+        /// Index of the second of the two, from 0.
+        index: usize,
+        /// The first of the two.
+        previous: f64,
+        /// The second of the two.
+        next: f64,
+    },
+    /// A quantity that must be positive and finite.
+    #[error("{what} is {value}; it must be positive and finite")]
+    NotPositive {
+        /// Name of the quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Two observers, or two integrals, of one name.
+    #[error("the name {name:?} is used twice")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// A name nobody has.
+    #[error("there is no observer or integral named {name:?}")]
+    UnknownName {
+        /// The name.
+        name: String,
+    },
+    /// An index of a state, estimate or output that does not exist.
+    #[error("{what} {index} does not exist: there are {count}")]
+    Index {
+        /// What is counted.
+        what: &'static str,
+        /// The index asked for, from 0.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A feedback from an estimate that itself depends on the input.
+    #[error(
+        "the input depends on itself through an estimate: evaluated again with the input found it moves by {change:e}"
+    )]
+    AlgebraicLoop {
+        /// How far the input moves.
+        change: f64,
+    },
+    /// The solution leaves every bound in finite time, or grows past 1e100.
+    #[error("the solution blows up at t = {time}: its norm has reached {norm:e}")]
+    BlowUp {
+        /// Time up to which it exists, located to the spacing of floating-point numbers there.
+        time: f64,
+        /// Its largest entry then.
+        norm: f64,
+    },
+    /// The step size fell to the spacing of floating-point numbers although the solution does not grow.
+    #[error("at t = {time} the step size has shrunk to {step:e}: the right-hand side is not smooth enough there")]
+    StepSize {
+        /// Time reached.
+        time: f64,
+        /// Step size there.
+        step: f64,
+    },
+    /// The cap on the number of steps was reached.
+    #[error("{steps} steps were not enough: they reached t = {time}, where the step size is {step:e}")]
+    TooManySteps {
+        /// Time reached.
+        time: f64,
+        /// Step size there.
+        step: f64,
+        /// Steps taken.
+        steps: usize,
+    },
+    /// A time outside the simulated span.
+    #[error("t = {time} lies outside the simulated span from {start} to {end}")]
+    Outside {
+        /// Time asked for.
+        time: f64,
+        /// Start of the span.
+        start: f64,
+        /// End of the span.
+        end: f64,
+    },
+}
+
+/// Checks that there are `expected` entries and that they are finite.
+pub(crate) fn check(what: &str, entries: &[f64], expected: usize) -> Result<(), SimError> {
+    if entries.len() != expected {
+        return Err(SimError::Length { what: what.to_owned(), expected, found: entries.len() });
+    }
+    check_finite(what, entries)
+}
+
+/// Checks that the entries are finite.
+pub(crate) fn check_finite(what: &str, entries: &[f64]) -> Result<(), SimError> {
+    match entries.iter().position(|entry| !entry.is_finite()) {
+        Some(index) => Err(SimError::NotFinite { what: what.to_owned(), index, value: entries[index] }),
+        None => Ok(()),
+    }
+}
+
+/// Checks that the number is positive and finite.
+pub(crate) fn check_positive(what: &'static str, value: f64) -> Result<(), SimError> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(SimError::NotPositive { what, value }) }
+}

@@ -1,0 +1,202 @@
+//! Crossings and extrema of a quantity along a trajectory, located on the dense output.
+//!
+//! Each step of the integrator is searched at 17 points, more than the degree of its polynomial, and every local extremum
+//! that comes towards the level without reaching it on these points is followed to its end, so that two crossings close to
+//! each other are not missed. Roots are bisected to the last bit of t.
+
+use crate::dense::Dense;
+use crate::error::SimError;
+
+/// Points per step at which a quantity is searched, besides its start.
+const SEARCH: usize = 16;
+
+/// What reads a quantity from the time and a row of the dense output.
+type Read<'t> = Box<dyn Fn(f64, &[f64]) -> f64 + 't>;
+
+/// A scalar quantity as a function of time.
+pub struct Trace<'t> {
+    dense: &'t Dense,
+    read: Read<'t>,
+}
+
+/// A quantity passes a level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// When.
+    pub time: f64,
+    /// Upwards or downwards.
+    pub rising: bool,
+}
+
+/// A largest or smallest value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremum {
+    /// When.
+    pub time: f64,
+    /// The value.
+    pub value: f64,
+}
+
+impl<'t> Trace<'t> {
+    pub(crate) fn new(dense: &'t Dense, read: impl Fn(f64, &[f64]) -> f64 + 't) -> Self {
+        Self { dense, read: Box::new(read) }
+    }
+
+    /// Start and end of the trajectory.
+    pub fn span(&self) -> (f64, f64) {
+        self.dense.span()
+    }
+
+    /// The value at `t`.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`].
+    pub fn at(&self, t: f64) -> Result<f64, SimError> {
+        Ok((self.read)(t, &self.dense.at(t)?))
+    }
+
+    /// The value at the end.
+    pub fn last(&self) -> f64 {
+        let (_, end) = self.span();
+        self.on_step(self.dense.step_count() - 1, end)
+    }
+
+    fn on_step(&self, step: usize, t: f64) -> f64 {
+        let mut row = vec![0.0; self.dense.width()];
+        self.dense.on_step(step, t, 0, &mut row);
+        (self.read)(t, &row)
+    }
+
+    /// All crossings of `level`, in order. A quantity that touches the level and turns back does not cross it.
+    pub fn crossings(&self, level: f64) -> Vec<Crossing> {
+        let mut crossings = Vec::new();
+        // The last point off the level: step, time, value.
+        let mut before: Option<(usize, f64, f64)> = None;
+        for (step, (start, end)) in self.dense.steps().enumerate() {
+            let value = |t: f64| self.on_step(step, t) - level;
+            let mut points: Vec<(f64, f64)> = grid(start, end).map(|t| (t, value(t))).collect();
+            // Turning points between the grid points, on the far side of the level.
+            let turns: Vec<(f64, f64)> = points
+                .windows(3)
+                .filter(|w| w.iter().all(|p| p.1 * w[1].1 > 0.0))
+                .filter(|w| w[1].1.abs() <= w[0].1.abs() && w[1].1.abs() <= w[2].1.abs())
+                .map(|w| {
+                    let sign = w[1].1.signum();
+                    let t = minimum(&|t| sign * value(t), w[0].0, w[2].0);
+                    (t, value(t))
+                })
+                .collect();
+            points.extend(turns);
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for (t, now) in points {
+                if now == 0.0 || now.is_nan() {
+                    continue;
+                }
+                if let Some((at, since, last)) = before
+                    && last * now < 0.0
+                {
+                    // Between two steps the quantity may jump across the level, or pass it exactly at the seam.
+                    let low = if at == step { since } else { start };
+                    let first = if at == step { last } else { value(start) };
+                    let time = if first * now < 0.0 { bisect(&value, low, t, first) } else { start };
+                    crossings.push(Crossing { time, rising: now > 0.0 });
+                }
+                before = Some((step, t, now));
+            }
+        }
+        crossings
+    }
+
+    /// The first crossing of `level`.
+    pub fn first_crossing(&self, level: f64) -> Option<Crossing> {
+        self.crossings(level).first().copied()
+    }
+
+    /// The last crossing of `level`.
+    pub fn last_crossing(&self, level: f64) -> Option<Crossing> {
+        self.crossings(level).last().copied()
+    }
+
+    /// The first change of sign.
+    pub fn first_sign_change(&self) -> Option<f64> {
+        self.first_crossing(0.0).map(|crossing| crossing.time)
+    }
+
+    /// The largest value from `from` to the end.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`] when `from` is not within the span.
+    pub fn maximum(&self, from: f64) -> Result<Extremum, SimError> {
+        self.largest(from, &|value| value)
+    }
+
+    /// The largest magnitude from `from` to the end.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`] when `from` is not within the span.
+    pub fn largest_magnitude(&self, from: f64) -> Result<Extremum, SimError> {
+        self.largest(from, &f64::abs)
+    }
+
+    fn largest(&self, from: f64, measure: &dyn Fn(f64) -> f64) -> Result<Extremum, SimError> {
+        let mut best = Extremum { time: from, value: measure(self.at(from)?) };
+        for (step, (start, end)) in self.dense.steps().enumerate().filter(|(_, (_, end))| *end > from) {
+            let value = |t: f64| measure(self.on_step(step, t));
+            let points: Vec<(f64, f64)> = grid(start.max(from), end).map(|t| (t, value(t))).collect();
+            let mut consider = |time: f64, value: f64| {
+                if value > best.value {
+                    best = Extremum { time, value };
+                }
+            };
+            for &(t, value) in &points {
+                consider(t, value);
+            }
+            for w in points.windows(3).filter(|w| w[1].1 >= w[0].1 && w[1].1 >= w[2].1) {
+                let t = minimum(&|t| -value(t), w[0].0, w[2].0);
+                consider(t, value(t));
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// The points at which a step is searched, both ends among them.
+fn grid(start: f64, end: f64) -> impl Iterator<Item = f64> {
+    (0..=SEARCH).map(move |i| if i == SEARCH { end } else { start + (end - start) * i as f64 / SEARCH as f64 })
+}
+
+/// The root between `low` and `high`, where `f(low)` has the sign of `first` and `f(high)` the other, to the last bit.
+fn bisect(f: &dyn Fn(f64) -> f64, mut low: f64, mut high: f64, first: f64) -> f64 {
+    // 1100 halvings reach neighbouring floating-point numbers from any interval.
+    for _ in 0..1100 {
+        let middle = low + (high - low) / 2.0;
+        if middle <= low || middle >= high {
+            break;
+        }
+        let value = f(middle);
+        if value == 0.0 {
+            return middle;
+        }
+        if value * first > 0.0 { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Where `f` is least between `low` and `high`, by golden section; 60 steps shrink the interval by 3e-13.
+fn minimum(f: &dyn Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut f_left, mut f_right) = (f(left), f(right));
+    for _ in 0..60 {
+        if f_left <= f_right {
+            (high, right, f_right) = (right, left, f_left);
+            left = high - golden * (high - low);
+            f_left = f(left);
+        } else {
+            (low, left, f_left) = (left, right, f_right);
+            right = low + golden * (high - low);
+            f_right = f(right);
+        }
+    }
+    if f_left <= f_right { left } else { right }
+}

@@ -1,0 +1,341 @@
+//! Integration of `x' = f(t, x)` with error control, dense output and honest failures.
+//!
+//! Explicit: DOP853 (Hairer, Norsett, Wanner, order 8) of the crate differential-equations, stepped from here. Implicit: Radau
+//! IIA of order 5 (see the module `radau`; the crate's own keeps a stale factorisation when the step changes, and cannot carry
+//! states whose length is known at run time only). Automatic: explicit until stiffness shows or half the allowed steps are
+//! spent, implicit from there.
+//!
+//! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is not: the
+//! rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
+
+use differential_equations::error::Error as MethodError;
+use differential_equations::interpolate::Interpolation;
+use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use differential_equations::status::Status;
+
+use crate::dense::{Dense, NODES, node};
+use crate::error::{SimError, check_finite, check_positive};
+use crate::radau::Radau;
+
+/// The method that integrates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// Explicit until stiffness shows, then implicit.
+    #[default]
+    Auto,
+    /// DOP853, order 8: the best for smooth problems and tight tolerances.
+    Explicit,
+    /// Radau IIA, order 5: for stiff plants and stiff starts.
+    Implicit,
+}
+
+/// How a solution is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The method.
+    pub integrator: Integrator,
+    /// Relative tolerance per step and component, 1e-11 unless told.
+    pub rtol: f64,
+    /// Absolute tolerance per step and component, 1e-12 unless told.
+    pub atol: f64,
+    /// Hard cap on attempted steps, a million unless told.
+    pub max_steps: usize,
+    /// Longest step, infinite unless told.
+    pub max_step: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { integrator: Integrator::Auto, rtol: 1e-11, atol: 1e-12, max_steps: 1_000_000, max_step: f64::INFINITY }
+    }
+}
+
+impl Settings {
+    /// Checks that the numbers make sense; a relative tolerance below 1e-14 cannot be kept in double precision.
+    pub(crate) fn check(&self) -> Result<(), SimError> {
+        check_positive("rtol", self.rtol)?;
+        check_positive("atol", self.atol)?;
+        if self.max_step.is_nan() || self.max_step <= 0.0 {
+            return Err(SimError::NotPositive { what: "max_step", value: self.max_step });
+        }
+        Ok(())
+    }
+
+    fn tolerance(&self) -> Tolerance {
+        Tolerance { rtol: self.rtol.max(1e-14), atol: self.atol }
+    }
+}
+
+/// Integrates `x' = f(t, x)` from `x(start) = x0` to `end > start`. `f(t, x, slope)` writes the derivative into `slope`.
+///
+/// ```
+/// use luenberger_sim::{Settings, solve};
+/// let circle = solve(|_, x, slope| (slope[0], slope[1]) = (x[1], -x[0]), 0.0, 10.0, &[0.0, 1.0], &Settings::default())?;
+/// assert!((circle.at(7.3)?[0] - 7.3f64.sin()).abs() < 1e-9);
+/// # Ok::<(), luenberger_sim::SimError>(())
+/// ```
+/// # Errors
+/// [`SimError::TimeSpan`], [`SimError::NotFinite`] and [`SimError::NotPositive`] for bad input; [`SimError::BlowUp`],
+/// [`SimError::StepSize`] or [`SimError::TooManySteps`] where the solution cannot be continued.
+pub fn solve(
+    f: impl Fn(f64, &[f64], &mut [f64]),
+    start: f64,
+    end: f64,
+    x0: &[f64],
+    settings: &Settings,
+) -> Result<Dense, SimError> {
+    settings.check()?;
+    if !(start.is_finite() && end.is_finite() && end > start) {
+        return Err(SimError::TimeSpan { start, end });
+    }
+    check_finite("the initial state", x0)?;
+    let mut dense = Dense::new(x0.len());
+    let mut x = x0.to_vec();
+    March::new(*settings).advance(&f, start, end, &mut x, &mut |step| {
+        let values = (0..NODES).flat_map(|i| step.at(step.start + node(i) * (step.end - step.start))).collect();
+        dense.push(step.start, step.end, values);
+        Ok(())
+    })?;
+    Ok(dense)
+}
+
+/// A right-hand side.
+pub(crate) type Rhs<'f> = dyn Fn(f64, &[f64], &mut [f64]) + 'f;
+
+/// What a step has to keep.
+#[derive(Clone, Copy)]
+pub(crate) struct Tolerance {
+    pub(crate) rtol: f64,
+    pub(crate) atol: f64,
+}
+
+/// Outcome of an attempted step.
+pub(crate) enum Attempt {
+    Accepted,
+    Rejected,
+    /// The explicit method finds the problem stiff; nothing has moved.
+    Stiff,
+    /// The method cannot go on.
+    Underflow,
+}
+
+/// An accepted step.
+pub(crate) struct Accepted<'m> {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+    method: &'m mut Method,
+}
+
+impl Accepted<'_> {
+    /// The solution at `t` within the step.
+    pub(crate) fn at(&mut self, t: f64) -> Vec<f64> {
+        self.method.interpolate(t)
+    }
+}
+
+struct Ode<'a, 'f>(&'a Rhs<'f>);
+
+impl ODE<f64, Vec<f64>> for Ode<'_, '_> {
+    fn diff(&self, t: f64, y: &Vec<f64>, slope: &mut Vec<f64>) {
+        (self.0)(t, y, slope);
+    }
+}
+
+type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
+
+enum Method {
+    Explicit(Box<Dop853>),
+    Implicit(Box<Radau>),
+}
+
+impl Method {
+    fn explicit(f: &Rhs<'_>, t: f64, end: f64, y: &[f64], h: f64, tolerance: Tolerance) -> Result<Self, SimError> {
+        // One tolerance per component: the crate rescales a shared one once per component.
+        let mut dop853: Dop853 = ExplicitRungeKutta::dop853()
+            .rtol(vec![tolerance.rtol; y.len()])
+            .atol(vec![tolerance.atol; y.len()])
+            .h0(h)
+            .max_steps(usize::MAX);
+        match dop853.init(&Ode(f), t, end, &y.to_vec()) {
+            Ok(_) => Ok(Self::Explicit(Box::new(dop853))),
+            Err(_) => Err(SimError::StepSize { time: t, step: h }),
+        }
+    }
+
+    fn t(&self) -> f64 {
+        match self {
+            Self::Explicit(method) => method.t(),
+            Self::Implicit(method) => method.t(),
+        }
+    }
+
+    fn y(&self) -> &[f64] {
+        match self {
+            Self::Explicit(method) => method.y(),
+            Self::Implicit(method) => method.y(),
+        }
+    }
+
+    fn h(&self) -> f64 {
+        match self {
+            Self::Explicit(method) => method.h(),
+            Self::Implicit(method) => method.h(),
+        }
+    }
+
+    fn set_h(&mut self, h: f64) {
+        match self {
+            Self::Explicit(method) => method.set_h(h),
+            Self::Implicit(method) => method.set_h(h),
+        }
+    }
+
+    fn attempt(&mut self, f: &Rhs<'_>, tolerance: Tolerance) -> Attempt {
+        match self {
+            Self::Explicit(method) => match method.step(&Ode(f)) {
+                Ok(_) if matches!(method.status(), Status::RejectedStep) => Attempt::Rejected,
+                Ok(_) => Attempt::Accepted,
+                Err(MethodError::Stiffness { .. }) => Attempt::Stiff,
+                Err(_) => Attempt::Underflow,
+            },
+            Self::Implicit(method) => method.attempt(f, tolerance),
+        }
+    }
+
+    fn interpolate(&mut self, t: f64) -> Vec<f64> {
+        match self {
+            Self::Explicit(method) => {
+                let t = t.clamp(method.t_prev(), method.t());
+                // Within the step there is always an answer; the present state stands in for the impossible.
+                method.interpolate(t).unwrap_or_else(|_| method.y().clone())
+            }
+            Self::Implicit(method) => method.interpolate(t),
+        }
+    }
+}
+
+/// Integration that goes on over several intervals, between which the right-hand side or the state may jump.
+pub(crate) struct March {
+    settings: Settings,
+    /// Step size to go on with.
+    h: Option<f64>,
+    implicit: bool,
+    steps: usize,
+}
+
+impl March {
+    pub(crate) fn new(settings: Settings) -> Self {
+        Self { settings, h: None, implicit: settings.integrator == Integrator::Implicit, steps: 0 }
+    }
+
+    /// Steps attempted so far.
+    pub(crate) fn steps(&self) -> usize {
+        self.steps
+    }
+
+    /// From `y` at `start` to `end`, leaving the result in `y`; `on_step` sees every accepted step.
+    pub(crate) fn advance(
+        &mut self,
+        f: &Rhs<'_>,
+        start: f64,
+        end: f64,
+        y: &mut Vec<f64>,
+        on_step: &mut dyn FnMut(&mut Accepted<'_>) -> Result<(), SimError>,
+    ) -> Result<(), SimError> {
+        let tolerance = self.settings.tolerance();
+        let mut slope = vec![0.0; y.len()];
+        f(start, y, &mut slope);
+        check_finite("the right-hand side at the start of an interval", &slope)?;
+        let h = self.h.unwrap_or_else(|| first_step(y, &slope, tolerance)).min(self.settings.max_step).min(end - start);
+        let mut method = self.begin(f, start, end, y, h)?;
+        loop {
+            let t = method.t();
+            let rest = end - t;
+            let proposed = method.h().min(self.settings.max_step);
+            // A last step may stretch a little, lest a sliver remain.
+            let last = proposed * 1.001 >= rest;
+            let h = if last { rest } else { proposed };
+            method.set_h(h);
+            if self.steps >= self.settings.max_steps {
+                return Err(SimError::TooManySteps { time: t, step: h, steps: self.steps });
+            }
+            self.steps += 1;
+            if !(last || h > 8.0 * f64::EPSILON * t.abs().max(f64::MIN_POSITIVE)) {
+                return Err(standstill(f, t, method.y(), h));
+            }
+            match method.attempt(f, tolerance) {
+                Attempt::Accepted => {
+                    self.h = Some(if last { method.h().max(proposed) } else { method.h() });
+                    let norm = method.y().iter().fold(0.0f64, |norm, entry| norm.max(entry.abs()));
+                    if norm > 1e100 || !method.y().iter().all(|entry| entry.is_finite()) {
+                        return Err(SimError::BlowUp { time: t, norm });
+                    }
+                    let step_end = if last { end } else { method.t() };
+                    on_step(&mut Accepted { start: t, end: step_end, method: &mut method })?;
+                    if last {
+                        y.clear();
+                        y.extend_from_slice(method.y());
+                        return Ok(());
+                    }
+                }
+                Attempt::Rejected => {
+                    let spent = self.settings.integrator == Integrator::Auto
+                        && !self.implicit
+                        && self.steps > self.settings.max_steps / 2;
+                    if spent {
+                        method = self.restart(f, end, &method)?;
+                    }
+                }
+                Attempt::Stiff => method = self.restart(f, end, &method)?,
+                Attempt::Underflow => return Err(standstill(f, t, method.y(), method.h())),
+            }
+        }
+    }
+
+    fn begin(&self, f: &Rhs<'_>, t: f64, end: f64, y: &[f64], h: f64) -> Result<Method, SimError> {
+        if self.implicit {
+            Ok(Method::Implicit(Box::new(Radau::new(t, y, h))))
+        } else {
+            Method::explicit(f, t, end, y, h, self.settings.tolerance())
+        }
+    }
+
+    /// Goes on from where `method` stands: implicitly, unless only the explicit method is wanted.
+    fn restart(&mut self, f: &Rhs<'_>, end: f64, method: &Method) -> Result<Method, SimError> {
+        self.implicit = self.settings.integrator != Integrator::Explicit;
+        let t = method.t();
+        self.begin(f, t, end, &method.y().to_vec(), method.h().min(end - t))
+    }
+}
+
+/// Why the step size vanished: the solution runs off within a few steps, or the right-hand side is rough.
+fn standstill(f: &Rhs<'_>, t: f64, y: &[f64], h: f64) -> SimError {
+    let mut slope = vec![0.0; y.len()];
+    f(t, y, &mut slope);
+    let (mut norm, mut rate) = (0.0f64, 0.0);
+    for (entry, slope) in y.iter().zip(&slope) {
+        if entry.abs() > norm {
+            (norm, rate) = (entry.abs(), slope * entry.signum());
+        }
+    }
+    // At a finite-time blow-up |y|/|y'| is the time left, a few steps; at a kink it is the time scale of the plant. Steps
+    // there have the size of the spacing of t, so a million of them is still nothing.
+    let runs_off = rate * h.max(f64::EPSILON * t.abs()) * 1e6 > norm;
+    if runs_off || slope.iter().any(|slope| !slope.is_finite()) && norm > 1e10 {
+        SimError::BlowUp { time: t, norm }
+    } else {
+        SimError::StepSize { time: t, step: h }
+    }
+}
+
+/// A first step so short that a step of Euler's changes nothing to speak of (Hairer, Norsett, Wanner I, section II.4).
+fn first_step(y: &[f64], slope: &[f64], tolerance: Tolerance) -> f64 {
+    let (mut size, mut speed) = (0.0f64, 0.0f64);
+    for (entry, slope) in y.iter().zip(slope) {
+        let scale = tolerance.atol + tolerance.rtol * entry.abs();
+        size = size.max((entry / scale).abs());
+        speed = speed.max((slope / scale).abs());
+    }
+    if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed }
+}

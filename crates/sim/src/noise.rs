@@ -1,0 +1,109 @@
+//! Measurement noise: seeded, held over a period, seen by the observers only.
+//!
+//! The value in the k-th period depends on the seed and on k alone, not on how often or in which order it is asked for: two
+//! runs with one seed see the same noise, whatever their integrators do.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::error::{SimError, check_finite, check_positive};
+
+/// How the values are distributed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Distribution {
+    Uniform,
+    Gaussian,
+}
+
+/// Noise added to the outputs that the observers see; piecewise constant in time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    distribution: Distribution,
+    amplitude: Vec<f64>,
+    period: f64,
+    seed: u64,
+}
+
+impl Noise {
+    /// Uniform on `[-amplitude, amplitude]`, one amplitude per output, a new value every `period`.
+    ///
+    /// ```
+    /// use luenberger_sim::Noise;
+    /// let noise = Noise::uniform(&[0.02, 2e-4], 1e-4, 7);
+    /// assert_eq!(noise.sample(12), noise.sample(12));
+    /// assert!(noise.sample(12)[0].abs() <= 0.02);
+    /// ```
+    pub fn uniform(amplitude: &[f64], period: f64, seed: u64) -> Self {
+        Self { distribution: Distribution::Uniform, amplitude: amplitude.to_vec(), period, seed }
+    }
+
+    /// Gaussian with mean 0, one standard deviation per output, a new value every `period`.
+    pub fn gaussian(deviation: &[f64], period: f64, seed: u64) -> Self {
+        Self { distribution: Distribution::Gaussian, amplitude: deviation.to_vec(), period, seed }
+    }
+
+    /// The time each value is held.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// The seed.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The values in the k-th period, counted from the start of the simulation.
+    pub fn sample(&self, k: u64) -> Vec<f64> {
+        let mut generator = ChaCha8Rng::seed_from_u64(self.seed);
+        generator.set_stream(k);
+        // 53 random bits in (0, 1): never 0, so that its logarithm exists.
+        let mut unit = || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
+        let value = |amplitude: &f64| match self.distribution {
+            Distribution::Uniform => amplitude * (2.0 * unit() - 1.0),
+            Distribution::Gaussian => {
+                // Box and Muller, 1958.
+                let radius = (-2.0 * unit().ln()).sqrt();
+                amplitude * radius * (std::f64::consts::TAU * unit()).cos()
+            }
+        };
+        self.amplitude.iter().map(value).collect()
+    }
+
+    /// Checks amplitudes (one per output, finite) and period.
+    pub(crate) fn check(&self, outputs: usize) -> Result<(), SimError> {
+        if self.amplitude.len() != outputs {
+            let (expected, found) = (outputs, self.amplitude.len());
+            return Err(SimError::Length { what: "the noise".to_owned(), expected, found });
+        }
+        check_finite("the amplitudes of the noise", &self.amplitude)?;
+        check_positive("the period of the noise", self.period)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_those_of_the_distribution() {
+        let count = 20_000;
+        for (noise, variance) in
+            [(Noise::uniform(&[3.0, 1.0], 0.1, 1), 3.0), (Noise::gaussian(&[2.0, 1.0], 0.1, 1), 4.0)]
+        {
+            let samples: Vec<_> = (0..count).map(|k| noise.sample(k)).collect();
+            let mean = |f: &dyn Fn(&[f64]) -> f64| samples.iter().map(|s| f(s)).sum::<f64>() / count as f64;
+            // Five standard deviations of the means of 20000 values.
+            let bound = 5.0 / (count as f64).sqrt();
+            assert!(mean(&|s| s[0]).abs() < bound * variance.sqrt());
+            assert!((mean(&|s| s[0] * s[0]) / variance - 1.0).abs() < bound * 2f64.sqrt());
+            assert!(mean(&|s| s[0] * s[1]).abs() < bound * variance.sqrt());
+        }
+    }
+
+    #[test]
+    fn the_seed_decides() {
+        let [a, b] = [1, 2].map(|seed| Noise::uniform(&[1.0], 0.1, seed));
+        assert_ne!(a.sample(0), b.sample(0));
+        assert_ne!(a.sample(0), a.sample(1));
+    }
+}

@@ -1,0 +1,212 @@
+//! Radau IIA of order 5, for stiff starts and stiff plants.
+//!
+//! Three implicit stages at `c = ((4 - sqrt 6)/10, (4 + sqrt 6)/10, 1)`, stiffly accurate and L-stable; simplified Newton on the
+//! three stages together; embedded error estimate of order 3, filtered by `(u/h I - J)^-1`; dense output by the collocation
+//! polynomial. The Jacobian is formed by differences in every step: the systems here have tens of states, and a Jacobian that
+//! is never stale leaves nothing to tune.
+//!
+//! Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::integrate::{Attempt, Rhs, Tolerance};
+
+/// sqrt 6
+const R6: f64 = 2.449_489_742_783_178;
+/// The nodes.
+const C: [f64; 3] = [(4.0 - R6) / 10.0, (4.0 + R6) / 10.0, 1.0];
+/// The coefficients.
+const A: [[f64; 3]; 3] = [
+    [(88.0 - 7.0 * R6) / 360.0, (296.0 - 169.0 * R6) / 1800.0, (-2.0 + 3.0 * R6) / 225.0],
+    [(296.0 + 169.0 * R6) / 1800.0, (88.0 + 7.0 * R6) / 360.0, (-2.0 - 3.0 * R6) / 225.0],
+    [(16.0 - R6) / 36.0, (16.0 + R6) / 36.0, 1.0 / 9.0],
+];
+/// Weights of the stages in the error estimate.
+const D: [f64; 3] = [-(13.0 + 7.0 * R6) / 3.0, (-13.0 + 7.0 * R6) / 3.0, -1.0 / 3.0];
+/// The real eigenvalue of A^-1.
+const U: f64 = 3.637_834_252_744_496;
+/// Newton iterations per attempt.
+const NEWTON: usize = 10;
+
+/// The state of a Radau integration.
+pub(crate) struct Radau {
+    t: f64,
+    y: DVector<f64>,
+    h: f64,
+    /// The last accepted step: its start, its size, and the solution at its start and its three nodes.
+    last: Option<Step>,
+    /// Size and error of the last accepted step, for the predictive controller.
+    memory: Option<(f64, f64)>,
+    rejected: bool,
+}
+
+struct Step {
+    t: f64,
+    h: f64,
+    nodes: [DVector<f64>; 4],
+}
+
+impl Step {
+    /// The collocation polynomial.
+    fn at(&self, t: f64) -> DVector<f64> {
+        let s = (t - self.t) / self.h;
+        let nodes = [0.0, C[0], C[1], C[2]];
+        let mut value = DVector::zeros(self.nodes[0].len());
+        for (i, node) in self.nodes.iter().enumerate() {
+            let weight = (0..4).filter(|&j| j != i).map(|j| (s - nodes[j]) / (nodes[i] - nodes[j])).product();
+            value.axpy(weight, node, 1.0);
+        }
+        value
+    }
+}
+
+impl Radau {
+    pub(crate) fn new(t: f64, y: &[f64], h: f64) -> Self {
+        Self { t, y: DVector::from_column_slice(y), h, last: None, memory: None, rejected: false }
+    }
+
+    pub(crate) fn t(&self) -> f64 {
+        self.t
+    }
+
+    pub(crate) fn y(&self) -> &[f64] {
+        self.y.as_slice()
+    }
+
+    pub(crate) fn h(&self) -> f64 {
+        self.h
+    }
+
+    pub(crate) fn set_h(&mut self, h: f64) {
+        self.h = h;
+    }
+
+    /// The dense output of the last accepted step.
+    pub(crate) fn interpolate(&self, t: f64) -> Vec<f64> {
+        self.last.as_ref().map_or_else(|| self.y.as_slice().to_vec(), |step| step.at(t).as_slice().to_vec())
+    }
+
+    /// One attempt at a step of the present size.
+    pub(crate) fn attempt(&mut self, f: &Rhs<'_>, tolerance: Tolerance) -> Attempt {
+        let n = self.y.len();
+        let (t, h) = (self.t, self.h);
+        let eval = |t: f64, y: &DVector<f64>| {
+            let mut slope = DVector::zeros(n);
+            f(t, y.as_slice(), slope.as_mut_slice());
+            slope
+        };
+        let scale = self.y.map(|entry| tolerance.atol + tolerance.rtol * entry.abs());
+        let norm = |v: &DVector<f64>| (v.component_div(&scale).norm_squared() / n as f64).sqrt();
+
+        let slope = eval(t, &self.y);
+        let mut jacobian = DMatrix::zeros(n, n);
+        let mut moved = self.y.clone();
+        for j in 0..n {
+            let delta = (f64::EPSILON * self.y[j].abs().max(1e-5)).sqrt();
+            moved[j] = self.y[j] + delta;
+            let column = (eval(t, &moved) - &slope) / (moved[j] - self.y[j]);
+            jacobian.set_column(j, &column);
+            moved[j] = self.y[j];
+        }
+        if !jacobian.iter().all(|entry| entry.is_finite()) {
+            return self.reject(0.5);
+        }
+        let stages = DMatrix::from_fn(3 * n, 3 * n, |row, column| {
+            let (i, r, j, s) = (row / n, row % n, column / n, column % n);
+            f64::from(u8::from(row == column)) - h * A[i][j] * jacobian[(r, s)]
+        })
+        .lu();
+        let filter = (DMatrix::identity(n, n) * (U / h) - &jacobian).lu();
+
+        // Start: the last polynomial continued.
+        let mut z: [DVector<f64>; 3] = std::array::from_fn(|i| match &self.last {
+            Some(step) => step.at(t + C[i] * h) - &self.y,
+            None => DVector::zeros(n),
+        });
+        let mut converged = false;
+        let (mut previous, mut rate) = (f64::INFINITY, 1.0);
+        let mut iterations = 0;
+        // Rounding in the stages limits how far Newton can go.
+        let floor = 20.0 * f64::EPSILON * self.y.amax() / scale.min();
+        for iteration in 0..NEWTON {
+            iterations = iteration + 1;
+            let slopes: [DVector<f64>; 3] = std::array::from_fn(|i| eval(t + C[i] * h, &(&self.y + &z[i])));
+            let mut residual = DVector::zeros(3 * n);
+            for i in 0..3 {
+                let mut part = -&z[i];
+                for j in 0..3 {
+                    part.axpy(h * A[i][j], &slopes[j], 1.0);
+                }
+                residual.rows_mut(i * n, n).copy_from(&part);
+            }
+            let Some(correction) = stages.solve(&residual) else { return self.reject(0.5) };
+            let mut squared = 0.0;
+            for (i, stage) in z.iter_mut().enumerate() {
+                let part = correction.rows(i * n, n).into_owned();
+                squared += norm(&part).powi(2);
+                *stage += part;
+            }
+            let size = (squared / 3.0).sqrt();
+            if !size.is_finite() {
+                return self.reject(0.5);
+            }
+            if iteration > 0 {
+                rate = size / previous;
+            }
+            if size == 0.0 || (iteration > 0 && rate < 1.0 && rate / (1.0 - rate) * size <= 1e-3) || size <= floor {
+                converged = true;
+                break;
+            }
+            if iteration > 0 && rate >= 1.0 {
+                break;
+            }
+            previous = size;
+        }
+        if !converged {
+            return self.reject(0.5);
+        }
+
+        let mut estimate = z[0].clone() * (D[0] / h) + &z[1] * (D[1] / h) + &z[2] * (D[2] / h);
+        let shift = estimate.clone();
+        estimate += &slope;
+        let Some(mut error) = filter.solve(&estimate) else { return self.reject(0.5) };
+        let mut err = norm(&error);
+        if err >= 1.0 && (self.last.is_none() || self.rejected) {
+            // A stiff start: the estimate once more from the corrected point.
+            let Some(refined) = filter.solve(&(eval(t, &(&self.y + &error)) + shift)) else { return self.reject(0.5) };
+            error = refined;
+            err = norm(&error);
+        }
+        if !err.is_finite() {
+            return self.reject(0.1);
+        }
+        let err = err.max(1e-10);
+        let safety = 0.9 * (2 * NEWTON + 1) as f64 / (2 * NEWTON + iterations) as f64;
+        let mut factor = safety * err.powf(-0.25);
+        if err >= 1.0 {
+            return self.reject(factor.clamp(0.1, 0.9));
+        }
+        if let Some((h_last, err_last)) = self.memory {
+            factor = factor.min(0.9 * h / h_last * (err_last / (err * err)).powf(0.25));
+        }
+        let mut factor = factor.clamp(0.2, 8.0);
+        if self.rejected {
+            factor = factor.min(1.0);
+        }
+        self.memory = Some((h, err.max(1e-2)));
+        self.rejected = false;
+        let end = &self.y + &z[2];
+        let [z1, z2, _] = z;
+        self.last = Some(Step { t, h, nodes: [self.y.clone(), &self.y + z1, &self.y + z2, end.clone()] });
+        self.t = t + h;
+        self.y = end;
+        self.h = h * factor;
+        Attempt::Accepted
+    }
+
+    fn reject(&mut self, factor: f64) -> Attempt {
+        self.h *= factor;
+        self.rejected = true;
+        Attempt::Rejected
+    }
+}

@@ -1,0 +1,119 @@
+//! Inputs: functions of time, or of what a controller knows.
+
+use nalgebra::DMatrix;
+
+use crate::error::{SimError, check_finite};
+use crate::view::View;
+
+/// A law that reads the view and writes the input.
+type Law<'a> = Box<dyn Fn(&View<'_>, &mut [f64]) + 'a>;
+
+/// The input of a plant.
+pub struct Signal<'a>(Kind<'a>);
+
+enum Kind<'a> {
+    Zero,
+    Constant(Vec<f64>),
+    Function(Box<dyn Fn(f64, &mut [f64]) + 'a>),
+    Feedback { observer: String, gain: DMatrix<f64> },
+    StateFeedback { gain: DMatrix<f64> },
+    Law(Law<'a>),
+}
+
+impl<'a> Signal<'a> {
+    /// `u = 0`, of whatever length the plant wants.
+    pub fn zero() -> Self {
+        Self(Kind::Zero)
+    }
+
+    /// `u = value` at all times.
+    pub fn constant(value: &[f64]) -> Self {
+        Self(Kind::Constant(value.to_vec()))
+    }
+
+    /// `u_i = amplitude_i sin(omega t)`.
+    pub fn sine(amplitude: &[f64], omega: f64) -> Self {
+        let amplitude = amplitude.to_vec();
+        Self::function(move |t, u| {
+            for (u, amplitude) in u.iter_mut().zip(&amplitude) {
+                *u = amplitude * (omega * t).sin();
+            }
+        })
+    }
+
+    /// One input as a function of time: `Signal::scalar(f64::sin)`. Should the plant have more inputs, all get that value.
+    pub fn scalar(f: impl Fn(f64) -> f64 + 'a) -> Self {
+        Self::function(move |t, u| u.fill(f(t)))
+    }
+
+    /// `f(t, u)` writes the input at time t into `u`. Where it jumps, tell the scenario
+    /// ([`breakpoints`](crate::Scenario::breakpoints)).
+    pub fn function(f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
+        Self(Kind::Function(Box::new(f)))
+    }
+
+    /// `u = -K xhat` with the estimate of the observer of that name (24); K is m x n.
+    pub fn feedback(observer: &str, gain: DMatrix<f64>) -> Self {
+        Self(Kind::Feedback { observer: observer.to_owned(), gain })
+    }
+
+    /// `u = -K x` with the true state, which no controller has: the ideal to compare with.
+    pub fn state_feedback(gain: DMatrix<f64>) -> Self {
+        Self(Kind::StateFeedback { gain })
+    }
+
+    /// Any law: `law(view, u)` reads time, state, output and estimates from the view and writes the input into `u`. The view's
+    /// own input is zero, and estimates that use the input are refused ([`SimError::AlgebraicLoop`]).
+    pub fn law(law: impl Fn(&View<'_>, &mut [f64]) + 'a) -> Self {
+        Self(Kind::Law(Box::new(law)))
+    }
+
+    /// Whether estimates are needed to evaluate it.
+    pub(crate) fn reads_estimates(&self) -> bool {
+        matches!(self.0, Kind::Feedback { .. } | Kind::Law(_))
+    }
+
+    /// Checks lengths, names and entries against a plant with `states`, `inputs` and the named observers' estimates.
+    pub(crate) fn check(&self, states: usize, inputs: usize, estimates: &[(String, usize)]) -> Result<(), SimError> {
+        let fits = |gain: &DMatrix<f64>, columns: usize| {
+            check_finite("the feedback gain K", gain.as_slice())?;
+            length("rows of the feedback gain K", inputs, gain.nrows())?;
+            length("columns of the feedback gain K", columns, gain.ncols())
+        };
+        match &self.0 {
+            Kind::Zero | Kind::Function(_) | Kind::Law(_) => Ok(()),
+            Kind::Constant(value) => {
+                check_finite("the constant input", value)?;
+                length("the constant input", inputs, value.len())
+            }
+            Kind::StateFeedback { gain } => fits(gain, states),
+            Kind::Feedback { observer, gain } => match estimates.iter().find(|(name, _)| name == observer) {
+                Some((_, columns)) => fits(gain, *columns),
+                None => Err(SimError::UnknownName { name: observer.clone() }),
+            },
+        }
+    }
+
+    /// Writes the input.
+    pub(crate) fn write(&self, view: &View<'_>, u: &mut [f64]) {
+        match &self.0 {
+            Kind::Zero => u.fill(0.0),
+            Kind::Constant(value) => u.copy_from_slice(value),
+            Kind::Function(f) => f(view.t, u),
+            Kind::StateFeedback { gain } => feed_back(gain, view.x, u),
+            Kind::Feedback { observer, gain } => feed_back(gain, view.estimate(observer).unwrap_or(&[]), u),
+            Kind::Law(law) => law(view, u),
+        }
+    }
+}
+
+/// `u = -K x`.
+fn feed_back(gain: &DMatrix<f64>, x: &[f64], u: &mut [f64]) {
+    for (i, u) in u.iter_mut().enumerate() {
+        *u = -x.iter().enumerate().map(|(j, x)| gain[(i, j)] * x).sum::<f64>();
+    }
+}
+
+fn length(what: &str, expected: usize, found: usize) -> Result<(), SimError> {
+    if expected == found { Ok(()) } else { Err(SimError::Length { what: what.to_owned(), expected, found }) }
+}

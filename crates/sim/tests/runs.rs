@@ -1,0 +1,460 @@
+//! Runs as a whole: accuracy against closed forms and between integrators, the paper's Example 1, stiff starts, blow-up,
+//! sampled data, noise, feedback, and bad input.
+
+use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverDimensions, SampledCubicObserver};
+use luenberger_plants::linear::StaticPlant;
+use luenberger_plants::{DynamicPlant, LinearPlant, double_integrator, third_order};
+use luenberger_sim::{Integrand, Integrator, Noise, Scenario, Settings, Signal, SimError, Trajectory, metrics, solve};
+use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector1, Vector2, Vector3};
+
+/// L of Example 1 for the poles -2, -5.
+fn l() -> Vector2<f64> {
+    Vector2::new(7.0, 10.0)
+}
+
+/// P of Example 1: F'P + PF = -10 I, by hand (110/14, -5, 30/7).
+fn p() -> Matrix2<f64> {
+    Matrix2::new(55.0 / 7.0, -5.0, -5.0, 30.0 / 7.0)
+}
+
+/// N = -gamma P^-1 C' theta with theta = 10.
+fn n(gamma: f64) -> Vector2<f64> {
+    let p = p();
+    // First column of P^-1.
+    Vector2::new(p[(1, 1)], -p[(1, 0)]) / p.determinant() * (-10.0 * gamma)
+}
+
+fn linear() -> LinearObserver<f64, nalgebra::Const<2>, nalgebra::Const<1>, nalgebra::Const<1>> {
+    LinearObserver::of(double_integrator(), l()).unwrap()
+}
+
+fn cubic() -> CubicObserver<f64, nalgebra::Const<2>, nalgebra::Const<1>, nalgebra::Const<1>> {
+    CubicObserver::of(double_integrator(), l(), n(2.0), Matrix1::new(10.0)).unwrap()
+}
+
+fn example1(size: f64, integrator: Integrator) -> Result<Trajectory, SimError> {
+    Scenario::new(double_integrator())
+        .initial_state(&[-size, -size])
+        .input(Signal::scalar(f64::sin))
+        .observer("linear", linear(), &[0.0, 0.0])
+        .observer("cubic", cubic(), &[0.0, 0.0])
+        .integral("j", Integrand::squared_error("cubic"))
+        .until(4.0, 401)
+        .integrator(integrator)
+        .run()
+}
+
+/// Largest difference between two matrices, relative to the larger of 1 and the largest entry.
+fn difference(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
+    (a - b).amax() / a.amax().max(1.0)
+}
+
+#[test]
+fn example_1_gives_the_printed_peaks_and_settling_times() {
+    let run = example1(3.0, Integrator::Auto).unwrap();
+    let measure = |name: &str| {
+        let e2 = run.error_trace(name, 1).unwrap();
+        (metrics::overshoot(&e2).unwrap(), metrics::settling_last(&e2, 0.05).unwrap())
+    };
+    let (peak, settling) = measure("cubic");
+    assert!((peak.value - 0.48).abs() < 0.005 && (settling - 1.7).abs() < 0.05, "{peak:?} {settling}");
+    let (peak, settling) = measure("linear");
+    // e2(t) = -3 e^{-2t}(..): the printed 1.18 is off by 0.9 %; see the closed form below.
+    assert!((peak.value - 1.19).abs() < 0.005 && (settling - 2.3).abs() < 0.05, "{peak:?} {settling}");
+}
+
+#[test]
+fn crossings_and_extrema_of_a_linear_error_match_the_closed_form() {
+    // e' = F e with eigenvalues -2, -5 and e(0) = -3 (1, 1): e2 = a e^{-2t} + b e^{-5t}, a + b = -3, e2'(0) = 30.
+    let (a, b) = (5.0, -8.0);
+    let run = example1(3.0, Integrator::Auto).unwrap();
+    let e2 = run.error_trace("linear", 1).unwrap();
+    for k in 0..=40 {
+        let t = 0.1 * f64::from(k);
+        assert!((e2.at(t).unwrap() - (a * (-2.0 * t).exp() + b * (-5.0 * t).exp())).abs() < 1e-9);
+    }
+    let zero = (8f64 / 5.0).ln() / 3.0;
+    assert!((e2.first_sign_change().unwrap() - zero).abs() < 1e-10);
+    let summit = 4f64.ln() / 3.0;
+    let overshoot = metrics::overshoot(&e2).unwrap();
+    assert!((overshoot.value - (a * (-2.0 * summit).exp() + b * (-5.0 * summit).exp())).abs() < 1e-9);
+    assert!((overshoot.time - summit).abs() < 1e-5, "a summit is flat: its time is good to the root of its value");
+    // The last |e2| = 0.05, by Newton on the closed form.
+    let mut t = 2.3;
+    for _ in 0..20 {
+        let (value, slope) = (
+            a * f64::exp(-2.0 * t) + b * f64::exp(-5.0 * t) - 0.05,
+            -2.0 * a * f64::exp(-2.0 * t) - 5.0 * b * f64::exp(-5.0 * t),
+        );
+        t -= value / slope;
+    }
+    assert!((metrics::settling_last(&e2, 0.05).unwrap() - t).abs() < 1e-8);
+    assert!(metrics::settling_first(&e2, 0.05).unwrap() < zero);
+    assert_eq!(metrics::settling_last(&e2, 1e-9), None);
+    assert_eq!(metrics::peak(&e2).unwrap().value, 3.0);
+}
+
+#[test]
+fn integrators_agree() {
+    for size in [3.0, 1000.0] {
+        let runs = [Integrator::Explicit, Integrator::Implicit, Integrator::Auto].map(|i| example1(size, i).unwrap());
+        for run in &runs[1..] {
+            for k in 0..2 {
+                let difference = difference(&runs[0].observers[k].error, &run.observers[k].error);
+                assert!(difference < 1e-9, "e(0) = {size}, observer {k}: {difference:e}");
+            }
+            let (a, b) = (runs[0].integral("j").unwrap()[400], run.integral("j").unwrap()[400]);
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn static_and_dynamic_observers_mix_in_one_run() {
+    let plant = double_integrator().to_dynamic();
+    let dynamic = CubicObserver::of(
+        plant.clone(),
+        DMatrix::from_column_slice(2, 1, l().as_slice()),
+        DMatrix::from_column_slice(2, 1, n(2.0).as_slice()),
+        DMatrix::from_element(1, 1, 10.0),
+    );
+    let run = Scenario::new(plant)
+        .initial_state(&[-3.0, -3.0])
+        .observer("dynamic", dynamic.unwrap(), &[0.0, 0.0])
+        .observer("static", cubic(), &[0.0, 0.0])
+        .until(2.0, 21)
+        .run()
+        .unwrap();
+    // The sums are formed in the same order but by different kernels.
+    assert!(difference(&run.observers[0].error, &run.observers[1].error) < 1e-12);
+}
+
+#[test]
+fn an_integral_is_the_integral() {
+    // int_0^inf |e|^2 of a linear error is e0' X e0 with F'X + XF = -I: here X = P/10.
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[-3.0, -3.0])
+        .observer("linear", linear(), &[0.0, 0.0])
+        .integral("j", Integrand::squared_error("linear"))
+        .integral("j2", Integrand::squared_error_of("linear", 1))
+        .integral("custom", Integrand::custom(|view| view.error("linear").map_or(f64::NAN, |e| e[1] * e[1])))
+        .until(12.0, 121)
+        .run()
+        .unwrap();
+    let e0 = Vector2::new(-3.0, -3.0);
+    let exact = e0.dot(&(p() * e0)) / 10.0;
+    assert!((run.integral("j").unwrap()[120] / exact - 1.0).abs() < 1e-9);
+    assert_eq!(run.integral("j2").unwrap(), run.integral("custom").unwrap());
+    let v = metrics::lyapunov(&run, "linear", &DMatrix::from_column_slice(2, 2, p().as_slice())).unwrap();
+    assert!(v.windows(2).all(|v| v[1] < v[0]));
+}
+
+#[test]
+fn blow_up_of_a_scalar_cubic_is_located() {
+    // e' = 4 e^3: e^2 = 1/(1/e0^2 - 8 t), gone at 1/(8 e0^2).
+    for (e0, integrator) in [
+        (1.0, Integrator::Explicit),
+        (1.0, Integrator::Implicit),
+        (0.5, Integrator::Auto),
+        (1000.0, Integrator::Auto),
+        (1e-3, Integrator::Auto),
+    ] {
+        let settings = Settings { integrator, ..Settings::default() };
+        let error = solve(|_, e, slope| slope[0] = 4.0 * e[0].powi(3), 0.0, 1e9, &[e0], &settings).unwrap_err();
+        let exact = 1.0 / (8.0 * e0 * e0);
+        match error {
+            SimError::BlowUp { time, norm } => {
+                assert!((time / exact - 1.0).abs() < 1e-9, "{time} {exact} {integrator:?}");
+                assert!(norm > 1e3 * e0);
+            }
+            other => panic!("{other}"),
+        }
+    }
+}
+
+#[test]
+fn exponential_growth_is_no_blow_up() {
+    let growth = solve(|_, x, slope| slope[0] = 3.0 * x[0], 0.0, 30.0, &[1.0], &Settings::default()).unwrap();
+    assert!((growth.at(30.0).unwrap()[0].ln() / 90.0 - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_kink_that_cannot_be_passed_is_named() {
+    // x' = -1/x reaches 0 at t = 1/2 with infinite slope, but without growing.
+    let error = solve(|_, x, slope| slope[0] = -1.0 / x[0], 0.0, 1.0, &[1.0], &Settings::default()).unwrap_err();
+    match error {
+        SimError::StepSize { time, .. } => assert!((time - 0.5).abs() < 1e-6),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_stiff_plant_is_finished_implicitly() {
+    // x' = -1e6 (x - cos t): explicit steps would be a few microseconds long for 10 s.
+    let stiff = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = -1e6 * (x[0] - t.cos());
+    let settings = Settings { max_steps: 50_000, ..Settings::default() };
+    let solution = solve(stiff, 0.0, 10.0, &[0.0], &settings).unwrap();
+    // x = cos t + 1e-6 sin t + O(1e-12)
+    assert!((solution.at(10.0).unwrap()[0] - (10f64.cos() + 1e-6 * 10f64.sin())).abs() < 1e-9);
+    let explicit = Settings { integrator: Integrator::Explicit, ..settings };
+    assert!(matches!(solve(stiff, 0.0, 10.0, &[0.0], &explicit), Err(SimError::TooManySteps { steps: 50_000, .. })));
+}
+
+#[test]
+fn the_printed_sign_of_example_3_blows_up() {
+    let plant = third_order::example3();
+    let l = Vector3::new(0.267, -1.429, 3.904);
+    let k = DMatrix::from_row_slice(2, 3, &[-0.597, 2.004, 2.511, -0.197, 0.757, 7.510]);
+    let scenario = |sign: f64| {
+        let observer = CubicObserver::of(plant.clone(), l, l * (10.0 * sign), Matrix1::new(10.0)).unwrap();
+        Scenario::new(plant.clone())
+            .initial_state(&[1.0, 1.0, 1.0])
+            .observer("cubic", observer, &[0.0, 0.0, 0.0])
+            .input(Signal::feedback("cubic", k.clone()))
+            .integral("cost", Integrand::quadratic_cost(DMatrix::identity(3, 3), DMatrix::identity(2, 2)))
+            .until(30.0, 301)
+            .run()
+    };
+    let run = scenario(-1.0).unwrap();
+    assert!(run.observers[0].error.row(300).amax() < 1e-3 && run.x.row(300).amax() < 1e-3);
+    assert!(run.integral("cost").unwrap().windows(2).all(|cost| cost[1] >= cost[0]));
+    match scenario(1.0) {
+        Err(SimError::BlowUp { time, .. }) => assert!(time > 0.0 && time < 1e-2),
+        other => panic!("{:?}", other.map(|run| run.steps)),
+    }
+}
+
+#[test]
+fn a_sampled_observer_converges_where_eulers_step_diverges() {
+    let (h, c) = (1e-3, RowVector2::new(1.0, 0.0));
+    let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
+    // Poles of Ad - Ld C at exp(-2h), exp(-5h): trace and determinant of [[1 - l1, h], [-l2, 1]].
+    let (z1, z2) = (f64::exp(-2.0 * h), f64::exp(-5.0 * h));
+    let ld = Vector2::new(2.0 - z1 - z2, (1.0 - z1) * (1.0 - z2) / h);
+    let discrete = luenberger_linalg::stein(
+        &DMatrix::from_column_slice(2, 2, (ad - ld * c).as_slice()),
+        &(DMatrix::identity(2, 2) * (10.0 * h)),
+    )
+    .unwrap();
+    let p = Matrix2::from_column_slice(discrete.p.as_slice());
+    let n = Vector2::new(p[(1, 1)], -p[(1, 0)]) / p.determinant() * -20.0;
+    let theta = Matrix1::new(10.0);
+    let observer = SampledCubicObserver::new(ad, bd, c, ld, n, theta, SampledCubicObserver::rate(&c, &n), h).unwrap();
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[100.0, 100.0])
+        .input(Signal::scalar(f64::sin))
+        .hold_input(h)
+        .sampled_observer("sampled", observer, &[0.0, 0.0])
+        .until(8.0, 8001)
+        .run()
+        .unwrap();
+    let v = metrics::lyapunov(&run, "sampled", &discrete.p).unwrap();
+    // Up to rounding in x - xhat: V is quadratic in an error that carries eps |x|.
+    let rounding = 1e4 * f64::EPSILON * run.x.amax() * p.amax();
+    assert!(v.windows(2).all(|v| v[1].sqrt() <= v[0].sqrt() + rounding), "V must never increase");
+    assert!(run.observers[0].error.row(8000).amax() < 1e-3, "{}", run.observers[0].error.row(8000));
+
+    // Euler's step of the continuous observer from the same start.
+    let (continuous, mut xhat) = (cubic(), Vector2::zeros());
+    for _ in 0..20 {
+        xhat += h * continuous.derivative(0.0, &xhat, &Vector1::zeros(), &Vector1::new(100.0));
+    }
+    assert!(!(xhat.norm() < 1e6), "{xhat}");
+}
+
+#[test]
+fn a_sampled_observer_holds_between_its_samples_and_predicts() {
+    let h = 0.25;
+    let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
+    let c = RowVector2::new(1.0, 0.0);
+    let observer =
+        SampledCubicObserver::new(ad, bd, c, Vector2::new(1.0, 1.0), Vector2::zeros(), Matrix1::new(1.0), 0.0, h);
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[1.0, 2.0])
+        .sampled_observer("right from the start", observer.unwrap(), &[1.0, 2.0])
+        .times(&[0.0, 0.1, 0.25, 0.4, 0.5])
+        .run()
+        .unwrap();
+    let estimate = &run.observers[0].estimate;
+    for (row, wished) in [1.0, 1.0, 1.5, 1.5, 2.0].into_iter().enumerate() {
+        assert!((estimate[(row, 0)] - wished).abs() < 1e-12, "{estimate}");
+    }
+}
+
+#[test]
+fn noise_reaches_the_observers_only_and_repeats() {
+    let noisy = |seed: Option<u64>| {
+        let mut scenario = Scenario::new(double_integrator())
+            .initial_state(&[1.0, -1.0])
+            .input(Signal::sine(&[1.0], 2.0))
+            .observer("linear", linear(), &[1.0, -1.0])
+            .until(0.5, 51);
+        if let Some(seed) = seed {
+            scenario = scenario.noise(Noise::uniform(&[0.02], 1e-2, seed));
+        }
+        scenario.run().unwrap()
+    };
+    let (clean, one, again, other) = (noisy(None), noisy(Some(1)), noisy(Some(1)), noisy(Some(2)));
+    assert_eq!(one, again);
+    assert!(difference(&one.x, &clean.x) < 1e-10);
+    assert!(difference(&one.observers[0].error, &other.observers[0].error) > 1e-4);
+    assert!(clean.observers[0].error.amax() < 1e-10);
+}
+
+#[test]
+fn crossings_between_the_points_of_one_step_are_found() {
+    // (t - 1)^2 - 1e-8 touches zero twice within 2e-4 while the integrator takes a few steps in all.
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[1.0, -2.0])
+        .input(Signal::constant(&[2.0]))
+        .until(3.0, 2)
+        .run()
+        .unwrap();
+    let crossings = run.trace(|view| view.x[0]).crossings(1e-8);
+    assert_eq!(crossings.len(), 2, "{crossings:?}");
+    for (crossing, exact) in crossings.iter().zip([1.0 - 1e-4, 1.0 + 1e-4]) {
+        assert!((crossing.time - exact).abs() < 1e-9, "{crossing:?}");
+    }
+    assert!(!crossings[0].rising && crossings[1].rising);
+    assert!(run.trace(|view| view.x[0]).crossings(-1e-8).is_empty());
+}
+
+#[test]
+fn a_partial_estimate_is_compared_with_its_states() {
+    /// Estimates the speed of the double integrator alone: z' = u - 3 (z + 3 y), x2hat = z + 3 y. Its start needs y.
+    struct Speed;
+    impl Observer<f64> for Speed {
+        type State = Vector1<f64>;
+        type Input = Vector1<f64>;
+        type Output = Vector1<f64>;
+        type Estimate = Vector1<f64>;
+        fn dimensions(&self) -> ObserverDimensions {
+            ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
+        }
+        fn derivative(&self, t: f64, z: &Vector1<f64>, u: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
+            u - 3.0 * self.estimate(t, z, u, y)
+        }
+        fn estimate(&self, _: f64, z: &Vector1<f64>, _: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
+            z + 3.0 * y
+        }
+        fn initial(&self, _: f64, estimate: &Vector1<f64>, _: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
+            estimate - 3.0 * y
+        }
+    }
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[5.0, 2.0])
+        .input(Signal::scalar(f64::sin))
+        .partial_observer("speed", Speed, &[0.0], &[1])
+        .until(2.0, 21)
+        .run()
+        .unwrap();
+    // e' = -3 e from e(0) = 2.
+    for (t, e) in run.t.iter().zip(run.observers[0].error.iter()) {
+        assert!((e - 2.0 * (-3.0 * t).exp()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_plant_without_inputs_runs() {
+    let plant = third_order::example2();
+    let l = Vector3::new(1.0, 0.0, 0.0);
+    let run = Scenario::new(plant.clone())
+        .initial_state(&[1.0, 2.0, 3.0])
+        .observer("linear", LinearObserver::of(plant, l).unwrap(), &[1.0, 2.0, 3.0])
+        .until(1.0, 3)
+        .run()
+        .unwrap();
+    assert_eq!(run.u.ncols(), 0);
+    assert!(run.observers[0].error.amax() < 1e-12);
+}
+
+#[test]
+fn bad_input_is_an_error() {
+    let plant = || double_integrator();
+    let base = || Scenario::new(plant()).until(1.0, 3);
+    let nan = f64::NAN;
+    let length = |result: Result<Trajectory, SimError>| matches!(result, Err(SimError::Length { .. }));
+    assert!(length(base().initial_state(&[1.0]).run()));
+    assert!(length(base().observer("o", linear(), &[0.0; 3]).run()));
+    assert!(length(base().input(Signal::constant(&[1.0, 2.0])).run()));
+    assert!(length(base().noise(Noise::uniform(&[1.0, 1.0], 0.1, 0)).run()));
+    let wide = DynamicPlant::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 2), DMatrix::zeros(1, 2)).unwrap();
+    let two_inputs = LinearObserver::of(wide, DMatrix::zeros(2, 1)).unwrap();
+    assert!(length(base().observer("o", two_inputs, &[0.0; 2]).run()));
+    let one_state: StaticPlant<f64, 1, 1, 1> =
+        LinearPlant::new(Matrix1::new(0.0), Matrix1::new(1.0), Matrix1::new(1.0)).unwrap();
+    let small = LinearObserver::of(one_state, Matrix1::new(1.0)).unwrap();
+    assert!(length(base().observer("o", small, &[0.0]).run()));
+
+    let finite = |result: Result<Trajectory, SimError>| matches!(result, Err(SimError::NotFinite { .. }));
+    assert!(finite(base().initial_state(&[nan, 0.0]).run()));
+    assert!(finite(base().observer("o", linear(), &[0.0, f64::INFINITY]).run()));
+    assert!(finite(base().input(Signal::scalar(|_| nan)).run()));
+    assert!(finite(base().times(&[0.0, nan]).run()));
+
+    assert!(matches!(Scenario::new(plant()).run(), Err(SimError::TimeSpan { .. })));
+    assert!(matches!(base().until(0.0, 5).run(), Err(SimError::TimeSpan { .. })));
+    assert!(matches!(base().until(-1.0, 5).run(), Err(SimError::TimeSpan { .. })));
+    let unsorted = base().times(&[0.0, 2.0, 1.0, 3.0]).run();
+    assert_eq!(unsorted, Err(SimError::TimesUnsorted { index: 2, previous: 2.0, next: 1.0 }));
+    assert!(matches!(base().times(&[-1.0, 1.0]).run(), Err(SimError::Outside { .. })));
+    assert!(matches!(base().tolerances(0.0, 1e-9).run(), Err(SimError::NotPositive { what: "rtol", .. })));
+    assert!(matches!(base().hold_input(-1.0).run(), Err(SimError::NotPositive { .. })));
+
+    let twice = base().observer("o", linear(), &[0.0; 2]).observer("o", cubic(), &[0.0; 2]).run();
+    assert_eq!(twice, Err(SimError::DuplicateName { name: "o".to_owned() }));
+    let unknown = base().input(Signal::feedback("nobody", DMatrix::zeros(1, 2))).run();
+    assert_eq!(unknown, Err(SimError::UnknownName { name: "nobody".to_owned() }));
+    assert!(base().run().unwrap().error_trace("nobody", 0).is_err());
+    let run = base().observer("o", linear(), &[0.0; 2]).run().unwrap();
+    assert!(matches!(run.error_trace("o", 2), Err(SimError::Index { index: 2, count: 2, .. })));
+}
+
+#[test]
+fn an_input_that_depends_on_itself_is_refused() {
+    /// An "estimate" with direct feedthrough of the input.
+    struct Feedthrough;
+    impl Observer<f64> for Feedthrough {
+        type State = Vector2<f64>;
+        type Input = Vector1<f64>;
+        type Output = Vector1<f64>;
+        type Estimate = Vector2<f64>;
+        fn dimensions(&self) -> ObserverDimensions {
+            ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+        }
+        fn derivative(&self, _: f64, _: &Vector2<f64>, _: &Vector1<f64>, _: &Vector1<f64>) -> Vector2<f64> {
+            Vector2::zeros()
+        }
+        fn estimate(&self, _: f64, z: &Vector2<f64>, u: &Vector1<f64>, _: &Vector1<f64>) -> Vector2<f64> {
+            z.add_scalar(u[0])
+        }
+        fn initial(&self, _: f64, estimate: &Vector2<f64>, _: &Vector1<f64>, _: &Vector1<f64>) -> Vector2<f64> {
+            *estimate
+        }
+    }
+    let run = Scenario::new(double_integrator())
+        .observer("loop", Feedthrough, &[1.0, 1.0])
+        .input(Signal::feedback("loop", DMatrix::from_row_slice(1, 2, &[1.0, 0.0])))
+        .until(1.0, 3)
+        .run();
+    assert!(matches!(run, Err(SimError::AlgebraicLoop { .. })), "{run:?}");
+}
+
+#[test]
+fn dense_output_agrees_with_samples_and_with_more_of_them() {
+    let run = example1(3.0, Integrator::Auto).unwrap();
+    let e2 = run.error_trace("cubic", 1).unwrap();
+    for (k, &t) in run.t.iter().enumerate() {
+        assert!((e2.at(t).unwrap() - run.observers[1].error[(k, 1)]).abs() < 1e-12);
+    }
+    // The order of the interpolant is less than that of the method: against a run with steps ten times shorter.
+    let fine = Scenario::new(double_integrator())
+        .initial_state(&[-3.0, -3.0])
+        .input(Signal::scalar(f64::sin))
+        .observer("cubic", cubic(), &[0.0, 0.0])
+        .until(4.0, 401)
+        .tolerances(1e-13, 1e-14)
+        .run()
+        .unwrap();
+    assert!(difference(&run.observers[1].error, &fine.observers[0].error) < 1e-9);
+}
