@@ -1,4 +1,6 @@
 //! The three judges of definiteness against each other, on matrices chosen to deceive them.
+//!
+//! `PROPTEST_CASES=100000 cargo test -p luenberger-proof --test definiteness` tries millions.
 
 use luenberger_proof::{
     Direction, Doubt, Exact, Interval, Matrix, ProofError, Ring, Verdict, negative_definite, negative_semidefinite,
@@ -128,8 +130,6 @@ fn nudged(m: &Matrix<f64>, entry: usize, up: bool) -> Matrix<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
-
     /// Small integers: exactly singular ones are frequent.
     #[test]
     fn small_integers((n, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), prop::collection::vec(-3..=6_i32, n * (n + 1) / 2)))) {
