@@ -271,3 +271,40 @@ pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
     }
     (0.0, estimate)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gram matrices of n vectors in n - 1 dimensions with small integer entries: exactly singular, and at these orders some of
+    /// them survive an unshifted Cholesky, since rounding decides the sign of the last pivot.
+    #[test]
+    fn a_singular_matrix_is_never_certified() {
+        let mut state = 1_u64;
+        let mut small_integer = move || {
+            // Knuth's linear congruential generator; the high bits are the good ones.
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            f64::from((state >> 60) as u32) - 7.5
+        };
+        let mut survived_unshifted = 0;
+        for trial in 0..120 {
+            let n = 20 + trial % 30;
+            let x: Vec<f64> = (0..n * (n - 1)).map(|_| small_integer()).collect();
+            // Multiples of 1/4 below 2^14: exact.
+            let mid =
+                Matrix::from_fn(n, n, |i, j| (0..n - 1).map(|k| x[i * (n - 1) + k] * x[j * (n - 1) + k]).sum::<f64>());
+            survived_unshifted += i32::from(factor(mid.clone()).is_ok());
+            let ball = Ball { rad: mid.map(|_| 0.0), mid };
+            assert!(!matches!(certify(&ball, 0.0), Completion::Certified(_)), "a singular matrix of order {n}");
+        }
+        assert!(survived_unshifted > 20, "only {survived_unshifted} of these matrices put the shift to the test");
+    }
+
+    #[test]
+    fn the_exponent_brings_every_positive_number_into_one_to_four() {
+        for x in [f64::from_bits(1), f64::from_bits(77), f64::MIN_POSITIVE, 0.3, 1.0, 3.999, 4.0, 1e300, f64::MAX] {
+            let scaled = times_power_of_two(x, -2 * half_exponent(x));
+            assert!((1.0..4.0).contains(&scaled), "{x:e} becomes {scaled}");
+        }
+    }
+}

@@ -153,15 +153,31 @@ fn repaired(
     p: &Matrix<f64>,
     n: &Matrix<f64>,
 ) -> Result<Option<f64>, ProofError> {
-    let order = p.rows();
     let Some(x) = output_metric(p, c) else { return Ok(None) };
     if !(Dissipated { x: &x, c, n }).decide(Sense::PositiveSemidefinite)?.is_proved() {
         return Ok(None);
     }
+    let Some(enclosed) = structured_for(p, c, &x, n)? else { return Ok(None) };
+    let flow = error_matrix::<Interval>(a, l, c)?;
+    let decrease = enclosed.product(&flow)?.plus_transpose()?;
+    let proved = definite::decide(&enclosed, Sense::PositiveDefinite)?.is_proved()
+        && definite::decide(&decrease, Sense::NegativeDefinite)?.is_proved();
+    let change = enclosed.difference(&Matrix::embed(p, "P")?)?;
+    Ok(proved.then(|| change.as_slice().iter().map(Interval::magnitude).fold(0.0, f64::max)))
+}
+
+/// An enclosure of the `P~` of the head of this module, for which `P~ N = C'X C N`.
+fn structured_for(
+    p: &Matrix<f64>,
+    c: &Matrix<f64>,
+    x: &Matrix<f64>,
+    n: &Matrix<f64>,
+) -> Result<Option<Matrix<Interval>>, ProofError> {
+    let order = p.rows();
     let Some(projector) = projector(n)? else { return Ok(None) };
     let rest = Matrix::scalar(order, &ONE).difference(&projector)?;
     let output = Matrix::<Interval>::embed(c, "C")?;
-    let metric = output.transpose().product(&Matrix::embed(&x, "X")?)?.product(&output)?;
+    let metric = output.transpose().product(&Matrix::embed(x, "X")?)?.product(&output)?;
     let p_enclosed = Matrix::<Interval>::embed(p, "P")?;
     let lyapunov = metric.sum(&rest.transpose().product(&p_enclosed.difference(&metric)?)?.product(&rest)?)?;
     // P~ is symmetric: each of its entries lies in both of the intervals computed for it.
@@ -172,12 +188,7 @@ fn repaired(
             enclosed[(i, j)] = both;
         }
     }
-    let flow = error_matrix::<Interval>(a, l, c)?;
-    let decrease = enclosed.product(&flow)?.plus_transpose()?;
-    let proved = definite::decide(&enclosed, Sense::PositiveDefinite)?.is_proved()
-        && definite::decide(&decrease, Sense::NegativeDefinite)?.is_proved();
-    let change = enclosed.difference(&p_enclosed)?;
-    Ok(proved.then(|| change.as_slice().iter().map(Interval::magnitude).fold(0.0, f64::max)))
+    Ok(Some(enclosed))
 }
 
 const ONE: Interval = Interval::point(1.0);
@@ -289,4 +300,37 @@ fn ellipsoid(c: &Matrix<f64>, p: &Matrix<f64>, theta: &Matrix<f64>, proved: &Dep
     let level = below(below(least * radius) * radius);
     let ball = below(below(level / largest).sqrt());
     if level > 0.0 && ball > 0.0 { Reach::Within(Ellipsoid { radius, level, ball }) } else { Reach::Unproved }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// `P~ N = C'X C N`, for an N that is far from any design: the identity owes nothing to P, C and N being close to it.
+        #[test]
+        fn the_repaired_matrix_has_the_structure_for_any_gain(
+            (n, outputs, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
+                (Just(n), Just(p), prop::collection::vec(-1.0..1.0_f64, 80))
+            }),
+        ) {
+            let p = Matrix::from_fn(n, n, |i, j| entries[i.max(j) * 5 + i.min(j)]);
+            let c = Matrix::from_fn(outputs, n, |i, j| entries[25 + i * 5 + j]);
+            let x = Matrix::from_fn(outputs, outputs, |i, j| entries[50 - i.max(j) * 5 - i.min(j)]);
+            let gain = Matrix::from_fn(n, outputs, |i, j| entries[51 + i * 5 + j] + if i == j { 3.0 } else { 0.0 });
+            let repaired = structured_for(&p, &c, &x, &gain).expect("shapes agree").expect("the gain has full column rank");
+            let image = repaired.product(&Matrix::embed(&gain, "N").expect("finite")).expect("shapes agree");
+            let c = Matrix::<Exact>::embed(&c, "C").expect("finite");
+            let x = Matrix::<Exact>::embed(&x, "X").expect("finite");
+            let gain = Matrix::<Exact>::embed(&gain, "N").expect("finite");
+            let seen = c.product(&gain).and_then(|cn| x.product(&cn)).and_then(|xcn| c.transpose().product(&xcn)).expect("shapes agree");
+            for (enclosed, exact) in image.as_slice().iter().zip(seen.as_slice()) {
+                let value = exact.enclosure();
+                prop_assert!(enclosed.lo() <= value.lo() && value.hi() <= enclosed.hi(), "{enclosed:?} {value:?}");
+                prop_assert!(enclosed.width() < 1e-10);
+            }
+        }
+    }
 }
