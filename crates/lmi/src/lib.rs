@@ -2,13 +2,20 @@
 #![deny(missing_docs)]
 
 pub mod bisection;
+mod coefficients;
+mod conic;
+mod equations;
 pub mod error;
 pub mod expression;
 pub mod inequality;
 mod margin;
 pub mod problem;
+mod rational;
+mod refute;
 pub mod solution;
+mod standard;
 pub mod variable;
+mod verify;
 
 pub use bisection::{Bisection, greatest_parameter};
 pub use error::{Fault, LmiError};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use luenberger_proof::Verdict;
+use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::DMatrix;
 
 use crate::variable::Variable;
@@ -71,8 +71,10 @@ pub struct Infeasibility {
 pub struct Multiplier {
     /// The constraint's name.
     pub constraint: String,
-    /// The multiplier, rounded to binary64.
+    /// The multiplier, rounded to binary64 and divided by the largest trace.
     pub z: DMatrix<f64>,
+    /// The multiplier itself.
+    pub exact: Matrix<Exact>,
 }
 
 impl Solution {

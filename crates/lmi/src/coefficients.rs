@@ -1,0 +1,286 @@
+//! Multiplying out an expression: from the tree as written to the coefficient of every scalar unknown in every entry, or to a
+//! matrix when the unknowns have values.
+//!
+//! Written once over a ring. In binary64 the coefficients are proposals for the solver; exactly, they are what witnesses are checked
+//! against; a matrix evaluated over intervals or exactly is what gets proved definite.
+
+use luenberger_proof::{Matrix, Ring};
+use nalgebra::DMatrix;
+
+use crate::expression::{Expression, Node};
+use crate::variable::Variable;
+
+/// Binary64 with its rounding errors, for proposals only: no verdict rests on this arithmetic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rounded(pub(crate) f64);
+
+impl Ring for Rounded {
+    fn zero() -> Self {
+        Self(0.0)
+    }
+    fn from_f64(x: f64) -> Option<Self> {
+        x.is_finite().then_some(Self(x))
+    }
+    fn add(&self, rhs: &Self) -> Self {
+        Self(self.0 + rhs.0)
+    }
+    fn sub(&self, rhs: &Self) -> Self {
+        Self(self.0 - rhs.0)
+    }
+    fn mul(&self, rhs: &Self) -> Self {
+        Self(self.0 * rhs.0)
+    }
+    fn neg(&self) -> Self {
+        Self(-self.0)
+    }
+    fn is_zero(&self) -> bool {
+        self.0 == 0.0
+    }
+}
+
+/// One entry of an affine matrix: a constant and the coefficients of the unknowns, in ascending order, none of them zero.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry<R> {
+    pub(crate) constant: R,
+    pub(crate) terms: Vec<(usize, R)>,
+}
+
+impl<R: Ring> Entry<R> {
+    fn zero() -> Self {
+        Self { constant: R::zero(), terms: Vec::new() }
+    }
+
+    fn accumulate(&mut self, factor: &R, other: &Self) {
+        if factor.is_zero() {
+            return;
+        }
+        if !other.constant.is_zero() {
+            self.constant = self.constant.add(&factor.mul(&other.constant));
+        }
+        self.terms.extend(other.terms.iter().map(|(unknown, c)| (*unknown, factor.mul(c))));
+    }
+
+    /// Adds up the coefficients of each unknown.
+    fn merge(mut self) -> Self {
+        self.terms.sort_by_key(|&(unknown, _)| unknown);
+        let mut merged: Vec<(usize, R)> = Vec::with_capacity(self.terms.len());
+        for (unknown, c) in self.terms {
+            match merged.last_mut() {
+                Some((last, sum)) if *last == unknown => *sum = sum.add(&c),
+                _ => merged.push((unknown, c)),
+            }
+        }
+        merged.retain(|(_, c)| !c.is_zero());
+        Self { constant: self.constant, terms: merged }
+    }
+}
+
+/// A number of the user's as an element of the ring. Constants were found finite when the expression was checked.
+fn number<R: Ring>(x: f64) -> R {
+    R::from_f64(x).unwrap_or_else(R::zero)
+}
+
+/// The matrix of entries of `e`; the unknowns of the variable declared k-th start at `offsets[k]`. The expression has no fault.
+pub(crate) fn expand<R: Ring>(e: &Expression, offsets: &[usize]) -> Matrix<Entry<R>> {
+    let (rows, columns) = e.shape();
+    match e.node() {
+        Node::Constant(m) => {
+            Matrix::from_fn(rows, columns, |i, j| Entry { constant: number(m[(i, j)]), terms: Vec::new() })
+        }
+        Node::Variable(v) => Matrix::from_fn(rows, columns, |i, j| Entry {
+            constant: R::zero(),
+            terms: v.unknown_at(i, j).map(|k| (offsets[v.position()] + k, number(1.0))).into_iter().collect(),
+        }),
+        Node::Sum(left, right) => {
+            let (left, right) = (expand::<R>(left, offsets), expand::<R>(right, offsets));
+            let one = number(1.0);
+            Matrix::from_fn(rows, columns, |i, j| {
+                let mut sum = left[(i, j)].clone();
+                sum.accumulate(&one, &right[(i, j)]);
+                sum.merge()
+            })
+        }
+        Node::Negation(inner) => multiple(&number(-1.0), &expand(inner, offsets)),
+        Node::Multiple(factor, inner) => multiple(&number(*factor), &expand(inner, offsets)),
+        Node::LeftProduct(m, inner) => {
+            let inner = expand::<R>(inner, offsets);
+            Matrix::from_fn(rows, columns, |i, j| {
+                let mut sum = Entry::zero();
+                for k in 0..inner.rows() {
+                    sum.accumulate(&number(m[(i, k)]), &inner[(k, j)]);
+                }
+                sum.merge()
+            })
+        }
+        Node::RightProduct(inner, m) => {
+            let inner = expand::<R>(inner, offsets);
+            Matrix::from_fn(rows, columns, |i, j| {
+                let mut sum = Entry::zero();
+                for k in 0..inner.cols() {
+                    sum.accumulate(&number(m[(k, j)]), &inner[(i, k)]);
+                }
+                sum.merge()
+            })
+        }
+        Node::Scaling(inner, m) => {
+            let inner = expand::<R>(inner, offsets);
+            Matrix::from_fn(rows, columns, |i, j| {
+                let mut scaled = Entry::zero();
+                scaled.accumulate(&number(m[(i, j)]), &inner[(0, 0)]);
+                scaled.merge()
+            })
+        }
+        Node::Transpose(inner) => expand(inner, offsets).transpose(),
+        Node::Trace(inner) => {
+            let inner = expand::<R>(inner, offsets);
+            let mut sum = Entry::zero();
+            for k in 0..inner.rows() {
+                sum.accumulate(&number(1.0), &inner[(k, k)]);
+            }
+            let sum = sum.merge();
+            Matrix::from_fn(1, 1, |_, _| sum.clone())
+        }
+        Node::Blocks(blocks) => {
+            assemble(rows, columns, blocks.iter().map(|row| row.iter().map(|e| expand(e, offsets)).collect()).collect())
+        }
+    }
+}
+
+fn multiple<R: Ring>(factor: &R, m: &Matrix<Entry<R>>) -> Matrix<Entry<R>> {
+    m.map(|entry| {
+        let mut scaled = Entry::zero();
+        scaled.accumulate(factor, entry);
+        scaled.merge()
+    })
+}
+
+/// One matrix from blocks that were found to fit.
+fn assemble<T: Clone>(rows: usize, columns: usize, blocks: Vec<Vec<Matrix<T>>>) -> Matrix<T> {
+    // Which block a row or column falls into, and where in it.
+    let place = |sizes: &mut dyn Iterator<Item = usize>| -> Vec<(usize, usize)> {
+        sizes.enumerate().flat_map(|(block, size)| (0..size).map(move |k| (block, k))).collect()
+    };
+    let row_places = place(&mut blocks.iter().map(|row| row.first().map_or(0, Matrix::rows)));
+    let column_places: Vec<Vec<(usize, usize)>> =
+        blocks.iter().map(|row| place(&mut row.iter().map(Matrix::cols))).collect();
+    Matrix::from_fn(rows, columns, |i, j| {
+        let (block_row, k) = row_places[i];
+        let (block_column, l) = column_places[block_row][j];
+        blocks[block_row][block_column][(k, l)].clone()
+    })
+}
+
+/// The value of `e` when the variable declared k-th has the value `values[k]`, computed over the ring from the user's constants as they
+/// were written.
+pub(crate) fn evaluate<R: Ring>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Matrix<R> {
+    let (rows, columns) = e.shape();
+    let embed = |m: &DMatrix<f64>| Matrix::from_fn(m.nrows(), m.ncols(), |i, j| number::<R>(m[(i, j)]));
+    match e.node() {
+        Node::Constant(m) => embed(m),
+        Node::Variable(v) => embed(&values[v.position()].1),
+        Node::Sum(left, right) => {
+            let (left, right) = (evaluate::<R>(left, values), evaluate::<R>(right, values));
+            Matrix::from_fn(rows, columns, |i, j| left[(i, j)].add(&right[(i, j)]))
+        }
+        Node::Negation(inner) => evaluate::<R>(inner, values).map(R::neg),
+        Node::Multiple(factor, inner) => {
+            let factor = number::<R>(*factor);
+            evaluate::<R>(inner, values).map(|x| factor.mul(x))
+        }
+        Node::LeftProduct(m, inner) => {
+            let (left, right) = (embed(m), evaluate::<R>(inner, values));
+            Matrix::from_fn(rows, columns, |i, j| dot(right.rows(), |k| (&left[(i, k)], &right[(k, j)])))
+        }
+        Node::RightProduct(inner, m) => {
+            let (left, right) = (evaluate::<R>(inner, values), embed(m));
+            Matrix::from_fn(rows, columns, |i, j| dot(right.rows(), |k| (&left[(i, k)], &right[(k, j)])))
+        }
+        Node::Scaling(inner, m) => {
+            let factor = evaluate::<R>(inner, values)[(0, 0)].clone();
+            embed(m).map(|x| factor.mul(x))
+        }
+        Node::Transpose(inner) => evaluate::<R>(inner, values).transpose(),
+        Node::Trace(inner) => {
+            let inner = evaluate::<R>(inner, values);
+            let sum = (0..inner.rows()).fold(R::zero(), |sum, k| sum.add(&inner[(k, k)]));
+            Matrix::from_fn(1, 1, |_, _| sum.clone())
+        }
+        Node::Blocks(blocks) => assemble(
+            rows,
+            columns,
+            blocks.iter().map(|row| row.iter().map(|e| evaluate(e, values)).collect()).collect(),
+        ),
+    }
+}
+
+fn dot<'a, R: Ring + 'a>(length: usize, factors: impl Fn(usize) -> (&'a R, &'a R)) -> R {
+    (0..length).fold(R::zero(), |sum, k| {
+        let (x, y) = factors(k);
+        if x.is_zero() || y.is_zero() { sum } else { sum.add(&x.mul(y)) }
+    })
+}
+
+/// The first variable in `e` that is not the one the problem declared at its position.
+pub(crate) fn foreign_variable(e: &Expression, declared: &[Variable]) -> Option<String> {
+    match e.node() {
+        Node::Constant(_) => None,
+        Node::Variable(v) => {
+            let known = declared.get(v.position()).is_some_and(|own| own.is_same(v));
+            (!known).then(|| v.name().to_owned())
+        }
+        Node::Sum(left, right) => foreign_variable(left, declared).or_else(|| foreign_variable(right, declared)),
+        Node::Negation(inner)
+        | Node::Multiple(_, inner)
+        | Node::LeftProduct(_, inner)
+        | Node::RightProduct(inner, _)
+        | Node::Scaling(inner, _)
+        | Node::Transpose(inner)
+        | Node::Trace(inner) => foreign_variable(inner, declared),
+        Node::Blocks(blocks) => blocks.iter().flatten().find_map(|e| foreign_variable(e, declared)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use luenberger_proof::Exact;
+
+    use super::*;
+    use crate::{Problem, block, he, zeros};
+
+    /// The expanded form at given values and the tree evaluated directly agree exactly, with every kind of node present.
+    #[test]
+    fn expanding_and_evaluating_are_the_same_exactly() {
+        let mut lmi = Problem::new();
+        let (p, y) = (lmi.symmetric("P", 3), lmi.rectangular("Y", 3, 2));
+        let (d, g) = (lmi.diagonal("D", 2), lmi.scalar("g"));
+        let a = DMatrix::from_fn(3, 3, |i, j| 0.1 * (i + 1) as f64 - 0.3 * j as f64);
+        let c = DMatrix::from_fn(2, 3, |i, j| 0.7 - 0.2 * (i * j) as f64);
+        let top = he(&p * &a - &y * &c) + g.identity(3) - 0.3 * DMatrix::<f64>::identity(3, 3);
+        let corner = a.transpose() * &y - &p * c.transpose();
+        let last = -Expression::from(&d) + &g * &DMatrix::from_element(2, 2, 0.1) + zeros(2, 2);
+        let trace = block![[p.trace()]];
+        let whole = block![
+            [&top, &corner, zeros(3, 1)],
+            [corner.transpose(), last, zeros(2, 1)],
+            [zeros(1, 3), zeros(1, 2), trace]
+        ];
+        assert_eq!(whole.fault(), None);
+        let mut offset = 0;
+        let mut offsets = vec![];
+        for v in &lmi.variables {
+            offsets.push(offset);
+            offset += v.unknowns();
+        }
+        let x: Vec<f64> = (0..offset).map(|k| 0.37 * k as f64 - 1.1).collect();
+        let values: Vec<_> =
+            lmi.variables.iter().zip(&offsets).map(|(v, &o)| (v.clone(), v.assemble(&x[o..]))).collect();
+        let direct = evaluate::<Exact>(&whole, &values);
+        let expanded = expand::<Exact>(&whole, &offsets).map(|entry| {
+            entry
+                .terms
+                .iter()
+                .fold(entry.constant.clone(), |sum, (k, c)| sum.add(&c.mul(&Exact::from_f64(x[*k]).unwrap())))
+        });
+        assert_eq!(direct, expanded);
+    }
+}

@@ -1,0 +1,273 @@
+//! The standard form behind every problem: homogeneous, scaled, symmetric.
+//!
+//! Constraints `F_k0 + sum x_i F_ki > 0` become `x_0 F_k0 + sum x_i F_ki > 0` together with `x_0 > 0`, one more scalar unknown (unless all `F_k0`
+//! are zero). That makes feasibility a question about a cone, in which the zero solution lies on the boundary and can be
+//! told from the others, and infeasibility always has the same form of witness.
+//!
+//! Scaling: unknown i is replaced by `2^s_i` times another, and constraint k by `D_k F_k D_k` with D_k diagonal of powers of two,
+//! so that the largest coefficient of every unknown and in every row of every constraint is about 1. Powers of two make
+//! the scaling exact, and congruence leaves definiteness as it is: a plant in microvolts and megawatts becomes an ordinary one.
+
+use luenberger_proof::Matrix;
+
+use crate::coefficients::{Entry, Rounded, expand, foreign_variable};
+use crate::conic::{Block, BlockEntry};
+use crate::error::LmiError;
+use crate::problem::Problem;
+
+/// A problem that was checked and brought to standard form in binary64.
+#[derive(Debug)]
+pub(crate) struct Standard {
+    /// Where the scalar unknowns of each variable start.
+    pub(crate) offsets: Vec<usize>,
+    /// The number of scalar unknowns of the variables.
+    pub(crate) unknowns: usize,
+    /// Whether all constants are zero, so that there is no `x_0`.
+    pub(crate) homogeneous: bool,
+    /// `D_k F_k D_k` in terms of the scaled unknowns, with `x_0`, if there is one, as unknown number `unknowns`; last the 1x1 block
+    /// `x_0`, if there is one.
+    pub(crate) blocks: Vec<Block>,
+    /// The exponents s_i, that of `x_0` last.
+    pub(crate) unknown_scale: Vec<i32>,
+    /// The exponents of the diagonal of D_k.
+    pub(crate) row_scale: Vec<Vec<i32>>,
+}
+
+impl Standard {
+    /// The number of unknowns of the cone, `x_0` included.
+    pub(crate) fn cone_unknowns(&self) -> usize {
+        self.unknowns + usize::from(!self.homogeneous)
+    }
+}
+
+/// `2^k`, saturating at the ends of binary64.
+pub(crate) fn power(k: i32) -> f64 {
+    2.0f64.powi(k.clamp(-1000, 1000))
+}
+
+/// Checks the problem and brings it to standard form.
+pub(crate) fn standard_form(problem: &Problem) -> Result<Standard, LmiError> {
+    let (offsets, unknowns) = check(problem)?;
+    let mut blocks = Vec::with_capacity(problem.constraints.len() + 1);
+    let mut homogeneous = true;
+    for (name, inequality) in &problem.constraints {
+        let matrix = expand::<Rounded>(&inequality.positive, &offsets);
+        require_symmetric(name, &matrix)?;
+        let block = symmetric_part(&matrix);
+        let finite = |e: &BlockEntry| e.constant.is_finite() && e.terms.iter().all(|(_, c)| c.is_finite());
+        if !block.entries.iter().all(finite) {
+            return Err(LmiError::Overflow { place: name.clone() });
+        }
+        homogeneous &= block.entries.iter().all(|e| e.constant == 0.0);
+        blocks.push(block);
+    }
+    if !homogeneous {
+        for entry in blocks.iter_mut().flat_map(|block| &mut block.entries) {
+            if entry.constant != 0.0 {
+                entry.terms.push((unknowns, entry.constant));
+                entry.constant = 0.0;
+            }
+        }
+        let entry = BlockEntry { row: 0, column: 0, constant: 0.0, terms: vec![(unknowns, 1.0)] };
+        blocks.push(Block { order: 1, entries: vec![entry] });
+    }
+    let count = unknowns + usize::from(!homogeneous);
+    let (unknown_scale, row_scale) = equilibrate(&blocks, count);
+    for (block, scale) in blocks.iter_mut().zip(&row_scale) {
+        for entry in &mut block.entries {
+            for (unknown, c) in &mut entry.terms {
+                *c *= power(scale[entry.row] + scale[entry.column] + unknown_scale[*unknown]);
+            }
+        }
+    }
+    Ok(Standard { offsets, unknowns, homogeneous, blocks, unknown_scale, row_scale })
+}
+
+/// Everything that can be wrong before coefficients are known; returns where each variable's unknowns start, and their number.
+fn check(problem: &Problem) -> Result<(Vec<usize>, usize), LmiError> {
+    let (variables, constraints) = (problem.variables.len(), problem.constraints.len());
+    if variables == 0 || constraints == 0 {
+        return Err(LmiError::NothingToSolve { variables, constraints });
+    }
+    let mut offsets = Vec::with_capacity(variables);
+    let mut unknowns = 0;
+    for (k, variable) in problem.variables.iter().enumerate() {
+        let (rows, columns) = variable.shape();
+        if rows == 0 || columns == 0 {
+            return Err(LmiError::Empty { name: variable.name().to_owned(), rows, columns });
+        }
+        if problem.variables[..k].iter().any(|other| other.name() == variable.name()) {
+            return Err(LmiError::DuplicateName { what: "variables", name: variable.name().to_owned() });
+        }
+        offsets.push(unknowns);
+        unknowns += variable.unknowns();
+    }
+    for (k, (name, inequality)) in problem.constraints.iter().enumerate() {
+        if problem.constraints[..k].iter().any(|(other, _)| other == name) {
+            return Err(LmiError::DuplicateName { what: "constraints", name: name.clone() });
+        }
+        let positive = &inequality.positive;
+        if let Some(fault) = positive.fault() {
+            return Err(LmiError::Malformed { place: name.clone(), fault });
+        }
+        let (rows, columns) = positive.shape();
+        if rows == 0 || columns == 0 {
+            return Err(LmiError::Empty { name: name.clone(), rows, columns });
+        }
+        if rows != columns {
+            let fault = crate::Fault::NotSquare { operation: "definiteness", rows, columns };
+            return Err(LmiError::Malformed { place: name.clone(), fault });
+        }
+        if let Some(variable) = foreign_variable(positive, &problem.variables) {
+            return Err(LmiError::ForeignVariable { place: name.clone(), variable });
+        }
+    }
+    if let Some(objective) = &problem.objective {
+        let place = "objective".to_owned();
+        let e = &objective.expression;
+        if let Some(fault) = e.fault() {
+            return Err(LmiError::Malformed { place, fault });
+        }
+        if e.shape() != (1, 1) {
+            let (rows, columns) = e.shape();
+            return Err(LmiError::ObjectiveNotScalar { rows, columns });
+        }
+        if let Some(variable) = foreign_variable(e, &problem.variables) {
+            return Err(LmiError::ForeignVariable { place, variable });
+        }
+    }
+    Ok((offsets, unknowns))
+}
+
+/// An error unless the matrix is symmetric but for the rounding of its coefficients.
+fn require_symmetric(name: &str, matrix: &Matrix<Entry<Rounded>>) -> Result<(), LmiError> {
+    let n = matrix.rows();
+    let sizes = |e: &Entry<Rounded>| e.terms.iter().fold(e.constant.0.abs(), |m, (_, c)| m.max(c.0.abs()));
+    let largest = matrix.as_slice().iter().map(sizes).fold(0.0, f64::max);
+    let mut worst = (0, 0, 0.0);
+    for j in 0..n {
+        for i in j + 1..n {
+            let difference = difference(&matrix[(i, j)], &matrix[(j, i)]);
+            if difference > worst.2 {
+                worst = (i, j, difference);
+            }
+        }
+    }
+    // A coefficient is a sum of products of constants, at most n of them per multiplication: 100 n roundings are generous, and a mistake
+    // in a formula is of the order of the data.
+    if worst.2 > 100.0 * n as f64 * f64::EPSILON * largest {
+        return Err(LmiError::NotSymmetric {
+            constraint: name.to_owned(),
+            row: worst.0,
+            column: worst.1,
+            difference: worst.2,
+        });
+    }
+    Ok(())
+}
+
+/// The largest difference between two entries' coefficients.
+fn difference(x: &Entry<Rounded>, y: &Entry<Rounded>) -> f64 {
+    let mut worst = (x.constant.0 - y.constant.0).abs();
+    let (mut i, mut j) = (0, 0);
+    while i < x.terms.len() || j < y.terms.len() {
+        let (a, b) = (x.terms.get(i), y.terms.get(j));
+        let gap = match (a, b) {
+            (Some((u, c)), Some((v, d))) if u == v => {
+                i += 1;
+                j += 1;
+                c.0 - d.0
+            }
+            (Some((u, c)), Some((v, _))) if u < v => {
+                i += 1;
+                c.0
+            }
+            (Some((_, c)), None) => {
+                i += 1;
+                c.0
+            }
+            (_, Some((_, d))) => {
+                j += 1;
+                d.0
+            }
+            (None, None) => 0.0,
+        };
+        worst = worst.max(gap.abs());
+    }
+    worst
+}
+
+/// The lower triangle of `(M + M') / 2`.
+fn symmetric_part(matrix: &Matrix<Entry<Rounded>>) -> Block {
+    let order = matrix.rows();
+    let mut entries = Vec::with_capacity(order * (order + 1) / 2);
+    for row in 0..order {
+        for column in 0..=row {
+            let (x, y) = (&matrix[(row, column)], &matrix[(column, row)]);
+            // Where the two agree, as they do but for rounding, the half of their sum is either of them.
+            let constant = 0.5 * x.constant.0 + 0.5 * y.constant.0;
+            let terms = if x.terms == y.terms {
+                x.terms.iter().map(|(unknown, c)| (*unknown, c.0)).collect()
+            } else {
+                let mut terms: Vec<(usize, f64)> =
+                    x.terms.iter().chain(&y.terms).map(|(unknown, c)| (*unknown, 0.5 * c.0)).collect();
+                terms.sort_by_key(|&(unknown, _)| unknown);
+                let mut merged: Vec<(usize, f64)> = Vec::with_capacity(terms.len());
+                for (unknown, c) in terms {
+                    match merged.last_mut() {
+                        Some((last, sum)) if *last == unknown => *sum += c,
+                        _ => merged.push((unknown, c)),
+                    }
+                }
+                merged
+            };
+            entries.push(BlockEntry { row, column, constant, terms });
+        }
+    }
+    Block { order, entries }
+}
+
+/// Exponents that bring the largest scaled coefficient of every unknown and of every row near 1.
+///
+/// Ruiz's iteration on the logarithms of the coefficients: unknowns and rows take turns, rows by half because a row's scale enters
+/// its diagonal entry twice. It contracts; ten rounds leave factors near 1.
+fn equilibrate(blocks: &[Block], unknowns: usize) -> (Vec<i32>, Vec<Vec<i32>>) {
+    let mut unknown_scale = vec![0.0f64; unknowns];
+    let mut row_scale: Vec<Vec<f64>> = blocks.iter().map(|block| vec![0.0; block.order]).collect();
+    for _ in 0..10 {
+        let mut largest = vec![f64::NEG_INFINITY; unknowns];
+        let mut row_largest: Vec<Vec<f64>> = blocks.iter().map(|block| vec![f64::NEG_INFINITY; block.order]).collect();
+        for (k, block) in blocks.iter().enumerate() {
+            for entry in &block.entries {
+                for &(unknown, c) in entry.terms.iter().filter(|(_, c)| *c != 0.0) {
+                    let size = c.abs().log2() + row_scale[k][entry.row] + row_scale[k][entry.column];
+                    largest[unknown] = largest[unknown].max(size);
+                }
+            }
+        }
+        for (scale, size) in unknown_scale.iter_mut().zip(&largest) {
+            *scale = if size.is_finite() { -size } else { 0.0 };
+        }
+        for (k, block) in blocks.iter().enumerate() {
+            for entry in &block.entries {
+                for &(unknown, c) in entry.terms.iter().filter(|(_, c)| *c != 0.0) {
+                    let size =
+                        c.abs().log2() + row_scale[k][entry.row] + row_scale[k][entry.column] + unknown_scale[unknown];
+                    for row in [entry.row, entry.column] {
+                        row_largest[k][row] = row_largest[k][row].max(size);
+                    }
+                }
+            }
+        }
+        for (scale, size) in row_scale.iter_mut().flatten().zip(row_largest.iter().flatten()) {
+            if size.is_finite() {
+                *scale -= 0.5 * size;
+            }
+        }
+    }
+    let rounded = |x: &f64| x.round() as i32;
+    (
+        unknown_scale.iter().map(rounded).collect(),
+        row_scale.iter().map(|rows| rows.iter().map(rounded).collect()).collect(),
+    )
+}
