@@ -174,14 +174,12 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<Assigned> {
     let scaled_b = units.outputs(&b.transpose()).transpose();
     let scaled = wish.in_time(-units.time);
 
-    let svd = faer::Mat::from_fn(n, m, |i, j| scaled_b[(i, j)])
-        .svd()
-        .map_err(|_| LinalgError::NotConverged {
-            method: "singular values of B",
-            iterations: 0,
-            remaining: f64::NAN,
-            allowed: default_tolerance(n, m),
-        })?;
+    let svd = faer::Mat::from_fn(n, m, |i, j| scaled_b[(i, j)]).svd().map_err(|_| LinalgError::NotConverged {
+        method: "singular values of B",
+        iterations: 0,
+        remaining: f64::NAN,
+        allowed: default_tolerance(n, m),
+    })?;
     let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
     let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
     // A controllable pair has an input that counts.
@@ -199,8 +197,7 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<Assigned> {
     let v = svd.V();
     let scaled_gain =
         DMatrix::from_fn(m, n, |i, j| (0..rank).map(|k| v[(i, k)] / sigma[k] * orthogonal[(k, j)]).sum::<f64>());
-    let gain =
-        DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
+    let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
     if gain.iter().any(|x| !x.is_finite()) {
         return Err(LinalgError::Overflow { what: "the gain" });
     }

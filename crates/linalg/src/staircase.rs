@@ -81,39 +81,49 @@ impl Staircase {
     }
 }
 
-/// `I - 2 v v'` with unit `v` (or the identity).
+/// `I - tau v v'`, `tau = 2/v'v`. Not normalised: on small integers it stays exact.
 struct Reflection {
     v: nalgebra::DVector<f64>,
+    tau: f64,
 }
 
 impl Reflection {
-    /// The reflection that takes `x` to a multiple of the first unit vector.
+    /// The reflection that takes `x` to a multiple of the first unit vector; the identity if it is one.
     fn onto_first(x: &nalgebra::DVector<f64>) -> Self {
-        let norm = x.norm();
         let mut v = x.clone();
-        if norm > 0.0 {
-            // Same sign: no cancellation.
-            v[0] += norm.copysign(x[0]);
-            let length = v.norm();
-            v /= length;
+        // Squares of entries below 1e-154 would underflow.
+        if v.amax() < 1e-100 {
+            v /= v.amax().max(f64::MIN_POSITIVE);
         }
-        Self { v }
+        if x.iter().skip(1).all(|x| *x == 0.0) {
+            return Self { v, tau: 0.0 };
+        }
+        // Same sign: no cancellation.
+        v[0] += v.norm().copysign(v[0]);
+        let tau = 2.0 / v.norm_squared();
+        Self { v, tau }
     }
 
     /// Rows `first..` of `m`.
     fn from_left(&self, m: &mut DMatrix<f64>, first: usize) {
+        if self.tau == 0.0 {
+            return;
+        }
         let mut rows = m.rows_mut(first, self.v.len());
         for mut column in rows.column_iter_mut() {
-            let projection = 2.0 * column.dot(&self.v);
+            let projection = self.tau * column.dot(&self.v);
             column.axpy(-projection, &self.v, 1.0);
         }
     }
 
     /// Columns `first..` of `m`.
     fn from_right(&self, m: &mut DMatrix<f64>, first: usize) {
+        if self.tau == 0.0 {
+            return;
+        }
         let mut columns = m.columns_mut(first, self.v.len());
         let image = &columns * &self.v;
-        columns.ger(-2.0, &image, &self.v, 1.0);
+        columns.ger(-self.tau, &image, &self.v, 1.0);
     }
 }
 

@@ -210,9 +210,8 @@ impl<'a> Ascent<'a> {
         let s = &self.complex[pair];
         let (alpha, beta) = (s.tr_mul(&w1.map(Complex::from)), s.tr_mul(&w2.map(Complex::from)));
         let k = s.ncols();
-        let hermitian = Mat::from_fn(k, k, |r, c| {
-            (beta[r].conj() * alpha[c] - alpha[r].conj() * beta[c]) / Complex::new(0.0, 2.0)
-        });
+        let hermitian =
+            Mat::from_fn(k, k, |r, c| (beta[r].conj() * alpha[c] - alpha[r].conj() * beta[c]) / Complex::new(0.0, 2.0));
         let eigen = hermitian
             .self_adjoint_eigen(faer::Side::Lower)
             .map_err(|_| not_converged("eigenvectors of a complex pair of poles"))?;

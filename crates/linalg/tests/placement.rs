@@ -1,0 +1,315 @@
+//! Poles land where they are wished, as exactly as their condition allows; what cannot be placed is named.
+
+use luenberger_linalg::{LinalgError, Placement, eigenvalues, place, place_observer};
+use nalgebra::{Complex, DMatrix, DVector, dmatrix};
+use proptest::prelude::*;
+
+fn c(re: f64, im: f64) -> Complex<f64> {
+    Complex::new(re, im)
+}
+
+fn real(poles: &[f64]) -> Vec<Complex<f64>> {
+    poles.iter().map(|x| Complex::from(*x)).collect()
+}
+
+/// Bauer and Fike: the closed loop is off by a few n eps of its terms, and cond(X) is what that can do to the poles.
+fn assert_placed(placed: &Placement, wished: &[Complex<f64>], terms: f64) {
+    let n = wished.len() as f64;
+    let bound = 20.0 * n * f64::EPSILON * placed.condition * terms;
+    for (achieved, wished) in placed.poles.iter().zip(wished) {
+        let off = (achieved - wished).norm();
+        assert!(
+            off <= bound,
+            "{achieved} for {wished}: off by {off:e}, allowed {bound:e} at condition {:e}",
+            placed.condition
+        );
+    }
+}
+
+fn observer_terms(a: &DMatrix<f64>, c: &DMatrix<f64>, placed: &Placement) -> f64 {
+    a.norm() + placed.gain.norm() * c.norm()
+}
+
+/// Example 2 of Share Pasand's cubic observer: A 3x3, C = [1 1 2], poles -30, -10, -5. The gain from the coefficients of the characteristic
+/// polynomial: with one output it is unique.
+#[test]
+fn the_third_order_example() {
+    let a = dmatrix![-0.1, -0.2, 0.0; 0.3, 0.0, 0.0; 0.1, 0.2, -3.0];
+    let c = dmatrix![1.0, 1.0, 2.0];
+    let wished = real(&[-30.0, -10.0, -5.0]);
+    let placed = place_observer(&a, &c, &wished).unwrap();
+    // Ackermann in this small case: L = phi(A) O^-1 e3.
+    let one = DMatrix::identity(3, 3);
+    let phi = (&a + &one * 30.0) * (&a + &one * 10.0) * (&a + &one * 5.0);
+    let mut o = DMatrix::zeros(3, 3);
+    for k in 0..3 {
+        o.set_row(k, &(&c * a.pow(k as u32)).row(0));
+    }
+    let expected = phi * o.lu().solve(&dmatrix![0.0; 0.0; 1.0]).unwrap();
+    assert!((&placed.gain - &expected).norm() < 1e-11 * expected.norm(), "{} for {expected}", placed.gain);
+    assert_placed(&placed, &wished, observer_terms(&a, &c, &placed));
+    assert!(placed.deviation < 1e-10);
+}
+
+#[test]
+fn the_double_integrator_by_hand() {
+    let placed = place_observer(&dmatrix![0.0, 1.0; 0.0, 0.0], &dmatrix![1.0, 0.0], &real(&[-2.0, -5.0])).unwrap();
+    assert!((placed.gain - dmatrix![7.0; 10.0]).norm() < 1e-14);
+    // A - L C = [-7 1; -10 0] has the eigenvectors (1, 5) and (1, 2).
+    let cosine: f64 = 11.0 / (26.0f64 * 5.0).sqrt();
+    let expected = ((1.0 + cosine) / (1.0 - cosine)).sqrt();
+    assert!((placed.condition - expected).abs() < 1e-10 * expected, "{} for {expected}", placed.condition);
+    assert_eq!(placed.poles.len(), 2);
+    assert!((placed.poles[0] + 2.0).norm() < 1e-14 && (placed.poles[1] + 5.0).norm() < 1e-14, "the order of the wish");
+}
+
+/// SLICOT SB01BD, example data: n = 4, m = 2. The routine moves two eigenvalues only; here all four go where it was asked to move them.
+#[test]
+fn the_plant_of_slicot_sb01bd() {
+    let a = dmatrix![
+        -6.8, 0.0, -207.0, 0.0;
+        1.0, 0.0, 0.0, 0.0;
+        43.2, 0.0, 0.0, -4.2;
+        0.0, 0.0, 1.0, 0.0
+    ];
+    let b = dmatrix![5.64, 0.0; 0.0, 0.0; 0.0, 1.18; 0.0, 0.0];
+    let wished = [c(-0.5, 0.15), c(-0.5, -0.15), c(-2.0, 0.0), c(-0.4, 0.0)];
+    let placed = place(&a, &b, &wished).unwrap();
+    assert_placed(&placed, &wished, a.norm() + b.norm() * placed.gain.norm());
+    // scipy's Tits-Yang reaches 8.364.
+    assert!(placed.condition < 8.5, "condition {}", placed.condition);
+    // The problem of the example itself: two moved, two kept (printed to four decimals).
+    let wished = [c(-3.3984, 94.5253), c(-3.3984, -94.5253), c(-0.5, 0.15), c(-0.5, -0.15)];
+    let placed = place(&a, &b, &wished).unwrap();
+    assert_placed(&placed, &wished, a.norm() + b.norm() * placed.gain.norm());
+    // scipy's Tits-Yang reaches 1.645 for these poles.
+    assert!(placed.condition < 1.70, "condition {}", placed.condition);
+    // SLICOT's gain is F in A + B F: -K for its closed loop, another choice of the freedom left. Ours may not be worse conditioned.
+    let f = dmatrix![-0.0876, -4.2138, 0.0837, -18.1412; -0.0233, 18.2483, -0.4259, -4.8120];
+    let printed = eigenvalues(&(&a + &b * f)).unwrap();
+    let near = |x: &Complex<f64>| printed.iter().map(|y| (x - y).norm()).fold(f64::INFINITY, f64::min);
+    assert!(wished.iter().all(|x| near(x) < 0.02), "the printed gain places {printed:?}");
+}
+
+/// Kautsky, Nichols, Van Dooren 1985, example 1: a chemical reactor. The Tits-Yang method of scipy 1.x (`place_poles`, run to rtol 1e-8)
+/// reaches cond(X) = 4.27.
+#[test]
+fn the_chemical_reactor_is_well_conditioned() {
+    let a = dmatrix![
+        1.380, -0.2077, 6.715, -5.676;
+        -0.5814, -4.290, 0.0, 0.6750;
+        1.067, 4.273, -6.654, 5.893;
+        0.0480, 4.273, 1.343, -2.104
+    ];
+    let b = dmatrix![0.0, 0.0; 5.679, 0.0; 1.136, -3.146; 1.136, 0.0];
+    let wished = real(&[-0.2, -0.5, -5.0566, -8.6659]);
+    let placed = place(&a, &b, &wished).unwrap();
+    assert_placed(&placed, &wished, a.norm() + b.norm() * placed.gain.norm());
+    assert!(placed.condition < 4.27, "condition {}", placed.condition);
+}
+
+#[test]
+fn repeated_poles_up_to_the_number_of_outputs() {
+    // Two double integrators, both positions measured.
+    let mut a = DMatrix::zeros(4, 4);
+    (a[(0, 1)], a[(2, 3)], a[(3, 0)]) = (1.0, 1.0, 0.5);
+    let mut outputs = DMatrix::zeros(2, 4);
+    (outputs[(0, 0)], outputs[(1, 2)]) = (1.0, 1.0);
+    let twice = [c(-1.0, 1.0), c(-1.0, -1.0), c(-1.0, 1.0), c(-1.0, -1.0)];
+    let placed = place_observer(&a, &outputs, &twice).unwrap();
+    assert_placed(&placed, &twice, observer_terms(&a, &outputs, &placed));
+    let twice = real(&[-3.0, -2.0, -3.0, -2.0]);
+    let placed = place_observer(&a, &outputs, &twice).unwrap();
+    assert_placed(&placed, &twice, observer_terms(&a, &outputs, &placed));
+    assert_eq!(
+        place_observer(&a, &outputs, &real(&[-1.0, -1.0, -2.0, -1.0])).unwrap_err(),
+        LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), multiplicity: 3, rank: 2 }
+    );
+}
+
+/// With one output the loop has no choice: a repeated pole is defective, and said to be.
+#[test]
+fn repeated_poles_with_one_output_are_defective() {
+    let mut a = DMatrix::zeros(3, 3);
+    (a[(0, 1)], a[(1, 2)]) = (1.0, 1.0);
+    let c = dmatrix![1.0, 0.0, 0.0];
+    let placed = place_observer(&a, &c, &real(&[-2.0; 3])).unwrap();
+    assert!((placed.gain - dmatrix![6.0; 12.0; 8.0]).norm() < 1e-13);
+    assert_eq!(placed.condition, f64::INFINITY);
+    // The cube root of the rounding is what a triple pole costs.
+    assert!(placed.deviation < 1e-4, "{:e}", placed.deviation);
+}
+
+#[test]
+fn every_state_measured() {
+    let a = dmatrix![1.0, 2.0; 3.0, 4.0];
+    let outputs = dmatrix![1.0, 1.0; 0.0, 1.0; 1.0, 0.0];
+    for wished in [[c(-1.0, 2.0), c(-1.0, -2.0)], [c(-4.0, 0.0), c(-4.0, 0.0)], [c(-1.0, 0.0), c(-9.0, 0.0)]] {
+        let placed = place_observer(&a, &outputs, &wished).unwrap();
+        assert_placed(&placed, &wished, observer_terms(&a, &outputs, &placed));
+        assert!((placed.condition - 1.0).abs() < 1e-12);
+    }
+    let scalar = place(&dmatrix![3.0], &dmatrix![2.0], &real(&[-1.0])).unwrap();
+    assert_eq!((scalar.gain[0], scalar.condition, scalar.poles[0]), (2.0, 1.0, c(-1.0, 0.0)));
+}
+
+/// Outputs that say the same count once.
+#[test]
+fn dependent_outputs_count_once() {
+    let a = dmatrix![0.0, 1.0; -1.0, 0.0];
+    let outputs = dmatrix![1.0, 2.0; -2.0, -4.0; 0.5, 1.0];
+    let wished = real(&[-3.0, -3.0]);
+    let placed = place_observer(&a, &outputs, &wished).unwrap();
+    assert_eq!(placed.condition, f64::INFINITY);
+    assert!(placed.deviation < 1e-6);
+}
+
+/// Poles that are eigenvalues already cost nothing, and do not disturb the method.
+#[test]
+fn the_poles_the_plant_has() {
+    let a = dmatrix![-1.0, 1.0, 0.0; 0.0, -2.0, 1.0; 0.0, 0.0, -3.0];
+    let wished = real(&[-1.0, -2.0, -3.0]);
+    let single = place(&a, &dmatrix![0.0; 0.0; 1.0], &wished).unwrap();
+    assert!(single.gain.norm() < 1e-13, "{}", single.gain);
+    let double = place(&a, &dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 1.0], &wished).unwrap();
+    assert_placed(&double, &wished, 10.0);
+}
+
+#[test]
+fn what_no_gain_moves_is_named_with_its_direction() {
+    let a = dmatrix![-1.0, 0.0, 0.0; 0.0, 2.0, 0.0; 1.0, 0.0, -3.0];
+    let outputs = dmatrix![1.0, 0.0, 1.0];
+    let LinalgError::Unobservable { eigenvalue, direction, margin } =
+        place_observer(&a, &outputs, &real(&[-1.0, -2.0, -3.0])).unwrap_err()
+    else {
+        panic!("an unobservable pair was placed");
+    };
+    assert!((eigenvalue - 2.0).norm() < 1e-14 && margin < 1e-14);
+    assert!((direction - DVector::from_vec(real(&[0.0, 1.0, 0.0]))).norm() < 1e-14);
+
+    let LinalgError::Uncontrollable { eigenvalue, direction, .. } =
+        place(&a.transpose(), &outputs.transpose(), &real(&[-1.0, -2.0, -3.0])).unwrap_err()
+    else {
+        panic!("an uncontrollable pair was placed");
+    };
+    assert!((eigenvalue - 2.0).norm() < 1e-14 && (direction[1].norm() - 1.0).abs() < 1e-14);
+    assert!(matches!(
+        place(&a, &DMatrix::zeros(3, 0), &real(&[-1.0, -2.0, -3.0])),
+        Err(LinalgError::Uncontrollable { .. })
+    ));
+}
+
+#[test]
+fn bad_input_is_named() {
+    let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
+    assert_eq!(place(&a, &b, &real(&[-1.0])).unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
+    let unpaired = [c(-1.0, 1.0), c(-1.0, -1.1)];
+    assert_eq!(place(&a, &b, &unpaired).unwrap_err(), LinalgError::PoleUnpaired { pole: unpaired[0] });
+    assert!(matches!(
+        place(&a, &b, &[c(-1.0, 0.0), c(f64::NAN, 0.0)]),
+        Err(LinalgError::PoleNotFinite { index: 1, .. })
+    ));
+    assert_eq!(
+        place(&a, &dmatrix![1.0, 0.0], &real(&[-1.0, -2.0])).unwrap_err(),
+        LinalgError::DimensionMismatch { what: "B", expected: (2, 2), found: (1, 2) }
+    );
+    assert!(matches!(
+        place_observer(&a, &dmatrix![f64::NAN, 0.0], &real(&[-1.0, -2.0])),
+        Err(LinalgError::NotFinite { what: "C", .. })
+    ));
+    assert!(matches!(place(&b, &b, &[]), Err(LinalgError::NotSquare { what: "A", .. })));
+    assert!(matches!(place(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[]), Err(LinalgError::Empty { what: "A" })));
+}
+
+#[derive(Debug, Clone)]
+struct Problem {
+    a: DMatrix<f64>,
+    c: DMatrix<f64>,
+    poles: Vec<Complex<f64>>,
+    units: Vec<i32>,
+}
+
+/// Observable by construction (each state drives the one before it, the first output sees the first), in mixed coordinates; distinct poles,
+/// some in pairs.
+fn problem(
+    order: std::ops::RangeInclusive<usize>,
+    outputs: std::ops::RangeInclusive<usize>,
+) -> impl Strategy<Value = Problem> {
+    (order, outputs).prop_flat_map(|(n, p)| {
+        let unit = || -1.0..1.0f64;
+        (
+            prop::collection::vec(unit(), n * n),
+            prop::collection::vec(unit(), p * n),
+            prop::collection::vec(unit(), n),
+            prop::collection::vec(0.0..0.6f64, n),
+            0..=n / 2,
+            prop::collection::vec(-40i32..=40, n),
+        )
+            .prop_map(move |(x, y, v, shifts, pairs, units)| {
+                let a = DMatrix::from_fn(n, n, |i, j| match x[i * n + j] {
+                    free if j == i + 1 => free.signum() * (1.0 + free.abs()),
+                    _ if j > i + 1 => 0.0,
+                    free => free,
+                });
+                let outputs = DMatrix::from_fn(p, n, |i, j| match (i, j) {
+                    (0, 0) => 1.0,
+                    (0, _) => 0.0,
+                    _ => y[i * n + j],
+                });
+                let v = DVector::from_fn(n, |i, _| v[i] + if i == 0 { 1.5 } else { 0.0 });
+                let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
+                let mut poles = Vec::new();
+                for k in 0..pairs {
+                    let pole = c(-1.0 - k as f64 - shifts[k], 1.0 + shifts[k]);
+                    poles.extend([pole, pole.conj()]);
+                }
+                poles.extend((2 * pairs..n).map(|k| c(-1.0 - k as f64 - shifts[k], 0.0)));
+                Problem { a: &q * a * q.transpose(), c: outputs * q.transpose(), poles, units }
+            })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Wonham 1967: an observable pair takes every set of poles.
+    #[test]
+    fn one_output_places_every_set(problem in problem(1..=7, 1..=1)) {
+        let placed = place_observer(&problem.a, &problem.c, &problem.poles).unwrap();
+        assert_placed(&placed, &problem.poles, observer_terms(&problem.a, &problem.c, &placed));
+    }
+
+    #[test]
+    fn several_outputs_place_every_set(problem in problem(1..=7, 2..=4)) {
+        let placed = place_observer(&problem.a, &problem.c, &problem.poles).unwrap();
+        assert_placed(&placed, &problem.poles, observer_terms(&problem.a, &problem.c, &placed));
+        prop_assert!(placed.condition.is_finite());
+        // The same numbers again, whoever asks.
+        prop_assert_eq!(&placed, &place_observer(&problem.a, &problem.c, &problem.poles).unwrap());
+    }
+
+    /// `eig(A - B K)` by duality: `place(A', C')` is the transpose.
+    #[test]
+    fn feedback_is_the_dual(problem in problem(1..=6, 1..=3)) {
+        let observer = place_observer(&problem.a, &problem.c, &problem.poles).unwrap();
+        let feedback = place(&problem.a.transpose(), &problem.c.transpose(), &problem.poles).unwrap();
+        prop_assert_eq!(&feedback.gain.transpose(), &observer.gain);
+    }
+
+    /// States in units up to 12 decades off: with one output the gain is the same motion in those units, `L -> D^-1 L`.
+    #[test]
+    fn the_gain_follows_the_units(problem in problem(2..=5, 1..=1)) {
+        let d = |i: usize| 2f64.powi(problem.units[i]);
+        let n = problem.a.nrows();
+        let a = DMatrix::from_fn(n, n, |i, j| problem.a[(i, j)] * d(j) / d(i));
+        let outputs = DMatrix::from_fn(1, n, |_, j| problem.c[(0, j)] * d(j));
+        let plain = place_observer(&problem.a, &problem.c, &problem.poles).unwrap();
+        let scaled = place_observer(&a, &outputs, &problem.poles).unwrap();
+        let largest = plain.gain.amax();
+        for i in 0..n {
+            let back = scaled.gain[i] * d(i);
+            prop_assert!((back - plain.gain[i]).abs() < 1e-8 * largest, "{back} for {}", plain.gain[i]);
+        }
+        prop_assert!(scaled.deviation < 1e-7, "{:e}", scaled.deviation);
+    }
+}
