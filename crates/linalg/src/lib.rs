@@ -26,10 +26,12 @@ pub mod observability;
 pub mod placement;
 pub mod riccati;
 pub mod schur;
+mod separation;
 pub mod spectrum;
 mod staircase;
 pub mod stein;
 pub mod sylvester;
+mod triangular;
 mod units;
 
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};

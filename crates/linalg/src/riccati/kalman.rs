@@ -1,0 +1,111 @@
+//! Steady-state Kalman gains: the Riccati equations of the transposed plant.
+//!
+//! The error covariance `P` solves, for process noise of covariance (intensity) `W` and measurement noise `V`,
+//!
+//! ```text
+//! continuous   A P + P A' - P C'V^-1 C P + W = 0                      L = P C'V^-1
+//! discrete     A P A' - P - A P C'(V + C P C')^-1 C P A' + W = 0      L = A P C'(V + C P C')^-1
+//! ```
+//!
+//! which is the regulator's equation with `A'` for `A`, `C'` for `B`, `W` for `Q`, `V` for `R`, and `L = K'`.
+
+use super::{Riccati, care, dare};
+use crate::argument::{shaped, square};
+use crate::{LinalgError, Result};
+use nalgebra::{Complex, DMatrix};
+
+/// Steady-state Kalman gain with its evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kalman {
+    /// The observer gain, n x p, of `A - L C`.
+    pub l: DMatrix<f64>,
+    /// The steady-state covariance of the estimation error (discrete: of the prediction), exactly symmetric.
+    pub p: DMatrix<f64>,
+    /// Eigenvalues of `A - L C`, all stable.
+    pub poles: Vec<Complex<f64>>,
+    /// Relative residual of the Riccati equation.
+    pub residual: f64,
+}
+
+/// Continuous Kalman gain `L = P C'V^-1`, `A P + P A' - P C'V^-1 C P + W = 0`.
+///
+/// `a` is n x n, `c` p x n, `w` n x n symmetric positive semidefinite (intensity of the process noise), `v` p x p symmetric positive definite
+/// (intensity of the measurement noise). Cost as [`care`].
+///
+/// # Errors
+/// Those of [`care`] in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`), [`LinalgError::NotPositiveSemidefinite`] (`w`),
+/// [`LinalgError::NotDetectable`] names an eigenvalue that no output sees, [`LinalgError::NotStabilizable`] one on the imaginary axis that no noise moves.
+///
+/// # Example
+/// ```
+/// use nalgebra::dmatrix;
+/// let a = dmatrix![0.0, 1.0; 0.0, 0.0];
+/// let c = dmatrix![1.0, 0.0];
+/// let kalman = luenberger_linalg::kalman_gain(&a, &c, &dmatrix![0.0, 0.0; 0.0, 1.0], &dmatrix![1.0])?;
+/// println!("L = {}residual {:e}", kalman.l, kalman.residual);
+/// assert!(kalman.residual <= 20.0 * 2.0 * f64::EPSILON);
+/// assert!((kalman.l - dmatrix![2.0_f64.sqrt(); 1.0]).amax() <= 100.0 * f64::EPSILON);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// Source: Kalman and Bucy, J. Basic Engineering 83, 1961.
+pub fn kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
+    dual(care, a, c, w, v)
+}
+
+/// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
+///
+/// Shapes as [`kalman_gain`], `w` and `v` being covariances of each sample. The predictor is `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular.
+/// Cost as [`dare`].
+///
+/// # Errors
+/// As [`kalman_gain`], the stability boundary being the unit circle.
+///
+/// # Example
+/// ```
+/// use nalgebra::dmatrix;
+/// let one = dmatrix![1.0];
+/// let kalman = luenberger_linalg::discrete_kalman_gain(&one, &one, &one, &one)?;
+/// println!("L = {}residual {:e}", kalman.l, kalman.residual);
+/// assert!((kalman.l[(0, 0)] - (5.0_f64.sqrt() - 1.0) / 2.0).abs() <= 10.0 * f64::EPSILON);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// Source: Anderson and Moore, Optimal Filtering, 1979, chapter 4.
+pub fn discrete_kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
+    dual(dare, a, c, w, v)
+}
+
+type Equation = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<Riccati>;
+
+fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
+    // Shapes and entries are judged here, so that errors name them as the user has them and not transposed.
+    let n = square("a", a)?;
+    shaped("c", c, c.nrows(), n)?;
+    shaped("w", w, n, n)?;
+    shaped("v", v, c.nrows(), c.nrows())?;
+    let Riccati { x, k, poles, residual } =
+        equation(&a.transpose(), &c.transpose(), w, v).map_err(|error| match error {
+            LinalgError::NotSymmetric { what, row, col, asymmetry, allowed } => {
+                LinalgError::NotSymmetric { what: renamed(what), row, col, asymmetry, allowed }
+            }
+            LinalgError::NotPositiveDefinite { lambda_min, .. } => {
+                LinalgError::NotPositiveDefinite { what: "v", lambda_min }
+            }
+            LinalgError::NotPositiveSemidefinite { lambda_min, .. } => {
+                LinalgError::NotPositiveSemidefinite { what: "w", lambda_min }
+            }
+            LinalgError::NotStabilizable { eigenvalue, margin } => LinalgError::NotDetectable { eigenvalue, margin },
+            LinalgError::NotDetectable { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
+            other => other,
+        })?;
+    Ok(Kalman { l: k.transpose(), p: x, poles, residual })
+}
+
+fn renamed(what: &'static str) -> &'static str {
+    match what {
+        "q" => "w",
+        "r" => "v",
+        other => other,
+    }
+}

@@ -1,0 +1,98 @@
+//! Why there is no stabilizing solution: the test of Popov, Belevitch and Hautus at the eigenvalues of `A`.
+//!
+//! `lambda` cannot be moved iff `[A - lambda I, B]` loses rank, and is not weighted iff `[A - lambda I; Q]` does. The margin is the smallest singular
+//! value of that matrix, `B` and `Q` being scaled to the norm of `A`.
+
+use super::scaled::Scaled;
+use crate::{LinalgError, Result, eigenvalues};
+use faer::MatRef;
+use nalgebra::{Complex, DMatrix};
+
+/// Signed distance to the stability boundary, positive on the stable side.
+fn distance(problem: &Scaled, eigenvalue: Complex<f64>) -> f64 {
+    if problem.discrete { 1.0 - eigenvalue.norm() } else { -eigenvalue.re }
+}
+
+/// Smallest singular value of `[A - lambda I; C]`, `C` scaled to the norm of `A`.
+///
+/// Each singular value of the complex matrix `M + i N` appears twice among those of the real `[M -N; N M]`.
+fn margin(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
+    let (n, p) = (a.nrows(), c.nrows());
+    let size = a.norm();
+    let scale = if size > 0.0 && c.norm() > 0.0 { size / c.norm() } else { 1.0 };
+    let mut m = DMatrix::zeros(2 * (n + p), 2 * n);
+    for (row, col) in [(0, 0), (n + p, n)] {
+        m.view_mut((row, col), (n, n)).copy_from(a);
+        m.view_mut((row + n, col), (p, n)).copy_from(&(c * scale));
+        for i in 0..n {
+            m[(row + i, col + i)] -= lambda.re;
+        }
+    }
+    for i in 0..n {
+        m[(i, n + i)] += lambda.im;
+        m[(n + p + i, i)] -= lambda.im;
+    }
+    let view = MatRef::from_column_major_slice(m.as_slice(), 2 * (n + p), 2 * n);
+    // The bounded iteration of the singular values is not known to fail; infinity then blames nobody.
+    view.singular_values().ok().and_then(|s| s.into_iter().reduce(f64::min)).unwrap_or(f64::INFINITY)
+}
+
+/// The eigenvalue that stands in the way, if its margin does not exceed `tolerance` times the norm of `A`.
+fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
+    let a = &problem.a;
+    let size = a.norm().max(f64::MIN_POSITIVE);
+    // A double eigenvalue of the Hamiltonian matrix on the boundary is computed no nearer to it than this.
+    let near = f64::EPSILON.sqrt() * a.nrows() as f64 * if problem.discrete { size.max(1.0) } else { size };
+    let mut worst: Option<(f64, LinalgError)> = None;
+    let mut consider = |margin: f64, error: LinalgError| {
+        if margin <= tolerance * size && worst.as_ref().is_none_or(|w| margin < w.0) {
+            worst = Some((margin, error));
+        }
+    };
+    for lambda in eigenvalues(a)? {
+        let distance = distance(problem, lambda);
+        let eigenvalue = lambda / problem.time;
+        if distance <= near {
+            let found = margin(&a.transpose(), &problem.b.transpose(), lambda);
+            consider(found, LinalgError::NotStabilizable { eigenvalue, margin: found / problem.time });
+        }
+        if distance.abs() <= near {
+            let found = margin(a, &problem.q, lambda);
+            consider(found, LinalgError::NotDetectable { eigenvalue, margin: found / problem.time });
+        }
+    }
+    Ok(worst.map(|w| w.1))
+}
+
+/// The error for an equation whose solution failed, `nearest` being the eigenvalue seen near or beyond the boundary.
+pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
+    // Something failed already: rounding has grown to its square root, as it does at a double eigenvalue.
+    match offender(problem, f64::EPSILON.sqrt() * problem.a.nrows() as f64) {
+        Ok(Some(found)) => found,
+        Ok(None) => LinalgError::NotStabilizing {
+            eigenvalue: nearest / problem.time,
+            distance: distance(problem, nearest) / problem.time,
+        },
+        Err(error) => error,
+    }
+}
+
+/// Accepts the closed-loop `poles` (in the user's units) if they are stable, beyond what rounding can make of an eigenvalue on the boundary.
+pub(super) fn confirm(problem: &Scaled, poles: &[Complex<f64>]) -> Result<()> {
+    let scaled = |l: &Complex<f64>| l * problem.time;
+    let Some(nearest) = poles.iter().map(scaled).min_by(|x, y| distance(problem, *x).total_cmp(&distance(problem, *y)))
+    else {
+        return Ok(());
+    };
+    let least = distance(problem, nearest);
+    if least.is_nan() || least <= 0.0 {
+        return Err(explain(problem, nearest));
+    }
+    let n = problem.a.nrows() as f64;
+    if least <= f64::EPSILON.sqrt() * n * problem.a.norm()
+        && let Some(error) = offender(problem, 10.0 * n * f64::EPSILON)?
+    {
+        return Err(error);
+    }
+    Ok(())
+}

@@ -1,0 +1,260 @@
+//! Lyapunov, Stein and Sylvester equations: residuals, Kronecker products, published examples, and singular data.
+
+use luenberger_linalg::{LinalgError, lyapunov, stein, sylvester};
+use nalgebra::{Complex, DMatrix, DVector, dmatrix};
+use proptest::prelude::*;
+
+/// Schur form, two orthogonal transformations each way and a substitution: the residual is a small multiple of `n eps`.
+fn bound(n: usize) -> f64 {
+    30.0 * n.max(1) as f64 * f64::EPSILON
+}
+
+/// `vec` of the solution of a linear matrix equation, by Gaussian elimination on its n m x n m matrix.
+fn by_kronecker(operator: &DMatrix<f64>, c: &DMatrix<f64>) -> DMatrix<f64> {
+    let rhs = DVector::from_column_slice(c.as_slice());
+    let x = operator.clone().lu().solve(&rhs).unwrap();
+    DMatrix::from_column_slice(c.nrows(), c.ncols(), x.as_slice())
+}
+
+fn identity(n: usize) -> DMatrix<f64> {
+    DMatrix::identity(n, n)
+}
+
+fn entries(n: usize, m: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop::collection::vec(-1.0..1.0_f64, n * m).prop_map(move |data| DMatrix::from_row_slice(n, m, &data))
+}
+
+/// `A - (||A|| + margin) I`: every such matrix is Hurwitz, its eigenvalues left of `-margin`.
+fn hurwitz(n: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    (entries(n, n), 0.01..2.0_f64).prop_map(move |(a, margin)| &a - identity(n) * (a.norm() + margin))
+}
+
+/// `rho A / ||A||`: every such matrix is Schur stable. Its rank may be less than full.
+fn schur_stable(n: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    (entries(n, n), 0.01..0.99_f64, any::<bool>()).prop_map(|(a, rho, singular)| {
+        let mut a = &a * (rho / a.norm());
+        if singular {
+            a.column_mut(0).fill(0.0);
+        }
+        a
+    })
+}
+
+fn symmetric(n: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    entries(n, n).prop_map(|m| &m + m.transpose())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// For Hurwitz A the equation has one solution, symmetric, and definite with Q.
+    #[test]
+    fn lyapunov_agrees_with_kronecker(
+        (a, q) in (1..=6_usize).prop_flat_map(|n| (hurwitz(n), symmetric(n))),
+        (da, dq) in (-140..140_i32, -140..140_i32),
+    ) {
+        let n = a.nrows();
+        let found = lyapunov(&a, &q).unwrap();
+        prop_assert!(found.residual <= bound(n), "{:e}", found.residual);
+        prop_assert_eq!(&found.p, &found.p.transpose());
+        let at = a.transpose();
+        let operator = identity(n).kronecker(&at) + at.kronecker(&identity(n));
+        let p = by_kronecker(&operator, &-&q);
+        prop_assert!((&found.p - &p).norm() <= bound(n) * found.condition * p.norm(), "{} {p}", found.p);
+        // The estimate of the separation is never below it, up to rounding, in any norm equivalence: sigma_min <= sep_1 sqrt(N).
+        let sigma = operator.singular_values().min();
+        prop_assert!(found.separation >= sigma / (n as f64) * (1.0 - bound(n) * found.condition));
+        prop_assert!(found.separation <= 3.0 * sigma * n as f64);
+        // In other units: the same digits.
+        let (ua, uq) = (10.0_f64.powi(da), 10.0_f64.powi(dq));
+        let scaled = lyapunov(&(&a * ua), &(&q * uq)).unwrap();
+        prop_assert!(scaled.residual <= bound(n));
+        prop_assert!((scaled.p / uq * ua - &found.p).norm() <= bound(n) * found.condition * p.norm());
+    }
+
+    /// Lyapunov's theorem: A Hurwitz and Q > 0 give P > 0.
+    #[test]
+    fn a_hurwitz_matrix_has_a_positive_definite_lyapunov_matrix(
+        (a, q) in (1..=8_usize).prop_flat_map(|n| (hurwitz(n), entries(n, n))),
+    ) {
+        let n = a.nrows();
+        let q = &q * q.transpose() + identity(n);
+        let found = lyapunov(&a, &q).unwrap();
+        prop_assert!(found.p.cholesky().is_some());
+    }
+
+    #[test]
+    fn stein_agrees_with_kronecker(
+        (a, q) in (1..=6_usize).prop_flat_map(|n| (schur_stable(n), symmetric(n))),
+        dq in -140..140_i32,
+    ) {
+        let n = a.nrows();
+        let found = stein(&a, &q).unwrap();
+        prop_assert!(found.residual <= bound(n), "{:e}", found.residual);
+        prop_assert_eq!(&found.p, &found.p.transpose());
+        let at = a.transpose();
+        let p = by_kronecker(&(at.kronecker(&at) - identity(n * n)), &-&q);
+        prop_assert!((&found.p - &p).norm() <= bound(n) * found.condition * p.norm());
+        let uq = 10.0_f64.powi(dq);
+        let scaled = stein(&a, &(&q * uq)).unwrap();
+        prop_assert!((scaled.p / uq - &found.p).norm() <= bound(n) * found.condition * p.norm());
+    }
+
+    #[test]
+    fn sylvester_agrees_with_kronecker(
+        (a, b, c) in (1..=6_usize, 1..=6_usize).prop_flat_map(|(n, m)| (hurwitz(n), hurwitz(m), entries(n, m))),
+        du in -140..140_i32,
+    ) {
+        let (n, m) = c.shape();
+        let found = sylvester(&a, &b, &c).unwrap();
+        prop_assert!(found.residual <= bound(n.max(m)), "{:e}", found.residual);
+        let operator = identity(m).kronecker(&a) + b.transpose().kronecker(&identity(n));
+        let x = by_kronecker(&operator, &c);
+        prop_assert!((&found.x - &x).norm() <= bound(n.max(m)) * found.condition * x.norm());
+        let u = 10.0_f64.powi(du);
+        let scaled = sylvester(&(&a * u), &(&b * u), &c).unwrap();
+        prop_assert!((scaled.x * u - &found.x).norm() <= bound(n.max(m)) * found.condition * x.norm());
+    }
+}
+
+#[test]
+fn larger_orders_keep_the_residual_small() {
+    for n in [20, 41, 80] {
+        let entry = |i: usize, j: usize| ((1 + 31 * i + 17 * j * j + i * i * j) as f64).sin();
+        let a = DMatrix::from_fn(n, n, entry);
+        let q = DMatrix::from_fn(n, n, |i, j| entry(i.min(j) + 3, i.max(j)));
+        // Indefinite Q and an unstable A are allowed; only sums of eigenvalues matter.
+        assert!(lyapunov(&a, &q).unwrap().residual <= bound(n));
+        let half = &a * (0.9 / a.norm());
+        assert!(stein(&half, &q).unwrap().residual <= bound(n));
+        let b = DMatrix::from_fn(n / 2, n / 2, |i, j| entry(i + 5, j + 2)) + identity(n / 2) * 3.0;
+        let c = DMatrix::from_fn(n, n / 2, entry);
+        assert!(sylvester(&a, &b, &c).unwrap().residual <= bound(n));
+    }
+}
+
+#[test]
+fn slicot_sb03md() {
+    // Example program data and results of SLICOT routine SB03MD: discrete, A'X A - X = C, no transposition.
+    let a = dmatrix![3.0, 1.0, 1.0; 1.0, 3.0, 0.0; 0.0, 0.0, 3.0];
+    let c = dmatrix![25.0, 24.0, 15.0; 24.0, 32.0, 8.0; 15.0, 8.0, 40.0];
+    let found = stein(&a, &-c).unwrap();
+    let printed = dmatrix![2.0, 1.0, 1.0; 1.0, 3.0, 0.0; 1.0, 0.0, 4.0];
+    assert!((found.p - printed).amax() <= 10.0 * f64::EPSILON * found.condition);
+}
+
+#[test]
+fn slicot_sb03qd() {
+    // Example program data and results of SLICOT routine SB03QD: continuous, A'X + X A = C, four decimals printed.
+    let a = dmatrix![3.0, 1.0, 1.0; 1.0, 3.0, 0.0; 0.0, 0.0, 3.0];
+    let c = dmatrix![25.0, 24.0, 15.0; 24.0, 32.0, 8.0; 15.0, 8.0, 40.0];
+    let found = lyapunov(&a, &-c).unwrap();
+    let printed = dmatrix![3.2604, 2.7187, 1.8616; 2.7187, 4.4271, 0.5699; 1.8616, 0.5699, 6.0461];
+    assert!((found.p - printed).amax() <= 0.5001e-4);
+    // "Estimated separation = 4.9068", an estimate too, and restricted to symmetric matrices.
+    assert!((4.9068 / 3.0..4.9068 * 1.001).contains(&found.separation), "{}", found.separation);
+}
+
+#[test]
+fn slicot_sb04md_and_sb04qd() {
+    // SB04MD solves A X + X B = C; four decimals printed.
+    let a = dmatrix![2.0, 1.0, 3.0; 0.0, 2.0, 1.0; 6.0, 1.0, 2.0];
+    let b = dmatrix![2.0, 1.0; 1.0, 6.0];
+    let c = dmatrix![2.0, 1.0; 1.0, 4.0; 0.0, 5.0];
+    let printed = dmatrix![-2.7685, 0.5498; -1.0531, 0.6865; 4.5257, -0.4389];
+    assert!((sylvester(&a, &b, &c).unwrap().x - printed).amax() <= 0.5001e-4);
+    // SB04QD solves X + A X B = C, which is A X + X B^-1 = C B^-1.
+    let a = dmatrix![1.0, 2.0, 3.0; 6.0, 7.0, 8.0; 9.0, 2.0, 3.0];
+    let b = dmatrix![7.0, 2.0, 3.0; 2.0, 1.0, 2.0; 3.0, 4.0, 1.0];
+    let c = dmatrix![271.0, 135.0, 147.0; 923.0, 494.0, 482.0; 578.0, 383.0, 287.0];
+    let inverse = b.try_inverse().unwrap();
+    let found = sylvester(&a, &inverse, &(c * &inverse)).unwrap();
+    let printed = dmatrix![2.0, 3.0, 6.0; 4.0, 7.0, 1.0; 5.0, 3.0, 2.0];
+    assert!((found.x - printed).amax() <= 100.0 * f64::EPSILON * found.condition);
+}
+
+#[test]
+fn eigenvalues_that_meet_are_named() {
+    // +-2i on the axis: they add to zero.
+    let a = dmatrix![0.0, 2.0, 0.0; -2.0, 0.0, 1.0; 0.0, 0.0, -1.0];
+    let Err(LinalgError::NearlySingular { equation, first, second, gap, separation }) = lyapunov(&a, &identity(3))
+    else {
+        panic!("singular")
+    };
+    assert_eq!(equation, "Lyapunov");
+    assert!((first + second).norm() <= bound(3) && (first.im.abs() - 2.0).abs() <= bound(3));
+    assert!(gap <= bound(3) && separation <= bound(3));
+    // 0.5 and 2 multiply to one.
+    let a = dmatrix![0.5, 1.0; 0.0, 2.0];
+    let found = stein(&a, &identity(2));
+    assert!(matches!(found, Err(LinalgError::NearlySingular { equation: "Stein", gap: 0.0, .. })), "{found:?}");
+    let found = sylvester(&dmatrix![3.0e9], &dmatrix![-3.0e9], &dmatrix![1.0]);
+    let (first, second) = (Complex::new(3.0e9, 0.0), Complex::new(-3.0e9, 0.0));
+    assert!(matches!(found, Err(LinalgError::NearlySingular { equation: "Sylvester", first: f, second: s, .. })
+            if (f - first).norm() <= 1.0 && (s - second).norm() <= 1.0));
+    // Nilpotent, hidden by an orthogonal similarity: the computed eigenvalues are near 1e-5, the separation still tells.
+    let w = DMatrix::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) - 2.0 / 3.0);
+    let shift = dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0];
+    assert!(matches!(lyapunov(&(&w * shift * &w), &identity(3)), Err(LinalgError::NearlySingular { .. })));
+    assert!(matches!(lyapunov(&DMatrix::zeros(2, 2), &identity(2)), Err(LinalgError::NearlySingular { .. })));
+}
+
+#[test]
+fn jordan_blocks_and_stiff_plants_are_solved() {
+    for n in [2, 5, 8] {
+        let jordan = DMatrix::from_fn(n, n, |i, j| if i == j { -1.0 } else { f64::from(u8::from(j == i + 1)) });
+        let found = lyapunov(&jordan, &identity(n)).unwrap();
+        assert!(found.residual <= bound(n));
+        // P_11 = 1/2 whatever the order.
+        assert!((found.p[(0, 0)] - 0.5).abs() <= bound(n) * found.condition);
+    }
+    // Time constants nine decades apart.
+    let a = dmatrix![-1e9, 1.0; 0.0, -1.0];
+    let found = lyapunov(&a, &identity(2)).unwrap();
+    assert!(found.residual <= bound(2) && (found.p[(1, 1)] - 0.5).abs() <= 1e-9);
+    // Cyclic permutation, scaled inside the unit circle: the sum of squares of a geometric series.
+    let n = 16;
+    let cycle = DMatrix::from_fn(n, n, |i, j| if i == (j + 1) % n { 0.5 } else { 0.0 });
+    let p = stein(&cycle, &identity(n)).unwrap().p;
+    assert!((p - identity(n) * (4.0 / 3.0)).norm() <= bound(n));
+    // A stable mode beside a very fast unstable one.
+    let a = dmatrix![0.5, 0.0; 1.0, 1e9];
+    assert!(stein(&a, &identity(2)).unwrap().residual <= bound(2));
+}
+
+#[test]
+fn orders_zero_and_one() {
+    let empty = DMatrix::zeros(0, 0);
+    assert_eq!(lyapunov(&empty, &empty).unwrap().p.shape(), (0, 0));
+    assert_eq!(stein(&empty, &empty).unwrap().p.shape(), (0, 0));
+    assert_eq!(sylvester(&empty, &identity(2), &DMatrix::zeros(0, 2)).unwrap().x.shape(), (0, 2));
+    assert_eq!(sylvester(&identity(2), &empty, &DMatrix::zeros(2, 0)).unwrap().x.shape(), (2, 0));
+    assert_eq!(lyapunov(&dmatrix![-2.0], &dmatrix![8.0]).unwrap().p, dmatrix![2.0]);
+    assert_eq!(stein(&dmatrix![0.5], &dmatrix![3.0]).unwrap().p, dmatrix![4.0]);
+    assert_eq!(sylvester(&dmatrix![1.0], &dmatrix![3.0], &dmatrix![8.0]).unwrap().x, dmatrix![2.0]);
+}
+
+#[test]
+fn bad_input_is_named() {
+    let (a, rectangular) = (-identity(2), DMatrix::zeros(2, 3));
+    assert_eq!(lyapunov(&rectangular, &a), Err(LinalgError::NotSquare { what: "a", rows: 2, cols: 3 }));
+    let mismatch = |what, expected, found| LinalgError::DimensionMismatch { what, expected, found };
+    assert_eq!(lyapunov(&a, &identity(3)), Err(mismatch("q", (2, 2), (3, 3))));
+    assert_eq!(stein(&a, &rectangular), Err(mismatch("q", (2, 2), (2, 3))));
+    assert_eq!(sylvester(&a, &identity(3), &identity(2)), Err(mismatch("c", (2, 3), (2, 2))));
+    assert_eq!(sylvester(&a, &rectangular, &a), Err(LinalgError::NotSquare { what: "b", rows: 2, cols: 3 }));
+    let q = dmatrix![1.0, 2.0; 2.5, 1.0];
+    for found in [lyapunov(&a, &q).unwrap_err(), stein(&a, &q).unwrap_err()] {
+        assert!(
+            matches!(found, LinalgError::NotSymmetric { what: "q", row: 1, col: 0, asymmetry: 0.5, .. }),
+            "{found}"
+        );
+    }
+    let nan = dmatrix![1.0, f64::NAN; f64::NAN, 1.0];
+    assert!(matches!(lyapunov(&a, &nan), Err(LinalgError::NotFinite { what: "q", row: 1, col: 0, .. })));
+    assert!(matches!(stein(&nan, &a), Err(LinalgError::NotFinite { what: "a", row: 1, col: 0, .. })));
+    assert!(matches!(sylvester(&a, &a, &nan), Err(LinalgError::NotFinite { what: "c", row: 1, col: 0, .. })));
+    // P would be 1e400.
+    assert!(matches!(lyapunov(&(&a * 1e-200), &(identity(2) * 1e200)), Err(LinalgError::Overflow { .. })));
+    assert!(matches!(stein(&(&a * 1e200), &identity(2)), Err(LinalgError::Overflow { .. })));
+}
