@@ -94,9 +94,9 @@ mod tests {
             let mean = |f: &dyn Fn(&[f64]) -> f64| samples.iter().map(|s| f(s)).sum::<f64>() / count as f64;
             // Five standard deviations of the means of 20000 values.
             let bound = 5.0 / (count as f64).sqrt();
-            assert!(mean(&|s| s[0]).abs() < bound * variance.sqrt());
+            assert!(mean(&|s| s[0]).abs() < bound * f64::sqrt(variance));
             assert!((mean(&|s| s[0] * s[0]) / variance - 1.0).abs() < bound * 2f64.sqrt());
-            assert!(mean(&|s| s[0] * s[1]).abs() < bound * variance.sqrt());
+            assert!(mean(&|s| s[0] * s[1]).abs() < bound * f64::sqrt(variance));
         }
     }
 

@@ -637,6 +637,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             if next <= t {
                 return Err(SimError::StepSize { time: t, step: next - t });
             }
+            let seam = next - 8.0 * f64::EPSILON * next.abs();
             let (still, now) = (&self.still, &self.now);
             let right_hand_side = |t: f64, stacked: &[f64], slope: &mut [f64]| {
                 model.derivative(t, stacked, still, &mut now.borrow_mut(), slope);
@@ -651,8 +652,8 @@ impl<'m, 'a> Runner<'m, 'a> {
                 }
                 check_finite("a quantity of the run", &rows)?;
                 dense.push(step.start, step.end, rows);
-                // The last time waits for what happens at the end.
-                while let Some(t) = waiting.next_if(|&t| t < step.end) {
+                // A time at the seam of two intervals, up to rounding, waits for what happens there.
+                while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
                     model.row(t, &step.at(t), still, &mut now, &mut samples);
                 }
                 Ok(())
