@@ -1,1 +1,29 @@
-//! From a plant and a wish to an observer with its certificate
+//! From a plant and a wish to an observer with its certificate.
+//!
+//! The way: [`LinearDesign`] turns a plant and a [`Wish`] (poles, Kalman weights, a decay rate, "the LMI decides", a gain of one's own) into
+//! the linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows; [`FeedbackDesign`] puts the
+//! observer in the loop. [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
+//! Every design carries a [`Certificate`], whose facts are decided outside floating point.
+//!
+//! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` of the repository.
+#![deny(missing_docs)]
+
+pub mod certificate;
+mod check;
+pub mod conditions;
+pub mod cubic;
+pub mod error;
+pub mod feedback;
+mod joint;
+pub mod linear;
+pub mod robust;
+pub mod weights;
+
+pub use certificate::{Certificate, Fact};
+pub use conditions::Theorem1;
+pub use cubic::{Correction, CubicDesign};
+pub use error::{DesignError, Obstruction};
+pub use feedback::FeedbackDesign;
+pub use joint::joint_design;
+pub use linear::{Decrease, LinearDesign, Wish};
+pub use weights::{theta_from_cost_shares, theta_from_importance};

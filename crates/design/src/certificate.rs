@@ -1,0 +1,140 @@
+//! Certificates: the inequalities behind a design, each decided outside floating point.
+//!
+//! A certificate states facts about the numbers that run: the matrices as stored, evaluated exactly or with outward rounding by
+//! `luenberger-proof`. What follows from the facts (stability, a rate) is a theorem, cited in [`crate::cubic`] and in `docs/theory-cubic.md`.
+
+use core::fmt;
+
+use luenberger_plants::DynamicPlant;
+use luenberger_proof::statement::{self, DeployedCubic, Reach};
+use luenberger_proof::{Direction, Matrix, ProofError, Verdict, positive_semidefinite};
+use nalgebra::DMatrix;
+
+use crate::cubic::CubicDesign;
+
+/// One inequality and what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fact {
+    /// The inequality, as it is written in the theory, with its equation number.
+    pub statement: String,
+    /// Proved, refuted or undecided.
+    pub verdict: Verdict<Direction>,
+}
+
+/// The facts behind a design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Certificate {
+    /// The inequalities, in the order in which the theory asks for them.
+    pub facts: Vec<Fact>,
+    /// For a cubic observer: from which errors the observer with the gains exactly as stored is proved to converge.
+    pub deployed: Option<DeployedCubic>,
+}
+
+impl Certificate {
+    /// Whether every fact is proved.
+    pub fn is_proved(&self) -> bool {
+        self.facts.iter().all(|fact| fact.verdict.is_proved())
+    }
+}
+
+impl Fact {
+    /// `P > 0`, under the name the theory gives that matrix.
+    pub(crate) fn positive(name: &str, p: &DMatrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { statement: format!("{name} > 0"), verdict: statement::positive(&exact(p)?)? })
+    }
+
+    /// (12), for the gain as stored; `vertex` names which of several state matrices `a` is.
+    pub(crate) fn lyapunov_decrease(
+        vertex: &str,
+        (a, c): (&DMatrix<f64>, &DMatrix<f64>),
+        l: &DMatrix<f64>,
+        p: &DMatrix<f64>,
+    ) -> Result<Self, ProofError> {
+        Ok(Self {
+            statement: format!("(A - LC)'P + P(A - LC) < 0{vertex} (12)"),
+            verdict: statement::lyapunov_decrease(&exact(a)?, &exact(l)?, &exact(c)?, &exact(p)?)?,
+        })
+    }
+
+    /// `theta >= 0`.
+    pub(crate) fn weight(theta: &DMatrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { statement: "theta >= 0".to_owned(), verdict: positive_semidefinite(&exact(theta)?)? })
+    }
+
+    /// (13') for the real gain `N = -P^-1 C'S`.
+    pub(crate) fn dissipation(p: &DMatrix<f64>, s: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self {
+            statement: "P N C + C'N'P <= 0 for N = -P^-1 C'S (13')".to_owned(),
+            verdict: statement::cubic_dissipation_structured(&exact(p)?, &exact(s)?, &exact(c)?)?,
+        })
+    }
+
+    /// The block inequality (25).
+    pub(crate) fn feedback_block(
+        design: &CubicDesign,
+        k: &DMatrix<f64>,
+        p1: &DMatrix<f64>,
+    ) -> Result<Self, ProofError> {
+        let o = &design.observer;
+        let verdict = statement::feedback_block(
+            &exact(&o.a)?,
+            &exact(&o.b)?,
+            &exact(k)?,
+            &exact(&o.l)?,
+            &exact(&o.c)?,
+            &exact(p1)?,
+            &exact(&design.p)?,
+        )?;
+        Ok(Self { statement: "the block inequality of the loop u = -K xhat (25)".to_owned(), verdict })
+    }
+}
+
+/// From which errors the observer converges with its gains exactly as stored.
+pub(crate) fn deployed(
+    plant: &DynamicPlant,
+    (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    p: &DMatrix<f64>,
+    s: &DMatrix<f64>,
+) -> Result<DeployedCubic, ProofError> {
+    statement::rounded_cubic_dissipation(
+        &exact(&plant.a)?,
+        &exact(l)?,
+        &exact(&plant.c)?,
+        &exact(p)?,
+        &exact(n)?,
+        &exact(s)?,
+        &exact(theta)?,
+    )
+}
+
+/// The same numbers for the prover, which reads rows first.
+pub(crate) fn exact(m: &DMatrix<f64>) -> Result<Matrix<f64>, ProofError> {
+    Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())
+}
+
+impl fmt::Display for Fact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:<9}  {}", self.verdict.word(), self.statement)?;
+        match &self.verdict {
+            Verdict::Proved { margin } => write!(f, ", margin {margin:.3e}"),
+            Verdict::Refuted { witness } => write!(f, ", witness {witness:?}"),
+            Verdict::Undecided { why, best } => write!(f, ": {why} (best margin {best:.3e})"),
+        }
+    }
+}
+
+impl fmt::Display for Certificate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for fact in &self.facts {
+            writeln!(f, "{fact}")?;
+        }
+        match self.deployed.as_ref().map(|deployed| &deployed.reach) {
+            None => Ok(()),
+            Some(Reach::Everywhere { .. }) => writeln!(f, "As stored, the observer converges from every error."),
+            Some(Reach::Within(region)) => {
+                writeln!(f, "As stored, the observer converges from every error shorter than {:.3e}.", region.ball)
+            }
+            Some(Reach::Unproved) => writeln!(f, "As stored, convergence is not proved."),
+        }
+    }
+}

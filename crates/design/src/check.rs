@@ -1,0 +1,95 @@
+//! Checks of what a user hands over, each with an error that names the matrix and the value.
+
+use luenberger_linalg::{LinalgError, detectability, lambda_min, spectral_abscissa};
+use luenberger_plants::error::check_matrix;
+use nalgebra::{Complex, DMatrix};
+
+use crate::error::DesignError;
+
+/// Shape and finiteness.
+pub(crate) fn matrix(what: &'static str, m: &DMatrix<f64>, expected: (usize, usize)) -> Result<(), DesignError> {
+    Ok(check_matrix(what, m, expected)?)
+}
+
+/// Shape, finiteness and symmetry up to rounding: entries may differ by `n EPSILON` of the largest, which is what a
+/// product such as `C'C` computed in two orders can show.
+pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<(), DesignError> {
+    matrix(what, m, (n, n))?;
+    let allowed = n as f64 * f64::EPSILON * m.amax();
+    for col in 0..n {
+        for row in col + 1..n {
+            let asymmetry = m[(row, col)] - m[(col, row)];
+            if asymmetry.abs() > allowed {
+                return Err(LinalgError::NotSymmetric { what, row, col, asymmetry, allowed }.into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Symmetric and positive definite.
+pub(crate) fn positive_definite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<(), DesignError> {
+    symmetric(what, m, n)?;
+    let lambda_min = lambda_min(m)?;
+    if lambda_min > 0.0 { Ok(()) } else { Err(LinalgError::NotPositiveDefinite { what, lambda_min }.into()) }
+}
+
+/// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`.
+pub(crate) fn positive_semidefinite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<(), DesignError> {
+    symmetric(what, m, n)?;
+    let lambda_min = lambda_min(m)?;
+    if lambda_min >= -(n as f64) * f64::EPSILON * m.norm() {
+        Ok(())
+    } else {
+        Err(LinalgError::NotPositiveSemidefinite { what, lambda_min }.into())
+    }
+}
+
+/// A positive, finite number.
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), DesignError> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(DesignError::NotPositive { what, value }) }
+}
+
+/// All eigenvalues in the open left half plane; returns the spectral abscissa.
+pub(crate) fn hurwitz(what: &'static str, m: &DMatrix<f64>) -> Result<f64, DesignError> {
+    let abscissa = spectral_abscissa(m)?;
+    if abscissa < 0.0 { Ok(abscissa) } else { Err(DesignError::NotHurwitz { what, abscissa }) }
+}
+
+/// `P^-1 B` for a P that must be positive definite.
+pub(crate) fn solve_definite(
+    what: &'static str,
+    p: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, DesignError> {
+    match p.clone().cholesky() {
+        Some(cholesky) => Ok(cholesky.solve(b)),
+        None => Err(LinalgError::NotPositiveDefinite { what, lambda_min: lambda_min(p)? }.into()),
+    }
+}
+
+/// Linearly independent rows, up to the rounding of singular values.
+pub(crate) fn independent_outputs(c: &DMatrix<f64>) -> Result<(), DesignError> {
+    let sigma_min = lambda_min(&(c * c.transpose()))?.max(0.0).sqrt();
+    let sigma_max = c.norm();
+    // The Gram matrix squares the condition, so independence is decided down to a ratio of sqrt(EPSILON).
+    if sigma_min > (c.ncols() as f64 * f64::EPSILON).sqrt() * sigma_max {
+        Ok(())
+    } else {
+        Err(DesignError::DependentOutputs { sigma_min, sigma_max })
+    }
+}
+
+/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`.
+pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<(), DesignError> {
+    let n = a.nrows();
+    let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;
+    match pair.offending.first() {
+        None => Ok(()),
+        Some(mode) => Err(LinalgError::NotDetectable {
+            eigenvalue: mode.eigenvalue - Complex::new(rate, 0.0),
+            margin: mode.margin,
+        }
+        .into()),
+    }
+}

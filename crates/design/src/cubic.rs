@@ -1,0 +1,104 @@
+//! The cubic observer (5): a certified linear observer and a gain N that never costs stability.
+//!
+//! `P N C + C'N'P <= 0` (13') holds iff `N = -P^-1 C'S` with `S + S' >= 0` (C of full row rank), and with (12) it gives
+//! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.
+
+use luenberger_observers::CubicObserver;
+use luenberger_plants::DynamicPlant;
+use nalgebra::{DMatrix, Dyn};
+
+use crate::certificate::{self, Certificate, Fact};
+use crate::check;
+use crate::error::DesignError;
+use crate::linear::LinearDesign;
+
+/// The choice of S in `N = -P^-1 C'S`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Correction {
+    /// `S = gamma theta`, eq. (14), gamma > 0: the error flow is a contraction in the P norm.
+    Gamma(f64),
+    /// `S = w (C P^-1 C')^-1`, w > 0: then `C N = -w I`, and the cubic flow is elementary for every p.
+    Radial(f64),
+    /// Any p x p matrix with `S + S' >= 0`.
+    General(DMatrix<f64>),
+}
+
+/// A cubic observer with its evidence.
+#[derive(Debug, Clone)]
+pub struct CubicDesign {
+    /// The observer (5), ready to run.
+    pub observer: CubicObserver<f64, Dyn, Dyn, Dyn>,
+    /// `P > 0` of (9).
+    pub p: DMatrix<f64>,
+    /// `Q = -(F'P + PF) > 0` of (9).
+    pub q: DMatrix<f64>,
+    /// S of `N = -P^-1 C'S`.
+    pub s: DMatrix<f64>,
+    /// What is proved of it.
+    pub certificate: Certificate,
+}
+
+impl CubicDesign {
+    /// The cubic observer on top of `linear`, with weight theta (p x p, symmetric, positive semidefinite) and `N = -P^-1 C'S`.
+    ///
+    /// Theorem 2 of the paper in its general form. Always exists. Cost: one Cholesky factorisation, `n^3 / 3`.
+    ///
+    /// ```
+    /// use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+    /// assert!((cubic.observer.n[(1, 0)] + 11.5294).abs() < 1e-4);
+    /// assert!(cubic.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DesignError::NotPositiveSemidefinite`] for theta or `S + S'`, [`DesignError::NotPositive`] for gamma or w,
+    /// [`DesignError::DependentOutputs`] when the radial choice does not exist.
+    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &Correction) -> Result<Self, DesignError> {
+        let o = &linear.observer;
+        let outputs = o.c.nrows();
+        check::positive_semidefinite("theta", theta, outputs)?;
+        let p_inverse_ct = check::solve_definite("P", &linear.p, &o.c.transpose())?;
+        let s = match correction {
+            Correction::Gamma(gamma) => {
+                check::positive("gamma", *gamma)?;
+                theta * *gamma
+            }
+            Correction::Radial(w) => {
+                check::positive("w", *w)?;
+                check::independent_outputs(&o.c)?;
+                radial_s(&o.c, &p_inverse_ct, *w)?
+            }
+            Correction::General(s) => {
+                check::matrix("S", s, (outputs, outputs))?;
+                check::positive_semidefinite("S + S'", &(s + s.transpose()), outputs)?;
+                s.clone()
+            }
+        };
+        let n = -(p_inverse_ct * &s);
+        let mut facts = linear.certificate.facts.clone();
+        facts.push(Fact::weight(theta)?);
+        facts.push(Fact::dissipation(&linear.p, &s, &o.c)?);
+        let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
+        let deployed = certificate::deployed(&plant, (&o.l, &n, theta), &linear.p, &s)?;
+        let certificate = Certificate { facts, deployed: Some(deployed) };
+        let observer = CubicObserver::of(plant, o.l.clone(), n, theta.clone())?;
+        Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, certificate })
+    }
+
+    /// `F = A - L C`.
+    pub fn error_matrix(&self) -> DMatrix<f64> {
+        &self.observer.a - &self.observer.l * &self.observer.c
+    }
+}
+
+/// `S = w (C P^-1 C')^-1`.
+fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
+    let gram = c * p_inverse_ct;
+    let outputs = c.nrows();
+    check::solve_definite("C P^-1 C'", &((&gram + gram.transpose()) * 0.5), &(DMatrix::identity(outputs, outputs) * w))
+}

@@ -1,0 +1,71 @@
+//! Theorem 6 and Corollary 1: the observer inside the loop `u = -K xhat`.
+//!
+//! Given the P of a certified observer, the block inequality (25) has a solution `P1 > 0` iff `A - B K` is Hurwitz. With
+//! `(A - BK)'P0 + P0(A - BK) = -I` and `P1 = mu P0` it reads, by the Schur complement, `Q - mu (P0BK)'(P0BK) > 0`, which holds for
+//! `mu < lambda_min(Q) / |P0 B K|^2`. Hence Corollary 1 with (13') in place of (13): whenever the loop with the linear observer is
+//! stable, so is the loop with the cubic one.
+
+use luenberger_linalg::{eigenvalues, lambda_max, lambda_min, lyapunov};
+use nalgebra::{Complex, DMatrix};
+
+use crate::certificate::{Certificate, Fact};
+use crate::check;
+use crate::cubic::CubicDesign;
+use crate::error::DesignError;
+
+/// A feedback loop `u = -K xhat` around a cubic observer, with its evidence.
+#[derive(Debug, Clone)]
+pub struct FeedbackDesign {
+    /// The feedback gain K, m x n.
+    pub k: DMatrix<f64>,
+    /// Eigenvalues of `A - B K`.
+    pub poles: Vec<Complex<f64>>,
+    /// `P1 > 0` of (25).
+    pub p1: DMatrix<f64>,
+    /// What is proved of the loop: the facts of the observer and (25).
+    pub certificate: Certificate,
+}
+
+impl FeedbackDesign {
+    /// Certifies the loop with gain `k` (m x n, `u = -K xhat`) around `observer`.
+    ///
+    /// Exists iff `A - B K` is Hurwitz. Then `V = x'P1x + e'Pe` decreases along every solution of the loop: the origin is globally
+    /// asymptotically stable. Cost: one Lyapunov equation.
+    ///
+    /// ```
+    /// use luenberger_design::{Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Wish};
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+    /// let feedback = FeedbackDesign::new(&cubic, &dmatrix![1.0, 2.0])?;
+    /// assert!(feedback.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DesignError::NotHurwitz`] when `A - B K` is not stable; [`DesignError::DimensionMismatch`] and [`DesignError::NotFinite`] for K.
+    pub fn new(observer: &CubicDesign, k: &DMatrix<f64>) -> Result<Self, DesignError> {
+        let o = &observer.observer;
+        let (n, m) = o.b.shape();
+        check::matrix("K", k, (m, n))?;
+        let closed = &o.a - &o.b * k;
+        check::hurwitz("A - B K", &closed)?;
+        let p0 = lyapunov(&closed, &DMatrix::identity(n, n))?.p;
+        let coupling = &p0 * &o.b * k;
+        let coupling_squared = lambda_max(&(coupling.transpose() * &coupling))?;
+        // Half of the largest admissible mu, so that (25) holds with room; any mu when x and e do not couple.
+        let mu = if coupling_squared > 0.0 { 0.5 * lambda_min(&observer.q)? / coupling_squared } else { 1.0 };
+        let p1 = p0 * mu;
+        let mut facts = observer.certificate.facts.clone();
+        facts.push(Fact::positive("P1", &p1)?);
+        facts.push(Fact::feedback_block(observer, k, &p1)?);
+        Ok(Self {
+            k: k.clone(),
+            poles: eigenvalues(&closed)?,
+            p1,
+            certificate: Certificate { facts, deployed: observer.certificate.deployed.clone() },
+        })
+    }
+}

@@ -1,0 +1,172 @@
+//! The linear observer (2): from a wish to a gain L, with the Lyapunov matrix that certifies it.
+//!
+//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever is built
+//! on top (the cubic term, robust margins, feedback) does not care where L came from.
+
+use luenberger_linalg::{eigenvalues, kalman_gain, lyapunov, place_observer};
+use luenberger_observers::LinearObserver;
+use luenberger_plants::DynamicPlant;
+use nalgebra::{Complex, DMatrix, Dyn};
+
+use crate::certificate::{Certificate, Fact};
+use crate::error::DesignError;
+use crate::{check, joint};
+
+/// What is wanted of the observer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Wish {
+    /// The eigenvalues of `A - L C`, n numbers closed under conjugation, all in the open left half plane.
+    Poles(Vec<Complex<f64>>),
+    /// The stationary Kalman gain `L = S C'V^-1` for process noise of intensity W (n x n) and measurement noise V (p x p).
+    Kalman {
+        /// Intensity of the process noise, n x n, positive semidefinite.
+        w: DMatrix<f64>,
+        /// Intensity of the measurement noise, p x p, positive definite.
+        v: DMatrix<f64>,
+    },
+    /// Every error decays at least like `exp(-rate t)`, with the best-conditioned gain the LMI finds.
+    DecayRate(f64),
+    /// The LMI decides: the largest margin of `A'P + PA - YC - C'Y' < 0` under `P <= I`.
+    Lmi,
+    /// A gain L of one's own, n x p.
+    Gain(DMatrix<f64>),
+}
+
+impl Wish {
+    /// Real poles.
+    pub fn poles(poles: &[f64]) -> Self {
+        Self::Poles(poles.iter().map(|&re| Complex::new(re, 0.0)).collect())
+    }
+}
+
+/// The right-hand side of the Lyapunov equation that certifies a given gain.
+///
+/// Designs by LMI ([`Wish::DecayRate`], [`Wish::Lmi`]) bring their own P, and Q follows from it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Decrease {
+    /// `Q = rho I`, for which the theorems on the infinite-horizon cost hold.
+    Scaled(f64),
+    /// Any `Q = Q' > 0`, n x n.
+    Matrix(DMatrix<f64>),
+}
+
+impl Default for Decrease {
+    fn default() -> Self {
+        Self::Scaled(1.0)
+    }
+}
+
+impl Decrease {
+    fn matrix(&self, n: usize) -> Result<DMatrix<f64>, DesignError> {
+        match self {
+            Self::Scaled(rho) => {
+                check::positive("rho", *rho)?;
+                Ok(DMatrix::identity(n, n) * *rho)
+            }
+            Self::Matrix(q) => {
+                check::positive_definite("Q", q, n)?;
+                Ok(q.clone())
+            }
+        }
+    }
+}
+
+/// A linear observer with its evidence.
+#[derive(Debug, Clone)]
+pub struct LinearDesign {
+    /// The observer (2), ready to run.
+    pub observer: LinearObserver<f64, Dyn, Dyn, Dyn>,
+    /// Eigenvalues of `F = A - L C`.
+    pub poles: Vec<Complex<f64>>,
+    /// `P > 0` of (9).
+    pub p: DMatrix<f64>,
+    /// `Q = -(F'P + PF) > 0` of (9).
+    pub q: DMatrix<f64>,
+    /// What is proved of it.
+    pub certificate: Certificate,
+}
+
+impl LinearDesign {
+    /// The observer that `wish` asks for, certified by `F'P + PF = -Q` with Q from `decrease`.
+    ///
+    /// Exists whenever `(A, C)` is detectable, except for [`Wish::Poles`] and [`Wish::DecayRate`], which can ask for more than the
+    /// unobservable modes allow. Cost: one Schur form and one Lyapunov equation, about `35 n^3`; an SDP of `n(n+1)/2 + np`
+    /// unknowns for the wishes by LMI.
+    ///
+    /// ```
+    /// use luenberger_design::{Decrease, LinearDesign, Wish};
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let design = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// assert!((design.observer.l[(1, 0)] - 10.0).abs() < 1e-12);
+    /// let f = &plant.a - &design.observer.l * &plant.c;
+    /// let residual = f.transpose() * &design.p + &design.p * f + &design.q;
+    /// assert!(residual.norm() < 1e-13 * design.p.norm());
+    /// assert!(design.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode that no gain
+    /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`DesignError::NotPositiveDefinite`]
+    /// and its kin for Q, W, V; [`DesignError::Infeasible`] when no gain reaches the decay rate.
+    pub fn new(plant: &DynamicPlant, wish: &Wish, decrease: &Decrease) -> Result<Self, DesignError> {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let l = match wish {
+            Wish::Poles(poles) => {
+                if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
+                    return Err(DesignError::UnstablePole { pole });
+                }
+                place_observer(&plant.a, &plant.c, poles)?.gain
+            }
+            Wish::Kalman { w, v } => {
+                check::positive_semidefinite("W", w, n)?;
+                check::positive_definite("V", v, p)?;
+                kalman_gain(&plant.a, &plant.c, w, v)?.l
+            }
+            Wish::Gain(l) => {
+                check::matrix("L", l, (n, p))?;
+                l.clone()
+            }
+            Wish::DecayRate(rate) => {
+                check::positive("decay rate", *rate)?;
+                return Self::from_lyapunov_matrix(plant, joint::gain_by_lmi(plant, *rate)?);
+            }
+            Wish::Lmi => return Self::from_lyapunov_matrix(plant, joint::gain_by_lmi(plant, 0.0)?),
+        };
+        let f = &plant.a - &l * &plant.c;
+        check::hurwitz("A - L C", &f)?;
+        let q = decrease.matrix(n)?;
+        let p = lyapunov(&f, &q)?.p;
+        Self::certified(plant, l, p, q)
+    }
+
+    /// A design whose P came with the gain.
+    pub(crate) fn from_lyapunov_matrix(
+        plant: &DynamicPlant,
+        (l, p): (DMatrix<f64>, DMatrix<f64>),
+    ) -> Result<Self, DesignError> {
+        let f = &plant.a - &l * &plant.c;
+        let half = &p * f;
+        let q = -(&half + half.transpose());
+        Self::certified(plant, l, p, q)
+    }
+
+    pub(crate) fn certified(
+        plant: &DynamicPlant,
+        l: DMatrix<f64>,
+        p: DMatrix<f64>,
+        q: DMatrix<f64>,
+    ) -> Result<Self, DesignError> {
+        let poles = eigenvalues(&(&plant.a - &l * &plant.c))?;
+        let facts = vec![Fact::positive("P", &p)?, Fact::lyapunov_decrease("", (&plant.a, &plant.c), &l, &p)?];
+        let certificate = Certificate { facts, deployed: None };
+        let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
+        Ok(Self { observer, poles, p, q, certificate })
+    }
+
+    /// `F = A - L C`.
+    pub fn error_matrix(&self) -> DMatrix<f64> {
+        &self.observer.a - &self.observer.l * &self.observer.c
+    }
+}

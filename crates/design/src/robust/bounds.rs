@@ -1,0 +1,65 @@
+//! The margins that need no inequality to be solved: (23), its exact form for a fixed P, the spectral abscissa, and what the error
+//! is bounded by when the plant is forced.
+
+use luenberger_linalg::{LinalgError, lambda_max, lambda_min};
+use nalgebra::DMatrix;
+
+use crate::check;
+use crate::error::DesignError;
+
+/// The bound (23) of Theorem 5: `eps_max = lambda_min(Q) / (2 lambda_max(P))`.
+///
+/// Sufficient for the P and Q at hand. Cost: two symmetric eigenproblems.
+///
+/// # Errors
+/// [`DesignError::NotPositiveDefinite`] and its kin when P or Q is not what (9) gives.
+pub fn theorem5_bound(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
+    check::positive_definite("P", p, p.nrows())?;
+    check::positive_definite("Q", q, p.nrows())?;
+    Ok(lambda_min(q)? / (2.0 * lambda_max(p)?))
+}
+
+/// The exact margin for this P: the supremum of eps with `F'P + PF + 2 eps P < 0`, which is `lambda_min(P^-1/2 Q P^-1/2) / 2`.
+///
+/// Equals [`theorem5_bound`] when Q is a multiple of I, and is never smaller.
+///
+/// # Errors
+/// As [`theorem5_bound`].
+pub fn fixed_lyapunov_margin(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
+    check::positive_definite("Q", q, p.nrows())?;
+    check::symmetric("P", p, p.nrows())?;
+    let Some(cholesky) = p.clone().cholesky() else {
+        return Err(not_definite(p)?);
+    };
+    // G^-1 Q G^-T for P = G G' has the eigenvalues of P^-1/2 Q P^-1/2.
+    let g = cholesky.l();
+    let solve = |m: &DMatrix<f64>| g.solve_lower_triangular(m);
+    let Some(whitened) = solve(q).and_then(|half| solve(&half.transpose())) else {
+        return Err(not_definite(p)?);
+    };
+    Ok(0.5 * lambda_min(&((&whitened + whitened.transpose()) * 0.5))?)
+}
+
+/// The margin when N is redesigned for every eps: minus the spectral abscissa of `F = A - L C`.
+///
+/// # Errors
+/// [`DesignError::NotHurwitz`] when there is no margin at all.
+pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
+    Ok(-check::hurwitz("A - L C", f)?)
+}
+
+/// Ultimate bound of the error per unit of forcing: `limsup |e| <= gain * sup |(A(eps) - A) x|`.
+///
+/// With `2 alpha = lambda_min(P^-1/2 Q P^-1/2)`, `V = e'Pe` obeys `(sqrt V)' <= -alpha sqrt V + |P^1/2 (A(eps) - A) x|`, hence
+/// `gain = sqrt(lambda_max(P) / lambda_min(P)) / alpha`. The same bound holds for the linear observer; the cubic term only helps in it.
+///
+/// # Errors
+/// As [`theorem5_bound`].
+pub fn input_to_state_gain(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
+    let alpha = fixed_lyapunov_margin(p, q)?;
+    Ok((lambda_max(p)? / lambda_min(p)?).sqrt() / alpha)
+}
+
+fn not_definite(p: &DMatrix<f64>) -> Result<DesignError, DesignError> {
+    Ok(LinalgError::NotPositiveDefinite { what: "P", lambda_min: lambda_min(p)? }.into())
+}

@@ -1,0 +1,50 @@
+//! Theorem 4: one gain and one P for every plant of a polytope.
+//!
+//! If `A_k'P + P A_k - YC - C'Y' < 0` at every vertex, it holds on their convex hull, and the observer with `L = P^-1 Y` and any
+//! `N = -P^-1 C'S` decreases `V = e'Pe` for every `A(eps)` of the hull, as far as the error dynamics `e' = (A(eps) - LC) e + ..` go. The forcing
+//! `(A(eps) - A) x` of an observer that runs the nominal A is not covered by the theorem: see [`super`].
+
+use luenberger_lmi::Problem;
+use luenberger_plants::DynamicPlant;
+use nalgebra::DMatrix;
+
+use crate::certificate::{Certificate, Fact};
+use crate::error::DesignError;
+use crate::linear::LinearDesign;
+use crate::{check, joint};
+
+/// A gain for every plant of a polytope, with its evidence.
+#[derive(Debug, Clone)]
+pub struct PolytopicDesign {
+    /// The observer of the nominal plant, with the common gain and P: build the cubic observer on it with
+    /// [`CubicDesign::new`](crate::CubicDesign::new).
+    pub nominal: LinearDesign,
+    /// `P > 0` and the decrease at every vertex.
+    pub certificate: Certificate,
+}
+
+impl PolytopicDesign {
+    /// One L and P for `nominal` and for all of `vertices` (n x n each), every error decaying at least like `exp(-rate t)`.
+    ///
+    /// Exists only if every vertex is detectable, and not always then. Cost: one SDP of `n(n+1)/2 + np` unknowns with one
+    /// inequality for each vertex.
+    ///
+    /// # Errors
+    /// `NotDetectable` in [`DesignError::Linalg`] for a vertex with a mode that no gain can move; [`DesignError::Infeasible`] names the
+    /// vertices that together exclude a common P.
+    pub fn new(nominal: &DynamicPlant, vertices: &[DMatrix<f64>], rate: f64) -> Result<Self, DesignError> {
+        let n = nominal.a.nrows();
+        for a in vertices {
+            check::matrix("vertex A", a, (n, n))?;
+        }
+        let all: Vec<_> = std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned()).collect();
+        let (gain, _) = joint::solve(nominal, &all, rate, Problem::new())?;
+        let nominal = LinearDesign::from_lyapunov_matrix(nominal, gain)?;
+        let mut facts = nominal.certificate.facts.clone();
+        for (k, a) in vertices.iter().enumerate() {
+            let vertex = format!(" at vertex {}", k + 1);
+            facts.push(Fact::lyapunov_decrease(&vertex, (a, &nominal.observer.c), &nominal.observer.l, &nominal.p)?);
+        }
+        Ok(Self { nominal, certificate: Certificate { facts, deployed: None } })
+    }
+}

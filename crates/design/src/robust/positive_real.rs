@@ -1,0 +1,160 @@
+//! The fixed-N margin for one output, without a solver: a strict-positive-real condition.
+//!
+//! For p = 1, `P N = -C's` with `s > 0` and `(F + eps I)'P + P(F + eps I) < 0` have a solution `P > 0` iff
+//! `G(s) = -C (s I - F - eps I)^-1 N` is strictly positive real (Kalman-Yakubovich-Popov lemma, strict form: A. Rantzer, Systems &
+//! Control Letters 28, 1996). On the imaginary axis `Re G(i w) = q(w^2) / |d(i w)|^2` with d the characteristic polynomial and q a
+//! polynomial of degree at most n - 1, so that the condition is: F + eps I Hurwitz, q > 0 on `w^2 >= 0`, and a positive leading
+//! coefficient `C (F + eps I) N` of q.
+
+use luenberger_linalg::{eigenvalues, spectral_abscissa};
+use nalgebra::DMatrix;
+
+use crate::check;
+use crate::error::{DesignError, Obstruction};
+
+/// The supremum of eps for which some `P > 0` proves the observer with gains L and N (p = 1) at `A + eps I`.
+///
+/// `f = A - L C` is n x n, `c` 1 x n, `n_gain` n x 1. Bisection to the last bits between minus infinity and minus the spectral abscissa of
+/// F; feasibility is monotone in eps because P serves every smaller eps too. Cost: `O(n^4)` once, `O(n^3)` per step.
+///
+/// # Errors
+/// [`DesignError::SeveralOutputs`] for p > 1; [`DesignError::Infeasible`] when `C N >= 0`, which no P allows.
+pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix<f64>) -> Result<f64, DesignError> {
+    let order = f.nrows();
+    check::matrix("A - L C", f, (order, order))?;
+    if c.nrows() != 1 {
+        return Err(DesignError::SeveralOutputs { what: "the positive-real margin", outputs: c.nrows() });
+    }
+    check::matrix("C", c, (1, order))?;
+    check::matrix("N", n_gain, (order, 1))?;
+    let cn = (c * n_gain)[(0, 0)];
+    if cn >= 0.0 {
+        return Err(DesignError::Infeasible { what: "(13') for any P", reason: Obstruction::SignOfCn(2.0 * cn) });
+    }
+    let mut high = -spectral_abscissa(f)?;
+    // G of relative degree one is positive real after a large enough shift; double it until it is.
+    let scale = f.norm().max(f64::MIN_POSITIVE);
+    let mut low = high - scale;
+    for doubling in 0..64 {
+        if is_strictly_positive_real(f, c, n_gain, low)? {
+            break;
+        }
+        low = high - scale * f64::powi(2.0, doubling + 1);
+    }
+    // 200 halvings exhaust the 53 bits of any interval that fits between two doublings.
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if is_strictly_positive_real(f, c, n_gain, middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(low)
+}
+
+/// Whether `-C (s I - F - eps I)^-1 N` is strictly positive real, up to rounding.
+fn is_strictly_positive_real(
+    f: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    n_gain: &DMatrix<f64>,
+    eps: f64,
+) -> Result<bool, DesignError> {
+    let order = f.nrows();
+    let shifted = f + DMatrix::identity(order, order) * eps;
+    if spectral_abscissa(&shifted)? >= 0.0 {
+        return Ok(false);
+    }
+    let (numerator, denominator) = transfer_function(&shifted, c, n_gain);
+    let q = real_part(&numerator, &denominator);
+    if q.last().is_none_or(|&leading| leading <= 0.0) {
+        return Ok(false);
+    }
+    // The minimum of q over x >= 0 is at 0 or at a root of q'; extra points do no harm.
+    let derivative: Vec<f64> = q.iter().enumerate().skip(1).map(|(k, a)| k as f64 * a).collect();
+    let mut points = vec![0.0];
+    points.extend(roots(&derivative)?.into_iter().filter(|&x| x > 0.0));
+    Ok(points.into_iter().all(|x| q.iter().rev().fold(0.0, |sum, a| sum * x + a) > 0.0))
+}
+
+/// Numerator and denominator, lowest power first, of `-C (s I - A)^-1 B` by the Faddeev-LeVerrier recursion.
+fn transfer_function(a: &DMatrix<f64>, c: &DMatrix<f64>, b: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
+    let n = a.nrows();
+    let mut denominator = vec![0.0; n + 1];
+    let mut numerator = vec![0.0; n];
+    denominator[n] = 1.0;
+    let mut adjugate = DMatrix::identity(n, n);
+    for k in 1..=n {
+        numerator[n - k] = -(c * &adjugate * b)[(0, 0)];
+        let product = a * &adjugate;
+        let coefficient = -product.trace() / k as f64;
+        denominator[n - k] = coefficient;
+        adjugate = product + DMatrix::identity(n, n) * coefficient;
+    }
+    (numerator, denominator)
+}
+
+/// Coefficients of `Re(num(i w) conj(den(i w)))` as a polynomial in `w^2`, lowest power first.
+fn real_part(numerator: &[f64], denominator: &[f64]) -> Vec<f64> {
+    // num(i w) conj(den(i w)) = sum n_j d_k i^j (-i)^k w^(j+k); only even j + k is real, with sign (-1)^((j - k)/2).
+    let n = denominator.len() - 1;
+    let mut q = vec![0.0; n];
+    for (j, a) in numerator.iter().enumerate() {
+        for (k, d) in denominator.iter().enumerate() {
+            if (j + k) % 2 == 0 && (j + k) / 2 < n {
+                let sign = if j.abs_diff(k) % 4 == 0 { 1.0 } else { -1.0 };
+                q[(j + k) / 2] += sign * a * d;
+            }
+        }
+    }
+    q
+}
+
+/// Real parts of the roots of a polynomial, lowest power first, by its companion matrix.
+fn roots(polynomial: &[f64]) -> Result<Vec<f64>, DesignError> {
+    let Some(degree) = polynomial.iter().rposition(|&a| a != 0.0) else { return Ok(vec![]) };
+    if degree == 0 {
+        return Ok(vec![]);
+    }
+    let companion = DMatrix::from_fn(degree, degree, |i, j| {
+        let subdiagonal = if i == j + 1 { 1.0 } else { 0.0 };
+        if j == degree - 1 { subdiagonal - polynomial[i] / polynomial[degree] } else { subdiagonal }
+    });
+    Ok(eigenvalues(&companion)?.into_iter().map(|root| root.re).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn a_first_order_error_tolerates_its_own_pole() {
+        let margin = positive_real_margin(&dmatrix![-3.0], &dmatrix![1.0], &dmatrix![-2.0]).unwrap();
+        assert!((margin - 3.0).abs() < 1e-14, "{margin}");
+    }
+
+    /// G(s) = (s + b) / ((s + 1)(s + 2)) shifted by eps is positive real iff its leading coefficient 3 - b - eps and its value at
+    /// zero stay positive: the margin is min(1, 3 - b) for 1 <= b < 3.
+    #[test]
+    fn a_second_order_example_has_the_textbook_margin() {
+        for b in [1.0, 1.5, 2.0, 2.5, 2.9] {
+            let f = dmatrix![0.0, 1.0; -2.0, -3.0];
+            let margin = positive_real_margin(&f, &dmatrix![b, 1.0], &dmatrix![0.0; -1.0]).unwrap();
+            let exact = f64::min(1.0, 3.0 - b);
+            assert!((margin - exact).abs() < 1e-12, "b = {b}: {margin} against {exact}");
+        }
+    }
+
+    #[test]
+    fn the_wrong_sign_of_the_gain_is_named() {
+        let error = positive_real_margin(&dmatrix![-3.0], &dmatrix![1.0], &dmatrix![2.0]).unwrap_err();
+        assert!(
+            matches!(error, DesignError::Infeasible { reason: Obstruction::SignOfCn(x), .. } if x == 4.0),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,147 @@
+//! Every kind of bad input gets an error that names the quantity and its value.
+
+use luenberger_design::{
+    Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, Wish, joint_design, robust,
+};
+use luenberger_linalg::LinalgError;
+use luenberger_plants::{DynamicPlant, PlantError, double_integrator};
+use nalgebra::{Complex, DMatrix, dmatrix};
+
+fn plant() -> DynamicPlant {
+    double_integrator().to_dynamic()
+}
+
+fn linear() -> LinearDesign {
+    LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap()
+}
+
+fn refused(wish: &Wish) -> DesignError {
+    LinearDesign::new(&plant(), wish, &Decrease::default()).unwrap_err()
+}
+
+#[test]
+fn a_pole_in_the_right_half_plane_is_named() {
+    let error = refused(&Wish::poles(&[-1.0, 0.5]));
+    assert_eq!(error, DesignError::UnstablePole { pole: Complex::new(0.5, 0.0) });
+    assert!(error.to_string().contains("0.5"));
+}
+
+#[test]
+fn a_pole_that_is_nan_is_refused() {
+    assert!(LinearDesign::new(&plant(), &Wish::poles(&[-1.0, f64::NAN]), &Decrease::default()).is_err());
+}
+
+#[test]
+fn poles_must_be_closed_under_conjugation_and_n_in_number() {
+    let lonely = Wish::Poles(vec![Complex::new(-1.0, 1.0), Complex::new(-1.0, 2.0)]);
+    assert!(matches!(refused(&lonely), DesignError::Linalg(_)));
+    assert!(matches!(refused(&Wish::poles(&[-1.0])), DesignError::Linalg(_)));
+}
+
+#[test]
+fn an_unobservable_plant_names_its_hidden_mode() {
+    // The second state is seen by nothing and decays like exp(-t).
+    let plant = DynamicPlant::new(dmatrix![1.0, 0.0; 0.0, -1.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let error = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -3.0]), &Decrease::default()).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("-1"), "{text}");
+}
+
+#[test]
+fn an_undetectable_plant_names_its_mode_in_every_design() {
+    let plant = DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    for error in [
+        LinearDesign::new(&plant, &Wish::Lmi, &Decrease::default()).unwrap_err(),
+        joint_design(&plant, &dmatrix![1.0], 0.0, 1.0).unwrap_err(),
+        LinearDesign::new(&plant, &Wish::Kalman { w: DMatrix::identity(2, 2), v: dmatrix![1.0] }, &Decrease::default())
+            .unwrap_err(),
+    ] {
+        let DesignError::Linalg(LinalgError::NotDetectable { eigenvalue, .. }) = error else { panic!("{error}") };
+        assert!((eigenvalue - Complex::new(2.0, 0.0)).norm() < 1e-9, "{eigenvalue}");
+    }
+}
+
+#[test]
+fn a_rate_that_a_hidden_mode_does_not_have_is_refused_with_that_mode() {
+    let plant = DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![0.0, 1.0]).unwrap();
+    assert!(LinearDesign::new(&plant, &Wish::DecayRate(0.5), &Decrease::default()).is_ok());
+    let error = LinearDesign::new(&plant, &Wish::DecayRate(1.5), &Decrease::default()).unwrap_err();
+    let DesignError::Linalg(LinalgError::NotDetectable { eigenvalue, .. }) = error else { panic!("{error}") };
+    assert!((eigenvalue - Complex::new(-1.0, 0.0)).norm() < 1e-9, "{eigenvalue}");
+}
+
+#[test]
+fn a_gain_of_ones_own_is_checked() {
+    assert!(
+        matches!(refused(&Wish::Gain(dmatrix![-1.0; 0.0])), DesignError::NotHurwitz { what: "A - L C", abscissa } if abscissa >= 0.0)
+    );
+    assert!(matches!(
+        refused(&Wish::Gain(dmatrix![1.0, 2.0])),
+        DesignError::Matrix(PlantError::DimensionMismatch { what: "L", expected: (2, 1), found: (1, 2) })
+    ));
+    assert!(matches!(
+        refused(&Wish::Gain(dmatrix![1.0; f64::NAN])),
+        DesignError::Matrix(PlantError::NotFinite { what: "L", .. })
+    ));
+}
+
+#[test]
+fn q_must_be_symmetric_and_positive_definite() {
+    let with = |q| LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Matrix(q)).unwrap_err();
+    assert!(matches!(
+        with(dmatrix![1.0, 0.5; 0.0, 1.0]),
+        DesignError::Linalg(LinalgError::NotSymmetric { what: "Q", .. })
+    ));
+    assert!(matches!(
+        with(dmatrix![1.0, 2.0; 2.0, 1.0]),
+        DesignError::Linalg(LinalgError::NotPositiveDefinite { what: "Q", lambda_min }) if (lambda_min + 1.0).abs() < 1e-12
+    ));
+    assert!(matches!(
+        LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(-1.0)).unwrap_err(),
+        DesignError::NotPositive { what: "rho", value: -1.0 }
+    ));
+}
+
+#[test]
+fn theta_gamma_and_s_are_checked() {
+    let with = |theta: DMatrix<f64>, correction| CubicDesign::new(&linear(), &theta, &correction).unwrap_err();
+    assert!(matches!(
+        with(dmatrix![-1.0], Correction::Gamma(1.0)),
+        DesignError::Linalg(LinalgError::NotPositiveSemidefinite { what: "theta", lambda_min: -1.0 })
+    ));
+    for gamma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            with(dmatrix![1.0], Correction::Gamma(gamma)),
+            DesignError::NotPositive { what: "gamma", .. }
+        ));
+        assert!(matches!(with(dmatrix![1.0], Correction::Radial(gamma)), DesignError::NotPositive { what: "w", .. }));
+    }
+    assert!(matches!(
+        with(dmatrix![1.0], Correction::General(dmatrix![-0.5])),
+        DesignError::Linalg(LinalgError::NotPositiveSemidefinite { what: "S + S'", lambda_min: -1.0 })
+    ));
+    assert!(matches!(with(DMatrix::identity(2, 2), Correction::Gamma(1.0)), DesignError::Matrix(_)));
+}
+
+#[test]
+fn a_feedback_that_does_not_stabilise_is_refused() {
+    let cubic = CubicDesign::new(&linear(), &dmatrix![1.0], &Correction::Gamma(1.0)).unwrap();
+    assert!(matches!(
+        FeedbackDesign::new(&cubic, &dmatrix![-1.0, -1.0]).unwrap_err(),
+        DesignError::NotHurwitz { what: "A - B K", .. }
+    ));
+}
+
+#[test]
+fn a_cubic_gain_of_the_wrong_sign_is_named() {
+    let design = CubicDesign::new(&linear(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let (f, c, n) = (design.error_matrix(), &design.observer.c, -&design.observer.n);
+    for error in [
+        robust::lyapunov_matrix_for_gain(&f, c, &n).unwrap_err(),
+        robust::fixed_gain_margin(&f, c, &n, 1e-3).unwrap_err(),
+        robust::positive_real_margin(&f, c, &n).unwrap_err(),
+    ] {
+        assert!(matches!(error, DesignError::Infeasible { .. }), "{error}");
+        assert!(error.to_string().contains("C N"), "{error}");
+    }
+}

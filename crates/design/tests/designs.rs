@@ -1,0 +1,144 @@
+//! The designs against closed forms and against each other.
+
+use luenberger_design::robust::{
+    PolytopicDesign, fixed_gain_margin, fixed_lyapunov_margin, lyapunov_matrix_for_gain, positive_real_margin,
+    redesigned_margin, theorem5_bound,
+};
+use luenberger_design::{
+    Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Theorem1, Wish, joint_design,
+    theta_from_cost_shares,
+};
+use luenberger_linalg::spectral_abscissa;
+use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_proof::Verdict;
+use luenberger_proof::statement::Reach;
+use nalgebra::{DMatrix, dmatrix, dvector};
+
+fn example1() -> LinearDesign {
+    LinearDesign::new(&double_integrator().to_dynamic(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap()
+}
+
+/// Share Pasand, Example 1: L, P and N as printed.
+#[test]
+fn example_1_has_its_printed_matrices_and_is_proved_as_stored() {
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    assert!((&cubic.observer.l - dmatrix![7.0; 10.0]).amax() < 1e-12);
+    assert!((&cubic.p - dmatrix![55.0 / 7.0, -5.0; -5.0, 30.0 / 7.0]).amax() < 1e-13);
+    assert!((&cubic.observer.n - dmatrix![-168.0 / 17.0; -196.0 / 17.0]).amax() < 1e-12);
+    assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
+    let deployed = cubic.certificate.deployed.as_ref().unwrap();
+    assert!(matches!(deployed.reach, Reach::Everywhere { .. }), "{deployed:?}");
+}
+
+#[test]
+fn the_radial_choice_makes_c_n_a_multiple_of_the_identity() {
+    let plant = DynamicPlant::new(
+        dmatrix![0.0, 1.0, 0.2; 0.3, -0.1, 1.0; 1.0, 0.0, 0.5],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.3; 0.0, 1.0, -0.4],
+    )
+    .unwrap();
+    let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0, -3.0]), &Decrease::default()).unwrap();
+    let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &Correction::Radial(3.0)).unwrap();
+    let cn = &cubic.observer.c * &cubic.observer.n;
+    assert!((cn + DMatrix::identity(2, 2) * 3.0).amax() < 1e-12);
+    assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
+}
+
+#[test]
+fn the_strict_condition_is_refuted_by_the_kernel_of_c() {
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let o = &cubic.observer;
+    let conditions = Theorem1::examine(&double_integrator().to_dynamic(), (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
+    assert!(conditions.positive.is_proved() && conditions.decrease.is_proved() && conditions.weight.is_proved());
+    let Verdict::Refuted { witness } = conditions.strict else { panic!("{:?}", conditions.strict) };
+    assert!(witness.value <= 0.0 || witness.value.abs() < 1e-12, "{witness:?}");
+}
+
+#[test]
+fn a_decay_rate_is_reached() {
+    let plant = third_order::example3().to_dynamic();
+    for rate in [0.5, 2.0] {
+        let design = LinearDesign::new(&plant, &Wish::DecayRate(rate), &Decrease::default()).unwrap();
+        assert!(design.certificate.is_proved(), "{}", design.certificate);
+        let abscissa = spectral_abscissa(&design.error_matrix()).unwrap();
+        assert!(abscissa < -rate, "rate {rate}: spectral abscissa {abscissa}");
+    }
+}
+
+#[test]
+fn the_joint_design_is_proved_for_several_outputs() {
+    let plant = DynamicPlant::new(
+        dmatrix![0.4, 1.0, 0.0; -0.2, 0.3, 1.0; 0.1, 0.2, -0.5],
+        dmatrix![1.0; 0.0; 1.0],
+        dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
+    )
+    .unwrap();
+    let design = joint_design(&plant, &DMatrix::identity(2, 2), 0.25, 2.0).unwrap();
+    assert!(design.certificate.is_proved(), "{}", design.certificate);
+    assert!(spectral_abscissa(&design.error_matrix()).unwrap() < -0.25);
+}
+
+/// Example 2: (23) is 0.00135, the positive-real margin 4.1368 (Python, by bisection on the Nyquist plot), the abscissa 5.
+#[test]
+fn the_margins_of_example_2_are_ordered_and_right() {
+    let plant = third_order::example2().to_dynamic();
+    let linear = LinearDesign::new(&plant, &Wish::poles(&[-30.0, -10.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0)).unwrap();
+    let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
+    let bound = theorem5_bound(&cubic.p, &cubic.q).unwrap();
+    assert!((bound - 0.001_350_411_303).abs() < 1e-11, "{bound}");
+    // Q is a multiple of I: the bound is exact for this P.
+    assert!((fixed_lyapunov_margin(&cubic.p, &cubic.q).unwrap() - bound).abs() < 1e-10);
+    let closed = positive_real_margin(&f, c, n).unwrap();
+    assert!((closed - 4.136_791_24).abs() < 1e-6, "{closed}");
+    let by_lmi = fixed_gain_margin(&f, c, n, 1e-3).unwrap();
+    assert!(by_lmi.margin <= closed && closed - by_lmi.margin < 2e-2, "{} against {closed}", by_lmi.margin);
+    assert!((redesigned_margin(&f).unwrap() - 5.0).abs() < 1e-8);
+}
+
+#[test]
+fn a_lyapunov_matrix_is_found_for_a_gain_that_came_without_one() {
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let o = &cubic.observer;
+    let (p, s) = lyapunov_matrix_for_gain(&cubic.error_matrix(), &o.c, &o.n).unwrap();
+    let miss = &p * &o.n + o.c.transpose() * &s;
+    assert!(miss.norm() < 1e-12 * p.norm() * o.n.norm(), "{miss}");
+    assert!(s[(0, 0)] > 0.0);
+}
+
+#[test]
+fn a_polytope_has_one_gain_for_all_its_vertices() {
+    let at = |stiffness: f64| dmatrix![0.0, 1.0; -stiffness, -0.1];
+    let plant = DynamicPlant::new(at(1.0), DMatrix::zeros(2, 0), dmatrix![1.0, 0.0]).unwrap();
+    let design = PolytopicDesign::new(&plant, &[at(0.5), at(2.0)], 0.2).unwrap();
+    assert!(design.certificate.is_proved(), "{}", design.certificate);
+    for stiffness in [0.5, 1.0, 1.3, 2.0] {
+        let f = at(stiffness) - &design.nominal.observer.l * &plant.c;
+        assert!(spectral_abscissa(&f).unwrap() < -0.2);
+    }
+}
+
+#[test]
+fn the_loop_of_example_3_is_certified_with_the_right_sign() {
+    let plant = third_order::example3().to_dynamic();
+    let l = dmatrix![0.267; -1.429; 3.904];
+    let k = dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510];
+    let linear = LinearDesign::new(&plant, &Wish::Gain(l), &Decrease::Scaled(1.0)).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(1.0)).unwrap();
+    let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
+    assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
+}
+
+#[test]
+fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
+    let plant =
+        DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let linear = LinearDesign::new(&plant, &Wish::Gain(DMatrix::zeros(2, 2)), &Decrease::default()).unwrap();
+    // J_1 = 1/2 and J_2 = 1/4 per unit of e_i^2.
+    let theta = theta_from_cost_shares(&linear, None, 3.0).unwrap();
+    assert!((theta - dmatrix![2.0, 0.0; 0.0, 1.0]).amax() < 1e-12);
+    let theta = theta_from_cost_shares(&linear, Some(&dvector![1.0, 0.0]), 3.0).unwrap();
+    assert!((theta - dmatrix![3.0, 0.0; 0.0, 0.0]).amax() < 1e-12);
+    assert!(theta_from_cost_shares(&linear, Some(&dvector![0.0, 0.0]), 3.0).is_err());
+}
