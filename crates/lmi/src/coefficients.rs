@@ -141,7 +141,9 @@ pub(crate) fn expand<R: Ring>(e: &Expression, offsets: &[usize]) -> Matrix<Entry
             Matrix::from_fn(1, 1, |_, _| sum.clone())
         }
         Node::Blocks(blocks) => {
-            assemble(rows, columns, blocks.iter().map(|row| row.iter().map(|e| expand(e, offsets)).collect()).collect())
+            let expanded: Vec<Vec<_>> =
+                blocks.iter().map(|row| row.iter().map(|e| expand(e, offsets)).collect()).collect();
+            assemble(rows, columns, &expanded)
         }
     }
 }
@@ -155,7 +157,7 @@ fn multiple<R: Ring>(factor: &R, m: &Matrix<Entry<R>>) -> Matrix<Entry<R>> {
 }
 
 /// One matrix from blocks that were found to fit.
-fn assemble<T: Clone>(rows: usize, columns: usize, blocks: Vec<Vec<Matrix<T>>>) -> Matrix<T> {
+fn assemble<T: Clone>(rows: usize, columns: usize, blocks: &[Vec<Matrix<T>>]) -> Matrix<T> {
     // Which block a row or column falls into, and where in it.
     let place = |sizes: &mut dyn Iterator<Item = usize>| -> Vec<(usize, usize)> {
         sizes.enumerate().flat_map(|(block, size)| (0..size).map(move |k| (block, k))).collect()
@@ -205,11 +207,11 @@ pub(crate) fn evaluate<R: Ring>(e: &Expression, values: &[(Variable, DMatrix<f64
             let sum = (0..inner.rows()).fold(R::zero(), |sum, k| sum.add(&inner[(k, k)]));
             Matrix::from_fn(1, 1, |_, _| sum.clone())
         }
-        Node::Blocks(blocks) => assemble(
-            rows,
-            columns,
-            blocks.iter().map(|row| row.iter().map(|e| evaluate(e, values)).collect()).collect(),
-        ),
+        Node::Blocks(blocks) => {
+            let evaluated: Vec<Vec<_>> =
+                blocks.iter().map(|row| row.iter().map(|e| evaluate(e, values)).collect()).collect();
+            assemble(rows, columns, &evaluated)
+        }
     }
 }
 

@@ -158,7 +158,7 @@ fn word(status: SolverStatus) -> &'static str {
         SolverStatus::MaxTime => "time limit",
         SolverStatus::NumericalError => "numerical error",
         SolverStatus::InsufficientProgress => "insufficient progress",
-        _ => "stopped",
+        SolverStatus::CallbackTerminated => "stopped",
     }
 }
 

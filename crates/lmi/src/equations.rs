@@ -144,7 +144,7 @@ pub(crate) fn solve_near(rows: Vec<Row>, start: &[f64]) -> Option<Vec<IBig>> {
         let mut pivot = IBig::ONE;
         for (other, c) in &row.terms {
             if other == place {
-                pivot = c.clone();
+                pivot.clone_from(c);
             } else {
                 sum -= c * &z[*other];
             }

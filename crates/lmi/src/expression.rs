@@ -152,7 +152,7 @@ fn plus(left: Expression, right: Expression) -> Expression {
     Expression::new(Node::Sum(left, right), rows, columns, fault)
 }
 
-fn minus(left: Expression, right: Expression) -> Expression {
+pub(crate) fn minus(left: Expression, right: Expression) -> Expression {
     // A mismatch is a difference to the user, not a sum.
     let mismatch = (left.shape() != right.shape()).then_some(Fault::ShapeMismatch {
         operation: "difference",

@@ -9,7 +9,7 @@ use std::ops::{Shl, Shr};
 
 use nalgebra::DMatrix;
 
-use crate::expression::{Expression, zeros};
+use crate::expression::{Expression, minus, zeros};
 use crate::variable::Variable;
 
 /// A strict inequality, in the form "this symmetric expression is positive definite".
@@ -60,7 +60,7 @@ macro_rules! comparisons {
             fn shr(self, bound: B) -> Inequality {
                 let left = Expression::from(self);
                 let (rows, columns) = left.shape();
-                Inequality { positive: left - bound.of_shape(rows, columns) }
+                Inequality { positive: minus(left, bound.of_shape(rows, columns)) }
             }
         }
         impl<B: Bound> Shl<B> for $left {
@@ -68,7 +68,7 @@ macro_rules! comparisons {
             fn shl(self, bound: B) -> Inequality {
                 let left = Expression::from(self);
                 let (rows, columns) = left.shape();
-                Inequality { positive: bound.of_shape(rows, columns) - left }
+                Inequality { positive: minus(bound.of_shape(rows, columns), left) }
             }
         }
     )*};

@@ -22,7 +22,7 @@ use crate::error::LmiError;
 use crate::problem::{Problem, Settings};
 use crate::refute::refute;
 use crate::solution::{Effort, Margin, Optimum, Solution};
-use crate::standard::{Standard, power, standard_form};
+use crate::standard::{Anchor, Standard, power, standard_form};
 use crate::variable::Variable;
 use crate::verify::verify;
 
@@ -31,14 +31,37 @@ const HOPELESS: f64 = 1e-5;
 
 /// Solves a problem: margin first, then the objective, each proposal verified.
 pub(crate) fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
-    let standard = standard_form(problem)?;
+    let first = attempt(problem, settings, Anchor::Middle)?;
+    let mut effort = first.effort;
+    if !matches!(first.verdict, Verdict::Undecided { .. }) {
+        return Ok(first);
+    }
+    let standard = standard_form(problem, Anchor::Middle)?;
+    for anchor in [Anchor::Largest, Anchor::Smallest] {
+        // Another scale of the constants is worth a try only if it is another.
+        if standard_form(problem, anchor)?.unknown_scale.last() == standard.unknown_scale.last() {
+            continue;
+        }
+        let mut next = attempt(problem, settings, anchor)?;
+        effort.iterations += next.effort.iterations;
+        if !matches!(next.verdict, Verdict::Undecided { .. }) {
+            next.effort.iterations = effort.iterations;
+            return Ok(next);
+        }
+    }
+    Ok(Solution { effort, ..first })
+}
+
+/// Solves with one choice for the scale of the constants.
+fn attempt(problem: &Problem, settings: &Settings, anchor: Anchor) -> Result<Solution, LmiError> {
+    let standard = standard_form(problem, anchor)?;
     if standard.homogeneous && problem.objective.is_some() {
         return Err(LmiError::HomogeneousObjective);
     }
     let Some(proposal) = solve_conic(&margin_program(&standard), settings.iterations) else {
         return Ok(no_proposal(problem, &standard));
     };
-    let mut effort = Effort { iterations: proposal.iterations, status: proposal.status };
+    let effort = Effort { iterations: proposal.iterations, status: proposal.status };
     let centre = unscale(&standard, &proposal.unknowns);
     let values = assemble(problem, &standard, &centre);
     let margins = verify(problem, &values);
@@ -49,10 +72,13 @@ pub(crate) fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, 
         }
         return Ok(solution);
     }
+    eprintln!(
+        "DEBUG t {:?} {:?} scale {:?} {:?}",
+        proposal.unknowns, proposal.status, standard.unknown_scale, standard.row_scale
+    );
     let best = margins.iter().map(|margin| margin.estimate).fold(f64::INFINITY, f64::min);
     let reached = proposal.unknowns.last().copied().unwrap_or_default();
     let witness = if reached < HOPELESS { refute(problem, settings, &standard, &proposal.multipliers) } else { None };
-    effort.status = proposal.status;
     let verdict = match witness {
         Some(witness) => Verdict::Refuted { witness },
         None => Verdict::Undecided { why: doubt(&margins, &proposal), best },
@@ -159,7 +185,9 @@ fn improve(
     }
     let size = cost.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     if size > 0.0 {
-        cost.iter_mut().for_each(|c| *c /= size);
+        for c in &mut cost {
+            *c /= size;
+        }
     }
     let x0 = power(-standard.unknown_scale.get(count).copied().unwrap_or_default());
     let user_blocks = problem.constraints.len();

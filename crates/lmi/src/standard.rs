@@ -5,7 +5,7 @@
 //! told from the others, and infeasibility always has the same form of witness.
 //!
 //! Scaling: unknown i is replaced by `2^s_i` times another, and constraint k by `D_k F_k D_k` with D_k diagonal of powers of two,
-//! so that the largest coefficient of every unknown and in every row of every constraint is about 1. Powers of two make
+//! so that the coefficients are as near 1 as scaling can bring them. Powers of two make
 //! the scaling exact, and congruence leaves definiteness as it is: a plant in microvolts and megawatts becomes an ordinary one.
 
 use luenberger_proof::Matrix;
@@ -45,8 +45,17 @@ pub(crate) fn power(k: i32) -> f64 {
     2.0f64.powi(k.clamp(-1000, 1000))
 }
 
+/// Where the scale of `x_0` is put among those that single constants ask for, when they disagree: an upper bound `P < I` in unsuitable
+/// units wants the largest, a lower bound the smallest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Middle,
+    Largest,
+    Smallest,
+}
+
 /// Checks the problem and brings it to standard form.
-pub(crate) fn standard_form(problem: &Problem) -> Result<Standard, LmiError> {
+pub(crate) fn standard_form(problem: &Problem, anchor: Anchor) -> Result<Standard, LmiError> {
     let (offsets, unknowns) = check(problem)?;
     let mut blocks = Vec::with_capacity(problem.constraints.len() + 1);
     let mut homogeneous = true;
@@ -72,7 +81,7 @@ pub(crate) fn standard_form(problem: &Problem) -> Result<Standard, LmiError> {
         blocks.push(Block { order: 1, entries: vec![entry] });
     }
     let count = unknowns + usize::from(!homogeneous);
-    let (unknown_scale, row_scale) = equilibrate(&blocks, count);
+    let (unknown_scale, row_scale) = equilibrate(&blocks, unknowns, count, anchor);
     for (block, scale) in blocks.iter_mut().zip(&row_scale) {
         for entry in &mut block.entries {
             for (unknown, c) in &mut entry.terms {
@@ -227,47 +236,120 @@ fn symmetric_part(matrix: &Matrix<Entry<Rounded>>) -> Block {
     Block { order, entries }
 }
 
-/// Exponents that bring the largest scaled coefficient of every unknown and of every row near 1.
+/// One coefficient of the standard form before scaling: its block, row, column, unknown, and log2 of its size.
+struct Coefficient {
+    block: usize,
+    row: usize,
+    column: usize,
+    unknown: usize,
+    size: f64,
+}
+
+/// Scales as exponents of two, in the making.
+struct Scales {
+    unknowns: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Scales {
+    fn of(&self, c: &Coefficient) -> f64 {
+        c.size + self.rows[c.block][c.row] + self.rows[c.block][c.column] + self.unknowns[c.unknown]
+    }
+}
+
+/// Exponents that bring the scaled coefficients near 1.
 ///
-/// Ruiz's iteration on the logarithms of the coefficients: unknowns and rows take turns, rows by half because a row's scale enters
-/// its diagonal entry twice. It contracts; ten rounds leave factors near 1.
-fn equilibrate(blocks: &[Block], unknowns: usize) -> (Vec<i32>, Vec<Vec<i32>>) {
-    let mut unknown_scale = vec![0.0f64; unknowns];
-    let mut row_scale: Vec<Vec<f64>> = blocks.iter().map(|block| vec![0.0; block.order]).collect();
-    for _ in 0..10 {
-        let mut largest = vec![f64::NEG_INFINITY; unknowns];
-        let mut row_largest: Vec<Vec<f64>> = blocks.iter().map(|block| vec![f64::NEG_INFINITY; block.order]).collect();
-        for (k, block) in blocks.iter().enumerate() {
-            for entry in &block.entries {
-                for &(unknown, c) in entry.terms.iter().filter(|(_, c)| *c != 0.0) {
-                    let size = c.abs().log2() + row_scale[k][entry.row] + row_scale[k][entry.column];
-                    largest[unknown] = largest[unknown].max(size);
-                }
+/// First the unknowns of the variables, all coefficients as far as possible: the least-squares fit of
+/// `log2 |c| + d_row + d_column + s_unknown` to zero (Curtis and Reid, J. Inst. Maths Applics 10, 1972, for matrices).
+/// Unlike a fit of the largest coefficients it finds the units in which a plant is written: if some change of units makes all
+/// coefficients 1, it is the answer. Coefficients that are small by accident are held back by weights that fall off beyond
+/// eight binary digits. Then `x_0`, and last the rows, by their largest coefficient: where a constant dwarfs an unknown or
+/// the other way round, the smaller of the two does not matter.
+fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor) -> (Vec<i32>, Vec<Vec<i32>>) {
+    let mut scales =
+        Scales { unknowns: vec![0.0; count], rows: blocks.iter().map(|block| vec![0.0; block.order]).collect() };
+    let (mut coefficients, mut constants) = (Vec::new(), Vec::new());
+    for (block, content) in blocks.iter().enumerate() {
+        for entry in &content.entries {
+            for &(unknown, c) in entry.terms.iter().filter(|(_, c)| *c != 0.0) {
+                let list = if unknown < unknowns { &mut coefficients } else { &mut constants };
+                list.push(Coefficient { block, row: entry.row, column: entry.column, unknown, size: c.abs().log2() });
             }
         }
-        for (scale, size) in unknown_scale.iter_mut().zip(&largest) {
-            *scale = if size.is_finite() { -size } else { 0.0 };
+    }
+    fit(&mut scales, &coefficients);
+    // The last constant is the coefficient of `x_0` in its own block, which asks for nothing.
+    let own = constants.len().saturating_sub(1);
+    let mut wanted: Vec<f64> = constants[..own].iter().map(|c| -scales.of(c)).collect();
+    wanted.sort_by(f64::total_cmp);
+    if let (Some(x0), Some(&smallest), Some(&largest)) =
+        (scales.unknowns.get_mut(unknowns), wanted.first(), wanted.last())
+    {
+        *x0 = match anchor {
+            Anchor::Middle => wanted[wanted.len() / 2],
+            Anchor::Largest => largest,
+            Anchor::Smallest => smallest,
+        };
+    }
+    coefficients.append(&mut constants);
+    level_rows(&mut scales, &coefficients);
+    let rounded = |x: &f64| x.round() as i32;
+    (
+        scales.unknowns.iter().map(rounded).collect(),
+        scales.rows.iter().map(|rows| rows.iter().map(rounded).collect()).collect(),
+    )
+}
+
+/// Rounds of relaxation; the scales need be right to a digit, not to sixteen.
+const SWEEPS: usize = 40;
+
+/// The weighted least-squares fit, by relaxation: the unknowns and the rows take turns.
+fn fit(scales: &mut Scales, coefficients: &[Coefficient]) {
+    for sweep in 0..SWEEPS {
+        // The first half finds the units, all coefficients counting alike; the second forgives accidents.
+        let weight = |r: f64| if sweep < SWEEPS / 2 { 1.0 } else { 1.0 / (1.0 + (r / 8.0).powi(2)) };
+        let mut sums = vec![(0.0, 0.0); scales.unknowns.len()];
+        for c in coefficients {
+            let r = scales.of(c);
+            sums[c.unknown].0 += weight(r) * r;
+            sums[c.unknown].1 += weight(r);
         }
-        for (k, block) in blocks.iter().enumerate() {
-            for entry in &block.entries {
-                for &(unknown, c) in entry.terms.iter().filter(|(_, c)| *c != 0.0) {
-                    let size =
-                        c.abs().log2() + row_scale[k][entry.row] + row_scale[k][entry.column] + unknown_scale[unknown];
-                    for row in [entry.row, entry.column] {
-                        row_largest[k][row] = row_largest[k][row].max(size);
-                    }
-                }
+        for (scale, (sum, total)) in scales.unknowns.iter_mut().zip(&sums) {
+            if *total > 0.0 {
+                *scale -= sum / total;
             }
         }
-        for (scale, size) in row_scale.iter_mut().flatten().zip(row_largest.iter().flatten()) {
+        let mut sums: Vec<Vec<(f64, f64)>> = scales.rows.iter().map(|rows| vec![(0.0, 0.0); rows.len()]).collect();
+        for c in coefficients {
+            let r = scales.of(c);
+            for place in [c.row, c.column] {
+                sums[c.block][place].0 += weight(r) * r;
+                sums[c.block][place].1 += weight(r);
+            }
+        }
+        for (scale, (sum, total)) in scales.rows.iter_mut().flatten().zip(sums.iter().flatten()) {
+            if *total > 0.0 {
+                // Half a step: two rows share every entry, and both move at once.
+                *scale -= 0.5 * sum / total;
+            }
+        }
+    }
+}
+
+/// Brings the largest coefficient of every row near 1, by Ruiz's iteration on the rows alone, which halves the logarithms each time.
+fn level_rows(scales: &mut Scales, coefficients: &[Coefficient]) {
+    for _ in 0..8 {
+        let mut largest: Vec<Vec<f64>> = scales.rows.iter().map(|rows| vec![f64::NEG_INFINITY; rows.len()]).collect();
+        for c in coefficients {
+            let size = scales.of(c);
+            for place in [c.row, c.column] {
+                largest[c.block][place] = largest[c.block][place].max(size);
+            }
+        }
+        for (scale, size) in scales.rows.iter_mut().flatten().zip(largest.iter().flatten()) {
             if size.is_finite() {
                 *scale -= 0.5 * size;
             }
         }
     }
-    let rounded = |x: &f64| x.round() as i32;
-    (
-        unknown_scale.iter().map(rounded).collect(),
-        row_scale.iter().map(|rows| rows.iter().map(rounded).collect()).collect(),
-    )
 }

@@ -1,0 +1,93 @@
+//! Times the joint design of the cubic observer in (P, Y = P L, S with Z = P N = -C'S) on random plants, one JSON line each.
+//!
+//! `cargo run --release -p luenberger-lmi --example bench_joint -- [--write DIR] [--largest N]`. With `--write`, the plants are also
+//! written to `DIR/plant-N.json`, for other tools to solve the same ones.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use luenberger_lmi::{LmiError, Problem, Solution, he};
+use nalgebra::DMatrix;
+
+/// States, outputs, and how often to solve: the fastest run counts.
+const SIZES: [(usize, usize, usize); 5] = [(3, 1, 20), (6, 2, 10), (10, 2, 5), (20, 3, 2), (50, 3, 1)];
+const SEED: u64 = 2024;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut write: Option<PathBuf> = None;
+    let mut largest = usize::MAX;
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let value = arguments.next().ok_or(format!("{argument} needs a value"))?;
+        match argument.as_str() {
+            "--write" => write = Some(value.into()),
+            "--largest" => largest = value.parse()?,
+            _ => return Err(format!("unknown argument {argument}; known: --write DIR, --largest N").into()),
+        }
+    }
+    for (n, p, runs) in SIZES.into_iter().filter(|&(n, ..)| n <= largest) {
+        let (a, c) = plant(n, p);
+        if let Some(folder) = &write {
+            std::fs::create_dir_all(folder)?;
+            let text = format!("{{\"n\":{n},\"p\":{p},\"seed\":{SEED},\"a\":{},\"c\":{}}}\n", nested(&a), nested(&c));
+            std::fs::write(folder.join(format!("plant-{n}.json")), text)?;
+        }
+        let mut fastest = f64::INFINITY;
+        let mut last = None;
+        for _ in 0..runs {
+            let start = Instant::now();
+            let solution = design(&a, &c)?;
+            fastest = fastest.min(start.elapsed().as_secs_f64() * 1e3);
+            last = Some(solution);
+        }
+        if let Some(solution) = last {
+            let margin = solution.verdict.margin().map_or("null".to_owned(), |margin| format!("{margin:e}"));
+            println!(
+                "{{\"tool\":\"luenberger\",\"n\":{n},\"p\":{p},\"ms\":{fastest:.3},\"iterations\":{},\"verdict\":\"{}\",\"margin\":{margin}}}",
+                solution.effort.iterations,
+                solution.verdict.word()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// P > 0, P < I, A'P + PA - YC - C'Y' < 0, S + S' > 0: built, solved and proved, all of it timed.
+fn design(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Solution, LmiError> {
+    let (n, m) = (a.nrows(), c.nrows());
+    let mut lmi = Problem::new();
+    let p = lmi.symmetric("P", n);
+    let y = lmi.rectangular("Y", n, m);
+    let s = lmi.rectangular("S", m, m);
+    lmi.constrain("P > 0", &p >> 0.0);
+    lmi.constrain("P < I", &p << 1.0);
+    lmi.constrain("decrease", he(&p * a - &y * c) << 0.0);
+    lmi.constrain("accretive", he(&s) >> 0.0);
+    lmi.solve()
+}
+
+/// A and C with entries uniform in [-1, 1) (splitmix64).
+fn plant(n: usize, p: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    let mut state = SEED.wrapping_add(n as u64);
+    let mut next = || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (DMatrix::from_fn(n, n, |_, _| next()), DMatrix::from_fn(p, n, |_, _| next()))
+}
+
+/// A matrix as nested JSON lists, row by row; Rust prints the shortest digits that read back the same.
+fn nested(m: &DMatrix<f64>) -> String {
+    let mut text = String::from("[");
+    for (i, row) in m.row_iter().enumerate() {
+        let entries: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
+        let _ = write!(text, "{}[{}]", if i > 0 { "," } else { "" }, entries.join(","));
+    }
+    text.push(']');
+    text
+}
