@@ -44,13 +44,12 @@ impl Context {
         // The lock is not held while computing, so that a computation may ask for another shared result. A panic cannot
         // leave the map half-changed, so poison is of no consequence.
         let known = self.shared.lock().unwrap_or_else(PoisonError::into_inner).get(key).cloned();
-        let result = match known {
-            Some(result) => result,
-            None => {
-                let result: Arc<dyn Any + Send + Sync> = Arc::new(compute()?);
-                self.shared.lock().unwrap_or_else(PoisonError::into_inner).insert(key, Arc::clone(&result));
-                result
-            }
+        let result = if let Some(result) = known {
+            result
+        } else {
+            let result: Arc<dyn Any + Send + Sync> = Arc::new(compute()?);
+            self.shared.lock().unwrap_or_else(PoisonError::into_inner).insert(key, Arc::clone(&result));
+            result
         };
         result.downcast::<T>().map_err(|_| TypeOfKey { key, wanted: std::any::type_name::<T>() }.into())
     }

@@ -27,6 +27,7 @@
 
 pub mod interactive;
 pub mod still;
+mod stroke;
 pub(crate) mod style;
 pub(crate) mod ticks;
 

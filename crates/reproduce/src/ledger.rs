@@ -1,12 +1,18 @@
 //! Runs the claims and figures of the papers and writes what came of them.
 
-use crate::claim::Record;
+use crate::claim::{CheckError, Record};
+use crate::context::Context;
 use crate::evidence::Verdict;
-use crate::paper::Paper;
+use crate::figure::{Figure, still};
+use crate::paper::{Drawing, Paper, Plate};
+use crate::progress::Progress;
+use crate::report;
+use std::collections::HashSet;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// A run that could not write its output.
+/// A run that could not write its output, or that makes no sense.
 #[derive(Debug, thiserror::Error)]
 pub enum ReproduceError {
     /// A file or folder could not be written.
@@ -62,10 +68,104 @@ impl Summary {
     }
 }
 
-/// [`crate::run`] for the given papers.
+/// A figure that was drawn.
+pub(crate) struct Drawn {
+    pub(crate) id: &'static str,
+    pub(crate) paper: &'static str,
+    pub(crate) figure: Figure,
+}
+
+/// [`crate::run`] for the given papers: every claim in order, then every figure, then the report.
 /// # Errors
-/// As [`crate::run`].
+/// As [`crate::run`]; and an id that occurs twice.
 pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceError> {
-    let _ = papers;
-    Ok(Summary { records: Vec::new(), failures: Vec::new(), out: out.to_path_buf(), elapsed: Duration::ZERO })
+    let began = Instant::now();
+    unique(papers.iter().flat_map(|p| &p.claims).map(|claim| claim.id))?;
+    unique(papers.iter().flat_map(|p| &p.figures).map(|drawing| drawing.id))?;
+    for folder in ["data", "figures"] {
+        let path = out.join(folder);
+        fs::create_dir_all(&path).map_err(|source| ReproduceError::Write { path, source })?;
+    }
+    let context = Context::new(out);
+    let mut progress = Progress::new(papers.iter().map(|p| p.claims.len() + p.figures.len()).sum());
+    let mut summary =
+        Summary { records: Vec::new(), failures: Vec::new(), out: out.to_path_buf(), elapsed: Duration::ZERO };
+    let mut drawn = Vec::new();
+    for paper in papers {
+        for claim in &paper.claims {
+            progress.begin(claim.id);
+            let record = claim.examine(paper.key, &context);
+            if let Some(error) = &record.error {
+                summary.failures.push(Failure { id: record.id.clone(), error: error.clone() });
+            }
+            progress.end(claim.id, crate::terminal::word(&record));
+            summary.records.push(record);
+        }
+        for drawing in &paper.figures {
+            progress.begin(drawing.id);
+            match draw(drawing, &context) {
+                Ok(figure) => {
+                    progress.end(drawing.id, "drawn");
+                    drawn.push(Drawn { id: drawing.id, paper: paper.key, figure });
+                }
+                Err(error) => {
+                    progress.end(drawing.id, "failed");
+                    summary.failures.push(Failure { id: drawing.id.to_owned(), error: error.to_string() });
+                }
+            }
+        }
+        for finding in &paper.findings {
+            if let Some(error) = unsupported(finding.claims, &summary.records) {
+                summary.failures.push(Failure { id: finding.title.to_owned(), error });
+            }
+        }
+    }
+    progress.finish();
+    let mut ledger = serde_json::to_string_pretty(&summary.records)?;
+    ledger.push('\n');
+    write(&out.join("claims.json"), ledger.as_bytes())?;
+    summary.elapsed = began.elapsed();
+    write(&out.join("report.html"), report::html(papers, &summary, &drawn)?.as_bytes())?;
+    summary.elapsed = began.elapsed();
+    Ok(summary)
+}
+
+/// Draws one figure and writes its three files.
+fn draw(drawing: &Drawing, context: &Context) -> Result<Figure, CheckError> {
+    let Plate { figure, data } = (drawing.draw)(context)?;
+    let mut csv = Vec::new();
+    data.write_csv(&mut csv)?;
+    let figures = context.out().join("figures");
+    write(&context.out().join("data").join(format!("{}.csv", drawing.id)), &csv)?;
+    write(&figures.join(format!("{}.svg", drawing.id)), still::svg(&figure)?.as_bytes())?;
+    write(&figures.join(format!("{}.png", drawing.id)), &still::png(&figure)?)?;
+    Ok(figure)
+}
+
+/// Why the claims named by a finding do not support it, if they do not.
+fn unsupported(claims: &[&str], records: &[Record]) -> Option<String> {
+    let mut supported = false;
+    for id in claims {
+        match records.iter().find(|record| record.id == *id) {
+            None => return Some(format!("the finding rests on {id:?}, which is no claim")),
+            Some(record) => {
+                supported |= matches!(record.verdict, Some(Verdict::Refuted | Verdict::Underspecified));
+            }
+        }
+    }
+    (!supported).then(|| "no claim that the finding rests on is refuted or underspecified".to_owned())
+}
+
+fn unique<'a>(ids: impl Iterator<Item = &'a str>) -> Result<(), ReproduceError> {
+    let mut seen = HashSet::new();
+    for id in ids {
+        if !seen.insert(id) {
+            return Err(ReproduceError::Duplicate { id: id.to_owned() });
+        }
+    }
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), ReproduceError> {
+    fs::write(path, bytes).map_err(|source| ReproduceError::Write { path: path.to_path_buf(), source })
 }

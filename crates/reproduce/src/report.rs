@@ -1,1 +1,245 @@
-//! (in work)
+//! The report: one HTML file that needs nothing else and loads nothing from anywhere.
+//!
+//! The plotting library, the style sheet and the few lines of script are written into the page; the data of the figures
+//! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
+
+use crate::claim::Record;
+use crate::evidence::Verdict;
+use crate::figure::interactive;
+use crate::ledger::{Drawn, ReproduceError, Summary};
+use crate::paper::{Finding, Paper};
+use crate::terminal::{counts, word};
+use crate::value::{Value, short};
+use plotly::Plot;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("report/page.css");
+const SCRIPT: &str = include_str!("report/page.js");
+
+/// The page.
+pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReproduceError> {
+    let mut body = String::new();
+    header(&mut body, papers, summary);
+    findings(&mut body, papers, &summary.records);
+    claims(&mut body, papers, &summary.records);
+    let pictures = figures(&mut body, papers, drawn)?;
+    let script_of_plotly = plotting_library();
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>The papers and their claims</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n{body}\n\
+         <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
+         {script_of_plotly}\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+    ))
+}
+
+/// The element with plotly alone: the crate hands it out followed by a library for formulas, which no label here needs.
+fn plotting_library() -> String {
+    let sources = Plot::offline_js_sources();
+    let end = "</script>";
+    let length = sources.find(end).map_or(sources.len(), |i| i + end.len());
+    sources[..length].to_owned()
+}
+
+// Writing into a String cannot fail; `let _ =` says so at each place below.
+
+fn header(page: &mut String, papers: &[Paper], summary: &Summary) {
+    let _ = write!(page, "<header><h1>The papers and their claims</h1>");
+    let _ = write!(
+        page,
+        "<p class=\"lead\">Every claim below is computed anew; the verdict follows from what is printed, what is computed \
+         and the tolerance.</p>"
+    );
+    for paper in papers {
+        let _ = write!(page, "<p class=\"citation\"><b>{}</b><br>{}</p>", escape(paper.title), escape(paper.citation));
+    }
+    let _ = write!(page, "<div class=\"counts\">");
+    for verdict in [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified] {
+        let _ = write!(
+            page,
+            "<button type=\"button\" class=\"count {verdict}\" data-show=\"{verdict}\"><b>{}</b> {verdict}</button>",
+            summary.count(verdict)
+        );
+    }
+    let _ = write!(page, "</div><p class=\"small\">{}</p>", escape(&counts(summary)));
+    if !summary.failures.is_empty() {
+        let _ = write!(page, "<div class=\"failures\"><b>Failed</b><ul>");
+        for failure in &summary.failures {
+            let _ = write!(page, "<li><code>{}</code>: {}</li>", escape(&failure.id), escape(&failure.error));
+        }
+        let _ = write!(page, "</ul></div>");
+    }
+    let _ = write!(
+        page,
+        "<nav><a href=\"#findings\">Findings</a> <a href=\"#claims\">Claims</a> <a href=\"#figures\">Figures</a> \
+         <a href=\"claims.json\">claims.json</a></nav></header>"
+    );
+}
+
+fn findings(page: &mut String, papers: &[Paper], records: &[Record]) {
+    let all: Vec<&Finding> = papers.iter().flat_map(|paper| &paper.findings).collect();
+    if all.is_empty() {
+        return;
+    }
+    let _ = write!(page, "<section id=\"findings\"><h2>Findings</h2><div class=\"findings\">");
+    for finding in all {
+        let _ = write!(
+            page,
+            "<article><h3>{}</h3><p>{}</p><ul class=\"evidence\">",
+            escape(finding.title),
+            escape(finding.statement)
+        );
+        for record in finding.claims.iter().filter_map(|id| records.iter().find(|record| record.id == *id)) {
+            let _ = write!(
+                page,
+                "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}</li>",
+                badge(record),
+                numbers(record),
+                id = escape(&record.id)
+            );
+        }
+        let _ = write!(page, "</ul></article>");
+    }
+    let _ = write!(page, "</div></section>");
+}
+
+/// `printed 1.18, computed 1.1694`, where both are short.
+fn numbers(record: &Record) -> String {
+    match (&record.printed, &record.computed) {
+        (Some(printed @ Value::Number(_)), Some(computed @ Value::Number(_))) => {
+            format!(": printed {printed}, computed {computed}")
+        }
+        _ => String::new(),
+    }
+}
+
+fn claims(page: &mut String, papers: &[Paper], records: &[Record]) {
+    let _ = write!(
+        page,
+        "<section id=\"claims\"><h2>Claims</h2><form class=\"filter\" id=\"filter\">\
+         <input type=\"search\" id=\"text\" placeholder=\"Filter by text\" aria-label=\"Filter by text\">\
+         <select id=\"verdict\" aria-label=\"Verdict\"><option value=\"\">every verdict</option>"
+    );
+    for choice in ["reproduced", "refuted", "underspecified", "failed"] {
+        let _ = write!(page, "<option>{choice}</option>");
+    }
+    let _ = write!(page, "</select><select id=\"paper\" aria-label=\"Paper\"><option value=\"\">every paper</option>");
+    for paper in papers {
+        let _ = write!(page, "<option>{}</option>", escape(paper.key));
+    }
+    let _ = write!(
+        page,
+        "</select><output id=\"shown\"></output></form><table class=\"claims\"><thead><tr><th>verdict</th>\
+         <th>claim</th><th>printed</th><th>computed</th></tr></thead>"
+    );
+    for record in records {
+        claim(page, record);
+    }
+    let _ = write!(page, "</table></section>");
+}
+
+fn claim(page: &mut String, record: &Record) {
+    let id = escape(&record.id);
+    let text = |value: &Option<Value>| value.as_ref().map_or_else(|| "–".to_owned(), brief);
+    let _ = write!(
+        page,
+        "<tbody class=\"claim\" id=\"{id}\" data-verdict=\"{}\" data-paper=\"{}\"><tr class=\"row\"><td>{}</td>\
+         <td><button type=\"button\" class=\"more\" aria-expanded=\"false\"><code>{id}</code></button>\
+         <div class=\"statement\">{}</div></td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
+        word(record),
+        escape(&record.paper),
+        badge(record),
+        escape(&record.statement),
+        text(&record.printed),
+        text(&record.computed)
+    );
+    let _ = write!(page, "<tr class=\"details\" hidden><td></td><td colspan=\"3\"><dl>");
+    let _ = write!(page, "<dt>Where</dt><dd>{}</dd>", escape(&record.place));
+    if !record.assumptions.is_empty() {
+        let _ = write!(page, "<dt>Assumptions</dt><dd><ul>");
+        for assumption in &record.assumptions {
+            let _ = write!(page, "<li>{}</li>", escape(assumption));
+        }
+        let _ = write!(page, "</ul></dd>");
+    }
+    for (name, value) in
+        [("Printed", &record.printed), ("Computed", &record.computed), ("Tolerance", &record.tolerance)]
+    {
+        if let Some(value) = value {
+            let _ = write!(page, "<dt>{name}</dt><dd>{}</dd>", full(value));
+        }
+    }
+    if !record.note.is_empty() {
+        let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", escape(&record.note));
+    }
+    let _ = write!(page, "</dl></td></tr></tbody>");
+}
+
+fn badge(record: &Record) -> String {
+    format!("<span class=\"badge {0}\">{0}</span>", word(record))
+}
+
+/// What fits a cell of the table.
+fn brief(value: &Value) -> String {
+    match value {
+        Value::Truth(true) => "holds".to_owned(),
+        Value::Truth(false) => "does not hold".to_owned(),
+        Value::Number(x) => escape(&short(*x)),
+        Value::Vector(v) if v.len() > 3 => format!("{} numbers", v.len()),
+        Value::Vector(_) => escape(&value.to_string()),
+        Value::Matrix(_) => grid(value, short),
+    }
+}
+
+/// Every digit.
+fn full(value: &Value) -> String {
+    match value {
+        Value::Matrix(_) => grid(value, |x| x.to_string()),
+        Value::Vector(v) => v.iter().map(f64::to_string).collect::<Vec<_>>().join(", "),
+        Value::Number(x) => x.to_string(),
+        Value::Truth(_) => brief(value),
+    }
+}
+
+fn grid(value: &Value, show: fn(f64) -> String) -> String {
+    let Value::Matrix(rows) = value else { return escape(&value.to_string()) };
+    let mut table = "<table class=\"matrix\">".to_owned();
+    for row in rows {
+        table.push_str("<tr>");
+        for &x in row {
+            let _ = write!(table, "<td>{}</td>", show(x).replace('-', "−"));
+        }
+        table.push_str("</tr>");
+    }
+    table + "</table>"
+}
+
+/// Writes the places of the figures, and returns their data as JSON.
+fn figures(page: &mut String, papers: &[Paper], drawn: &[Drawn]) -> Result<String, ReproduceError> {
+    let mut pictures = serde_json::Map::new();
+    let _ = write!(page, "<section id=\"figures\"><h2>Figures</h2>");
+    for paper in papers {
+        for Drawn { id, figure, .. } in drawn.iter().filter(|drawn| drawn.paper == paper.key) {
+            // A figure that cannot be drawn has already failed as a still picture.
+            let Ok(picture) = interactive::plotly(figure) else { continue };
+            pictures.insert((*id).to_owned(), picture);
+            let title = escape(&figure.title);
+            let _ = write!(
+                page,
+                "<figure id=\"{id}\"><h3>{title}</h3><div class=\"plot\" data-picture=\"{id}\" role=\"img\" \
+                 aria-label=\"{title}\"></div><noscript><img src=\"figures/{id}.svg\" alt=\"{title}\"></noscript>\
+                 <figcaption>{} <span class=\"files\"><a href=\"figures/{id}.svg\">SVG</a> \
+                 <a href=\"figures/{id}.png\">PNG</a> <a href=\"data/{id}.csv\">CSV</a></span></figcaption></figure>",
+                escape(&figure.caption)
+            );
+        }
+    }
+    let _ = write!(page, "</section>");
+    // "</script" within a string would end the element that holds it.
+    Ok(serde_json::to_string(&pictures)?.replace("</", "<\\/"))
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

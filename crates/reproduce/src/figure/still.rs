@@ -1,1 +1,468 @@
-//! (in work)
+//! The picture for a paper, as SVG and as PNG.
+//!
+//! One column of a journal is 8.8 cm, drawn here as 520 pixels, so that 17 pixels are 8 points; the PNG has three times as
+//! many. The legend stands above the axes, where it cannot cover data, and is shared by the panels. Panels stacked in one
+//! column that share their horizontal axis show its labels once. Nothing is drawn but plain strokes, areas and upright
+//! words, which both renderers of kuva draw alike: its own axes leave clipping and dashes to the SVG viewer.
+
+use super::stroke::{Point, Rect, clip, dash, thin};
+use super::style::{BAND, Resolved, Rgb, resolve};
+use super::ticks::{Axis, Ticks};
+use super::{Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
+use kuva::backend::raster::RasterBackend;
+use kuva::backend::svg::SvgBackend;
+use kuva::render::color::Color;
+use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
+
+const COLUMN: f64 = 520.0;
+/// Pixels per point of a figure one column wide.
+const POINT: f64 = COLUMN / (8.8 / 2.54 * 72.0);
+const LABEL: u32 = 18;
+const NUMBER: u32 = 16;
+const INK: Rgb = [30, 30, 30];
+const GRID: Rgb = [226, 229, 233];
+const TICK: f64 = 5.0;
+const PNG_SCALE: f32 = 3.0;
+
+/// The figure as SVG.
+/// # Errors
+/// [`FigureError`] says what in the figure cannot be drawn.
+pub fn svg(figure: &Figure) -> Result<String, FigureError> {
+    Ok(SvgBackend::default().render_scene(&scene(figure, false)?))
+}
+
+/// The figure as PNG, 1560 pixels wide per column.
+/// # Errors
+/// [`FigureError`] says what in the figure cannot be drawn.
+pub fn png(figure: &Figure) -> Result<Vec<u8>, FigureError> {
+    RasterBackend { scale: PNG_SCALE }.render_scene(&scene(figure, true)?).map_err(FigureError::Encoding)
+}
+
+/// A panel with its axes and ticks, before it has a place on the page.
+struct Prepared<'a> {
+    panel: &'a Panel,
+    looks: &'a [Resolved],
+    x: Axis,
+    y: Axis,
+    x_ticks: Ticks,
+    y_ticks: Ticks,
+    height: f64,
+    /// Another panel just below has the same horizontal axis and shows its labels.
+    shares_x: bool,
+}
+
+fn scene(figure: &Figure, raster: bool) -> Result<Scene, FigureError> {
+    figure.check()?;
+    let looks = resolve(figure);
+    let columns = figure.columns.min(figure.panels.len());
+    let width = COLUMN * columns as f64;
+    let mut panels = Vec::new();
+    for (i, panel) in figure.panels.iter().enumerate() {
+        panels.push(prepare(panel, &looks[i], figure, i, columns)?);
+    }
+
+    let mut page = Page { scene: Scene::new(width, 0.0), raster };
+    page.scene.font_family = Some("DejaVu Sans, Verdana, Liberation Sans, Arial, sans-serif".to_owned());
+    page.scene.text_color = Some("#1e1e1e".to_owned());
+    let mut top = page.legend(&panels, width);
+    for row in 0..panels.len().div_ceil(columns) {
+        let here = row * columns..((row + 1) * columns).min(panels.len());
+        let head = panels[here.clone()].iter().map(Prepared::head).fold(0.0, f64::max);
+        let body = panels[here.clone()].iter().map(|p| p.height).fold(0.0, f64::max);
+        let foot = panels[here.clone()].iter().map(Prepared::foot).fold(0.0, f64::max);
+        for k in here {
+            let column = k % columns;
+            // Panels of one column are aligned, so that a common abscissa can be followed down.
+            let left = panels.iter().skip(column).step_by(columns).map(Prepared::left).fold(0.0, f64::max);
+            let origin = COLUMN * column as f64;
+            let frame =
+                Rect { left: origin + left, top: top + head, right: origin + COLUMN - 20.0, bottom: top + head + body };
+            page.panel(&panels[k], &frame, origin);
+        }
+        top += head + body + foot;
+    }
+    page.scene.height = (top + 6.0).ceil();
+    Ok(page.scene)
+}
+
+fn prepare<'a>(
+    panel: &'a Panel,
+    looks: &'a [Resolved],
+    figure: &Figure,
+    index: usize,
+    columns: usize,
+) -> Result<Prepared<'a>, FigureError> {
+    let x = Axis::horizontal(panel)?;
+    let stacked = columns == 1 && figure.panels.len() > 1;
+    let (y, y_ticks, height) = if panel.bars.is_empty() {
+        let y = Axis::vertical(panel, &x)?;
+        let height = if stacked { 200.0 } else { 290.0 };
+        (y, y.ticks(if stacked { 4 } else { 5 }), height)
+    } else {
+        // The first bar on top, one unit of the axis each.
+        let count = panel.bars.len() as f64;
+        // Words of marks stand above the first.
+        let top = if panel.marks.iter().any(|mark| mark.label.is_some()) { -0.45 } else { 0.0 };
+        (Axis { from: count, to: top, scale: Scale::Linear }, Ticks::default(), 52.0 * (count - top) + 8.0)
+    };
+    let below = if stacked { figure.panels.get(index + 1) } else { None };
+    let shares_x = match below {
+        Some(below) => below.x_label == panel.x_label && Axis::horizontal(below)? == x,
+        None => false,
+    };
+    Ok(Prepared { panel, looks, x, y, x_ticks: x.ticks(5), y_ticks, height, shares_x })
+}
+
+impl Prepared<'_> {
+    fn head(&self) -> f64 {
+        let label = if self.panel.y_label.is_empty() { 10.0 } else { 30.0 };
+        let title = if self.panel.title.is_some() { 28.0 } else { 0.0 };
+        label + title
+    }
+
+    fn foot(&self) -> f64 {
+        if self.shares_x { 8.0 } else { 58.0 }
+    }
+
+    fn left(&self) -> f64 {
+        let numbers = self.y_ticks.major.iter().map(|(_, label)| text_width(label, NUMBER)).fold(0.0, f64::max);
+        (numbers + TICK + 10.0).max(24.0)
+    }
+}
+
+struct Page {
+    scene: Scene,
+    raster: bool,
+}
+
+impl Page {
+    /// Draws the legend and returns its height: one entry for each name, in rows as wide as the figure.
+    fn legend(&mut self, panels: &[Prepared], width: f64) -> f64 {
+        let mut entries: Vec<(&str, Resolved)> = Vec::new();
+        for panel in panels {
+            for (series, look) in panel.panel.series.iter().zip(panel.looks) {
+                let entry = (series.name.as_str(), *look);
+                if !entry.0.is_empty() && !entries.contains(&entry) {
+                    entries.push(entry);
+                }
+            }
+        }
+        // A single curve is named by its axis.
+        if entries.len() < 2 {
+            return 0.0;
+        }
+        let (key, gap, row) = (40.0, 20.0, 27.0);
+        let left = panels.first().map_or(0.0, Prepared::left);
+        // Columns of equal width read better than a ragged line once there is more than one row.
+        let widths: Vec<f64> = entries.iter().map(|(name, _)| key + 8.0 + text_width(name, NUMBER) + gap).collect();
+        let room = width - left - 20.0 + gap;
+        let one_row = widths.iter().sum::<f64>() <= room;
+        let widest = widths.iter().copied().fold(0.0, f64::max);
+        let at_most = if one_row { entries.len() } else { ((room / widest).floor() as usize).max(1) };
+        // As many rows as needed, and these equally full.
+        let per_row = entries.len().div_ceil(entries.len().div_ceil(at_most));
+        for (i, (name, look)) in entries.iter().enumerate() {
+            let (r, c) = (i / per_row, i % per_row);
+            let x = left + if one_row { widths[..i].iter().sum::<f64>() } else { c as f64 * widest };
+            let y = 18.0 + r as f64 * row;
+            if look.line {
+                self.curve(&[(x, y), (x + key, y)], look);
+            }
+            if let Some(marker) = look.marker {
+                self.marker((x + key / 2.0, y), marker, look);
+            }
+            self.text((x + key + 8.0, y + 5.5), name, NUMBER, TextAnchor::Start);
+        }
+        row * entries.len().div_ceil(per_row) as f64 + 6.0
+    }
+
+    fn panel(&mut self, p: &Prepared, frame: &Rect, origin: f64) {
+        let at = |x: f64, y: f64| -> Point {
+            (
+                frame.left + p.x.place(x) * (frame.right - frame.left),
+                frame.bottom - p.y.place(y) * (frame.bottom - frame.top),
+            )
+        };
+        for mark in &p.panel.marks {
+            self.band(mark, frame, at);
+        }
+        for &(x, _) in &p.x_ticks.major {
+            let (x, _) = at(x, p.y.from);
+            self.line((x, frame.top), (x, frame.bottom), GRID, 1.0);
+        }
+        for &(y, _) in &p.y_ticks.major {
+            let (_, y) = at(p.x.from, y);
+            self.line((frame.left, y), (frame.right, y), GRID, 1.0);
+        }
+        for mark in &p.panel.marks {
+            self.reference(mark, frame, at);
+        }
+        for (series, look) in p.panel.series.iter().zip(p.looks) {
+            let points: Vec<Point> = series.x.iter().zip(&series.y).map(|(&x, &y)| at(x, y)).collect();
+            if look.line {
+                for piece in clip(&points, frame) {
+                    self.curve(&thin(&piece, 0.08), look);
+                }
+            }
+            if let Some(marker) = look.marker {
+                for &point in points.iter().filter(|&&point| frame.contains(point)) {
+                    self.marker(point, marker, look);
+                }
+            }
+        }
+        self.bars(p, frame, at);
+        for mark in &p.panel.marks {
+            self.words(mark, frame, at);
+        }
+        self.axes(p, frame, origin, at);
+    }
+
+    fn axes(&mut self, p: &Prepared, frame: &Rect, origin: f64, at: impl Fn(f64, f64) -> Point) {
+        self.line((frame.left, frame.bottom), (frame.right, frame.bottom), INK, 1.4);
+        if p.panel.bars.is_empty() {
+            self.line((frame.left, frame.top), (frame.left, frame.bottom), INK, 1.4);
+        }
+        for &x in &p.x_ticks.minor {
+            let (x, _) = at(x, p.y.from);
+            self.line((x, frame.bottom), (x, frame.bottom + TICK * 0.6), INK, 1.0);
+        }
+        for &y in &p.y_ticks.minor {
+            let (_, y) = at(p.x.from, y);
+            self.line((frame.left - TICK * 0.6, y), (frame.left, y), INK, 1.0);
+        }
+        for (x, label) in &p.x_ticks.major {
+            let (x, _) = at(*x, p.y.from);
+            self.line((x, frame.bottom), (x, frame.bottom + TICK), INK, 1.4);
+            if !p.shares_x {
+                self.text((x, frame.bottom + TICK + 17.0), label, NUMBER, TextAnchor::Middle);
+            }
+        }
+        for (y, label) in &p.y_ticks.major {
+            let (_, y) = at(p.x.from, *y);
+            self.line((frame.left - TICK, y), (frame.left, y), INK, 1.4);
+            self.text((frame.left - TICK - 4.0, y + 5.5), label, NUMBER, TextAnchor::End);
+        }
+        let middle = f64::midpoint(frame.left, frame.right);
+        if let Some(title) = &p.panel.title {
+            let above = if p.panel.y_label.is_empty() { 10.0 } else { 40.0 };
+            self.text((middle, frame.top - above), title, LABEL, TextAnchor::Middle);
+        }
+        if !p.shares_x {
+            let label = with_factor(&p.panel.x_label, &p.x_ticks.factor);
+            self.text((middle, frame.bottom + TICK + 43.0), &label, LABEL, TextAnchor::Middle);
+        }
+        // Above its axis, where it reads without turning the head and takes no width from the data.
+        let label = with_factor(&p.panel.y_label, &p.y_ticks.factor);
+        self.text((origin + 8.0, frame.top - 12.0), &label, LABEL, TextAnchor::Start);
+    }
+
+    fn bars(&mut self, p: &Prepared, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
+        for (i, bar) in p.panel.bars.iter().enumerate() {
+            let row = i as f64;
+            let begin = bar.from.unwrap_or(if p.x.scale == Scale::Log { p.x.from } else { p.x.from.max(0.0) });
+            let within = |x: f64| x.clamp(frame.left, frame.right);
+            let (x0, y) = at(begin, row + 0.72);
+            let (x1, _) = at(bar.to, row + 0.72);
+            let (left, right) = (within(x0.min(x1)), within(x0.max(x1)));
+            self.rectangle(Rect { left, top: y - 9.0, right, bottom: y + 9.0 }, bar.hue.rgb());
+            let (_, name) = at(begin, row + 0.42);
+            let end = frame.left + 6.0 + text_width(&bar.name, NUMBER);
+            self.rectangle(Rect { left: frame.left + 2.0, top: name - 14.0, right: end, bottom: name + 4.0 }, [255; 3]);
+            self.text((frame.left + 4.0, name), &bar.name, NUMBER, TextAnchor::Start);
+            let value = crate::value::short(bar.to).replace('-', "−");
+            // Beside the bar if there is room, else in it.
+            if right + text_width(&value, NUMBER) + 10.0 < frame.right {
+                self.text((right + 7.0, y + 5.5), &value, NUMBER, TextAnchor::Start);
+            } else {
+                self.colored((right - 7.0, y + 5.5), &value, NUMBER, TextAnchor::End, [255, 255, 255]);
+            }
+        }
+    }
+
+    fn band(&mut self, mark: &Mark, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
+        let (a, b) = match mark.kind {
+            MarkKind::HorizontalBand(a, b) => ((frame.left, at(0.0, a).1), (frame.right, at(0.0, b).1)),
+            MarkKind::VerticalBand(a, b) => ((at(a, 0.0).0, frame.top), (at(b, 0.0).0, frame.bottom)),
+            _ => return,
+        };
+        let x = |v: f64| v.clamp(frame.left, frame.right);
+        let y = |v: f64| v.clamp(frame.top, frame.bottom);
+        let (left, right, top, bottom) = (x(a.0.min(b.0)), x(a.0.max(b.0)), y(a.1.min(b.1)), y(a.1.max(b.1)));
+        self.rectangle(Rect { left, top, right, bottom }, BAND);
+    }
+
+    fn reference(&mut self, mark: &Mark, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
+        let (a, b) = match mark.kind {
+            MarkKind::Horizontal(y) => ((frame.left, at(0.0, y).1), (frame.right, at(0.0, y).1)),
+            MarkKind::Vertical(x) => ((at(x, 0.0).0, frame.top), (at(x, 0.0).0, frame.bottom)),
+            _ => return,
+        };
+        if frame.contains(a) && frame.contains(b) {
+            self.line(a, b, [110, 110, 110], 1.3);
+        }
+    }
+
+    /// The words of a mark and its ring, above the data.
+    fn words(&mut self, mark: &Mark, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
+        if let MarkKind::Point(x, y) = mark.kind {
+            let (x, y) = at(x, y);
+            if frame.contains((x, y)) {
+                self.scene.add(Primitive::Circle {
+                    cx: px(x),
+                    cy: px(y),
+                    r: 5.0,
+                    fill: Color::None,
+                    fill_opacity: None,
+                    stroke: Some(color(INK)),
+                    stroke_width: Some(1.8),
+                });
+            }
+        }
+        let Some(label) = &mark.label else { return };
+        let width = text_width(label, NUMBER);
+        let (x, y) = match mark.kind {
+            MarkKind::Horizontal(y) => (frame.right - width - 6.0, at(0.0, y).1 - 6.0),
+            MarkKind::HorizontalBand(a, b) => {
+                (frame.right - width - 6.0, f64::midpoint(at(0.0, a).1, at(0.0, b).1) + 5.5)
+            }
+            MarkKind::Vertical(x) => (at(x, 0.0).0 + 6.0, frame.top + 16.0),
+            MarkKind::VerticalBand(a, b) => (f64::midpoint(at(a, 0.0).0, at(b, 0.0).0) - width / 2.0, frame.top + 16.0),
+            MarkKind::Point(x, y) => {
+                let (x, y) = at(x, y);
+                // Above the ring, or below it where the axes end.
+                (x + 9.0, if y - 24.0 < frame.top { y + 20.0 } else { y - 8.0 })
+            }
+        };
+        // Words of a mark beyond the range would name nothing; words that begin within it are pushed in whole.
+        if x + width < frame.left || x > frame.right || y + 12.0 < frame.top || y - 12.0 > frame.bottom {
+            return;
+        }
+        let x = x.min(frame.right - width - 4.0).max(frame.left + 4.0);
+        let y = y.clamp(frame.top + 15.0, frame.bottom - 4.0);
+        self.text((x, y), label, NUMBER, TextAnchor::Start);
+    }
+
+    fn curve(&mut self, points: &[Point], look: &Resolved) {
+        let points: Vec<Point> = points.iter().map(|&(x, y)| (px(x), px(y))).collect();
+        let width = look.width * POINT;
+        let pattern: Vec<f64> = look.dash.pattern().iter().map(|part| part * width).collect();
+        let stroke = color(look.rgb);
+        if self.raster {
+            for points in dash(&points, &pattern, width / 2.0) {
+                let stroke = stroke.clone();
+                self.scene.add(Primitive::PolyLine { points, stroke, stroke_width: width, stroke_dasharray: None });
+            }
+        } else {
+            let list = pattern.iter().map(|part| format!("{part:.2}")).collect::<Vec<_>>().join(" ");
+            self.scene.add(Primitive::PolyLine {
+                points,
+                stroke,
+                stroke_width: width,
+                stroke_dasharray: (!pattern.is_empty()).then_some(list),
+            });
+        }
+    }
+
+    fn marker(&mut self, (x, y): Point, marker: Marker, look: &Resolved) {
+        let r = 4.6;
+        let corners: &[Point] = match marker {
+            Marker::Circle => {
+                self.scene.add(Primitive::Circle {
+                    cx: px(x),
+                    cy: px(y),
+                    r,
+                    fill: color(look.rgb),
+                    fill_opacity: None,
+                    stroke: None,
+                    stroke_width: None,
+                });
+                return;
+            }
+            Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            Marker::Triangle => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
+            Marker::Diamond => &[(0.0, -1.3), (1.0, 0.0), (0.0, 1.3), (-1.0, 0.0)],
+        };
+        let path: Vec<String> = corners.iter().map(|(dx, dy)| format!("{:.2} {:.2}", x + r * dx, y + r * dy)).collect();
+        self.scene.add(Primitive::Path(Box::new(PathData {
+            d: format!("M {} Z", path.join(" L ")),
+            fill: Some(color(look.rgb)),
+            stroke: Color::None,
+            stroke_width: 0.0,
+            opacity: None,
+            stroke_dasharray: None,
+        })));
+    }
+
+    fn rectangle(&mut self, r: Rect, fill: Rgb) {
+        self.scene.add(Primitive::Rect {
+            x: px(r.left),
+            y: px(r.top),
+            width: px(r.right - r.left),
+            height: px(r.bottom - r.top),
+            fill: color(fill),
+            stroke: None,
+            stroke_width: None,
+            opacity: None,
+        });
+    }
+
+    fn line(&mut self, (x1, y1): Point, (x2, y2): Point, stroke: Rgb, width: f64) {
+        self.scene.add(Primitive::Line {
+            x1: px(x1),
+            y1: px(y1),
+            x2: px(x2),
+            y2: px(y2),
+            stroke: color(stroke),
+            stroke_width: width,
+            stroke_dasharray: None,
+        });
+    }
+
+    fn text(&mut self, at: Point, content: &str, size: u32, anchor: TextAnchor) {
+        self.colored(at, content, size, anchor, INK);
+    }
+
+    fn colored(&mut self, (x, y): Point, content: &str, size: u32, anchor: TextAnchor, ink: Rgb) {
+        self.scene.add(Primitive::Text {
+            x: px(x),
+            y: px(y),
+            content: content.to_owned(),
+            size,
+            anchor,
+            rotate: None,
+            bold: false,
+            color: Some(color(ink)),
+        });
+    }
+}
+
+/// Hundredths of a pixel: finer is not seen, and the digits would be most of the file.
+fn px(length: f64) -> f64 {
+    (length * 100.0).round() / 100.0
+}
+
+/// `J (rad²·s)  ×10⁵`: the numbers on the axis are to be multiplied by the factor.
+fn with_factor(label: &str, factor: &str) -> String {
+    if factor.is_empty() { label.to_owned() } else { format!("{label}  {factor}") }
+}
+
+fn color([r, g, b]: Rgb) -> Color {
+    Color::Rgb(r, g, b)
+}
+
+/// The width of a line of DejaVu Sans, a little generous.
+fn text_width(text: &str, size: u32) -> f64 {
+    let ems: f64 = text
+        .chars()
+        .map(|c| match c {
+            'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | ' ' => 0.32,
+            'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '/' | '-' | '₀'..='₉' | '⁰' | '¹' | '²' | '³' | '⁴'..='⁻' => {
+                0.41
+            }
+            'm' | 'w' | 'M' | 'W' | '−' | '×' | '=' | '+' | '<' | '>' | '≤' | '≥' | '→' => 0.88,
+            'A'..='Z' => 0.71,
+            _ => 0.62,
+        })
+        .sum();
+    ems * f64::from(size)
+}

@@ -1,1 +1,152 @@
-//! Colours, dashes and widths, the same in every rendering.
+//! Colours, dashes and widths, the same in every rendering, and who gets which.
+//!
+//! Colours: M. Okabe, K. Ito, "Color Universal Design", 2008, without the yellow, which vanishes on white; cividis:
+//! J. Nunez, C. Anderton, R. Renslow, PLoS ONE 13(7), 2018.
+
+use super::{Dash, Figure, Hue, Marker, Series};
+
+/// Red, green, blue.
+pub(crate) type Rgb = [u8; 3];
+
+const PALETTE: [Rgb; 7] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
+const DASHES: [Dash; 5] = [Dash::Solid, Dash::Dashed, Dash::DashDotted, Dash::Dotted, Dash::LongDashed];
+/// Cividis at 0, 1/8, ..., 1.
+const CIVIDIS: [Rgb; 9] = [
+    [0, 34, 78],
+    [32, 56, 111],
+    [68, 78, 108],
+    [97, 100, 111],
+    [124, 123, 120],
+    [155, 147, 119],
+    [187, 172, 109],
+    [221, 200, 88],
+    [254, 232, 56],
+];
+pub(crate) const GREY: Rgb = [140, 140, 140];
+pub(crate) const BAND: Rgb = [236, 239, 243];
+
+impl Hue {
+    pub(crate) fn rgb(self) -> Rgb {
+        match self {
+            Self::Palette(k) => PALETTE[k % PALETTE.len()],
+            Self::Grey => GREY,
+            Self::Ramp(s) => {
+                let s = s.clamp(0.0, 1.0) * (CIVIDIS.len() - 1) as f64;
+                let k = (s.floor() as usize).min(CIVIDIS.len() - 2);
+                let part = s - k as f64;
+                std::array::from_fn(|i| {
+                    let (a, b) = (f64::from(CIVIDIS[k][i]), f64::from(CIVIDIS[k + 1][i]));
+                    (a + part * (b - a)).round() as u8
+                })
+            }
+        }
+    }
+}
+
+/// `#rrggbb`.
+pub(crate) fn hex([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+impl Dash {
+    /// Strokes and gaps in multiples of the line width.
+    pub(crate) fn pattern(self) -> &'static [f64] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[4.5, 2.6],
+            Self::Dotted => &[1.0, 1.9],
+            Self::DashDotted => &[6.0, 2.2, 1.0, 2.2],
+            Self::LongDashed => &[9.0, 3.0],
+        }
+    }
+
+    /// The word plotly uses.
+    pub(crate) fn plotly(self) -> &'static str {
+        match self {
+            Self::Solid => "solid",
+            Self::Dashed => "dash",
+            Self::Dotted => "dot",
+            Self::DashDotted => "dashdot",
+            Self::LongDashed => "longdash",
+        }
+    }
+}
+
+impl Marker {
+    /// The word plotly uses.
+    pub(crate) fn plotly(self) -> &'static str {
+        match self {
+            Self::Circle => "circle",
+            Self::Square => "square",
+            Self::Triangle => "triangle-up",
+            Self::Diamond => "diamond",
+        }
+    }
+}
+
+/// A look with nothing left open.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Resolved {
+    pub(crate) rgb: Rgb,
+    pub(crate) dash: Dash,
+    pub(crate) width: f64,
+    pub(crate) marker: Option<Marker>,
+    pub(crate) line: bool,
+}
+
+/// The looks of all series, panel by panel. A name has one look in the whole figure: the next free colour and dash where
+/// its series leave it open. Series without a name are grey and unbroken unless they say otherwise.
+pub(crate) fn resolve(figure: &Figure) -> Vec<Vec<Resolved>> {
+    let mut names: Vec<&str> = Vec::new();
+    let mut looks = Vec::with_capacity(figure.panels.len());
+    for panel in &figure.panels {
+        looks.push(panel.series.iter().map(|series| resolve_one(series, &mut names)).collect());
+    }
+    looks
+}
+
+fn resolve_one<'a>(series: &'a Series, names: &mut Vec<&'a str>) -> Resolved {
+    // Series with a look of their own still take a place, so that no two names share a look by accident.
+    let place = (!series.name.is_empty()).then(|| {
+        names.iter().position(|name| *name == series.name).unwrap_or_else(|| {
+            names.push(&series.name);
+            names.len() - 1
+        })
+    });
+    Resolved {
+        rgb: series.look.hue.unwrap_or_else(|| place.map_or(Hue::Grey, Hue::Palette)).rgb(),
+        dash: series.look.dash.unwrap_or_else(|| place.map_or(Dash::Solid, |k| DASHES[k % DASHES.len()])),
+        width: series.look.width.unwrap_or(if place.is_some() { 1.2 } else { 0.7 }),
+        marker: series.look.marker,
+        line: !series.look.points_only,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::Panel;
+
+    #[test]
+    fn a_name_has_one_look_in_the_whole_figure_and_no_two_share_one() {
+        let line = |name: &str| Series::line(name, &[0.0], &[0.0]);
+        let figure = Figure::new("")
+            .panel(Panel::new("x", "y").series(line("a")).series(line("")).series(line("b")))
+            .panel(Panel::new("x", "y").series(line("b")).series(line("c")));
+        let looks = resolve(&figure);
+        assert_eq!(looks[0][2], looks[1][0]);
+        let (a, b, c) = (looks[0][0], looks[0][2], looks[1][1]);
+        assert!(a.rgb != b.rgb && b.rgb != c.rgb && a.rgb != c.rgb);
+        assert!(a.dash != b.dash && b.dash != c.dash && a.dash != c.dash);
+        assert_eq!(looks[0][1].rgb, GREY);
+    }
+
+    #[test]
+    fn the_ramp_meets_its_ends_and_survives_what_lies_beyond() {
+        assert_eq!(Hue::Ramp(0.0).rgb(), CIVIDIS[0]);
+        assert_eq!(Hue::Ramp(1.0).rgb(), CIVIDIS[8]);
+        assert_eq!(Hue::Ramp(7.0).rgb(), CIVIDIS[8]);
+        assert_eq!(Hue::Ramp(0.5).rgb(), CIVIDIS[4]);
+    }
+}

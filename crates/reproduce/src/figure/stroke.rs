@@ -1,0 +1,173 @@
+//! Curves on a page: clipped to their axes, thinned to what can be seen, and cut into dashes.
+//!
+//! Dashes are cut here for the raster picture, because its renderer starts the pattern anew at every segment: a curve of
+//! 2000 points would come out unbroken.
+
+/// A point of the page, in its pixels.
+pub(crate) type Point = (f64, f64);
+
+/// A rectangle of the page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rect {
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) right: f64,
+    pub(crate) bottom: f64,
+}
+
+impl Rect {
+    pub(crate) fn contains(&self, (x, y): Point) -> bool {
+        x >= self.left && x <= self.right && y >= self.top && y <= self.bottom
+    }
+
+    /// The part of a segment that lies within (Liang and Barsky 1984).
+    fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
+        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        for (direction, distance) in
+            [(-dx, a.0 - self.left), (dx, self.right - a.0), (-dy, a.1 - self.top), (dy, self.bottom - a.1)]
+        {
+            if direction == 0.0 {
+                if distance < 0.0 {
+                    return None;
+                }
+            } else if direction < 0.0 {
+                enter = enter.max(distance / direction);
+            } else {
+                leave = leave.min(distance / direction);
+            }
+        }
+        let at = |s: f64| (a.0 + s * dx, a.1 + s * dy);
+        (enter <= leave).then(|| (if enter > 0.0 { at(enter) } else { a }, if leave < 1.0 { at(leave) } else { b }))
+    }
+}
+
+/// The pieces of a polyline within a rectangle.
+pub(crate) fn clip(points: &[Point], within: &Rect) -> Vec<Vec<Point>> {
+    let mut pieces: Vec<Vec<Point>> = Vec::new();
+    for pair in points.windows(2) {
+        let Some((a, b)) = within.clip(pair[0], pair[1]) else { continue };
+        match pieces.last_mut() {
+            // A segment continues the piece if neither was cut where they meet.
+            Some(piece) if a == pair[0] && piece.last() == Some(&a) => piece.push(b),
+            _ => pieces.push(vec![a, b]),
+        }
+    }
+    pieces
+}
+
+/// The polyline without the points that a reader cannot tell from the line between their neighbours: those less than
+/// `tolerance` from it, and that do not turn back.
+pub(crate) fn thin(points: &[Point], tolerance: f64) -> Vec<Point> {
+    let mut kept: Vec<Point> = Vec::new();
+    let mut start = 0;
+    for (i, &point) in points.iter().enumerate() {
+        let Some(&last) = kept.last() else {
+            kept.push(point);
+            continue;
+        };
+        let is_end = i + 1 == points.len();
+        // Checking every skipped point against the new chord keeps the error bounded; chords are cut at 64 points so that
+        // the cost stays linear.
+        let fits = !is_end
+            && i - start < 64
+            && points[start + 1..=i].iter().all(|&p| distance(p, last, points[i + 1]) <= tolerance);
+        if !fits {
+            kept.push(point);
+            start = i;
+        }
+    }
+    kept
+}
+
+/// Distance of a point from a segment.
+fn distance(p: Point, a: Point, b: Point) -> f64 {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let square = dx * dx + dy * dy;
+    let s = if square == 0.0 { 0.0 } else { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / square).clamp(0.0, 1.0) };
+    (p.0 - a.0 - s * dx).hypot(p.1 - a.1 - s * dy)
+}
+
+/// The strokes of a dashed polyline; `pattern` alternates strokes and gaps. `cap` is what a round end adds to either end of
+/// a stroke when it is drawn, and is taken off.
+pub(crate) fn dash(points: &[Point], pattern: &[f64], cap: f64) -> Vec<Vec<Point>> {
+    if pattern.is_empty() || pattern.iter().any(|&length| length.is_nan() || length <= 0.0) {
+        return vec![points.to_vec()];
+    }
+    let mut strokes: Vec<Vec<Point>> = Vec::new();
+    let total: f64 = points.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum();
+    let (mut begin, mut k) = (0.0, 0);
+    while begin < total {
+        let end = begin + pattern[k % pattern.len()];
+        if k % 2 == 0 {
+            // A stroke shorter than its caps is a dot.
+            let inset = cap.min((end - begin) / 2.0 - 0.01);
+            strokes.push(section(points, begin + inset, (end - inset).min(total)));
+        }
+        begin = end;
+        k += 1;
+    }
+    strokes.retain(|stroke| stroke.len() > 1);
+    strokes
+}
+
+/// The part of a polyline between two lengths along it.
+fn section(points: &[Point], from: f64, to: f64) -> Vec<Point> {
+    let mut part = Vec::new();
+    let mut along = 0.0;
+    for pair in points.windows(2) {
+        let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
+        let length = (bx - ax).hypot(by - ay);
+        let (enter, leave) = ((from - along).max(0.0), (to - along).min(length));
+        if length > 0.0 && enter <= leave {
+            let at = |s: f64| (ax + (bx - ax) * s / length, ay + (by - ay) * s / length);
+            if part.is_empty() {
+                part.push(at(enter));
+            }
+            part.push(at(leave));
+        }
+        along += length;
+        if along > to {
+            break;
+        }
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOX: Rect = Rect { left: 0.0, top: 0.0, right: 10.0, bottom: 10.0 };
+
+    #[test]
+    fn a_curve_that_leaves_and_returns_is_cut_in_two() {
+        let pieces = clip(&[(1.0, 5.0), (5.0, 5.0), (5.0, 15.0), (8.0, 15.0), (8.0, 5.0)], &BOX);
+        assert_eq!(pieces, [vec![(1.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(8.0, 10.0), (8.0, 5.0)]]);
+        assert!(clip(&[(-5.0, -5.0), (-1.0, 20.0)], &BOX).is_empty());
+    }
+
+    #[test]
+    fn dashes_keep_their_rhythm_across_short_segments() {
+        // 1000 segments of a hundredth of the pattern: drawn segment by segment this would be one unbroken line.
+        let points: Vec<Point> = (0..=1000).map(|k| (f64::from(k) * 0.1, 0.0)).collect();
+        let strokes = dash(&points, &[6.0, 4.0], 0.0);
+        assert_eq!(strokes.len(), 10);
+        for (k, stroke) in strokes.iter().enumerate() {
+            let (a, b) = (stroke[0].0, stroke[stroke.len() - 1].0);
+            assert!((a - 10.0 * k as f64).abs() < 1e-9 && (b - a - 6.0).abs() < 1e-9, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_thinned_curve_stays_within_its_tolerance() {
+        let curve: Vec<Point> = (0..2000).map(|k| f64::from(k) * 0.25).map(|x| (x, 100.0 * (x / 40.0).sin())).collect();
+        let thinned = thin(&curve, 0.05);
+        assert!(thinned.len() < 400, "{}", thinned.len());
+        assert_eq!((thinned.first(), thinned.last()), (curve.first(), curve.last()));
+        for p in &curve {
+            let nearest = thinned.windows(2).map(|s| distance(*p, s[0], s[1])).fold(f64::INFINITY, f64::min);
+            assert!(nearest <= 0.05 + 1e-12, "{nearest}");
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! A run from end to end, on a paper of one line: what is written, and what a failure does.
+
+// A check returns a Result by its type, also where it cannot fail.
+#![allow(clippy::unnecessary_wraps)]
+
+use luenberger_reproduce::{
+    CheckError, Claim, Context, Drawing, Evidence, Figure, Finding, Outcome, Panel, Paper, Plate, Printed,
+    ReproduceError, Series, Summary, Table, Tolerance, Verdict, run_papers, terminal,
+};
+use serde_json::{Value as Json, json};
+use std::fs;
+use std::path::PathBuf;
+
+fn right(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Outcome::new(Evidence::value(1.0 / 3.0)).note("One third."))
+}
+
+fn wrong(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Evidence::value(nalgebra::DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 3.0, 4.06])).into())
+}
+
+fn infinite(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Evidence::value(f64::INFINITY).into())
+}
+
+fn fails(_: &Context) -> Result<Outcome, CheckError> {
+    Err("the pair <A, C> is not observable".into())
+}
+
+fn holds(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Evidence::holds(true).into())
+}
+
+const fn claim(id: &'static str, printed: &'static str, check: fn(&Context) -> Result<Outcome, CheckError>) -> Claim {
+    Claim {
+        id,
+        place: "Example 1",
+        statement: "a number < its bound",
+        printed: Printed::Decimals(printed),
+        tolerance: Tolerance::AsPrinted,
+        assumptions: &["x(0) = 0"],
+        check,
+    }
+}
+
+fn decay(_: &Context) -> Result<Plate, CheckError> {
+    let t: Vec<f64> = (0..=100).map(|k| f64::from(k) / 25.0).collect();
+    let e: Vec<f64> = t.iter().map(|t| (-t).exp()).collect();
+    let panel = Panel::new("time t (s)", "error e (m)").series(Series::line("e </script>", &t, &e));
+    Ok(Plate { figure: Figure::new("Decay").panel(panel), data: Table::new().column("t", t).column("e", e) })
+}
+
+fn nothing(_: &Context) -> Result<Plate, CheckError> {
+    let panel = Panel::new("time t (s)", "error e (m)").series(Series::line("e", &[0.0], &[f64::NAN]));
+    Ok(Plate { figure: Figure::new("").panel(panel), data: Table::new().column("t", [0.0]) })
+}
+
+fn paper(claims: Vec<Claim>, figures: Vec<Drawing>, findings: Vec<Finding>) -> Paper {
+    Paper { key: "demo", title: "A paper", citation: "Nobody, 2000", claims, figures, findings }
+}
+
+/// Runs in a folder of its own, which is removed by the next run.
+fn run(name: &str, paper: Paper) -> (Result<Summary, ReproduceError>, PathBuf) {
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&out);
+    (run_papers(&[paper], &out), out)
+}
+
+#[test]
+fn a_run_writes_the_ledger_the_data_the_figures_and_the_report() {
+    let holds = Claim { printed: Printed::Holds(true), ..claim("demo.holds", "", holds) };
+    let claims = vec![
+        claim("demo.right", "0.33", right),
+        claim("demo.wrong", "1 2.00; 3.0 4.0", wrong),
+        claim("demo.infinite", "7", infinite),
+        holds,
+    ];
+    let figures = vec![Drawing { id: "demo-fig1", draw: decay }];
+    let finding = Finding { title: "The entry is wrong", statement: "It is 4.06.", claims: &["demo.wrong"] };
+    let (summary, out) = run("complete", paper(claims, figures, vec![finding]));
+    let summary = summary.unwrap();
+    assert!(summary.is_complete(), "{:?}", summary.failures);
+    assert_eq!((summary.count(Verdict::Reproduced), summary.count(Verdict::Refuted)), (2, 2));
+
+    let ledger: Json = serde_json::from_slice(&fs::read(out.join("claims.json")).unwrap()).unwrap();
+    assert_eq!(
+        ledger[0],
+        json!({
+            "id": "demo.right", "paper": "demo", "where": "Example 1", "statement": "a number < its bound",
+            "printed": 0.33, "computed": 1.0 / 3.0, "tolerance": 0.005, "verdict": "reproduced",
+            "assumptions": ["x(0) = 0"], "note": "One third.",
+        })
+    );
+    assert_eq!(ledger[1]["computed"], json!([[1.0, 2.0], [3.0, 4.06]]));
+    assert_eq!(ledger[1]["tolerance"], json!([[0.5, 0.005], [0.05, 0.05]]));
+    assert_eq!(ledger[1]["verdict"], json!("refuted"));
+    assert_eq!((&ledger[2]["computed"], &ledger[2]["verdict"]), (&Json::Null, &json!("refuted")));
+    assert!(ledger[2]["note"].as_str().unwrap().contains("inf"));
+    assert_eq!((&ledger[3]["printed"], &ledger[3]["tolerance"]), (&json!(true), &Json::Null));
+
+    let csv = fs::read_to_string(out.join("data/demo-fig1.csv")).unwrap();
+    assert!(csv.starts_with("t,e\n0.0,1.0\n0.04,0.9607894391523232\n"), "{}", &csv[..60]);
+    assert!(fs::read_to_string(out.join("figures/demo-fig1.svg")).unwrap().starts_with("<svg"));
+    assert!(fs::read(out.join("figures/demo-fig1.png")).unwrap().starts_with(b"\x89PNG"));
+
+    let table = terminal::table(&summary, false);
+    assert!(!table.contains('\u{1b}'), "no colour off the terminal");
+    assert!(table.contains("4 claims: 2 reproduced, 2 refuted, 0 underspecified"), "{table}");
+}
+
+#[test]
+fn the_report_loads_nothing_and_survives_hostile_words() {
+    let (summary, out) = run(
+        "report",
+        paper(vec![claim("demo.right", "0.33", right)], vec![Drawing { id: "demo-fig1", draw: decay }], vec![]),
+    );
+    summary.unwrap();
+    let html = fs::read_to_string(out.join("report.html")).unwrap();
+    // The plotting library carries addresses of maps that no figure here asks for; the page itself must name none.
+    let library = html.find("<script type=\"text/javascript\">").unwrap();
+    let end = library + html[library..].find("</script>").unwrap();
+    assert!(end - library > 1_000_000, "the library is in the page");
+    let page = html[..library].to_owned() + &html[end..];
+    for loads in ["http://", "https://", "src=\"//", "@import", "url("] {
+        assert!(!page.contains(loads), "{loads}");
+    }
+    assert!(page.contains("a number &lt; its bound"));
+    assert!(page.contains("e <\\/script>") && !page.contains("e </script>"));
+}
+
+#[test]
+fn a_failure_is_listed_and_does_not_stop_the_others() {
+    let finding = |title, claims| Finding { title, statement: "", claims };
+    let (summary, out) = run(
+        "failing",
+        paper(
+            vec![
+                claim("demo.fails", "1.0", fails),
+                claim("demo.right", "0.33", right),
+                claim("demo.typo", "0.3.3", right),
+            ],
+            vec![Drawing { id: "demo-nothing", draw: nothing }, Drawing { id: "demo-fig1", draw: decay }],
+            vec![finding("unsupported", &["demo.right"]), finding("dangling", &["demo.absent"])],
+        ),
+    );
+    let summary = summary.unwrap();
+    let failed: Vec<&str> = summary.failures.iter().map(|failure| failure.id.as_str()).collect();
+    assert_eq!(failed, ["demo.fails", "demo.typo", "demo-nothing", "unsupported", "dangling"]);
+    assert_eq!(summary.count(Verdict::Reproduced), 1);
+    assert!(out.join("figures/demo-fig1.svg").exists() && !out.join("figures/demo-nothing.svg").exists());
+    let ledger: Json = serde_json::from_slice(&fs::read(out.join("claims.json")).unwrap()).unwrap();
+    assert_eq!((&ledger[0]["verdict"], &ledger[0]["printed"]), (&Json::Null, &json!(1.0)));
+    assert_eq!(ledger[0]["note"], json!("The check failed: the pair <A, C> is not observable."));
+}
+
+#[test]
+fn an_id_that_occurs_twice_is_refused() {
+    let (twice, _) =
+        run("twice", paper(vec![claim("demo.a", "1", right), claim("demo.a", "2", right)], vec![], vec![]));
+    assert!(matches!(twice, Err(ReproduceError::Duplicate { id }) if id == "demo.a"));
+}
