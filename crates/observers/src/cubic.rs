@@ -92,7 +92,7 @@ where
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for CubicObserver<T, N, M, P>
 where
-    DefaultAllocator: Size<N, M, P> + Allocator<N> + Allocator<M> + Allocator<P>,
+    DefaultAllocator: Size<N, M, P>,
 {
     type State = OVector<T, N>;
     type Input = OVector<T, M>;
@@ -190,9 +190,23 @@ where
     } else {
         (one / root, one / root)
     };
-    let bound = T::max_value().map_or(large, |max| max.sqrt());
+    let bound = T::max_value().map_or(large, nalgebra::ComplexField::sqrt);
     let pull = (two * q * t * left * right * size).min(bound);
     Flow { innovation: &direction * left, impulse: direction * pull }
+}
+
+/// The rate `w = -trace(C N)/p` of a radial gain, `C N = -w I`. For one output every gain is radial.
+///
+/// ```
+/// use nalgebra::{RowVector2, Vector2};
+/// assert_eq!(luenberger_observers::cubic::rate(&RowVector2::new(1.0, 0.0), &Vector2::new(-9.5, -11.5)), 9.5);
+/// ```
+pub fn rate<T: RealField + Copy, N: Dim, P: Dim>(c: &OMatrix<T, P, N>, n: &OMatrix<T, N, P>) -> T
+where
+    DefaultAllocator: Allocator<P, N> + Allocator<N, P>,
+{
+    let trace = (0..c.nrows()).fold(T::zero(), |sum, i| sum + entry_of_product(c, n, i, i));
+    -trace / count(c.nrows())
 }
 
 /// `v' theta v`.
@@ -209,4 +223,22 @@ where
     DefaultAllocator: Allocator<P>,
 {
     v.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
+}
+
+/// Entry (i, j) of C N.
+pub(crate) fn entry_of_product<T: RealField + Copy, N: Dim, P: Dim>(
+    c: &OMatrix<T, P, N>,
+    n: &OMatrix<T, N, P>,
+    i: usize,
+    j: usize,
+) -> T
+where
+    DefaultAllocator: Allocator<P, N> + Allocator<N, P>,
+{
+    (0..c.ncols()).fold(T::zero(), |sum, k| sum + c[(i, k)] * n[(k, j)])
+}
+
+/// A count as a scalar; counts here are sizes of matrices, which every scalar holds exactly.
+pub(crate) fn count<T: RealField>(number: usize) -> T {
+    nalgebra::convert(number as f64)
 }

@@ -20,7 +20,7 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::cubic::flow;
+use crate::cubic::{count, entry_of_product, flow};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
 
@@ -54,16 +54,16 @@ where
     ///
     /// `ld` is the gain of the discrete linear observer (n x p, `Ad - Ld C` with spectral radius below 1), `n` the cubic gain
     /// (n x p) with `C N = -w I`, `theta` (p x p) has nonnegative symmetric part. For one output, and to take w from N
-    /// in general, there is [`rate`](Self::rate).
+    /// in general, there is [`rate`](crate::cubic::rate).
     ///
     /// ```
-    /// use luenberger_observers::{SampledCubicObserver, SampledObserver};
+    /// use luenberger_observers::{SampledCubicObserver, SampledObserver, cubic};
     /// use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2};
     /// // The double integrator every 0.1 s, poles of Ad - Ld C at 0.5 and 0.6; P = [[1.3, -.7], [-.7, .6]] scaled.
     /// let (h, c) = (0.1, RowVector2::new(1.0, 0.0));
     /// let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
     /// let (ld, n) = (Vector2::new(0.9, 2.0), Vector2::new(-1.0, -1.5));
-    /// let w = SampledCubicObserver::rate(&c, &n);
+    /// let w = cubic::rate(&c, &n);
     /// let observer = SampledCubicObserver::new(ad, bd, c, ld, n, Matrix1::new(10.0), w, h)?;
     ///
     /// let (mut x, mut xhat, u) = (Vector2::new(1.0e3, -1.0e3), Vector2::zeros(), Vector1::new(1.0));
@@ -98,8 +98,8 @@ where
             return Err(ObserverError::Period { period: h.to_subset_unchecked() });
         }
         check_semidefinite(&theta)?;
-        let idle = n.iter().all(|entry| entry.is_zero());
-        if !w.is_finite() || w < T::zero() || (w.is_zero() && !idle) {
+        let idle = n.iter().all(|entry| *entry == T::zero());
+        if !w.is_finite() || w < T::zero() || (w == T::zero() && !idle) {
             return Err(ObserverError::Rate { w: w.to_subset_unchecked() });
         }
         let scale = magnitude(&c) * magnitude(&n) * count(states);
@@ -115,12 +115,6 @@ where
         // An idle cubic part must not touch the innovation either.
         let w = if idle { T::zero() } else { w };
         Ok(Self { ad, bd, c, ld, n, theta, w, h })
-    }
-
-    /// The rate `w = -trace(C N)/p`: that of a radial gain, `C N = -w I`. For one output every gain is radial.
-    pub fn rate(c: &OMatrix<T, P, N>, n: &OMatrix<T, N, P>) -> T {
-        let trace = (0..c.nrows()).fold(T::zero(), |sum, i| sum + entry_of_product(c, n, i, i));
-        -trace / count(c.nrows())
     }
 
     /// State matrix of the discretised plant, n x n.
@@ -161,7 +155,7 @@ where
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for SampledCubicObserver<T, N, M, P>
 where
-    DefaultAllocator: Size<N, M, P> + Allocator<N> + Allocator<M> + Allocator<P>,
+    DefaultAllocator: Size<N, M, P>,
 {
     type State = OVector<T, N>;
     type Input = OVector<T, M>;
@@ -197,19 +191,6 @@ where
     }
 }
 
-/// Entry (i, j) of C N.
-fn entry_of_product<T: RealField + Copy, N: Dim, P: Dim>(
-    c: &OMatrix<T, P, N>,
-    n: &OMatrix<T, N, P>,
-    i: usize,
-    j: usize,
-) -> T
-where
-    DefaultAllocator: Allocator<P, N> + Allocator<N, P>,
-{
-    (0..c.ncols()).fold(T::zero(), |sum, k| sum + c[(i, k)] * n[(k, j)])
-}
-
 /// Largest entry of `|C N + w I|`.
 fn radial_deviation<T: RealField + Copy, N: Dim, P: Dim>(c: &OMatrix<T, P, N>, n: &OMatrix<T, N, P>, w: T) -> T
 where
@@ -231,11 +212,6 @@ where
     DefaultAllocator: Allocator<R, C>,
 {
     matrix.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
-}
-
-/// A count as a scalar; counts here are sizes of matrices, which every scalar holds exactly.
-fn count<T: RealField>(number: usize) -> T {
-    nalgebra::convert(number as f64)
 }
 
 /// Checks that the symmetric part of theta is positive semidefinite, by elimination without pivoting.

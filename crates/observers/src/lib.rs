@@ -1,5 +1,8 @@
 //! State observers as they run on the target: `no_std`, no allocation, no panic.
 //!
+//! Nothing here links `alloc` unless the feature of that name is on: with `--no-default-features` the crate builds for bare
+//! targets such as thumbv7em-none-eabihf.
+//!
 //! Each observer is defined once, generic over the scalar and over nalgebra's dimensions. With [`nalgebra::Const`] sizes it
 //! runs on a microcontroller in `f32` or `f64`; with [`nalgebra::Dyn`] (feature `alloc`) the same code is simulated, checked
 //! and certified on a workstation.

@@ -4,7 +4,6 @@
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
-use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
@@ -69,7 +68,7 @@ where
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for LinearObserver<T, N, M, P>
 where
-    DefaultAllocator: Size<N, M, P> + Allocator<N> + Allocator<M> + Allocator<P>,
+    DefaultAllocator: Size<N, M, P>,
 {
     type State = OVector<T, N>;
     type Input = OVector<T, M>;

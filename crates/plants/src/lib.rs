@@ -6,11 +6,11 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`column`] | what a vector of states, inputs or outputs must be able to do |
+//! | [`mod@column`] | what a vector of states, inputs or outputs must be able to do |
 //! | [`size`] | the one bound that hides nalgebra's allocators |
 //! | [`plant`] | the trait [`Plant`] |
 //! | [`linear`] | `x' = A x + B u`, `y = C x` |
-//! | [`double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
+//! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 
 #![no_std]
 #![deny(missing_docs)]

@@ -1,6 +1,5 @@
 //! Linear time-invariant plants `x' = A x + B u`, `y = C x`: eq. (1) of the cubic-observer paper.
 
-use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::{PlantError, check_matrix};
@@ -79,7 +78,7 @@ where
 #[cfg(feature = "alloc")]
 fn dynamic<T: RealField + Copy, R: Dim, C: Dim>(matrix: &OMatrix<T, R, C>) -> nalgebra::DMatrix<T>
 where
-    DefaultAllocator: Allocator<R, C>,
+    DefaultAllocator: nalgebra::allocator::Allocator<R, C>,
 {
     nalgebra::DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)])
 }
@@ -87,8 +86,6 @@ where
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Plant<T> for LinearPlant<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
-    // Implied by `Size`; stated because associated types do not see through it.
-    DefaultAllocator: Allocator<N> + Allocator<M> + Allocator<P>,
 {
     type State = OVector<T, N>;
     type Input = OVector<T, M>;

@@ -133,7 +133,7 @@ impl Dop853 {
         });
         let defect = (squared.sum::<f64>() / n as f64).sqrt() / DEFECT;
         // NaN, from a slope that is not finite, is rejected as well.
-        if !(defect <= 1.0) {
+        if defect.is_nan() || defect > 1.0 {
             self.h *= if defect.is_finite() { (0.9 * defect.powf(-0.125)).clamp(0.1, 0.9) } else { 0.1 };
             self.rejected = true;
             return Attempt::Rejected;

@@ -324,9 +324,8 @@ impl<'a> Model<'a> {
         for (_, integrand) in &scenario.integrals {
             integrand.check(size.states, size.inputs, &estimates)?;
         }
-        let integrals = scenario.integrals.iter().map(|(name, _)| name);
-        unique(names.iter())?;
-        unique(integrals)?;
+        unique(&names.iter().collect::<Vec<_>>())?;
+        unique(&scenario.integrals.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
         let mut breakpoints = scenario.breakpoints;
         breakpoints.sort_by(f64::total_cmp);
         Ok(Self {
@@ -472,10 +471,10 @@ impl<'a> Model<'a> {
 }
 
 /// Checks that no name occurs twice.
-fn unique<'n>(names: impl Iterator<Item = &'n String> + Clone) -> Result<(), SimError> {
-    for (k, name) in names.clone().enumerate() {
-        if names.clone().take(k).any(|other| other == name) {
-            return Err(SimError::DuplicateName { name: name.clone() });
+fn unique(names: &[&String]) -> Result<(), SimError> {
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) {
+            return Err(SimError::DuplicateName { name: (*name).clone() });
         }
     }
     Ok(())

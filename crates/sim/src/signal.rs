@@ -8,13 +8,16 @@ use crate::view::View;
 /// A law that reads the view and writes the input.
 type Law<'a> = Box<dyn Fn(&View<'_>, &mut [f64]) + 'a>;
 
+/// A function of time that writes the input.
+type Function<'a> = Box<dyn Fn(f64, &mut [f64]) + 'a>;
+
 /// The input of a plant.
 pub struct Signal<'a>(Kind<'a>);
 
 enum Kind<'a> {
     Zero,
     Constant(Vec<f64>),
-    Function(Box<dyn Fn(f64, &mut [f64]) + 'a>),
+    Function(Function<'a>),
     Feedback { observer: String, gain: DMatrix<f64> },
     StateFeedback { gain: DMatrix<f64> },
     Law(Law<'a>),

@@ -1,0 +1,202 @@
+//! The cubic flow in closed form, and the sampled-data observer: error equation, decrease, overflow, bad data.
+
+use luenberger_observers::cubic::{self, flow};
+use luenberger_observers::{ObserverError, SampledCubicObserver, SampledObserver};
+use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, RowVector2, SMatrix, Vector1, Vector2};
+use proptest::prelude::*;
+
+/// A symmetric positive definite matrix `G G' + I/10` of order `n`.
+fn definite(n: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop::collection::vec(-1.0..1.0, n * n).prop_map(move |entries| {
+        let g = DMatrix::from_vec(n, n, entries);
+        &g * g.transpose() + DMatrix::identity(n, n) * 0.1
+    })
+}
+
+/// Data of a radial cubic gain `N = -P^-1 C' w (C P^-1 C')^-1`, and an error of any size.
+#[derive(Debug, Clone)]
+struct Radial {
+    p: DMatrix<f64>,
+    c: DMatrix<f64>,
+    n: DMatrix<f64>,
+    theta: DMatrix<f64>,
+    w: f64,
+    e: DVector<f64>,
+}
+
+fn radial() -> impl Strategy<Value = Radial> {
+    (1usize..=6).prop_flat_map(|states| (Just(states), 1..=states)).prop_flat_map(|(states, outputs)| {
+        let c = prop::collection::vec(-1.0..1.0, outputs * states).prop_map(move |entries| {
+            DMatrix::from_vec(outputs, states, entries) + DMatrix::identity(outputs, states) * 3.0
+        });
+        let e = prop::collection::vec(-1.0..1.0, states).prop_map(DVector::from_vec);
+        (definite(states), c, definite(outputs), 0.1f64..10.0, e, -3.0f64..6.0).prop_map(
+            |(p, c, theta, w, e, decade)| {
+                // S = w (C P^-1 C')^-1, N = -P^-1 C' S.
+                let inverse = p.clone().cholesky().unwrap().inverse();
+                let s = (&c * &inverse * c.transpose()).cholesky().unwrap().inverse() * w;
+                let n = -(inverse * c.transpose() * s);
+                Radial { p, c, n, theta, w, e: e * 10f64.powf(decade) }
+            },
+        )
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The closed form is the solution of e' = (y~' theta y~) N y~: its derivative by differences.
+    #[test]
+    fn the_flow_solves_its_equation(case in radial(), t in 1e-3f64..10.0) {
+        let Radial { c, n, theta, w, e, .. } = case;
+        let innovation = &c * &e;
+        let at = |t: f64| flow(&theta, w, &innovation, t);
+        let now = at(t);
+        // The two parts of the answer agree: y~(t) = y~(0) + C N impulse.
+        let scale = innovation.amax();
+        prop_assert!((&innovation + &c * &n * &now.impulse - &now.innovation).amax() <= 1e-9 * scale);
+        // y~' = -w (y~' theta y~) y~, by central differences: truncation 1e-8, rounding 1e-12, both relative.
+        let step = 1e-4 * t;
+        let slope = (at(t + step).innovation - at(t - step).innovation) / (2.0 * step);
+        let rate = w * now.innovation.dot(&(&theta * &now.innovation));
+        prop_assert!((slope + &now.innovation * rate).amax() <= 1e-7 * (rate + 1.0 / t) * now.innovation.amax());
+        prop_assert_eq!(at(0.0).innovation, &innovation / innovation.amax() * innovation.amax());
+    }
+
+    /// The semigroup property: flowing for t and then for s is flowing for t + s.
+    #[test]
+    fn the_flow_is_a_flow(case in radial(), t in 1e-6f64..10.0, s in 1e-6f64..10.0) {
+        let Radial { c, theta, w, e, .. } = case;
+        let innovation = c * e;
+        let first = flow(&theta, w, &innovation, t);
+        let second = flow(&theta, w, &first.innovation, s);
+        let whole = flow(&theta, w, &innovation, t + s);
+        prop_assert!((&whole.innovation - &second.innovation).amax() <= 1e-14 * whole.innovation.amax());
+        prop_assert!((&whole.impulse - (&first.impulse + &second.impulse)).amax() <= 1e-13 * whole.impulse.amax());
+    }
+
+    /// The cubic step never increases V = e'Pe, and the whole step obeys its error equation, at every period.
+    #[test]
+    fn the_step_decreases_v(case in radial(), decade in -6.0f64..6.0, rho in -0.99f64..0.99) {
+        let Radial { p, c, n, theta, w, e } = case;
+        let (states, outputs, h) = (p.nrows(), c.nrows(), 10f64.powf(decade));
+        // Ad - Ld C = rho I contracts in every norm.
+        let ld = DMatrix::from_fn(states, outputs, |i, j| 0.3 * (i as f64 + 1.0) - 0.2 * j as f64);
+        let ad = DMatrix::identity(states, states) * rho + &ld * &c;
+        let bd = DMatrix::from_element(states, 1, 0.5);
+        let observer = SampledCubicObserver::new(
+            ad.clone(), bd.clone(), c.clone(), ld, n.clone(), theta.clone(), w, h,
+        ).unwrap();
+        let x = DVector::from_element(states, 1.0) * e.amax();
+        let mut xhat = &x - &e;
+        let u = DVector::from_element(1, -2.0);
+        observer.step(0.0, &mut xhat, &u, &(&c * &x));
+        let after = ad * &x + bd * &u - &xhat;
+
+        let moved = flow(&theta, w, &(&c * &e), h);
+        let cubic = &e + &n * moved.impulse;
+        let rounding = 1e-9 * e.amax() * (1.0 + n.amax() / w);
+        prop_assert!((&after - &cubic * rho).amax() <= rounding);
+        let v = |e: &DVector<f64>| e.dot(&(&p * e));
+        prop_assert!(v(&cubic).sqrt() <= v(&e).sqrt() * (1.0 + 1e-9));
+        prop_assert!(v(&after).sqrt() <= rho.abs() * v(&e).sqrt() * (1.0 + 1e-9) + rounding * p.amax().sqrt() * states as f64);
+    }
+
+    /// Finite samples up to 1e150 give a finite estimate; the innovation shrinks and keeps its sign.
+    #[test]
+    fn huge_samples_stay_finite(exponent in -150.0f64..150.0, h in 1e-6f64..1e6) {
+        let y = 10f64.powf(exponent);
+        let observer = double_integrator(h);
+        let mut xhat = Vector2::zeros();
+        observer.step(0.0, &mut xhat, &Vector1::new(0.0), &Vector1::new(y));
+        prop_assert!(xhat.iter().all(|entry| entry.is_finite()));
+        let after = flow(observer.theta(), observer.w(), &Vector1::new(y), h);
+        prop_assert!(after.innovation[0] >= 0.0 && after.innovation[0] <= y * (1.0 + 1e-15));
+        prop_assert!(after.impulse[0] >= 0.0 && after.impulse[0] <= y / observer.w() * (1.0 + 1e-12));
+    }
+}
+
+fn double_integrator(h: f64) -> SampledCubicObserver<f64, nalgebra::Const<2>, nalgebra::Const<1>, nalgebra::Const<1>> {
+    let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
+    let (c, n) = (RowVector2::new(1.0, 0.0), Vector2::new(-168.0 / 17.0, -196.0 / 17.0));
+    SampledCubicObserver::new(ad, bd, c, Vector2::new(0.9, 0.2 / h), n, Matrix1::new(10.0), cubic::rate(&c, &n), h)
+        .unwrap()
+}
+
+/// Independent check of the closed form: classical Runge-Kutta on y~' = -w theta y~^3 and its impulse, p = 1.
+#[test]
+fn the_flow_matches_an_integrator() {
+    let (w, theta, y0, t) = (3.0, 0.7, 1.5, 2.0);
+    let steps = 20_000;
+    let (mut y, mut impulse, h) = (y0, 0.0, t / f64::from(steps));
+    for _ in 0..steps {
+        let f = |y: f64| -w * theta * y * y * y;
+        let (k1, k2) = (f(y), f(y + h / 2.0 * f(y)));
+        let k3 = f(y + h / 2.0 * k2);
+        let k4 = f(y + h * k3);
+        // The impulse grows by -1/w of what y~ loses.
+        let next = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+        impulse += (y - next) / w;
+        y = next;
+    }
+    let after = flow(&Matrix1::new(theta), w, &Vector1::new(y0), t);
+    assert!((after.innovation[0] - y).abs() < 1e-12 && (after.impulse[0] - impulse).abs() < 1e-12);
+}
+
+#[test]
+fn single_precision_follows_double() {
+    let observer = double_integrator(1e-3);
+    let single = SampledCubicObserver::new(
+        observer.ad().cast::<f32>(),
+        observer.bd().cast(),
+        observer.c().cast(),
+        observer.ld().cast(),
+        observer.n().cast(),
+        observer.theta().cast(),
+        observer.w() as f32,
+        1e-3,
+    )
+    .unwrap();
+    let (mut xhat, mut xhat32) = (Vector2::<f64>::zeros(), Vector2::<f32>::zeros());
+    for _ in 0..1000 {
+        observer.step(0.0, &mut xhat, &Vector1::new(0.0), &Vector1::new(100.0));
+        single.step(0.0, &mut xhat32, &Vector1::new(0.0), &Vector1::new(100.0));
+    }
+    assert!((xhat - xhat32.cast()).norm() < 1e-3 * xhat.norm(), "{xhat} {xhat32}");
+}
+
+#[test]
+fn an_idle_cubic_part_leaves_the_linear_observer() {
+    let ad = SMatrix::<f64, 2, 2>::new(1.0, 0.1, 0.0, 1.0);
+    let (c, ld) = (RowVector2::new(1.0, 0.0), Vector2::new(0.5, 0.25));
+    let observer =
+        SampledCubicObserver::new(ad, Vector2::new(0.0, 0.1), c, ld, Vector2::zeros(), Matrix1::new(1.0), 0.0, 0.1);
+    let (observer, mut xhat) = (observer.unwrap(), Vector2::new(1.0, 2.0));
+    observer.step(0.0, &mut xhat, &Vector1::new(3.0), &Vector1::new(2.0));
+    assert!((xhat - Vector2::new(1.2 + 0.5, 2.0 + 0.3 + 0.25)).norm() < 1e-15);
+}
+
+#[test]
+fn bad_data_are_errors() {
+    let make = |theta: SMatrix<f64, 2, 2>, n: SMatrix<f64, 2, 2>, w: f64, h: f64| {
+        let identity = SMatrix::<f64, 2, 2>::identity();
+        let bd = SMatrix::<f64, 2, 0>::zeros();
+        SampledCubicObserver::new(identity, bd, identity, identity * 0.5, n, theta, w, h).map(|_| ())
+    };
+    let identity = SMatrix::<f64, 2, 2>::identity();
+    assert_eq!(make(identity, -identity, 1.0, 0.1), Ok(()));
+    assert!(matches!(make(identity, -identity, 1.0, 0.0), Err(ObserverError::Period { .. })));
+    assert!(matches!(make(identity, -identity, 1.0, f64::NAN), Err(ObserverError::Period { .. })));
+    assert!(matches!(make(identity, identity, -1.0, 0.1), Err(ObserverError::Rate { .. })));
+    assert!(matches!(make(identity, -identity, 0.0, 0.1), Err(ObserverError::Rate { w: 0.0 })));
+    let skewed = SMatrix::<f64, 2, 2>::new(-1.0, 0.1, 0.0, -1.0);
+    assert!(matches!(make(identity, skewed, 1.0, 0.1), Err(ObserverError::NotRadial { .. })));
+    let indefinite = SMatrix::<f64, 2, 2>::new(1.0, 2.0, 2.0, 1.0);
+    assert!(matches!(make(indefinite, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
+    let hollow = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 1.0, 1.0);
+    assert!(matches!(make(hollow, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 0, .. })));
+    // Semidefinite, and definite only in its symmetric part, are fine.
+    assert_eq!(make(SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0), -identity, 1.0, 0.1), Ok(()));
+    assert_eq!(make(SMatrix::<f64, 2, 2>::new(1.0, 5.0, -5.0, 1.0), -identity, 1.0, 0.1), Ok(()));
+    assert_eq!(make(SMatrix::<f64, 2, 2>::from_diagonal(&Vector2::new(0.0, 2.0)), -identity, 1.0, 0.1), Ok(()));
+}
