@@ -183,7 +183,7 @@ fn hold(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>, DMa
 /// Largest `|A^k|^(1/k)` at which the approximant of degree m has backward error below 2^-53 (Higham 2005, table 2.3; for degree 13 the
 /// smaller bound of Al-Mohy and Higham 2009, (5.4), that also keeps the denominator well conditioned).
 const THETA: [(usize, f64); 4] =
-    [(3, 1.495585217958292e-2), (5, 2.539398330063230e-1), (7, 9.504178996162932e-1), (9, 2.097847961257068)];
+    [(3, 1.495585217958292e-2), (5, 2.53939833006323e-1), (7, 9.504178996162932e-1), (9, 2.097847961257068)];
 const THETA_13: f64 = 4.25;
 
 /// Coefficients of the numerators, constant term first (Higham 2005, (2.3); the denominators alternate the signs).

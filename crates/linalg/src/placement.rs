@@ -82,7 +82,7 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
     }
     let assigned = assign(a, b, &wish)?;
     let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { condition(&assigned.vectors)? };
-    finish(assigned.gain, a.nrows(), &wish, &assigned.achieved, assigned.size, condition)
+    Ok(finish(assigned.gain, &wish, &assigned.achieved, assigned.size, condition))
 }
 
 /// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
@@ -125,27 +125,19 @@ pub fn place_observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]
         Some(inverse) if !wish.is_defective(assigned.rank) => condition(&normalised(inverse.transpose()))?,
         _ => f64::INFINITY,
     };
-    finish(assigned.gain.transpose(), a.nrows(), &wish, &assigned.achieved, assigned.size, condition)
+    Ok(finish(assigned.gain.transpose(), &wish, &assigned.achieved, assigned.size, condition))
 }
 
 fn check(a: &DMatrix<f64>) -> Result<()> {
     if square("A", a)? == 0 { Err(LinalgError::Empty { what: "A" }) } else { Ok(()) }
 }
 
-fn finish(
-    gain: DMatrix<f64>,
-    order: usize,
-    wish: &Wish,
-    achieved: &[Complex<f64>],
-    size: f64,
-    condition: f64,
-) -> Result<Placement> {
-    debug_assert_eq!(achieved.len(), order);
+fn finish(gain: DMatrix<f64>, wish: &Wish, achieved: &[Complex<f64>], size: f64, condition: f64) -> Placement {
     let poles = wish.matched(achieved);
     let scale = wish.poles().iter().map(|p| p.norm()).fold(size, f64::max);
     let distance = poles.iter().zip(wish.poles()).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
     let deviation = if distance == 0.0 { 0.0 } else { distance / scale };
-    Ok(Placement { gain, poles, deviation, condition })
+    Placement { gain, poles, deviation, condition }
 }
 
 /// What the core returns for `A - B K`.

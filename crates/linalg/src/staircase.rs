@@ -69,10 +69,10 @@ impl Staircase {
             pivots.swap(r, at);
             let reflection = Reflection::onto_first(&block.column(pivots[r]).rows(r, rows - r).into_owned());
             let first = self.rank + r;
-            reflection.from_left(block, r);
-            reflection.from_left(&mut self.f, first);
-            reflection.from_right(&mut self.f, first);
-            reflection.from_right(&mut self.q, first);
+            reflection.act_on_rows(block, r);
+            reflection.act_on_rows(&mut self.f, first);
+            reflection.act_on_columns(&mut self.f, first);
+            reflection.act_on_columns(&mut self.q, first);
             block.view_mut((r + 1, pivots[r]), (rows - r - 1, 1)).fill(0.0);
             r += 1;
         }
@@ -105,7 +105,7 @@ impl Reflection {
     }
 
     /// Rows `first..` of `m`.
-    fn from_left(&self, m: &mut DMatrix<f64>, first: usize) {
+    fn act_on_rows(&self, m: &mut DMatrix<f64>, first: usize) {
         if self.tau == 0.0 {
             return;
         }
@@ -117,7 +117,7 @@ impl Reflection {
     }
 
     /// Columns `first..` of `m`.
-    fn from_right(&self, m: &mut DMatrix<f64>, first: usize) {
+    fn act_on_columns(&self, m: &mut DMatrix<f64>, first: usize) {
         if self.tau == 0.0 {
             return;
         }

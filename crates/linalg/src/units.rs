@@ -8,9 +8,10 @@
 //! minimise   sum_{a_ij != 0} | log2|a_ij| + d_j - d_i - t |  +  sum_{c_kj != 0} | log2|c_kj| + d_j - r_k |
 //! ```
 //!
-//! The minimiser moves with the units of the data, so that whatever is decided afterwards does not depend on them. Least squares
-//! (Curtis and Reid, J. Inst. Maths Applics 10, 1972) would do that too; absolute values let the majority of entries outvote the few
-//! that are rounding noise. Method: iteratively reweighted least squares, a fixed number of steps.
+//! Of the minimiser only `D` is kept; `t` and `R` then bring the largest entry of `A` and of each row of `C` to one. All of it moves
+//! with the units of the data, so that whatever is decided afterwards does not depend on them. Least squares (Curtis and Reid, J. Inst.
+//! Maths Applics 10, 1972) would do that too; absolute values let the majority of entries outvote the few that are rounding noise.
+//! Method: iteratively reweighted least squares, a fixed number of steps.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -43,11 +44,13 @@ impl Units {
         // A common shift of all states and outputs changes nothing; centre the states.
         let centre = if n == 0 { 0.0 } else { best.rows(0, n).mean() };
         let power = |x: f64| x.clamp(-LARGEST, LARGEST).round() as i32;
-        let units = Self {
-            state: (0..n).map(|j| power(best[j] - centre)).collect(),
-            output: (n..n + p).map(|k| power(best[k] - centre)).collect(),
-            time: power(best[n + p]),
-        };
+        let mut units = Self::given(n, p);
+        units.state = (0..n).map(|j| power(best[j] - centre)).collect();
+        // Time and outputs only have to be of the size of their largest entries: the majority may well be noise.
+        let largest = |size: f64| if size > 0.0 && size.is_finite() { power(size.log2()) } else { 0 };
+        units.time = largest(units.dynamics(a).amax());
+        let seen = units.outputs(c);
+        units.output = (0..p).map(|k| largest(seen.row(k).amax())).collect();
         let readable = |m: &DMatrix<f64>| m.iter().all(|x| x.is_finite());
         if readable(&units.dynamics(a)) && readable(&units.outputs(c)) { units } else { Self::given(n, p) }
     }

@@ -73,14 +73,11 @@ fn a_derogatory_plant_needs_as_many_outputs_as_copies() {
 
 #[test]
 fn margins_of_a_symmetric_pair_by_hand() {
-    // [A - lambda I; C] has orthogonal columns at both eigenvalues: (0, c1), (1, c2).
+    // Time is read in halves, A = diag(0.5, 1): the columns of [A - lambda I; C] are orthogonal, the shortest of length one.
     let seen = observability(&dmatrix![1.0, 0.0; 0.0, 2.0], &dmatrix![1.0, 0.0; 0.0, 1.0]).unwrap();
-    let scale = (1.0f64 + 4.0 + 2.0).sqrt();
-    let mut margins: Vec<f64> = seen.modes.iter().map(|m| m.margin * scale).collect();
-    margins.sort_by(f64::total_cmp);
-    // sigma_min of [0 0; 0 1; 1 0; 0 1] and of [-1 0; 0 0; 1 0; 0 1] is 1, in the units chosen (time may be in twos).
-    for margin in margins {
-        assert!((0.5..=2.0).contains(&margin), "{margin}");
+    let expected = 1.0 / (0.25f64 + 1.0 + 1.0 + 1.0).sqrt();
+    for mode in &seen.modes {
+        assert!((mode.margin - expected).abs() < 1e-15, "{} for {expected}", mode.margin);
     }
 }
 
@@ -132,6 +129,33 @@ fn a_chain_in_extreme_units_is_observable() {
     let seen = observability(&a, &dmatrix![1e-9, 0.0, 0.0]).unwrap();
     assert!(seen.is_observable());
     assert!(seen.weakest().unwrap().margin > 0.01, "{seen:?}");
+}
+
+/// Modal coordinates as an eigenvalue routine returns them: what should be zero is 1e-16, more often than not, and must not count.
+#[test]
+fn rounding_noise_in_modal_coordinates_is_no_output() {
+    let a = dmatrix![-1.0, 1e-16, -2e-16; 3e-16, -2.0, 1e-16; -1e-16, 2e-16, -3.0];
+    let seen = observability(&a, &dmatrix![1.0, 2.0, 1e-16]).unwrap();
+    assert_eq!(seen.rank, 2);
+    assert!((seen.unobservable[0].eigenvalue + 3.0).norm() < 1e-14);
+    assert!(observability(&a, &dmatrix![1.0, 2.0, 0.5]).unwrap().is_observable());
+}
+
+/// Time in nanoseconds or years.
+#[test]
+fn the_unit_of_time_does_not_matter() {
+    let (a, c) = (dmatrix![-1.0, 0.3, 0.2; 0.5, -0.1, 2.0; 1.0, -0.7, 0.4], dmatrix![1.0, -0.5, 0.3]);
+    let hidden = (dmatrix![-1.0, 0.0; 0.7, 2.0], dmatrix![3.0, 0.0]);
+    let margin = observability(&a, &c).unwrap().weakest().unwrap().margin;
+    for power in [-40, -7, 7, 40] {
+        let unit = 2f64.powi(power);
+        let seen = observability(&(&a * unit), &c).unwrap();
+        assert!(seen.is_observable());
+        assert!((seen.weakest().unwrap().margin - margin).abs() < 1e-12, "{power}");
+        let found = detectability(&(&hidden.0 * unit), &hidden.1).unwrap();
+        assert_eq!(found.offending.len(), 1);
+        assert!((found.offending[0].eigenvalue - 2.0 * unit).norm() < 1e-14 * unit);
+    }
 }
 
 /// Almost hidden: the margin follows the coupling, down to the tolerance and not below.
@@ -313,7 +337,7 @@ proptest! {
             let attained = (&stacked * &mode.direction).norm();
             let gram = stacked.adjoint() * &stacked;
             let least = gram.symmetric_eigenvalues().min().max(0.0).sqrt();
-            prop_assert!(attained <= 1e3 * least + 1e-6, "{attained:e} where {least:e} is possible");
+            prop_assert!(attained <= 1.01 * least + 1e-6, "{attained:e} where {least:e} is possible");
         }
     }
 }
