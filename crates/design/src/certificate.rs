@@ -56,6 +56,18 @@ impl Fact {
         })
     }
 
+    /// The same in discrete time, for the gain as stored.
+    pub(crate) fn stein_decrease(
+        (ad, c): (&DMatrix<f64>, &DMatrix<f64>),
+        ld: &DMatrix<f64>,
+        p: &DMatrix<f64>,
+    ) -> Result<Self, ProofError> {
+        Ok(Self {
+            statement: "(Ad - Ld C)'P(Ad - Ld C) - P < 0".to_owned(),
+            verdict: statement::stein_decrease(&exact(ad)?, &exact(ld)?, &exact(c)?, &exact(p)?)?,
+        })
+    }
+
     /// `theta >= 0`.
     pub(crate) fn weight(theta: &DMatrix<f64>) -> Result<Self, ProofError> {
         Ok(Self { statement: "theta >= 0".to_owned(), verdict: positive_semidefinite(&exact(theta)?)? })

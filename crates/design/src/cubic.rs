@@ -97,7 +97,7 @@ impl CubicDesign {
 }
 
 /// `S = w (C P^-1 C')^-1`.
-fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
+pub(crate) fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
     let gram = c * p_inverse_ct;
     let outputs = c.nrows();
     check::solve_definite("C P^-1 C'", &((&gram + gram.transpose()) * 0.5), &(DMatrix::identity(outputs, outputs) * w))

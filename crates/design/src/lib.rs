@@ -1,7 +1,8 @@
 //! From a plant and a wish to an observer with its certificate.
 //!
 //! The way: [`LinearDesign`] turns a plant and a [`Wish`] (poles, Kalman weights, a decay rate, "the LMI decides", a gain of one's own) into
-//! the linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows; [`FeedbackDesign`] puts the
+//! the linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows, [`SampledCubicDesign`] does so for
+//! a sampling period; [`FeedbackDesign`] puts the
 //! observer in the loop. [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
 //!
@@ -17,6 +18,7 @@ pub mod feedback;
 mod joint;
 pub mod linear;
 pub mod robust;
+pub mod sampled;
 pub mod weights;
 
 pub use certificate::{Certificate, Fact};
@@ -26,4 +28,5 @@ pub use error::{DesignError, Obstruction};
 pub use feedback::FeedbackDesign;
 pub use joint::joint_design;
 pub use linear::{Decrease, LinearDesign, Wish};
+pub use sampled::SampledCubicDesign;
 pub use weights::{theta_from_cost_shares, theta_from_importance};

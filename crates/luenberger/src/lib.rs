@@ -1,1 +1,57 @@
-//! Design, certify, simulate and deploy state observers
+//! Design, certify, simulate and deploy state observers.
+//!
+//! This crate is the whole of the project under one name. Each part is a crate of its own, for those who need only that:
+//!
+//! | here | crate | for |
+//! |---|---|---|
+//! | [`plants`] | `luenberger-plants` | what is observed |
+//! | [`observers`] | `luenberger-observers` | the observers as they run on the target: `no_std`, no allocation |
+//! | [`design`] | `luenberger-design` | from a plant and a wish to an observer with its certificate |
+//! | [`sim`] | `luenberger-sim` | plants and observers in one run |
+//! | [`linalg`] | `luenberger-linalg` | matrix equations, placement, observability |
+//! | [`lmi`] | `luenberger-lmi` | linear matrix inequalities, verified outside the solver |
+//! | [`proof`] | `luenberger-proof` | verdicts in arithmetic that cannot lie |
+//!
+//! ```
+//! use luenberger::prelude::*;
+//! use nalgebra::dmatrix;
+//!
+//! // Position is measured, velocity is wanted.
+//! let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+//! let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+//! let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+//! assert!(cubic.certificate.is_proved());
+//!
+//! let run = Scenario::new(&plant)
+//!     .initial_state(&[-3.0, -3.0])
+//!     .observer("cubic", cubic.observer, &[0.0, 0.0])
+//!     .until(8.0, 201)
+//!     .run()?;
+//! assert!(run.error_trace("cubic", 1)?.last().abs() < 1e-5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![deny(missing_docs)]
+
+pub use luenberger_design as design;
+pub use luenberger_linalg as linalg;
+pub use luenberger_lmi as lmi;
+pub use luenberger_observers as observers;
+pub use luenberger_plants as plants;
+pub use luenberger_proof as proof;
+pub use luenberger_sim as sim;
+
+/// What most programs need: `use luenberger::prelude::*;`.
+pub mod prelude {
+    pub use luenberger_design::{
+        Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, SampledCubicDesign, Wish,
+    };
+    pub use luenberger_observers::{CubicObserver, LinearObserver, Observer, SampledCubicObserver, SampledObserver};
+    pub use luenberger_plants::{DynamicPlant, LinearPlant, Plant};
+    pub use luenberger_proof::Verdict;
+    pub use luenberger_sim::{Integrand, Noise, Scenario, Signal, metrics};
+}
+
+/// The example of the README, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -1,0 +1,293 @@
+//! The theorems of the cubic observer as properties over random systems, in the form in which they are true, and the false forms by their
+//! counterexamples. Statements and proofs: docs/theory-cubic.md.
+
+use luenberger_design::robust::{fixed_lyapunov_margin, lyapunov_matrix_for_gain, theorem5_bound};
+use luenberger_design::{
+    Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, Obstruction, SampledCubicDesign,
+    Theorem1, Wish, joint_design, theta_from_importance,
+};
+use luenberger_linalg::{lqr, spectral_abscissa};
+use luenberger_observers::{SampledObserver, cubic};
+use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_proof::Verdict;
+use luenberger_proof::statement::Reach;
+use luenberger_sim::{Integrand, Scenario, Signal, SimError, metrics};
+use nalgebra::{DMatrix, DVector, dmatrix};
+use proptest::prelude::*;
+
+fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop::collection::vec(-1.0..1.0, rows * columns).prop_map(move |v| DMatrix::from_vec(rows, columns, v))
+}
+
+/// An observable plant by construction: in these coordinates each output is followed by a chain of integrators, plus injection
+/// and a well-conditioned change of coordinates that observability does not notice.
+fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = DynamicPlant> {
+    orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
+        (Just((n, p)), matrix(n, p), matrix(n, n), matrix(n, 1)).prop_map(|((n, p), injection, turn, b)| {
+            // x_1 .. x_p are measured, and x_k' = x_(k+p): every state is some derivative of some output.
+            let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
+            let c = DMatrix::from_fn(p, n, |i, j| if i == j { 1.0 } else { 0.0 });
+            let a = chain + injection * &c;
+            let q = (turn + DMatrix::identity(n, n) * 2.0).qr().q();
+            DynamicPlant::new(&q * a * q.transpose(), b, c * q.transpose()).unwrap()
+        })
+    })
+}
+
+/// `D D' + K - K' + I/10`.
+fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
+    let (d, k) = (d.view((0, 0), (p, p)), k.view((0, 0), (p, p)));
+    d * d.transpose() + k - k.transpose() + DMatrix::identity(p, p) * 0.1
+}
+
+fn linear(plant: &DynamicPlant, rho: f64) -> LinearDesign {
+    let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
+    LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::Scaled(rho)).unwrap()
+}
+
+fn assert_proved(design: &CubicDesign) {
+    assert!(design.certificate.is_proved(), "{}", design.certificate);
+    let deployed = design.certificate.deployed.as_ref().unwrap();
+    assert!(!matches!(deployed.reach, Reach::Unproved), "{}", design.certificate);
+}
+
+/// The errors of both observers for a plant at rest, so that no growth of x spoils x - xhat.
+fn race(design: &CubicDesign, linear: &LinearDesign, e0: &DVector<f64>, end: f64) -> luenberger_sim::Trajectory {
+    let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
+    let o = &design.observer;
+    let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone()).unwrap();
+    Scenario::new(plant)
+        .observer("cubic", o.clone(), &xhat0)
+        .observer("linear", linear.observer.clone(), &xhat0)
+        .integral("cubic", Integrand::squared_error("cubic"))
+        .until(end, 101)
+        .run()
+        .unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// Theorem 2 with (13'): for every admissible S the conditions are proved, and V never grows.
+    #[test]
+    fn the_general_cubic_gain_is_admissible(
+        plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6), e0 in matrix(6, 1), size in 0.1..30.0,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let linear = linear(&plant, 1.0);
+        let s = accretive(p, &d, &k);
+        let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(s)).unwrap();
+        assert_proved(&design);
+        let e0 = e0.rows(0, n).column(0) * size;
+        let run = race(&design, &linear, &e0.clone_owned(), 3.0);
+        let v = metrics::lyapunov(&run, "cubic", &design.p).unwrap();
+        for pair in v.windows(2) {
+            prop_assert!(pair[1] <= pair[0] * (1.0 + 1e-9), "V grew from {} to {}", pair[0], pair[1]);
+        }
+    }
+
+    /// Theorem B: for Q = rho I the accumulated squared error never exceeds e(0)'Pe(0)/rho, which is the linear observer's.
+    #[test]
+    fn the_cubic_cost_never_exceeds_the_linear_one(
+        plant in observable_plant(1..=5), d in matrix(5, 5), k in matrix(5, 5), e0 in matrix(5, 1), size in 0.1..10.0, rho in 0.1..10.0,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let linear = linear(&plant, rho);
+        let design =
+            CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
+        let e0 = (e0.rows(0, n).column(0) * size).clone_owned();
+        let run = race(&design, &linear, &e0, 20.0);
+        let bound = e0.dot(&(&design.p * &e0)) / rho;
+        prop_assert!(run.integral_trace("cubic").unwrap().last() <= bound * (1.0 + 1e-9));
+    }
+
+    /// For S = gamma theta two solutions approach each other in the P norm.
+    #[test]
+    fn the_error_flow_is_a_contraction(
+        plant in observable_plant(1..=5), first in matrix(5, 1), second in matrix(5, 1), size in 0.1..10.0, gamma in 0.1..10.0,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let linear = linear(&plant, 1.0);
+        let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::Gamma(gamma)).unwrap();
+        let at = |e: &DMatrix<f64>| (e.rows(0, n).column(0) * size).clone_owned();
+        let (one, other) = (race(&design, &linear, &at(&first), 2.0), race(&design, &linear, &at(&second), 2.0));
+        let gap = &one.observer("cubic").unwrap().error - &other.observer("cubic").unwrap().error;
+        let distance: Vec<f64> = gap.row_iter().map(|g| (g * &design.p * g.transpose())[(0, 0)]).collect();
+        for pair in distance.windows(2) {
+            prop_assert!(pair[1] <= pair[0] * (1.0 + 1e-7) + 1e-18);
+        }
+    }
+
+    /// Theorem 5: (23) suffices for its P, and is the supremum for Q = rho I.
+    #[test]
+    fn the_bound_of_theorem_5_is_sufficient_and_tight_for_its_p(plant in observable_plant(1..=6)) {
+        let design = linear(&plant, 1.0);
+        let bound = theorem5_bound(&design.p, &design.q).unwrap();
+        let exact = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
+        prop_assert!((exact - bound).abs() <= 1e-9 * bound * design.p.norm() * design.p.clone().try_inverse().unwrap().norm());
+        let n = plant.a.nrows();
+        let shifted = design.error_matrix() + DMatrix::identity(n, n) * bound;
+        prop_assert!(spectral_abscissa(&shifted).unwrap() < 0.0);
+    }
+
+    /// Theorem 6: (25) has a P1 for every stabilising K.
+    #[test]
+    fn the_loop_is_certified_for_every_stabilising_feedback(plant in observable_plant(1..=5), input in matrix(5, 5)) {
+        let n = plant.a.nrows();
+        // A full-rank input, so that every plant is stabilisable by construction.
+        let b = input.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 3.0;
+        let plant = DynamicPlant::new(plant.a, b, plant.c).unwrap();
+        let p = plant.c.nrows();
+        let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
+        let observer = CubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), &Correction::Gamma(1.0)).unwrap();
+        let feedback = FeedbackDesign::new(&observer, &k).unwrap();
+        prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
+    }
+
+    /// The joint inequality is feasible for every detectable pair, and its solution is proved.
+    #[test]
+    fn the_joint_inequality_is_feasible_for_every_observable_pair(plant in observable_plant(1..=5)) {
+        let p = plant.c.nrows();
+        let design = joint_design(&plant, &DMatrix::identity(p, p), 0.0, 1.0).unwrap();
+        assert_proved(&design);
+    }
+
+    /// Theorem C: the sampled observer is proved at every period, and its V never grows.
+    #[test]
+    fn the_sampled_observer_decreases_v_at_every_period(
+        plant in observable_plant(1..=4), e0 in matrix(4, 1), size in 1.0..1e3, period in 1e-3..0.3, w in 0.1..100.0,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let design = SampledCubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), w, period).unwrap();
+        prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+        // A plant at rest: the error is minus the estimate.
+        let mut xhat = (e0.rows(0, n).column(0) * size).clone_owned();
+        let (u, y) = (DVector::zeros(1), DVector::zeros(p));
+        let mut v = xhat.dot(&(&design.p * &xhat));
+        for step in 0..50 {
+            design.observer.step(f64::from(step) * period, &mut xhat, &u, &y);
+            let next = xhat.dot(&(&design.p * &xhat));
+            prop_assert!(next <= v * (1.0 + 1e-12), "V grew from {v} to {next}");
+            v = next;
+        }
+    }
+}
+
+/// (13) as printed: refuted by a direction that no output sees, for every plant with fewer outputs than states.
+#[test]
+fn the_strict_condition_has_a_verified_counterexample() {
+    let plant = double_integrator().to_dynamic();
+    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let o = &cubic.observer;
+    let conditions = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
+    assert!(matches!(conditions.strict, Verdict::Refuted { .. }), "{:?}", conditions.strict);
+}
+
+/// "Faster": from e(0) = (-3, 3) the cubic observer of Example 1 settles 0.2 s later.
+#[test]
+fn the_cubic_observer_is_not_faster_from_everywhere() {
+    let plant = double_integrator().to_dynamic();
+    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let run = race(&cubic, &linear, &DVector::from_vec(vec![-3.0, 3.0]), 6.0);
+    let settles = |name| metrics::settling_last(&run.error_trace(name, 1).unwrap(), 0.05).unwrap();
+    assert!((settles("cubic") - 3.056).abs() < 2e-3, "{}", settles("cubic"));
+    assert!((settles("linear") - 2.850).abs() < 2e-3, "{}", settles("linear"));
+}
+
+/// Example 3 as printed: no P, and a loop that ends in microseconds; with the other sign both are well.
+#[test]
+fn example_3_needs_the_other_sign() {
+    let plant = third_order::example3().to_dynamic();
+    let l = dmatrix![0.267; -1.429; 3.904];
+    let k = dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510];
+    let f = &plant.a - &l * &plant.c;
+    let error = lyapunov_matrix_for_gain(&f, &plant.c, &(&l * 10.0)).unwrap_err();
+    let DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. } = error else { panic!("{error}") };
+    // 10 (0.267 - 1.429 + 2 * 3.904)
+    assert!((cn - 66.46).abs() < 1e-9, "{cn}");
+    let close = |factor: f64| {
+        let observer =
+            luenberger_observers::CubicObserver::of(plant.clone(), l.clone(), &l * factor, dmatrix![10.0]).unwrap();
+        Scenario::new(&plant)
+            .initial_state(&[1.0; 3])
+            .observer("cubic", observer, &[0.0; 3])
+            .input(Signal::feedback("cubic", k.clone()))
+            .integral("cost", Integrand::quadratic_cost(DMatrix::identity(3, 3), DMatrix::identity(2, 2)))
+            .until(30.0, 31)
+            .run()
+    };
+    let SimError::BlowUp { time, .. } = close(10.0).unwrap_err() else { panic!() };
+    // scipy's Radau reaches 1e8 at 4.7032e-5.
+    assert!((time - 4.7032e-5).abs() < 1e-8, "{time}");
+    let cost = close(-10.0).unwrap().integral_trace("cost").unwrap().last();
+    // scipy's Radau at rtol 1e-9: 891.3752507.
+    assert!((cost - 891.375_25).abs() < 1e-4, "{cost}");
+}
+
+/// With a Kalman gain L and P the inverse covariance, S = alpha / R gives N = -alpha L.
+#[test]
+fn the_kalman_gain_gives_n_proportional_to_l() {
+    let plant = double_integrator().to_dynamic();
+    let kalman = luenberger_linalg::kalman_gain(&plant.a, &plant.c, &DMatrix::identity(2, 2), &dmatrix![0.5]).unwrap();
+    let information = kalman.p.try_inverse().unwrap();
+    let n = -(information.try_inverse().unwrap() * plant.c.transpose()) * (3.0 / 0.5);
+    assert!((n + kalman.l * 3.0).amax() < 1e-12);
+}
+
+/// p = 2: the cubic flow for any admissible S, by one quadrature and one root, against the integrator.
+#[test]
+fn the_flow_of_two_outputs_is_one_quadrature() {
+    // y~' = (y~'y~) C N y~ with C N = M: y~ = exp(M sigma) y~0, t = int dsigma / |exp(M sigma) y~0|^2.
+    let m = dmatrix![-1.0, 0.7; -0.7, -0.5];
+    let y0 = DVector::from_vec(vec![2.0, -1.0]);
+    let at = |sigma: f64| luenberger_linalg::expm(&(&m * sigma)).unwrap() * &y0;
+    let sigma = 0.8;
+    let panels = 400;
+    let h = sigma / f64::from(panels);
+    let simpson: f64 = (0..panels)
+        .map(|k| {
+            let s = f64::from(k) * h;
+            let g = |s: f64| 1.0 / at(s).norm_squared();
+            h / 6.0 * (g(s) + 4.0 * g(s + 0.5 * h) + g(s + h))
+        })
+        .sum();
+    // A = 0, C = I, L = 0: the observer's error is the flow alone.
+    let plant = DynamicPlant::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let observer =
+        luenberger_observers::CubicObserver::of(plant.clone(), DMatrix::zeros(2, 2), m, DMatrix::identity(2, 2))
+            .unwrap();
+    let run = Scenario::new(plant).observer("flow", observer, &[-y0[0], -y0[1]]).until(simpson, 2).run().unwrap();
+    let error = run.observer("flow").unwrap().error.row(1).transpose();
+    assert!((error - at(sigma)).norm() < 1e-9);
+}
+
+/// Remark 1 with many outputs: any nonnegative importance is admissible.
+#[test]
+fn any_importance_of_the_outputs_is_admissible() {
+    let plant = DynamicPlant::new(
+        dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
+    )
+    .unwrap();
+    for importance in [[1.0, 1.0], [5.0, 0.1], [1.0, 0.0]] {
+        let theta = theta_from_importance(&importance).unwrap();
+        let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &Correction::Gamma(1.0)).unwrap();
+        assert!(design.certificate.is_proved(), "{}", design.certificate);
+    }
+    assert!(theta_from_importance(&[1.0, -1.0]).is_err());
+}
+
+/// The closed form of the flow for one output: y~(t) = y~0 / sqrt(1 - 2 theta (C N) y~0^2 t).
+#[test]
+fn the_flow_of_one_output_has_its_closed_form() {
+    let plant = double_integrator();
+    let n = nalgebra::Vector2::new(-2.0, 1.5);
+    let (theta, t, e0) = (3.0, 0.7, nalgebra::Vector2::new(1.5, -4.0));
+    let w = cubic::rate(&plant.c, &n);
+    let flow = cubic::flow(&nalgebra::Matrix1::new(theta), w, &(plant.c * e0), t);
+    let expected = 1.5 / (1.0_f64 + 2.0 * theta * 2.0 * 1.5 * 1.5 * t).sqrt();
+    assert!((flow.innovation[0] - expected).abs() < 1e-14);
+}
