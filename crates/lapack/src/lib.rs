@@ -17,8 +17,8 @@
 //! minimum; `syevr`, `gesdd` and `gesvd` of a matrix with NaN or infinity return at once with `info` not 0; an impossible
 //! argument makes a BLAS function return without touching anything, where the reference stops the program.
 //!
-//! Layout: the kernels ([`blas`], [`cholesky`], [`eigen`], [`svd`], [`lu`]) are safe Rust on faer's views; all `unsafe` of turning pointers into
-//! views is in [`abi`] and in the exported functions of [`symbols`].
+//! Layout: the kernels (`blas`, `cholesky`, `eigen`, `svd`, `lu`) are safe Rust on faer's views; all `unsafe` of turning pointers into
+//! views is in `abi` and in the exported functions of [`symbols`].
 #![deny(missing_docs)]
 #![allow(unsafe_code, reason = "a C ABI takes raw pointers")]
 
