@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 mod argument;
+mod balance;
 pub mod discretize;
 pub mod error;
 mod linear_block;

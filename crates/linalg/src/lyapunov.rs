@@ -7,12 +7,15 @@
 //! Method: real Schur form `A = U T U'`, then `T'Y + Y T = -U'Q U` by back-substitution (Bartels and Stewart, CACM 15, 1972).
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
+use crate::balance::{Balance, sizes};
 use crate::separation::{nearly_singular, relative, rescaled, separation};
 use crate::triangular::{self, flip_cols, flip_rows, flipped};
-use crate::{Result, Schur, schur};
+use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::DMatrix;
 
 /// Solution of `A'P + P A + Q = 0` with its evidence.
+///
+/// Where the equation had to be solved in balanced units of the state (see [`lyapunov()`]), the evidence is in these units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lyapunov {
     /// The solution, exactly symmetric.
@@ -79,15 +82,16 @@ pub(crate) fn lyapunov_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option
 /// Solves `A'P + P A + Q = 0` for symmetric `P`.
 ///
 /// `a` and `q` are n x n, `q` symmetric (of either sign: definiteness is not asked for). The answer does not depend on the units of `a` or `q`.
-/// A unique `P` exists iff `lambda_i + lambda_j != 0` for all eigenvalues of `a`. About 30 n^3 flops for `P`, and at most 22 n^3 for
+/// A unique `P` exists iff `lambda_i + lambda_j != 0` for all eigenvalues of `a`. If it seems not to, the equation is tried again in units of
+/// the state (powers of two) in which rows and columns of `a` are of equal size. About 30 n^3 flops for `P`, and at most 22 n^3 for
 /// the separation.
 ///
 /// # Errors
-/// [`NearlySingular`](crate::LinalgError::NearlySingular) names the two eigenvalues whose sum is nearest to zero, when the separation is not above
-/// `n eps ||A||`: a change of `A` within its own rounding makes the equation singular.
-/// [`NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry of `q` that differs from its mirror image;
-/// [`NotSquare`](crate::LinalgError::NotSquare), [`DimensionMismatch`](crate::LinalgError::DimensionMismatch),
-/// [`NotFinite`](crate::LinalgError::NotFinite), [`Overflow`](crate::LinalgError::Overflow), and those of [`schur()`].
+/// [`LinalgError::NearlySingular`] names the two eigenvalues whose sum is nearest to zero, when the separation is not above
+/// `n eps ||A||`, in the units of `a` nor in units of the state that balance it: a change of `A` within its own rounding makes the equation singular.
+/// [`LinalgError::NotSymmetric`] names the entry of `q` that differs from its mirror image;
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],
+/// [`LinalgError::NotFinite`], [`LinalgError::Overflow`], and those of [`schur()`].
 ///
 /// # Example
 /// ```
@@ -106,7 +110,23 @@ pub fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     let q = symmetric("q", q)?;
-    let (units_a, units_q) = (unit_scale(a), unit_scale(&q));
+    let plain = solve(a, &q);
+    if !matches!(plain, Err(LinalgError::NearlySingular { .. })) {
+        return plain;
+    }
+    // Units of the state decades apart look like a singular equation: try in balanced ones before saying so.
+    let balance = Balance::of(&sizes(a), None);
+    if balance.is_trivial() {
+        return plain;
+    }
+    let Ok(found) = solve(&balance.similar(a), &balance.form(&q)) else { return plain };
+    let p = balance.form_back(&found.p);
+    if p.iter().all(|e| e.is_finite()) { Ok(Lyapunov { p, ..found }) } else { plain }
+}
+
+fn solve(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
+    let n = a.nrows();
+    let (units_a, units_q) = (unit_scale(a), unit_scale(q));
     let (a, q) = (a * units_a, q * units_q);
     let operator = Operator::new(&a)?;
     let (p, regular) = operator.solution(&q);

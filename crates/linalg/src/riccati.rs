@@ -24,6 +24,9 @@ use scaled::Scaled;
 
 pub use kalman::{Kalman, discrete_kalman_gain, kalman_gain};
 
+/// The invariant subspace and the doubling leave few digits to restore; each step doubles them.
+const NEWTON_STEPS: usize = 3;
+
 /// Stabilizing solution of a Riccati equation with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Riccati {
@@ -33,7 +36,8 @@ pub struct Riccati {
     pub k: DMatrix<f64>,
     /// Eigenvalues of `A - B K`, all stable.
     pub poles: Vec<Complex<f64>>,
-    /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms.
+    /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of the state (powers of two)
+    /// that balance the plant and its weights.
     pub residual: f64,
 }
 
@@ -46,7 +50,8 @@ pub struct Riccati {
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`] (`q`);
 /// [`LinalgError::NotStabilizable`] names an eigenvalue that no input moves, [`LinalgError::NotDetectable`] one on the imaginary axis that the
-/// weight does not see; [`LinalgError::NotStabilizing`] if the closed loop is not stable for reasons of rounding alone;
+/// weight does not see; [`LinalgError::NotStabilizing`] if the closed loop is not stable for reasons of rounding alone, [`LinalgError::NotConverged`] if rounding
+/// leaves a residual beyond half of the digits;
 /// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
 ///
 /// # Example
@@ -66,7 +71,7 @@ pub struct Riccati {
 pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
     let problem = Scaled::continuous(a, b, q, r)?;
     let x = hamiltonian::solve(&problem)?;
-    finish(&problem, a, b, x)
+    finish(&problem, x)
 }
 
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
@@ -98,7 +103,7 @@ pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
 pub fn dare(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
     let problem = Scaled::discrete(a, b, q, r)?;
     let x = doubling::solve(&problem)?;
-    finish(&problem, a, b, x)
+    finish(&problem, x)
 }
 
 /// Continuous linear-quadratic regulator: [`care`], by the name under which its gain `k` is looked for.
@@ -117,10 +122,10 @@ pub fn dlqr(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
     dare(a, b, q, r)
 }
 
-/// Refines `x`, leaves the units of computation, and lets nothing out that does not stabilize.
-fn finish(problem: &Scaled, a: &DMatrix<f64>, b: &DMatrix<f64>, mut x: DMatrix<f64>) -> Result<Riccati> {
+/// Refines `x`, leaves the units of computation, and lets nothing out that does not solve the equation and stabilize.
+fn finish(problem: &Scaled, mut x: DMatrix<f64>) -> Result<Riccati> {
     let mut residual = problem.residual(&x);
-    for _ in 0..3 {
+    for _ in 0..NEWTON_STEPS {
         let Some(better) = problem.newton_step(&x)? else { break };
         let found = problem.residual(&better);
         if found.is_nan() || found >= residual {
@@ -128,12 +133,19 @@ fn finish(problem: &Scaled, a: &DMatrix<f64>, b: &DMatrix<f64>, mut x: DMatrix<f
         }
         (x, residual) = (better, found);
     }
-    let k = problem.gain(&x).ok_or(LinalgError::Overflow { what: "the gain k" })? * problem.k_units;
-    let x = x * problem.x_units;
-    if !(x.iter().all(|e| e.is_finite()) && k.iter().all(|e| e.is_finite())) {
-        return Err(LinalgError::Overflow { what: "the solution x or the gain k" });
-    }
-    let poles = eigenvalues(&(a - b * &k))?;
+    let k = problem.gain(&x).ok_or(LinalgError::Overflow { what: "the gain k" })?;
+    let poles = eigenvalues(&problem.closed_loop(&k))?;
     popov::confirm(problem, &poles)?;
-    Ok(Riccati { x, k, poles, residual })
+    // Half of the digits: a residual beyond this is no solution that rounding has spoilt, but none at all.
+    let allowed = f64::EPSILON.sqrt();
+    if residual.is_nan() || residual > allowed {
+        return Err(LinalgError::NotConverged {
+            method: "Newton's iteration for the Riccati equation",
+            iterations: NEWTON_STEPS,
+            remaining: residual,
+            allowed,
+        });
+    }
+    let (x, k) = problem.in_user_units(&x, &k).ok_or(LinalgError::Overflow { what: "the solution x or the gain k" })?;
+    Ok(Riccati { x, k, poles: poles.into_iter().map(|l| l / problem.time).collect(), residual })
 }

@@ -7,12 +7,15 @@
 //! Method: real Schur form `A = U T U'`, then `T'Y T - Y = -U'Q U` by back-substitution (Kitagawa, Int. J. Control 25, 1977).
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
+use crate::balance::{Balance, sizes};
 use crate::separation::{nearly_singular, relative, rescaled, separation};
 use crate::triangular::{self, flip_cols, flip_rows, flipped};
 use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P A - P + Q = 0` with its evidence.
+///
+/// Where the equation had to be solved in balanced units of the state (see [`stein()`]), the evidence is in these units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stein {
     /// The solution, exactly symmetric.
@@ -73,7 +76,7 @@ pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DM
 /// Solves `A'P A - P + Q = 0` for symmetric `P`.
 ///
 /// `a` and `q` are n x n, `q` symmetric (of either sign). A unique `P` exists iff `lambda_i lambda_j != 1` for all eigenvalues of `a`. Singular `a` is
-/// allowed. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
+/// allowed. If there seems to be none, the equation is tried again in units of the state (powers of two) in which rows and columns of `a` are of equal size. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
 ///
 /// # Errors
 /// [`LinalgError::NearlySingular`] names the two eigenvalues whose product is nearest to one, when a pivot of the substitution
@@ -99,10 +102,26 @@ pub fn stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     let q = symmetric("q", q)?;
+    let plain = solve(a, &q);
+    if !matches!(plain, Err(LinalgError::NearlySingular { .. })) {
+        return plain;
+    }
+    // Units of the state decades apart look like a singular equation: try in balanced ones before saying so.
+    let balance = Balance::of(&sizes(a), None);
+    if balance.is_trivial() {
+        return plain;
+    }
+    let Ok(found) = solve(&balance.similar(a), &balance.form(&q)) else { return plain };
+    let p = balance.form_back(&found.p);
+    if p.iter().all(|e| e.is_finite()) { Ok(Stein { p, ..found }) } else { plain }
+}
+
+fn solve(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
+    let n = a.nrows();
     if a.amax() > 2.0_f64.powi(250) {
         return Err(LinalgError::Overflow { what: "the product of entries of a" });
     }
-    let units_q = unit_scale(&q);
+    let units_q = unit_scale(q);
     let q = q * units_q;
     let operator = Operator::new(a)?;
     let (p, regular) = operator.solution(&q);

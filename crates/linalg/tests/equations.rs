@@ -223,6 +223,21 @@ fn jordan_blocks_and_stiff_plants_are_solved() {
 }
 
 #[test]
+fn units_of_the_state_decades_apart_are_no_singularity() {
+    let a = dmatrix![-1.0, 2.0, 0.5; -1.0, -2.5, 2.0; 1.0, 0.0, -3.0];
+    let units = [1e-12, 1.0, 1e12];
+    let hidden = DMatrix::from_fn(3, 3, |i, j| a[(i, j)] * (units[j] / units[i]));
+    let q = DMatrix::from_fn(3, 3, |i, j| if i == j { units[i] * units[i] } else { 0.0 });
+    let back = |p: DMatrix<f64>| DMatrix::from_fn(3, 3, |i, j| p[(i, j)] / units[i] / units[j]);
+    let reference = lyapunov(&a, &identity(3)).unwrap();
+    let found = lyapunov(&hidden, &q).unwrap();
+    assert!((back(found.p) - &reference.p).norm() <= bound(3) * reference.condition * reference.p.norm());
+    let reference = stein(&(&a * 0.1), &identity(3)).unwrap();
+    let found = stein(&(&hidden * 0.1), &q).unwrap();
+    assert!((back(found.p) - &reference.p).norm() <= bound(3) * reference.condition * reference.p.norm());
+}
+
+#[test]
 fn orders_zero_and_one() {
     let empty = DMatrix::zeros(0, 0);
     assert_eq!(lyapunov(&empty, &empty).unwrap().p.shape(), (0, 0));

@@ -1,10 +1,12 @@
 //! A Riccati equation in units in which its terms are of comparable size.
 //!
-//! With `X = rho X^`, `B = beta B^`, `R = B^`-units and, in continuous time, time in units of `1/tau`, the equation keeps its form. `rho` is chosen so that
+//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, inputs in other units and, in continuous time, time in units of
+//! `1/tau`, the equation keeps its form. `rho` is chosen so that
 //! `rho G` and `Q / rho` have equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales are
 //! powers of two, hence exact, and are kept as exponents: `R = 1e-300` is as good as any other unit.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
+use crate::balance::{Balance, sizes};
 use crate::lyapunov::lyapunov_step;
 use crate::separation::relative;
 use crate::spectrum::eigenvalues_of_symmetric;
@@ -21,13 +23,18 @@ pub(super) struct Scaled {
     pub(super) r: DMatrix<f64>,
     /// `B R^-1 B'`.
     pub(super) g: DMatrix<f64>,
-    /// `K = k_units K^`.
-    pub(super) k_units: f64,
-    /// `X = x_units X^`.
-    pub(super) x_units: f64,
+    /// `x = D z`.
+    balance: Balance,
+    /// `K = k_units K^ D^-1`.
+    k_units: f64,
+    /// `X = x_units D^-1 X^ D^-1`.
+    x_units: f64,
     /// `A^ = time A`.
     pub(super) time: f64,
 }
+
+/// In bits.
+const HALF_OF_THE_DIGITS: f64 = 26.0;
 
 fn power(exponent: f64) -> f64 {
     2.0_f64.powi(exponent.clamp(-2000.0, 2000.0) as i32)
@@ -74,10 +81,16 @@ impl Scaled {
         // Exponents (base two) of G = g 2^of_g and of Q = q 2^of_q.
         let of_g = units_r.log2() - 2.0 * units_b.log2();
         let of_q = -units_q.log2();
-        let size = |m: &DMatrix<f64>| if m.amax() > 0.0 { Some(m.norm().log2()) } else { None };
+        let size = |m: &DMatrix<f64>| if m.amax() > 0.0 { Some(m.amax().log2()) } else { None };
+        let balance = Balance::of(&sizes(a), Some((&sizes(&q).add_scalar(of_q), &sizes(&g).add_scalar(of_g))));
+        let a = &balance.similar(a);
+        let (b, q, g) = (balance.driven(&b), balance.form(&q), balance.form_back(&g));
         // Where Q or G vanishes, the other is made as large as A.
         let of_a = size(a).unwrap_or(0.0);
         let rho = match (size(&g), size(&q)) {
+            // Beside a dominant A the balanced terms would drown. X is then about A / G on the unstable modes, which must not be lost;
+            // on the stable ones it is about Q / A, which Newton's iteration restores.
+            (Some(g), Some(q)) if of_a - 0.5 * (q + of_q + g + of_g) > HALF_OF_THE_DIGITS => (of_a - g - of_g).round(),
             (Some(g), Some(q)) => (0.5 * (q + of_q - g - of_g)).round(),
             (Some(g), None) => (of_a - g - of_g).round(),
             (None, Some(q)) => (q + of_q - of_a).round(),
@@ -98,6 +111,7 @@ impl Scaled {
             q: q * power(q_exponent + time),
             r: r * power(time - g_exponent),
             g: g * power(g_exponent + time),
+            balance,
             k_units: units_b,
             x_units: power(rho),
             time: power(time),
@@ -112,7 +126,15 @@ impl Scaled {
 
     /// The same equation with another weight of the state.
     pub(super) fn with_weight(&self, q: DMatrix<f64>) -> Self {
-        Self { q, a: self.a.clone(), b: self.b.clone(), r: self.r.clone(), g: self.g.clone(), ..*self }
+        Self {
+            q,
+            a: self.a.clone(),
+            b: self.b.clone(),
+            r: self.r.clone(),
+            g: self.g.clone(),
+            balance: self.balance.clone(),
+            ..*self
+        }
     }
 
     /// `K^`, or `None` if its normal equations are not definite to working precision.
@@ -124,6 +146,13 @@ impl Scaled {
         } else {
             Some(Cholesky::new(self.r.clone())?.solve(&bx))
         }
+    }
+
+    /// `X` and `K` in the units of the user, if they are within the range of binary64.
+    pub(super) fn in_user_units(&self, x: &DMatrix<f64>, k: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let x = self.balance.form_back(x) * self.x_units;
+        let k = self.balance.gain_back(k) * self.k_units;
+        x.iter().chain(k.iter()).all(|e| e.is_finite()).then_some((x, k))
     }
 
     /// `A - B K`.

@@ -17,11 +17,15 @@ pub(crate) fn reflector(x: &mut [f64]) -> (f64, f64) {
     // Outside this range the squares below would underflow or overflow.
     let scale = if (1e-140..1e140).contains(&largest) { 1.0 } else { largest };
     let alpha = *head / scale;
-    tail.iter_mut().for_each(|e| *e /= scale);
+    for e in tail.iter_mut() {
+        *e /= scale;
+    }
     let norm = (alpha * alpha + tail.iter().map(|e| e * e).sum::<f64>()).sqrt();
     let beta = if alpha > 0.0 { -norm } else { norm };
     let pivot = alpha - beta;
-    tail.iter_mut().for_each(|e| *e /= pivot);
+    for e in tail.iter_mut() {
+        *e /= pivot;
+    }
     *head = 1.0;
     (beta * scale, (beta - alpha) / beta)
 }

@@ -1,0 +1,115 @@
+//! Units of the state in which a plant and its quadratic forms have entries of comparable size.
+//!
+//! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a `G = B R^-1 B'` becomes `D^-1 G D^-1`. The exponents make the
+//! largest entry of each row of `[A, G]` equal to that of the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for
+//! the Hamiltonian matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
+
+use nalgebra::DMatrix;
+
+/// Powers of two for each state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Balance(Vec<i32>);
+
+/// Cycles over the states. Each brings every row nearer to its column; a chain of n states may need n.
+const CYCLES: usize = 50;
+/// No unit is stretched beyond this power, so that products of two stay in range.
+const LARGEST: f64 = 400.0;
+
+/// `log2` of the entries' sizes, minus infinity for a zero.
+pub(crate) fn sizes(m: &DMatrix<f64>) -> DMatrix<f64> {
+    m.map(|e| e.abs().log2())
+}
+
+impl Balance {
+    /// Balances `a`, with `q` and `g` if they are there; all three are [`sizes`].
+    pub(crate) fn of(a: &DMatrix<f64>, forms: Option<(&DMatrix<f64>, &DMatrix<f64>)>) -> Self {
+        let n = a.nrows();
+        let mut e = vec![0.0_f64; n];
+        for _ in 0..CYCLES {
+            let mut moved = false;
+            for i in 0..n {
+                let (mut column, mut row) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+                for j in 0..n {
+                    if j != i {
+                        column = column.max(a[(j, i)] + e[i] - e[j]);
+                        row = row.max(a[(i, j)] + e[j] - e[i]);
+                    }
+                    if let Some((q, g)) = forms {
+                        column = column.max(q[(i, j)] + e[i] + e[j]);
+                        row = row.max(g[(i, j)] - e[i] - e[j]);
+                    }
+                }
+                let step = (0.5 * (row - column)).trunc();
+                if step.is_finite() && step != 0.0 {
+                    let next = (e[i] + step).clamp(-LARGEST, LARGEST);
+                    moved |= next != e[i];
+                    e[i] = next;
+                }
+            }
+            if !moved {
+                break;
+            }
+        }
+        // Only the ratios are kept: a factor common to all states changes no `A`, and the size of the forms is not our business.
+        let extremes = e.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, u), &x| (l.min(x), u.max(x)));
+        let centre = if n == 0 { 0.0 } else { (0.5 * (extremes.0 + extremes.1)).round() };
+        Self(e.into_iter().map(|e| (e - centre) as i32).collect())
+    }
+
+    /// Whether all states keep their units.
+    pub(crate) fn is_trivial(&self) -> bool {
+        self.0.iter().all(|&e| e == 0)
+    }
+
+    /// `D^-1 A D`.
+    pub(crate) fn similar(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| scaled(a[(i, j)], self.0[j] - self.0[i]))
+    }
+
+    /// `D Q D`.
+    pub(crate) fn form(&self, q: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(q.nrows(), q.ncols(), |i, j| scaled(q[(i, j)], self.0[i] + self.0[j]))
+    }
+
+    /// `D^-1 P D^-1`, back from the balanced states.
+    pub(crate) fn form_back(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| scaled(p[(i, j)], -self.0[i] - self.0[j]))
+    }
+
+    /// `D^-1 B`.
+    pub(crate) fn driven(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| scaled(b[(i, j)], -self.0[i]))
+    }
+
+    /// `K D^-1`, back from the balanced states.
+    pub(crate) fn gain_back(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| scaled(k[(i, j)], -self.0[j]))
+    }
+}
+
+fn scaled(x: f64, exponent: i32) -> f64 {
+    x * 2.0_f64.powi(exponent)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn units_are_found_back() {
+        let a = dmatrix![1.0, 2.0, 1.0; -1.0, 1.0, 2.0; 1.0, 1.0, 1.0];
+        let hidden = Balance(vec![-20, 0, 35]);
+        let found = Balance::of(&sizes(&hidden.similar(&a)), None);
+        let balanced = found.similar(&hidden.similar(&a));
+        assert!(balanced.amax() <= 8.0, "{balanced}");
+        assert!(Balance::of(&sizes(&a), None).is_trivial());
+        // Triangular: the row of the last state is empty, and nothing runs away.
+        assert!(Balance::of(&sizes(&dmatrix![-1.0, 1.0; 0.0, -1.0]), None).is_trivial());
+        // Where the plant couples nothing, the weight and the input still tell.
+        let (q, g) = (dmatrix![1e10, 0.0; 0.0, 1.0], dmatrix![1e-10, 0.0; 0.0, 1.0]);
+        let found = Balance::of(&sizes(&DMatrix::zeros(2, 2)), Some((&sizes(&q), &sizes(&g))));
+        let q = found.form(&q);
+        assert!((0.2..5.0).contains(&(q[(0, 0)] / q[(1, 1)])), "{q}");
+    }
+}
