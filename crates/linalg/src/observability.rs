@@ -32,7 +32,8 @@ pub struct Mode {
     /// `sigma_min([A - lambda I; C]) / |[A; C]|` (Frobenius norm) in the units chosen: 0 if no output sees the mode. It bounds from
     /// above the relative distance of the pair to one with a hidden mode.
     pub margin: f64,
-    /// The unit vector `v`, in the units given, that minimises `|[A - lambda I; C] v|`: for a hidden mode `A v = lambda v`, `C v = 0`.
+    /// The direction that is seen least, where that minimum is taken, as a unit vector `v` in the units given: for a hidden mode
+    /// `A v = lambda v`, `C v = 0`.
     /// The largest component is real and positive; for a real eigenvalue all are real.
     pub direction: DVector<Complex<f64>>,
 }
@@ -441,7 +442,7 @@ fn gram_schmidt(mut v: DMatrix<f64>) -> DMatrix<f64> {
 
 /// Most steps of the inverse iteration: it converges like the squared ratio of the two smallest singular values, and where they are
 /// nearly equal either vector serves.
-const INVERSE_ITERATIONS: usize = 30;
+const INVERSE_ITERATIONS: usize = 60;
 
 /// The right singular vector of `[T - lambda I; C]` at the smallest singular value, T quasi upper triangular.
 ///
@@ -483,8 +484,8 @@ fn least_visible(t: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> Re
         let Some(w) = solve_normal(&r, &v) else { break };
         v = w;
         let next = (&r * &v).norm();
-        let settled = (sigma - next).abs() <= 1e-10 * sigma;
-        sigma = sigma.min(next);
+        let settled = sigma.is_finite() && sigma - next <= 1e-6 * sigma;
+        sigma = next;
         if settled {
             break;
         }

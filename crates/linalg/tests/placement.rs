@@ -259,8 +259,8 @@ fn problem(
                 let v = DVector::from_fn(n, |i, _| v[i] + if i == 0 { 1.5 } else { 0.0 });
                 let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
                 let mut poles = Vec::new();
-                for k in 0..pairs {
-                    let pole = c(-1.0 - k as f64 - shifts[k], 1.0 + shifts[k]);
+                for (k, shift) in shifts.iter().enumerate().take(pairs) {
+                    let pole = c(-1.0 - k as f64 - shift, 1.0 + shift);
                     poles.extend([pole, pole.conj()]);
                 }
                 poles.extend((2 * pairs..n).map(|k| c(-1.0 - k as f64 - shifts[k], 0.0)));
