@@ -19,7 +19,7 @@ fn hidden_residual(a: &DMatrix<f64>, c: &DMatrix<f64>, mode: &Mode) -> f64 {
 /// The same row by row in units `2^d`: each row relative to the terms that a vector of this size has in it.
 fn residual_by_rows(a: &DMatrix<f64>, c: &DMatrix<f64>, mode: &Mode, d: &[i32]) -> f64 {
     let v = &mode.direction;
-    let sizes = in_units(&v.map(|x| x.norm()), d);
+    let sizes = in_units(&v.map(Complex::norm), d);
     let (motion, trace) = (complex(a) * v - v * mode.eigenvalue, complex(c) * v);
     let (terms_a, terms_c) = (a.abs() * &sizes + &sizes * mode.eigenvalue.norm(), c.abs() * &sizes);
     let ratios = motion.iter().zip(terms_a.iter()).chain(trace.iter().zip(terms_c.iter()));
@@ -236,7 +236,7 @@ fn pair(hidden: Option<DMatrix<f64>>) -> impl Strategy<Value = Pair> {
                     match (i < seen, j < seen) {
                         (true, true) if j == i + 1 => free.signum() * (1.0 + free.abs()),
                         (true, true) if j > i + 1 => 0.0,
-                        (true, true) | (false, true) => free,
+                        (_, true) => free,
                         (true, false) => 0.0,
                         (false, false) => hidden.as_ref().map_or(0.0, |b| b[(i - seen, j - seen)]),
                     }
