@@ -1,2 +1,79 @@
-//! The workspace's own commands.
-fn main() {}
+//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench lmi`.
+//!
+//! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
+//! its exit code.
+
+mod bench;
+mod step;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use step::{Failure, cargo};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "The workspace's own commands")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Reproduce the papers: claims.json, data, figures and report.html
+    Reproduce {
+        /// Where to write [default: target/reproduce]
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Everything a change must pass: format, clippy, tests, documentation, the observers without an allocator
+    Test,
+    /// Measure beside other tools (needs python3 and the network, for the other tools)
+    Bench {
+        what: Subject,
+        /// Only plants with at most so many states
+        #[arg(long)]
+        largest: Option<usize>,
+    },
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Subject {
+    /// The joint design of the cubic observer, beside cvxpy with Clarabel and with SCS
+    Lmi,
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Reproduce { out } => reproduce(out.as_deref()),
+        Command::Test => test(),
+        Command::Bench { what: Subject::Lmi, largest } => bench::lmi(largest),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("xtask: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+/// Built and run in the development profile: dependencies are optimised in it too, and a newcomer, who runs the tests as
+/// well, compiles them once.
+fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
+    let out = match out {
+        // Relative to where the user stands, while the steps run at the root.
+        Some(out) => std::path::absolute(out).map_err(|source| Failure::io(out, source))?,
+        None => step::root().join("target/reproduce"),
+    };
+    cargo(&["build", "--package", "luenberger-reproduce"]).step("build")?;
+    cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&out).step("reproduce")
+}
+
+fn test() -> Result<(), Failure> {
+    cargo(&["fmt", "--all", "--check"]).step("format")?;
+    cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
+    cargo(&["test", "--workspace"]).step("tests")?;
+    cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;
+    cargo(&["check", "--package", "luenberger-observers", "--no-default-features"]).step("observers without allocator")
+}

@@ -1,0 +1,92 @@
+//! Our solver beside others on the same problems.
+//!
+//! The other tools are installed, at the versions below, into a virtual environment under `target`, so that nothing of the
+//! user's is touched.
+
+use crate::step::{Failure, cargo, program, root};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+
+/// Versions are pinned, because a comparison with whatever is newest cannot be repeated.
+const PACKAGES: [&str; 4] = ["cvxpy==1.9.3", "clarabel==0.11.1", "scs==3.3.1", "numpy==2.4.6"];
+
+/// The joint design on plants of 3 to 50 states. Writes `target/bench/lmi.json` and `lmi.md`.
+pub(crate) fn lmi(largest: Option<usize>) -> Result<(), Failure> {
+    let folder = root().join("target/bench");
+    let plants = folder.join("plants");
+    let environment = root().join("target/bench-venv");
+    let python = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let limit = largest.map(|n| ["--largest".to_owned(), n.to_string()]);
+    let limit: Vec<&str> = limit.iter().flatten().map(String::as_str).collect();
+    fs::create_dir_all(&plants).map_err(|source| Failure::io(&plants, source))?;
+
+    let ours = cargo(&["run", "--release", "--package", "luenberger-lmi", "--example", "bench_joint", "--", "--write"])
+        .argument(&plants)
+        .arguments(&limit)
+        .output("ours")?;
+    if !python.exists() {
+        program("python3").arguments(&["-m", "venv"]).argument(&environment).step("virtual environment")?;
+    }
+    program(&python).arguments(&["-m", "pip", "install", "--quiet"]).arguments(&PACKAGES).step("other tools")?;
+    let theirs = program(&python)
+        .argument(root().join("xtask/bench/lmi.py"))
+        .argument(&plants)
+        .arguments(&limit)
+        // One thread for everybody.
+        .variable("OPENBLAS_NUM_THREADS", "1")
+        .variable("OMP_NUM_THREADS", "1")
+        .output("theirs")?;
+
+    let lines: Vec<Value> = ours.lines().chain(theirs.lines()).filter_map(|l| serde_json::from_str(l).ok()).collect();
+    let table = table(&lines);
+    let json = folder.join("lmi.json");
+    fs::write(&json, format!("{:#}\n", Value::from(lines))).map_err(|source| Failure::io(&json, source))?;
+    let markdown = folder.join("lmi.md");
+    fs::write(&markdown, &table).map_err(|source| Failure::io(&markdown, source))?;
+    println!("\n{table}\n{}", markdown.display());
+    Ok(())
+}
+
+/// One row for each tool and plant: `| tool | n | p | ms | outcome | margin |`.
+fn table(lines: &[Value]) -> String {
+    let mut text = "| tool | n | p | ms | outcome | margin |\n|---|---:|---:|---:|---|---:|\n".to_owned();
+    for line in lines {
+        let word = |key: &str| match &line[key] {
+            Value::String(word) => word.lines().next().unwrap_or_default().replace('|', "/"),
+            Value::Null => "–".to_owned(),
+            Value::Number(x) if key == "margin" => x.as_f64().map_or_else(|| x.to_string(), |x| format!("{x:.2e}")),
+            other => other.to_string(),
+        };
+        // Ours says what is proved, theirs what the solver believes.
+        let outcome = if line["verdict"].is_null() { word("status") } else { word("verdict") };
+        // Writing into a String cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {outcome} | {} |",
+            word("tool"),
+            word("n"),
+            word("p"),
+            word("ms"),
+            word("margin")
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_row_shows_a_proof_or_a_belief() {
+        let table = table(&[
+            json!({"tool": "luenberger", "n": 3, "p": 1, "ms": 1.5, "verdict": "Proved", "margin": 0.25}),
+            json!({"tool": "cvxpy+SCS", "n": 50, "p": 3, "ms": 264.0, "status": "error: a | b\nmore", "margin": null}),
+        ]);
+        let rows: Vec<&str> = table.lines().skip(2).collect();
+        assert_eq!(rows[0], "| luenberger | 3 | 1 | 1.5 | Proved | 2.50e-1 |");
+        assert_eq!(rows[1], "| cvxpy+SCS | 50 | 3 | 264.0 | error: a / b | – |");
+    }
+}

@@ -1,0 +1,112 @@
+//! One command at the root of the workspace, with its time.
+
+use std::ffi::OsStr;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
+use std::time::Instant;
+
+/// Why a row of steps ended early.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// A command ran and failed.
+    Step { name: String, status: ExitStatus },
+    /// A command could not be started, or a file not be written.
+    Io { what: PathBuf, source: io::Error },
+}
+
+impl Failure {
+    pub(crate) fn io(what: impl Into<PathBuf>, source: io::Error) -> Self {
+        Self::Io { what: what.into(), source }
+    }
+
+    /// The exit code of the command that failed; 1 if it was killed or did not start.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Step { status, .. } => {
+                ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
+            }
+            Self::Io { .. } => ExitCode::FAILURE,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Step { name, status } => write!(f, "{name} failed ({status})"),
+            Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
+        }
+    }
+}
+
+/// The root of the workspace, the folder above this package.
+pub(crate) fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_path_buf()
+}
+
+/// A command to run at the root.
+pub(crate) struct Step {
+    command: Command,
+}
+
+/// The cargo that runs this program.
+pub(crate) fn cargo(arguments: &[&str]) -> Step {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    program(&cargo).arguments(arguments)
+}
+
+/// Another program.
+pub(crate) fn program(name: impl AsRef<OsStr>) -> Step {
+    let mut command = Command::new(name);
+    command.current_dir(root());
+    Step { command }
+}
+
+impl Step {
+    pub(crate) fn arguments(mut self, arguments: &[&str]) -> Self {
+        self.command.args(arguments);
+        self
+    }
+
+    pub(crate) fn argument(mut self, argument: impl AsRef<OsStr>) -> Self {
+        self.command.arg(argument);
+        self
+    }
+
+    pub(crate) fn variable(mut self, name: &str, value: &str) -> Self {
+        self.command.env(name, value);
+        self
+    }
+
+    /// Runs it, its output going where ours goes.
+    pub(crate) fn step(self, name: &str) -> Result<(), Failure> {
+        self.run(name).map(|_| ())
+    }
+
+    /// Runs it and returns what it wrote to standard output.
+    pub(crate) fn output(mut self, name: &str) -> Result<String, Failure> {
+        self.command.stdout(Stdio::piped());
+        self.run(name)
+    }
+
+    fn run(mut self, name: &str) -> Result<String, Failure> {
+        let shown: Vec<_> = std::iter::once(self.command.get_program())
+            .chain(self.command.get_args())
+            .map(|word| Path::new(word).file_name().unwrap_or(word).to_string_lossy().into_owned())
+            .collect();
+        eprintln!("── {name}: {}", shown.join(" "));
+        let began = Instant::now();
+        let ended = self.command.stderr(Stdio::inherit()).spawn().and_then(std::process::Child::wait_with_output);
+        let output = ended.map_err(|source| Failure::io(self.command.get_program(), source))?;
+        let word = if output.status.success() { "done" } else { "failed" };
+        eprintln!("── {name}: {word} in {:.1} s", began.elapsed().as_secs_f64());
+        if output.status.success() {
+            Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+        } else {
+            Err(Failure::Step { name: name.to_owned(), status: output.status })
+        }
+    }
+}
