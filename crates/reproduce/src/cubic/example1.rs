@@ -1,0 +1,471 @@
+//! Example 1: the double integrator. Figures 1 to 5, and the fan of errors over all directions of e(0).
+
+use std::sync::Arc;
+
+use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+use luenberger_observers::CubicObserver;
+use luenberger_plants::{DynamicPlant, double_integrator};
+use luenberger_sim::{Scenario, Signal, Trajectory, metrics};
+use nalgebra::{DMatrix, Dyn};
+
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::{Evidence, Tolerance};
+use crate::figure::{Figure, Hue, Mark, Panel, Series};
+use crate::paper::{Drawing, Plate};
+use crate::table::Table;
+use crate::value::{Printed, Value, short};
+
+/// e(0) = x(0) - xhat(0) for the printed x(0) = (-3, -3) and xhat(0) = 0.
+const E0: [f64; 2] = [-3.0, -3.0];
+/// The 5% band of the paper's footnote, in the unit of e2.
+const BAND: f64 = 0.05;
+const XHAT0: &str = "xhat(0) = 0, so that e(0) = (-3, -3)";
+const READ_OFF: &str = "the number is read off a plot: one unit of its last digit";
+
+pub(super) fn claims() -> Vec<Claim> {
+    vec![
+        Claim {
+            id: "cubic.ex1.gain",
+            place: "Example 1",
+            statement: "the observer poles -2, -5 give L = (7, 10)",
+            printed: Printed::Decimals("7; 10"),
+            tolerance: Tolerance::Relative(1e-12),
+            assumptions: &[],
+            check: |_| Ok(Evidence::value(&linear()?.observer.l).into()),
+        },
+        Claim {
+            id: "cubic.ex1.lyapunov",
+            place: "Example 1",
+            statement: "P solves (9) for Q = 10 I",
+            printed: Printed::Decimals("7.8571 -5; -5 4.2857"),
+            tolerance: Tolerance::Absolute(0.000_05),
+            assumptions: &[],
+            check: |_| Ok(Evidence::value(&linear()?.p).into()),
+        },
+        Claim {
+            id: "cubic.ex1.cubic-gain",
+            place: "Example 1, (14)",
+            statement: "N = -gamma P^-1 C' theta for gamma = 2, theta = 10",
+            printed: Printed::Decimals("-9.8824; -11.5294"),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[],
+            check: |_| Ok(Evidence::value(&cubic()?.observer.n).into()),
+        },
+        Claim {
+            id: "cubic.ex1.peak-cubic",
+            place: "Example 1, Fig. 4",
+            statement: "the peak of the error of the cubic observer is 0.48",
+            printed: Printed::Decimals("0.48"),
+            tolerance: Tolerance::Absolute(0.01),
+            assumptions: &[XHAT0, "the signal is e2 and the peak its overshoot after the change of sign", READ_OFF],
+            check: |context| peak(context, "cubic"),
+        },
+        Claim {
+            id: "cubic.ex1.peak-linear",
+            place: "Example 1, Fig. 4",
+            statement: "the peak of the error of the linear observer is 1.18",
+            printed: Printed::Decimals("1.18"),
+            tolerance: Tolerance::Absolute(0.01),
+            assumptions: &[XHAT0, "the signal is e2 and the peak its overshoot after the change of sign", READ_OFF],
+            check: |context| peak(context, "linear"),
+        },
+        Claim {
+            id: "cubic.ex1.settling-cubic",
+            place: "Example 1, Fig. 4",
+            statement: "the 5% settling time of the cubic observer is 1.7 s",
+            printed: Printed::Decimals("1.7"),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0, "the signal is e2; settling is the last time |e2| = 0.05"],
+            check: |context| settling(context, "cubic"),
+        },
+        Claim {
+            id: "cubic.ex1.settling-linear",
+            place: "Example 1, Fig. 4",
+            statement: "the 5% settling time of the linear observer is 2.3 s",
+            printed: Printed::Decimals("2.3"),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0, "the signal is e2; settling is the last time |e2| = 0.05"],
+            check: |context| settling(context, "linear"),
+        },
+        Claim {
+            id: "cubic.ex1.settling-first-crossing",
+            place: "Example 1, footnote",
+            statement: "settling is the time at which the error is less than 0.05 for the first time (cubic 1.7 s, linear 2.3 s)",
+            printed: Printed::Decimals("1.7 2.3"),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0, "the signal is e2"],
+            check: first_crossings,
+        },
+        Claim {
+            id: "cubic.ex1.faster-from-every-direction",
+            place: "Section 1; Example 1",
+            statement: "the cubic observer settles before the linear one (share of all directions of e(0) with |e(0)| = 3 sqrt 2)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &["360 equally spaced directions", "settling is the last time |e2| = 0.05"],
+            check: every_direction,
+        },
+        Claim {
+            id: "cubic.eq4.input",
+            place: "after (7)",
+            statement: "the input does not affect the error: the largest difference of e with u = sin t and with u = 0 is rounding",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0],
+            check: input_does_not_matter,
+        },
+        Claim {
+            id: "cubic.fig1",
+            place: "Fig. 1",
+            statement: "the cubic estimate of x2 approaches x2 faster (settling times, cubic and linear)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0, "T = 4 s"],
+            check: |context| {
+                let run = example(context)?;
+                let [c, l] = both(|name| last_settling(&run, name))?;
+                Ok(Evidence::holds_by(c < l, [c, l]).into())
+            },
+        },
+        Claim {
+            id: "cubic.fig2",
+            place: "Fig. 2",
+            statement: "in the first 10 ms the cubic observer's Lyapunov function falls faster (V at 10 ms, cubic and linear)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0],
+            check: |context| falls_below(context, 0.01),
+        },
+        Claim {
+            id: "cubic.fig3",
+            place: "Fig. 3",
+            statement: "in the first second the cubic observer's Lyapunov function stays below the linear one's (V at 1 s, cubic and linear)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0],
+            check: |context| falls_below(context, 1.0),
+        },
+        Claim {
+            id: "cubic.fig4",
+            place: "Fig. 4",
+            statement: "the cubic observer has the smaller peak and the smaller settling time (peaks, then settling times, cubic and linear)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0],
+            check: |context| {
+                let run = example(context)?;
+                let [pc, pl] = both(|name| overshoot(&run, name))?;
+                let [sc, sl] = both(|name| last_settling(&run, name))?;
+                Ok(Evidence::holds_by(pc < pl && sc < sl, [pc, pl, sc, sl]).into())
+            },
+        },
+        Claim {
+            id: "cubic.fig5",
+            place: "Fig. 5",
+            statement: "gamma may be used as a design parameter: the overshoot of e2 falls with gamma (gamma = 0, 0.1, 0.5, 2, 10)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[XHAT0, "the paper does not print its list of gamma"],
+            check: |context| {
+                let overshoots =
+                    sweep(context)?.iter().map(|(_, run)| overshoot(run, "cubic")).collect::<Result<Vec<_>, _>>()?;
+                let falls = overshoots.windows(2).all(|pair| pair[1] < pair[0]);
+                Ok(Evidence::holds_by(falls, overshoots).into())
+            },
+        },
+    ]
+}
+
+/// The plant of Example 1.
+pub(super) fn plant() -> DynamicPlant {
+    double_integrator().to_dynamic()
+}
+
+/// The linear observer of Example 1.
+pub(super) fn linear() -> Result<LinearDesign, CheckError> {
+    Ok(LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?)
+}
+
+/// The cubic observer of Example 1.
+pub(super) fn cubic() -> Result<CubicDesign, CheckError> {
+    with_gamma(2.0)
+}
+
+fn with_gamma(gamma: f64) -> Result<CubicDesign, CheckError> {
+    Ok(CubicDesign::new(&linear()?, &DMatrix::from_element(1, 1, 10.0), &Correction::Gamma(gamma))?)
+}
+
+/// Both observers from the estimate 0, for a plant that starts at `e0`.
+fn race(e0: [f64; 2], input: Signal<'_>, end: f64) -> Result<Trajectory, CheckError> {
+    Ok(Scenario::new(plant())
+        .initial_state(&e0)
+        .input(input)
+        .observer("cubic", cubic()?.observer, &[0.0, 0.0])
+        .observer("linear", linear()?.observer, &[0.0, 0.0])
+        .until(end, 801)
+        .run()?)
+}
+
+/// The run behind Figures 1 to 4.
+fn example(context: &Context) -> Result<Arc<Trajectory>, CheckError> {
+    context.once("cubic.ex1", || race(E0, Signal::scalar(f64::sin), 4.0))
+}
+
+/// The runs behind Figure 5, by gamma.
+fn sweep(context: &Context) -> Result<Arc<Vec<(f64, Trajectory)>>, CheckError> {
+    context.once("cubic.ex1.sweep", || {
+        [0.0, 0.1, 0.5, 2.0, 10.0]
+            .into_iter()
+            .map(|gamma| {
+                // gamma = 0 is the linear observer, which the design of a cubic one rightly refuses.
+                let mut observer: CubicObserver<f64, Dyn, Dyn, Dyn> =
+                    with_gamma(if gamma > 0.0 { gamma } else { 1.0 })?.observer;
+                if gamma == 0.0 {
+                    observer.n.fill(0.0);
+                }
+                let run = Scenario::new(plant())
+                    .initial_state(&E0)
+                    .input(Signal::scalar(f64::sin))
+                    .observer("cubic", observer, &[0.0, 0.0])
+                    .until(4.0, 801)
+                    .run()?;
+                Ok((gamma, run))
+            })
+            .collect()
+    })
+}
+
+fn both(f: impl Fn(&str) -> Result<f64, CheckError>) -> Result<[f64; 2], CheckError> {
+    Ok([f("cubic")?, f("linear")?])
+}
+
+fn overshoot(run: &Trajectory, name: &str) -> Result<f64, CheckError> {
+    Ok(metrics::overshoot(&run.error_trace(name, 1)?).ok_or("e2 never changes its sign")?.value.abs())
+}
+
+fn last_settling(run: &Trajectory, name: &str) -> Result<f64, CheckError> {
+    Ok(metrics::settling_last(&run.error_trace(name, 1)?, BAND).ok_or("e2 does not settle in the time of the run")?)
+}
+
+fn peak(context: &Context, name: &str) -> Result<Outcome, CheckError> {
+    let run = example(context)?;
+    let largest = metrics::peak(&run.error_trace(name, 1)?)?;
+    Ok(Outcome::new(Evidence::value(overshoot(&run, name)?)).note(format!(
+        "The largest |e2| of all is {}, at t = {} s.",
+        short(largest.value.abs()),
+        short(largest.time)
+    )))
+}
+
+fn settling(context: &Context, name: &str) -> Result<Outcome, CheckError> {
+    Ok(Evidence::value(last_settling(&*example(context)?, name)?).into())
+}
+
+fn first_crossings(context: &Context) -> Result<Outcome, CheckError> {
+    let run = example(context)?;
+    let first =
+        both(|name| Ok(metrics::settling_first(&run.error_trace(name, 1)?, BAND).ok_or("e2 never enters the band")?))?;
+    Ok(Outcome::new(Evidence::value(first)).note(
+        "e2 swings through the band: it is below 0.05 for an instant long before it stays there. The printed times are those of the last crossing.",
+    ))
+}
+
+fn every_direction(_: &Context) -> Result<Outcome, CheckError> {
+    let radius = f64::hypot(E0[0], E0[1]);
+    let mut faster = 0;
+    let mut worst = (0.0, [0.0; 2]);
+    const DIRECTIONS: usize = 360;
+    // Every trajectory has its mirror image, so half of the circle tells all.
+    for k in 0..DIRECTIONS / 2 {
+        let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+        let e0 = [radius * angle.cos(), radius * angle.sin()];
+        let run = race(e0, Signal::zero(), 8.0)?;
+        let [c, l] = both(|name| last_settling(&run, name))?;
+        if c < l {
+            faster += 2;
+        }
+        if c - l > worst.0 {
+            worst = (c - l, e0);
+        }
+    }
+    let share = f64::from(faster) / DIRECTIONS as f64;
+    let (late, e0) = worst;
+    Ok(Outcome::new(Evidence::holds_by(faster == DIRECTIONS as i32, share)).note(format!(
+        "From e(0) = ({}, {}) the cubic observer settles {} s later.",
+        short(e0[0]),
+        short(e0[1]),
+        short(late)
+    )))
+}
+
+fn input_does_not_matter(context: &Context) -> Result<Outcome, CheckError> {
+    let (with, without) = (example(context)?, race(E0, Signal::zero(), 4.0)?);
+    let mut difference = 0.0_f64;
+    for name in ["cubic", "linear"] {
+        difference = difference.max((&with.observer(name)?.error - &without.observer(name)?.error).amax());
+    }
+    // The two runs choose their own steps, each to a relative accuracy of 1e-11 of a plant state of size 20.
+    Ok(Evidence::holds_by(difference < 1e-9, difference).into())
+}
+
+/// V of both observers at `samples` times of the first `end` seconds: (t, cubic, linear).
+fn lyapunov_functions(context: &Context, end: f64, samples: usize) -> Result<[Vec<f64>; 3], CheckError> {
+    let (run, p) = (example(context)?, linear()?.p);
+    let t: Vec<f64> = (0..samples).map(|k| end * k as f64 / (samples - 1) as f64).collect();
+    let values = |name| -> Result<Vec<f64>, CheckError> {
+        let v = metrics::lyapunov_trace(&run, name, &p)?;
+        Ok(t.iter().map(|&t| v.at(t)).collect::<Result<_, _>>()?)
+    };
+    Ok([t.clone(), values("cubic")?, values("linear")?])
+}
+
+fn falls_below(context: &Context, end: f64) -> Result<Outcome, CheckError> {
+    let [_, cubic, linear] = lyapunov_functions(context, end, 1001)?;
+    let below = cubic.iter().zip(&linear).skip(1).all(|(c, l)| c < l);
+    let at_end = cubic.last().zip(linear.last()).map(|(c, l)| [*c, *l]).ok_or("no samples")?;
+    Ok(Evidence::holds_by(below, at_end).into())
+}
+
+pub(super) fn figures() -> Vec<Drawing> {
+    vec![
+        Drawing { id: "cubic-fig1", draw: fig1 },
+        Drawing {
+            id: "cubic-fig2",
+            draw: |context| lyapunov_figure(context, 0.01, "Lyapunov functions, the first 10 ms"),
+        },
+        Drawing {
+            id: "cubic-fig3",
+            draw: |context| lyapunov_figure(context, 1.0, "Lyapunov functions, the first second"),
+        },
+        Drawing { id: "cubic-fig4", draw: fig4 },
+        Drawing { id: "cubic-fig5", draw: fig5 },
+        Drawing { id: "cubic-fan", draw: fan },
+    ]
+}
+
+fn column(m: &DMatrix<f64>, j: usize) -> Vec<f64> {
+    m.column(j).iter().copied().collect()
+}
+
+fn fig1(context: &Context) -> Result<Plate, CheckError> {
+    let run = example(context)?;
+    let (x2, cubic, linear) =
+        (column(&run.x, 1), column(&run.observer("cubic")?.estimate, 1), column(&run.observer("linear")?.estimate, 1));
+    let panel = Panel::new("time t (s)", "state x₂ and its estimates")
+        .series(Series::line("x₂", &run.t, &x2).hue(Hue::Palette(6)))
+        .series(Series::line("cubic", &run.t, &cubic).hue(Hue::Palette(0)))
+        .series(Series::line("linear", &run.t, &linear).hue(Hue::Palette(1)));
+    Ok(Plate {
+        figure: Figure::new("Fig. 1: the second state and its estimates")
+            .caption("Example 1, u = sin t, x(0) = (-3, -3), both observers from 0.")
+            .panel(panel),
+        data: Table::new()
+            .column("t", run.t.clone())
+            .column("x2", x2)
+            .column("x2_cubic", cubic)
+            .column("x2_linear", linear),
+    })
+}
+
+fn lyapunov_figure(context: &Context, end: f64, title: &str) -> Result<Plate, CheckError> {
+    let [t, cubic, linear] = lyapunov_functions(context, end, 501)?;
+    let number = if end < 0.1 { 2 } else { 3 };
+    let (unit, scale) = if end < 0.1 { ("time t (ms)", 1e3) } else { ("time t (s)", 1.0) };
+    let shown: Vec<f64> = t.iter().map(|t| t * scale).collect();
+    let panel = Panel::new(unit, "V = e′Pe")
+        .series(Series::line("cubic", &shown, &cubic))
+        .series(Series::line("linear", &shown, &linear));
+    Ok(Plate {
+        figure: Figure::new(format!("Fig. {number}: {title}"))
+            .caption("Example 1, the same P for both observers, from e(0) = (-3, -3).")
+            .panel(panel),
+        data: Table::new().column("t", t).column("v_cubic", cubic).column("v_linear", linear),
+    })
+}
+
+fn fig4(context: &Context) -> Result<Plate, CheckError> {
+    let run = example(context)?;
+    let (cubic, linear) = (column(&run.observer("cubic")?.error, 1), column(&run.observer("linear")?.error, 1));
+    let panel = Panel::new("time t (s)", "error e₂")
+        .mark(Mark::horizontal_band(-BAND, BAND))
+        .series(Series::line("cubic", &run.t, &cubic))
+        .series(Series::line("linear", &run.t, &linear));
+    Ok(Plate {
+        figure: Figure::new("Fig. 4: the error of the second state")
+            .caption("Example 1 from e(0) = (-3, -3). The grey band, ±0.05, is that of the settling time.")
+            .panel(panel),
+        data: Table::new().column("t", run.t.clone()).column("e2_cubic", cubic).column("e2_linear", linear),
+    })
+}
+
+fn fig5(context: &Context) -> Result<Plate, CheckError> {
+    let runs = sweep(context)?;
+    let mut panel = Panel::new("time t (s)", "error e₂");
+    let mut data = Table::new();
+    for (k, (gamma, run)) in runs.iter().enumerate() {
+        let e2 = column(&run.observer("cubic")?.error, 1);
+        if k == 0 {
+            data = data.column("t", run.t.clone());
+        }
+        let name = if *gamma == 0.0 { "γ = 0 (linear)".to_owned() } else { format!("γ = {gamma}") };
+        panel = panel.series(Series::line(name, &run.t, &e2));
+        data = data.column(format!("e2_gamma_{gamma}"), e2);
+    }
+    Ok(Plate {
+        figure: Figure::new("Fig. 5: the error of the second state for several γ")
+            .caption("Example 1 from e(0) = (-3, -3), θ = 10. The paper does not print its list of γ.")
+            .panel(panel),
+        data,
+    })
+}
+
+/// e2 over time from every direction of e(0), the linear observer beside the cubic one.
+fn fan(_: &Context) -> Result<Plate, CheckError> {
+    const DIRECTIONS: usize = 24;
+    let radius = f64::hypot(E0[0], E0[1]);
+    let mut panels = ["linear", "cubic"].map(|name| {
+        Panel::new("time t (s)", "error e₂").title(name).x_range(0.0, 4.0).mark(Mark::horizontal_band(-BAND, BAND))
+    });
+    let mut data = Table::new();
+    for k in 0..DIRECTIONS {
+        let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+        let run = race([radius * angle.cos(), radius * angle.sin()], Signal::zero(), 8.0)?;
+        if k == 0 {
+            data = data.column("t", run.t.clone());
+        }
+        let settles_first = last_settling(&run, "cubic")? < last_settling(&run, "linear")?;
+        for (panel, name) in panels.iter_mut().zip(["linear", "cubic"]) {
+            let e2 = column(&run.observer(name)?.error, 1);
+            let (legend, hue) = if settles_first {
+                ("cubic settles first", Hue::Palette(0))
+            } else {
+                ("linear settles first", Hue::Palette(1))
+            };
+            *panel = panel
+                .clone()
+                .series(Series::line(legend, &run.t, &e2).hue(hue).width(0.7).dash(crate::figure::Dash::Solid));
+            data = data.column(format!("e2_{name}_{}deg", k * 360 / DIRECTIONS), e2);
+        }
+    }
+    let [linear, cubic] = panels;
+    Ok(Plate {
+        figure: Figure::new("Beyond the paper: e₂ from every direction of e(0)")
+            .caption(
+                "Example 1, |e(0)| = 3√2, 24 directions, coloured by which observer settles first (last time |e₂| = 0.05). The cubic \
+                 observer is not faster from everywhere.",
+            )
+            .panel(linear)
+            .panel(cubic)
+            .columns(2),
+        data,
+    })
+}
+
+/// An initial error from which the cubic observer settles later, and by how much (s).
+pub(super) fn slower_direction() -> Result<(Value, f64), CheckError> {
+    let e0 = [-3.0, 3.0];
+    let run = race(e0, Signal::zero(), 8.0)?;
+    let [c, l] = both(|name| last_settling(&run, name))?;
+    Ok((Value::from(e0), c - l))
+}

@@ -1,0 +1,270 @@
+//! Example 3: the observer in the loop `u = -K xhat`. Figure 9.
+
+use std::sync::Arc;
+
+use luenberger_design::{Decrease, DesignError, LinearDesign, Obstruction, Wish, robust};
+use luenberger_linalg::{kalman_gain, lqr, spectral_abscissa};
+use luenberger_observers::{CubicObserver, LinearObserver, Observer};
+use luenberger_plants::{DynamicPlant, third_order};
+use luenberger_sim::{Integrand, Scenario, Signal, SimError, Trajectory};
+use nalgebra::{DMatrix, DVector, dmatrix};
+
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::{Evidence, Tolerance};
+use crate::figure::{Figure, Panel, Series};
+use crate::paper::{Drawing, Plate};
+use crate::table::Table;
+use crate::value::{Printed, Value, short};
+
+const START: &str = "x(0) = (1, 1, 1), xhat(0) = 0, T = 30 s, none of which is printed";
+const SIGN: &str = "N = -10 L: the printed sign makes the loop blow up";
+const PRINTED: &str = "K and L as printed, to three decimals";
+const END: f64 = 30.0;
+const THETA: f64 = 10.0;
+
+pub(super) fn claims() -> Vec<Claim> {
+    vec![
+        Claim {
+            id: "cubic.ex3.feedback-gain",
+            place: "Example 3",
+            statement: "K is the LQR gain for Q = I, R = I",
+            printed: Printed::Decimals("-.597 2.004 2.511; -.197 .757 7.510"),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &["the paper does not say how K was found"],
+            check: |_| {
+                let plant = plant();
+                Ok(Evidence::value(&lqr(&plant.a, &plant.b, &DMatrix::identity(3, 3), &DMatrix::identity(2, 2))?.k)
+                    .into())
+            },
+        },
+        Claim {
+            id: "cubic.ex3.observer-gain",
+            place: "Example 3",
+            statement: "L is a Kalman gain",
+            printed: Printed::Decimals(".267; -1.429; 3.904"),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &["process noise W = BB', measurement noise R = 100; the paper does not say how L was found"],
+            check: |_| {
+                let plant = plant();
+                let w = &plant.b * plant.b.transpose();
+                Ok(Evidence::value(&kalman_gain(&plant.a, &plant.c, &w, &dmatrix![100.0])?.l).into())
+            },
+        },
+        Claim {
+            id: "cubic.ex3.sign-of-n",
+            place: "Example 3",
+            statement: "N = +10 L is admissible: some P > 0 satisfies (12) and (13')",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[PRINTED],
+            check: sign_of_n,
+        },
+        Claim {
+            id: "cubic.ex3.equilibrium",
+            place: "Example 3, (11)",
+            statement: "with N = +10 L the origin is the only equilibrium of the error",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[PRINTED],
+            check: equilibrium,
+        },
+        Claim {
+            id: "cubic.ex3.blow-up-time",
+            place: "Example 3, Fig. 9",
+            statement: "with N = +10 L the loop runs to T = 30 s (the time to which the solution exists)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[PRINTED, START],
+            check: blow_up,
+        },
+        Claim {
+            id: "cubic.ex3.cost-linear",
+            place: "Example 3, Fig. 9",
+            statement: "the regulation cost with the linear observer exceeds that with the cubic one (cost at T)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[PRINTED, SIGN, START],
+            check: |context| cost(context, "linear"),
+        },
+        Claim {
+            id: "cubic.ex3.cost-cubic",
+            place: "Example 3, Fig. 9",
+            statement: "the regulation cost with the cubic observer is below that with the linear one (cost at T)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[PRINTED, SIGN, START],
+            check: |context| cost(context, "cubic"),
+        },
+        Claim {
+            id: "cubic.fig9",
+            place: "Fig. 9",
+            statement: "the cost with the cubic observer is the smaller one at T (costs, cubic and linear)",
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions: &[PRINTED, SIGN, START],
+            check: |context| {
+                let loops = loops(context)?;
+                let (c, l) = (final_cost(&loops.cubic)?, final_cost(&loops.linear)?);
+                Ok(Evidence::holds_by(c < l, [c, l]).into())
+            },
+        },
+    ]
+}
+
+fn plant() -> DynamicPlant {
+    third_order::example3().to_dynamic()
+}
+
+/// K as printed.
+fn feedback_gain() -> DMatrix<f64> {
+    dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510]
+}
+
+/// L as printed.
+fn observer_gain() -> DMatrix<f64> {
+    dmatrix![0.267; -1.429; 3.904]
+}
+
+/// The cubic observer with `N = factor L`.
+fn observer(factor: f64) -> Result<CubicObserver<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>, CheckError> {
+    let l = observer_gain();
+    let n = &l * factor;
+    Ok(CubicObserver::of(plant(), l, n, dmatrix![THETA])?)
+}
+
+/// The loop around one observer, with its cost.
+fn close<'a>(observer: impl Observer<f64> + 'a, k: DMatrix<f64>) -> Result<Trajectory, SimError> {
+    Scenario::new(plant())
+        .initial_state(&[1.0; 3])
+        .observer("observer", observer, &[0.0; 3])
+        .input(Signal::feedback("observer", k))
+        .integral("cost", Integrand::quadratic_cost(DMatrix::identity(3, 3), DMatrix::identity(2, 2)))
+        .until(END, 1201)
+        .run()
+}
+
+struct Loops {
+    cubic: Trajectory,
+    linear: Trajectory,
+}
+
+fn loops(context: &Context) -> Result<Arc<Loops>, CheckError> {
+    context.once("cubic.ex3", || {
+        Ok(Loops {
+            cubic: close(observer(-10.0)?, feedback_gain())?,
+            linear: close(LinearObserver::of(plant(), observer_gain())?, feedback_gain())?,
+        })
+    })
+}
+
+fn final_cost(run: &Trajectory) -> Result<f64, CheckError> {
+    Ok(run.integral_trace("cost")?.last())
+}
+
+fn cost(context: &Context, which: &str) -> Result<Outcome, CheckError> {
+    let loops = loops(context)?;
+    let (c, l) = (final_cost(&loops.cubic)?, final_cost(&loops.linear)?);
+    Ok(Evidence::holds_by(c < l, if which == "cubic" { c } else { l }).into())
+}
+
+fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
+    let (plant, l) = (plant(), observer_gain());
+    let f = &plant.a - &l * &plant.c;
+    match robust::lyapunov_matrix_for_gain(&f, &plant.c, &(&l * 10.0)) {
+        Err(DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. }) => {
+            let opposite = robust::lyapunov_matrix_for_gain(&f, &plant.c, &(&l * -10.0)).is_ok();
+            Ok(Outcome::new(Evidence::Counterexample {
+                what: "P N = -C'S with S >= 0 gives N'PN = -S C N <= 0 as soon as C N > 0, but P > 0".to_owned(),
+                violation: cn,
+                witness: Some(Value::Number(cn)),
+            })
+            .note(if opposite {
+                "With N = -10 L a P is found and proved: the sign is a misprint."
+            } else {
+                ""
+            }))
+        }
+        Err(other) => Err(other.into()),
+        Ok((p, _)) => Ok(Evidence::holds_by(true, p).into()),
+    }
+}
+
+/// A solution v != 0 of `F v + theta (Cv)^2 N C v = 0`: with `w = F^-1 N`, v = -theta y^3 w and `y = C v`, hence `theta y^2 C w = -1`.
+fn equilibrium(_: &Context) -> Result<Outcome, CheckError> {
+    let observer = observer(10.0)?;
+    let f = &observer.a - &observer.l * &observer.c;
+    let w = f.clone().lu().solve(&observer.n).ok_or("F is singular")?;
+    let cw = (&observer.c * &w)[(0, 0)];
+    let y_squared = -1.0 / (THETA * cw);
+    if y_squared <= 0.0 {
+        return Ok(Evidence::holds_by(true, cw).into());
+    }
+    let y = y_squared.sqrt();
+    let v = DVector::from_column_slice((&w * (-THETA * y.powi(3))).as_slice());
+    let rate = (&f * &v + &observer.n * (THETA * y.powi(3))).amax();
+    Ok(Outcome::new(Evidence::holds_by(false, &v))
+        .note(format!("The error stands still at this v: the entries of e' there are below {}.", short(rate))))
+}
+
+fn blow_up(_: &Context) -> Result<Outcome, CheckError> {
+    match close(observer(10.0)?, feedback_gain()) {
+        Err(SimError::BlowUp { time, norm }) => {
+            let (c, n) = (plant().c, observer_gain() * 10.0);
+            let y0: f64 = c.iter().sum();
+            let alone = 1.0 / (2.0 * THETA * (c * n)[(0, 0)] * y0 * y0);
+            Ok(Outcome::new(Evidence::holds_by(false, time)).note(format!(
+                "An entry of the solution reaches {} then. The cubic term alone would blow up at 1/(2 theta C N y(0)^2) = {} s.",
+                short(norm),
+                short(alone)
+            )))
+        }
+        Err(other) => Err(other.into()),
+        Ok(_) => Ok(Evidence::holds_by(true, END).into()),
+    }
+}
+
+/// By how much the loop of Corollary 1's premise is stable, and when the loop of its conclusion ends, for `N = +10 L`.
+pub(super) fn stable_linear_loop_that_blows_up() -> Result<(f64, f64), CheckError> {
+    let plant = plant();
+    let abscissa = f64::max(
+        spectral_abscissa(&(&plant.a - &plant.b * feedback_gain()))?,
+        spectral_abscissa(&(&plant.a - observer_gain() * &plant.c))?,
+    );
+    match close(observer(10.0)?, feedback_gain()) {
+        Err(SimError::BlowUp { time, .. }) => Ok((-abscissa, time)),
+        Err(other) => Err(other.into()),
+        Ok(_) => Ok((-abscissa, f64::INFINITY)),
+    }
+}
+
+/// The smallest eigenvalue of the solution of (9) for L = 0, which leaves the observable plant of Example 3 unstable.
+pub(super) fn lyapunov_without_gain() -> Result<f64, CheckError> {
+    let plant = plant();
+    let p = luenberger_linalg::lyapunov(&plant.a, &DMatrix::identity(3, 3))?.p;
+    Ok(luenberger_linalg::lambda_min(&p)?)
+}
+
+/// The linear observer of Example 3, certified.
+pub(super) fn linear() -> Result<LinearDesign, CheckError> {
+    Ok(LinearDesign::new(&plant(), &Wish::Gain(observer_gain()), &Decrease::Scaled(1.0))?)
+}
+
+pub(super) fn figures() -> Vec<Drawing> {
+    vec![Drawing { id: "cubic-fig9", draw: fig9 }]
+}
+
+fn fig9(context: &Context) -> Result<Plate, CheckError> {
+    let loops = loops(context)?;
+    let (cubic, linear) = (loops.cubic.integral("cost")?.to_vec(), loops.linear.integral("cost")?.to_vec());
+    let t = loops.cubic.t.clone();
+    let panel = Panel::new("time t (s)", "cost ∫(x′x + u′u) dt")
+        .series(Series::line("cubic", &t, &cubic))
+        .series(Series::line("linear", &t, &linear));
+    Ok(Plate {
+        figure: Figure::new("Fig. 9: the regulation cost with either observer in the loop")
+            .caption("Example 3 with N = -10 L (the printed sign blows up), from x(0) = (1, 1, 1), x̂(0) = 0.")
+            .panel(panel),
+        data: Table::new().column("t", t).column("cost_cubic", cubic).column("cost_linear", linear),
+    })
+}

@@ -1,0 +1,51 @@
+//! Random plants for the theorems: seeded, so that every run examines the same ones.
+
+use luenberger_plants::DynamicPlant;
+use nalgebra::{DMatrix, DVector};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::claim::CheckError;
+
+/// The seed of every random case of this paper; it is named in the notes.
+pub(super) const SEED: u64 = 2019;
+
+/// A source of random matrices.
+pub(super) struct Random(ChaCha8Rng);
+
+impl Random {
+    pub(super) fn new() -> Self {
+        Self(ChaCha8Rng::seed_from_u64(SEED))
+    }
+
+    /// Uniform on [-1, 1), from the upper 53 bits.
+    fn entry(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
+    }
+
+    pub(super) fn matrix(&mut self, rows: usize, columns: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(rows, columns, |_, _| self.entry())
+    }
+
+    pub(super) fn vector(&mut self, n: usize) -> DVector<f64> {
+        DVector::from_fn(n, |_, _| self.entry())
+    }
+
+    /// A plant with n states, one input and p outputs; observable with probability one.
+    pub(super) fn plant(&mut self, n: usize, p: usize) -> Result<DynamicPlant, CheckError> {
+        Ok(DynamicPlant::new(self.matrix(n, n), self.matrix(n, 1), self.matrix(p, n))?)
+    }
+
+    /// `S = D D' + I/10 + (K - K')`: `S + S' > 0`, and not symmetric.
+    pub(super) fn accretive(&mut self, p: usize) -> DMatrix<f64> {
+        let (d, k) = (self.matrix(p, p), self.matrix(p, p));
+        &d * d.transpose() + DMatrix::identity(p, p) * 0.1 + &k - k.transpose()
+    }
+
+    /// `D D' + I/10`.
+    pub(super) fn definite(&mut self, p: usize) -> DMatrix<f64> {
+        let d = self.matrix(p, p);
+        let product = &d * d.transpose() + DMatrix::identity(p, p) * 0.1;
+        (&product + product.transpose()) * 0.5
+    }
+}

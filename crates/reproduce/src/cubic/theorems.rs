@@ -1,0 +1,367 @@
+//! Theorems 1 to 3 and 6, Lemma 1, Corollary 1 and the first and third remarks: what holds, what does not, and what holds instead.
+
+use luenberger_design::{
+    Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Theorem1, Wish,
+    theta_from_cost_shares, theta_from_importance,
+};
+use luenberger_linalg::{lambda_max, lqr};
+use luenberger_proof::Verdict;
+use luenberger_proof::statement::Reach;
+use luenberger_sim::{Integrand, Scenario, metrics};
+use nalgebra::{DMatrix, DVector, dmatrix};
+
+use super::random::{Random, SEED};
+use super::{example1, example3};
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::{Evidence, Tolerance};
+use crate::value::{Printed, Value, short};
+
+pub(super) fn claims() -> Vec<Claim> {
+    let claim = |id, place, statement, assumptions, check| Claim {
+        id,
+        place,
+        statement,
+        printed: Printed::Holds(true),
+        tolerance: Tolerance::AsPrinted,
+        assumptions,
+        check,
+    };
+    vec![
+        claim(
+            "cubic.eq9",
+            "after (9)",
+            "(9) has a solution P > 0 for every Q > 0 if (A, C) is observable",
+            &["the plant of Example 3 with L = 0"],
+            lyapunov_needs_a_stable_matrix,
+        ),
+        claim(
+            "cubic.thm1.strict",
+            "Theorem 1, (13)",
+            "P N C + C'N'P < 0 can be fulfilled by an observer of fewer outputs than states",
+            &["Example 1"],
+            strict,
+        ),
+        claim(
+            "cubic.thm1.nonstrict",
+            "Theorem 1, read with (13')",
+            "(12) and P N C + C'N'P <= 0 give global exponential stability",
+            &["random plants with n = 1..5, p <= n, every admissible form of S"],
+            nonstrict,
+        ),
+        claim("cubic.lemma1", "Lemma 1", "if M + M' < 0, then v'Mv < 0 for all v (the value at v = 0)", &[], lemma1),
+        claim(
+            "cubic.thm2",
+            "Theorem 2, (14)",
+            "N = -gamma P^-1 C' theta fulfils (11) and (13')",
+            &["(13) is read as (13')", "random plants"],
+            theorem2,
+        ),
+        claim(
+            "cubic.thm2.arrow",
+            "Theorem 2, (18)",
+            "P(A - LC) < 0 if and only if -gamma C'theta C (A - LC)^-1 P^-1 C'theta C >= 0",
+            &[],
+            arrow,
+        ),
+        claim(
+            "cubic.thm3",
+            "Theorem 3, (19)",
+            "at equal error norms V_c' <= V_l' (the largest V_c' - V_l' over random plants and errors)",
+            &["Q = rho I", "(13) is read as (13')"],
+            theorem3,
+        ),
+        claim(
+            "cubic.thm3.faster",
+            "after Theorem 3",
+            "from equal errors the cubic observer has a faster response",
+            &["Example 1; faster is read as: settles earlier"],
+            faster,
+        ),
+        claim(
+            "cubic.thm3.cost",
+            "beyond the paper",
+            "for Q = rho I the infinite-horizon cost of the cubic observer never exceeds the linear one's",
+            &["random plants and errors; the proof stands in docs/theory-cubic.md"],
+            cost,
+        ),
+        claim(
+            "cubic.remark1",
+            "Remark 1",
+            "theta may be chosen from weights of the outputs or from their share of the linear observer's cost",
+            &["random plants with two outputs"],
+            remark1,
+        ),
+        claim(
+            "cubic.remark2",
+            "Remark 2",
+            "V_CZ = 1 - exp(-e'Pe) lies in (0, 1) and decreases along the error",
+            &["Example 1, with e(0) scaled to 1/10 so that V_CZ is not rounded to 1"],
+            remark2,
+        ),
+        claim(
+            "cubic.remark3",
+            "Remark 3, (10)",
+            "from equal errors V_c'(0) <= V_l'(0), by a term that grows with the fourth power of e(0) (factor for a doubled e(0))",
+            &["random plants"],
+            remark3,
+        ),
+        claim(
+            "cubic.thm6",
+            "Theorem 6, (25)",
+            "with P of the observer and A - BK Hurwitz, some P1 > 0 fulfils (25)",
+            &["random plants with LQR gains; P1 is the solution of a Lyapunov equation, scaled"],
+            theorem6,
+        ),
+        claim(
+            "cubic.cor1",
+            "Corollary 1",
+            "the loop with the cubic observer is stable if the loop with the linear one is",
+            &["Example 3 with the printed N = +10 L"],
+            corollary1,
+        ),
+    ]
+}
+
+fn seeded(what: &str) -> String {
+    format!("{what} Seed {SEED}.")
+}
+
+fn lyapunov_needs_a_stable_matrix(_: &Context) -> Result<Outcome, CheckError> {
+    let lambda_min = example3::lyapunov_without_gain()?;
+    Ok(Outcome::new(Evidence::Counterexample {
+        what: "A'P + PA = -I has a solution with a negative eigenvalue, although (A, C) is observable".to_owned(),
+        violation: -lambda_min,
+        witness: Some(Value::Number(lambda_min)),
+    })
+    .note("P > 0 exists iff A - LC is Hurwitz; observability provides an L that makes it so."))
+}
+
+fn strict(_: &Context) -> Result<Outcome, CheckError> {
+    let design = example1::cubic()?;
+    let o = &design.observer;
+    let conditions = Theorem1::examine(&example1::plant(), (&o.l, &o.n, &o.theta), &design.p)?;
+    Ok(Outcome::new(Evidence::proof(&conditions.strict)).note(
+        "For every v with Cv = 0 the form vanishes, whatever P and N are: (13) can only hold with <=, which suffices.",
+    ))
+}
+
+/// `None` where the prover stayed undecided.
+fn truth<W>(verdicts: &[Verdict<W>]) -> Option<bool> {
+    if verdicts.iter().any(Verdict::is_refuted) {
+        Some(false)
+    } else if verdicts.iter().all(Verdict::is_proved) {
+        Some(true)
+    } else {
+        None
+    }
+}
+
+/// Whether every fact is proved, and the gains as stored converge from everywhere.
+fn certified(certificate: &Certificate) -> Option<bool> {
+    let verdicts: Vec<_> = certificate.facts.iter().map(|fact| fact.verdict.clone()).collect();
+    match (truth(&verdicts), certificate.deployed.as_ref().map(|deployed| &deployed.reach)) {
+        (Some(true), Some(Reach::Everywhere { .. })) => Some(true),
+        (Some(true), _) => None,
+        (other, _) => other,
+    }
+}
+
+/// One cubic observer for each size up to 5 and each number of outputs.
+fn random_designs(
+    mut correction: impl FnMut(&mut Random, usize) -> Correction,
+) -> Result<Vec<CubicDesign>, CheckError> {
+    let mut random = Random::new();
+    let mut designs = Vec::new();
+    for n in 1..=5 {
+        for p in 1..=n {
+            let plant = random.plant(n, p)?;
+            let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
+            let linear = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+            let correction = correction(&mut random, p);
+            designs.push(CubicDesign::new(&linear, &random.definite(p), &correction)?);
+        }
+    }
+    Ok(designs)
+}
+
+fn nonstrict(_: &Context) -> Result<Outcome, CheckError> {
+    let general = random_designs(|random, p| Correction::General(random.accretive(p)))?;
+    let radial = random_designs(|_, _| Correction::Radial(1.0))?;
+    let cases = general.iter().chain(&radial).map(|design| certified(&design.certificate));
+    Ok(Outcome::new(Evidence::cases(cases)).note(seeded(
+        "Each case proves P > 0, (12), theta >= 0 and (13') outside floating point, and convergence from every error for the gains as stored.",
+    )))
+}
+
+fn lemma1(_: &Context) -> Result<Outcome, CheckError> {
+    let m = dmatrix![-1.0, 5.0; -5.0, -1.0];
+    let at = |v: &DVector<f64>| v.dot(&(&m * v));
+    let zero = at(&DVector::zeros(2));
+    let mut random = Random::new();
+    let elsewhere = (0..100).map(|_| random.vector(2)).all(|v| at(&v) < 0.0);
+    let note = if elsewhere {
+        "At v = 0 the value is 0, not less. For v != 0 the lemma holds, since v'(M + M')v = 2 v'Mv."
+    } else {
+        "At v = 0 the value is 0, not less."
+    };
+    Ok(Outcome::new(Evidence::holds_by(zero < 0.0, zero)).note(note))
+}
+
+fn theorem2(_: &Context) -> Result<Outcome, CheckError> {
+    let designs = random_designs(|_, _| Correction::Gamma(2.0))?;
+    Ok(Outcome::new(Evidence::cases(designs.iter().map(|design| certified(&design.certificate))))
+        .note(seeded("(11) follows: at an equilibrium v != 0 V' would be 0, but it is at most -v'Qv.")))
+}
+
+/// With C = (1, 0), theta = gamma = 1, P = I and A - LC = diag(-1, 1), the right side holds and the left does not.
+fn arrow(_: &Context) -> Result<Outcome, CheckError> {
+    let m = dmatrix![-1.0, 0.0; 0.0, 1.0];
+    let w = dmatrix![1.0, 0.0; 0.0, 0.0];
+    let inverse = m.clone().try_inverse().ok_or("M is singular")?;
+    let right = -(&w * inverse * &w);
+    let right_holds = -lambda_max(&-right)? >= 0.0;
+    let left = lambda_max(&(&m + m.transpose()))?;
+    Ok(Outcome::new(Evidence::Counterexample {
+        what: "the right side holds, and the largest eigenvalue of P(A - LC) + (A - LC)'P is positive".to_owned(),
+        violation: if right_holds { left } else { -1.0 },
+        witness: Some(Value::from(&m)),
+    })
+    .note("The implication from left to right is true, and is all that the proof needs."))
+}
+
+/// `V_c' - V_l' = (y~'theta y~) e'(PNC + C'N'P)e` and the scale of its terms.
+fn excess(design: &CubicDesign, e: &DVector<f64>) -> (f64, f64) {
+    let o = &design.observer;
+    let y = &o.c * e;
+    let weight = y.dot(&(&o.theta * &y));
+    let form = 2.0 * (&design.p * e).dot(&(&o.n * &y));
+    (weight * form, weight * (&design.p * e).norm() * o.n.norm() * y.norm())
+}
+
+fn theorem3(_: &Context) -> Result<Outcome, CheckError> {
+    let mut random = Random::new();
+    let mut largest = f64::NEG_INFINITY;
+    let mut holds = true;
+    for design in random_designs(|random, p| Correction::General(random.accretive(p)))? {
+        for _ in 0..100 {
+            let e = random.vector(design.p.nrows());
+            let (excess, scale) = excess(&design, &e);
+            largest = largest.max(excess);
+            // The products of n terms are rounded; the sign beyond that is what is tested.
+            holds &= excess <= 4.0 * design.p.nrows() as f64 * f64::EPSILON * scale;
+        }
+    }
+    Ok(Outcome::new(Evidence::holds_by(holds, largest)).note(seeded(
+        "At equal norms both derivatives are -rho |e|^2 but for the cubic term, which is never positive. It compares derivatives, not errors.",
+    )))
+}
+
+fn faster(_: &Context) -> Result<Outcome, CheckError> {
+    let (e0, late) = example1::slower_direction()?;
+    Ok(Outcome::new(Evidence::Counterexample {
+        what: "from this e(0) the cubic observer settles later than the linear one (s)".to_owned(),
+        violation: late,
+        witness: Some(e0),
+    })
+    .note("What holds from every e(0) is the comparison of the costs over an infinite time."))
+}
+
+/// Integrated to T = 40, when an error of the slowest rate, 1, has decayed to 1e-17.
+fn cost(_: &Context) -> Result<Outcome, CheckError> {
+    let mut random = Random::new();
+    let mut truths = Vec::new();
+    let mut largest = f64::NEG_INFINITY;
+    for (n, p) in [(2, 1), (3, 1), (3, 2), (4, 2)] {
+        let plant = random.plant(n, p)?;
+        let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
+        let linear = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+        let correction = Correction::General(random.accretive(p));
+        let cubic = CubicDesign::new(&linear, &random.definite(p), &correction)?;
+        for size in [0.1, 1.0, 10.0] {
+            let e0 = random.vector(n) * size;
+            // The error does not depend on the plant's state, so the plant rests at 0, where no growth of x spoils x - xhat.
+            let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
+            let run = Scenario::new(&plant)
+                .observer("cubic", cubic.observer.clone(), &xhat0)
+                .observer("linear", linear.observer.clone(), &xhat0)
+                .integral("cubic", Integrand::squared_error("cubic"))
+                .integral("linear", Integrand::squared_error("linear"))
+                .until(40.0, 11)
+                .run()?;
+            let (c, l) = (run.integral_trace("cubic")?.last(), run.integral_trace("linear")?.last());
+            let exact = e0.dot(&(&linear.p * &e0));
+            largest = largest.max(c / exact);
+            // The linear integral must meet its closed form, or the comparison would say nothing.
+            truths.push(Some(c <= exact && (l - exact).abs() <= 1e-8 * exact));
+        }
+    }
+    Ok(Outcome::new(Evidence::cases(truths)).note(seeded(&format!(
+        "The cost of the linear observer is e(0)'Pe(0)/rho; that of the cubic one is at most {} of it in these cases.",
+        short(largest)
+    ))))
+}
+
+fn remark1(_: &Context) -> Result<Outcome, CheckError> {
+    let mut random = Random::new();
+    let mut truths = Vec::new();
+    for n in 2..=5 {
+        let plant = random.plant(n, 2)?;
+        let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
+        let linear = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+        for theta in [theta_from_importance(&[3.0, 1.0])?, theta_from_cost_shares(&linear, None, 1.0)?] {
+            truths.push(certified(&CubicDesign::new(&linear, &theta, &Correction::Gamma(1.0))?.certificate));
+        }
+    }
+    Ok(Outcome::new(Evidence::cases(truths)).note(seeded("Any theta >= 0 is admissible.")))
+}
+
+fn remark2(_: &Context) -> Result<Outcome, CheckError> {
+    let (linear, cubic) = (example1::linear()?, example1::cubic()?);
+    let run = Scenario::new(example1::plant()).observer("cubic", cubic.observer, &[0.3, 0.3]).until(4.0, 401).run()?;
+    let zubov: Vec<f64> = metrics::lyapunov(&run, "cubic", &linear.p)?.iter().map(|v| 1.0 - (-v).exp()).collect();
+    let holds = zubov.iter().all(|v| 0.0 < *v && *v < 1.0) && zubov.windows(2).all(|pair| pair[1] < pair[0]);
+    Ok(Outcome::new(Evidence::holds_by(holds, [zubov[0], zubov[zubov.len() - 1]]))
+        .note("Its derivative is exp(-V) V', so it proves what V proves, no more and no less."))
+}
+
+fn remark3(_: &Context) -> Result<Outcome, CheckError> {
+    let mut random = Random::new();
+    let (mut holds, mut factor) = (true, 0.0);
+    for design in random_designs(|_, _| Correction::Gamma(1.0))? {
+        let e = random.vector(design.p.nrows());
+        let ((once, scale), (twice, _)) = (excess(&design, &e), excess(&design, &(&e * 2.0)));
+        holds &= once <= 4.0 * design.p.nrows() as f64 * f64::EPSILON * scale;
+        factor = twice / once;
+        holds &= (factor - 16.0).abs() < 1e-9;
+    }
+    Ok(Outcome::new(Evidence::holds_by(holds, factor))
+        .note(seeded("It compares derivatives at t = 0, not the errors after it.")))
+}
+
+fn theorem6(_: &Context) -> Result<Outcome, CheckError> {
+    let designs = random_designs(|_, _| Correction::Gamma(1.0))?;
+    let mut truths = Vec::new();
+    for design in &designs {
+        let o = &design.observer;
+        let (n, m) = o.b.shape();
+        let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m))?.k;
+        truths.push(certified(&FeedbackDesign::new(design, &k)?.certificate));
+    }
+    Ok(Outcome::new(Evidence::cases(truths)).note(seeded("Feasible for every such plant: P1 only has to be scaled.")))
+}
+
+fn corollary1(_: &Context) -> Result<Outcome, CheckError> {
+    let (stability, time) = example3::stable_linear_loop_that_blows_up()?;
+    let violated = stability > 0.0 && time.is_finite();
+    Ok(Outcome::new(Evidence::Counterexample {
+        what: format!(
+            "every pole of the linear loop is left of -{}, and the cubic loop blows up at t = {} s; the violation is the former",
+            short(stability),
+            short(time)
+        ),
+        violation: if violated { stability } else { -1.0 },
+        witness: None,
+    })
+    .note("With (13'), N = -P^-1 C'S, the corollary holds: Theorem 6 applies to every stable linear loop."))
+}
