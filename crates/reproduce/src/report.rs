@@ -93,9 +93,10 @@ fn findings(page: &mut String, papers: &[Paper], records: &[Record]) {
         for record in finding.claims.iter().filter_map(|id| records.iter().find(|record| record.id == *id)) {
             let _ = write!(
                 page,
-                "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}</li>",
+                "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}<div class=\"note\">{}</div></li>",
                 badge(record),
                 numbers(record),
+                escape(&record.note),
                 id = escape(&record.id)
             );
         }

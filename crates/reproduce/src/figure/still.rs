@@ -153,17 +153,20 @@ impl Page {
         }
         let (key, gap, row) = (40.0, 20.0, 27.0);
         let left = panels.first().map_or(0.0, Prepared::left);
-        // Columns of equal width read better than a ragged line once there is more than one row.
         let widths: Vec<f64> = entries.iter().map(|(name, _)| key + 8.0 + text_width(name, NUMBER) + gap).collect();
         let room = width - left - 20.0 + gap;
-        let one_row = widths.iter().sum::<f64>() <= room;
-        let widest = widths.iter().copied().fold(0.0, f64::max);
-        let at_most = if one_row { entries.len() } else { ((room / widest).floor() as usize).max(1) };
-        // As many rows as needed, and these equally full.
-        let per_row = entries.len().div_ceil(entries.len().div_ceil(at_most));
+        // Columns as wide as their widest entry, in as few rows as fit, and these equally full.
+        let columns = |per_row: usize| -> Vec<f64> {
+            (0..per_row).map(|c| widths.iter().skip(c).step_by(per_row).copied().fold(0.0, f64::max)).collect()
+        };
+        let per_row = (1..=entries.len())
+            .map(|rows| entries.len().div_ceil(rows))
+            .find(|&per_row| columns(per_row).iter().sum::<f64>() <= room)
+            .unwrap_or(1);
+        let columns = columns(per_row);
         for (i, (name, look)) in entries.iter().enumerate() {
             let (r, c) = (i / per_row, i % per_row);
-            let x = left + if one_row { widths[..i].iter().sum::<f64>() } else { c as f64 * widest };
+            let x = left + columns[..c].iter().sum::<f64>();
             let y = 18.0 + r as f64 * row;
             if look.line {
                 self.curve(&[(x, y), (x + key, y)], look);
@@ -274,7 +277,10 @@ impl Page {
             if right + text_width(&value, NUMBER) + 10.0 < frame.right {
                 self.text((right + 7.0, y + 5.5), &value, NUMBER, TextAnchor::Start);
             } else {
-                self.colored((right - 7.0, y + 5.5), &value, NUMBER, TextAnchor::End, [255, 255, 255]);
+                // Perceived brightness (ITU-R BT.601) decides between dark and white digits.
+                let [r, g, b] = bar.hue.rgb().map(f64::from);
+                let ink = if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { INK } else { [255; 3] };
+                self.colored((right - 7.0, y + 5.5), &value, NUMBER, TextAnchor::End, ink);
             }
         }
     }
