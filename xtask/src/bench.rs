@@ -48,9 +48,9 @@ pub(crate) fn lmi(largest: Option<usize>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// One row for each tool and plant: `| tool | n | p | ms | outcome | margin |`.
+/// One row for each tool and plant: `| tool | posed | n | p | ms | outcome | margin |`.
 fn table(lines: &[Value]) -> String {
-    let mut text = "| tool | n | p | ms | outcome | margin |\n|---|---:|---:|---:|---|---:|\n".to_owned();
+    let mut text = "| tool | posed | n | p | ms | outcome | margin |\n|---|---|---:|---:|---:|---|---:|\n".to_owned();
     for line in lines {
         let word = |key: &str| match &line[key] {
             Value::String(word) => word.lines().next().unwrap_or_default().replace('|', "/"),
@@ -63,8 +63,9 @@ fn table(lines: &[Value]) -> String {
         // Writing into a String cannot fail.
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {outcome} | {} |",
+            "| {} | {} | {} | {} | {} | {outcome} | {} |",
             word("tool"),
+            word("posed"),
             word("n"),
             word("p"),
             word("ms"),
@@ -83,10 +84,10 @@ mod tests {
     fn a_row_shows_a_proof_or_a_belief() {
         let table = table(&[
             json!({"tool": "luenberger", "n": 3, "p": 1, "ms": 1.5, "verdict": "Proved", "margin": 0.25}),
-            json!({"tool": "cvxpy+SCS", "n": 50, "p": 3, "ms": 264.0, "status": "error: a | b\nmore", "margin": null}),
+            json!({"tool": "cvxpy+SCS", "posed": "margin", "n": 50, "p": 3, "ms": 264.0, "status": "error: a | b\nmore", "margin": null}),
         ]);
         let rows: Vec<&str> = table.lines().skip(2).collect();
-        assert_eq!(rows[0], "| luenberger | 3 | 1 | 1.5 | Proved | 2.50e-1 |");
-        assert_eq!(rows[1], "| cvxpy+SCS | 50 | 3 | 264.0 | error: a / b | – |");
+        assert_eq!(rows[0], "| luenberger | – | 3 | 1 | 1.5 | Proved | 2.50e-1 |");
+        assert_eq!(rows[1], "| cvxpy+SCS | margin | 50 | 3 | 264.0 | error: a / b | – |");
     }
 }
