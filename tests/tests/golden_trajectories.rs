@@ -8,45 +8,33 @@ use luenberger_sim::{Scenario, Signal};
 use nalgebra::{DVector, Dyn, dmatrix};
 
 type M = NalgebraMat<f64>;
-type V = diffsol::NalgebraVec<f64>;
 
 /// `e' = F e + theta (C e)^2 N C e` for one output, solved by diffsol at the times `t`.
 fn second_opinion(observer: &CubicObserver<f64, Dyn, Dyn, Dyn>, e0: &[f64], t: &[f64]) -> Vec<DVector<f64>> {
     let f = &observer.a - &observer.l * &observer.c;
     let (c, n, theta) = (observer.c.row(0).transpose(), observer.n.column(0).clone_owned(), observer.theta[(0, 0)]);
     let order = e0.len();
-    let read = move |x: &V| DVector::from_fn(order, |i, _| x[i]);
+    let read = DVector::from_column_slice;
     let (f2, c2, n2) = (f.clone(), c.clone(), n.clone());
     let e0 = e0.to_vec();
     let problem = OdeBuilder::<M>::new()
         .rtol(1e-12)
         .atol([1e-14])
         .rhs_implicit(
-            move |x: &V, _: &V, _, out: &mut V| {
+            move |x: &[f64], _: &[f64], _, out: &mut [f64]| {
                 let e = read(x);
                 let y = c.dot(&e);
                 let rate = &f * &e + &n * (theta * y * y * y);
-                for i in 0..order {
-                    out[i] = rate[i];
-                }
+                out.copy_from_slice(rate.as_slice());
             },
-            move |x: &V, _: &V, _, direction: &V, out: &mut V| {
+            move |x: &[f64], _: &[f64], _, direction: &[f64], out: &mut [f64]| {
                 let (e, d) = (read(x), read(direction));
                 let y = c2.dot(&e);
                 let rate = &f2 * &d + &n2 * (3.0 * theta * y * y * c2.dot(&d));
-                for i in 0..order {
-                    out[i] = rate[i];
-                }
+                out.copy_from_slice(rate.as_slice());
             },
         )
-        .init(
-            move |_: &V, _, out: &mut V| {
-                for (i, e) in e0.iter().enumerate() {
-                    out[i] = *e;
-                }
-            },
-            order,
-        )
+        .init(move |_: &[f64], _, out: &mut [f64]| out.copy_from_slice(&e0), order)
         .build()
         .unwrap();
     let mut solver = problem.tsit45().unwrap();

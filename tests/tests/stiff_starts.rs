@@ -36,7 +36,7 @@ fn an_error_of_a_thousand_is_integrated_and_both_methods_agree() {
     assert!(explicit.row(40).amax() < 1.0);
 }
 
-fn cubic_static(design: &CubicDesign) -> luenberger_observers::StaticCubicObserver<f64, 2, 1, 1> {
+fn cubic_static(design: &CubicDesign) -> luenberger_observers::cubic::StaticCubicObserver<f64, 2, 1, 1> {
     let (o, plant) = (&design.observer, double_integrator());
     let column = |m: &nalgebra::DMatrix<f64>| nalgebra::Vector2::new(m[(0, 0)], m[(1, 0)]);
     luenberger_observers::CubicObserver::of(plant, column(&o.l), column(&o.n), nalgebra::Matrix1::new(o.theta[(0, 0)]))

@@ -34,6 +34,11 @@ fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Va
     })
 }
 
+/// The first `n` entries, times `size`.
+fn head(entries: &DMatrix<f64>, n: usize, size: f64) -> DVector<f64> {
+    DVector::from_fn(n, |i, _| entries[(i, 0)] * size)
+}
+
 /// `D D' + K - K' + I/10`.
 fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
     let (d, k) = (d.view((0, 0), (p, p)), k.view((0, 0), (p, p)));
@@ -78,8 +83,8 @@ proptest! {
         let s = accretive(p, &d, &k);
         let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(s)).unwrap();
         assert_proved(&design);
-        let e0 = e0.rows(0, n).column(0) * size;
-        let run = race(&design, &linear, &e0.clone_owned(), 3.0);
+        let e0 = head(&e0, n, size);
+        let run = race(&design, &linear, &e0, 3.0);
         let v = metrics::lyapunov(&run, "cubic", &design.p).unwrap();
         for pair in v.windows(2) {
             prop_assert!(pair[1] <= pair[0] * (1.0 + 1e-9), "V grew from {} to {}", pair[0], pair[1]);
@@ -95,7 +100,7 @@ proptest! {
         let linear = linear(&plant, rho);
         let design =
             CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
-        let e0 = (e0.rows(0, n).column(0) * size).clone_owned();
+        let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 20.0);
         let bound = e0.dot(&(&design.p * &e0)) / rho;
         prop_assert!(run.integral_trace("cubic").unwrap().last() <= bound * (1.0 + 1e-9));
@@ -109,7 +114,7 @@ proptest! {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, 1.0);
         let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::Gamma(gamma)).unwrap();
-        let at = |e: &DMatrix<f64>| (e.rows(0, n).column(0) * size).clone_owned();
+        let at = |e: &DMatrix<f64>| head(e, n, size);
         let (one, other) = (race(&design, &linear, &at(&first), 2.0), race(&design, &linear, &at(&second), 2.0));
         let gap = &one.observer("cubic").unwrap().error - &other.observer("cubic").unwrap().error;
         let distance: Vec<f64> = gap.row_iter().map(|g| (g * &design.p * g.transpose())[(0, 0)]).collect();
@@ -161,7 +166,7 @@ proptest! {
         let design = SampledCubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), w, period).unwrap();
         prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
         // A plant at rest: the error is minus the estimate.
-        let mut xhat = (e0.rows(0, n).column(0) * size).clone_owned();
+        let mut xhat = head(&e0, n, size);
         let (u, y) = (DVector::zeros(1), DVector::zeros(p));
         let mut v = xhat.dot(&(&design.p * &xhat));
         for step in 0..50 {
@@ -255,9 +260,13 @@ fn the_flow_of_two_outputs_is_one_quadrature() {
         .sum();
     // A = 0, C = I, L = 0: the observer's error is the flow alone.
     let plant = DynamicPlant::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
-    let observer =
-        luenberger_observers::CubicObserver::of(plant.clone(), DMatrix::zeros(2, 2), m, DMatrix::identity(2, 2))
-            .unwrap();
+    let observer = luenberger_observers::CubicObserver::of(
+        plant.clone(),
+        DMatrix::zeros(2, 2),
+        m.clone(),
+        DMatrix::identity(2, 2),
+    )
+    .unwrap();
     let run = Scenario::new(plant).observer("flow", observer, &[-y0[0], -y0[1]]).until(simpson, 2).run().unwrap();
     let error = run.observer("flow").unwrap().error.row(1).transpose();
     assert!((error - at(sigma)).norm() < 1e-9);

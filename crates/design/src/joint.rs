@@ -50,8 +50,14 @@ pub fn joint_design(
     CubicDesign::new(&linear, theta, &Correction::General(s))
 }
 
+/// A gain with the Lyapunov matrix that came with it.
+pub(crate) struct Gain {
+    pub(crate) l: DMatrix<f64>,
+    pub(crate) p: DMatrix<f64>,
+}
+
 /// L and P alone.
-pub(crate) fn gain_by_lmi(plant: &DynamicPlant, rate: f64) -> Result<(DMatrix<f64>, DMatrix<f64>), DesignError> {
+pub(crate) fn gain_by_lmi(plant: &DynamicPlant, rate: f64) -> Result<Gain, DesignError> {
     Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new())?.0)
 }
 
@@ -61,7 +67,7 @@ pub(crate) fn solve(
     vertices: &[DMatrix<f64>],
     rate: f64,
     mut lmi: Problem,
-) -> Result<((DMatrix<f64>, DMatrix<f64>), Solution), DesignError> {
+) -> Result<(Gain, Solution), DesignError> {
     let (n, outputs) = (plant.a.nrows(), plant.c.nrows());
     for a in vertices {
         check::detectable(a, &plant.c, rate)?;
@@ -80,7 +86,7 @@ pub(crate) fn solve(
         Verdict::Proved { .. } => {
             let p = solution.value(&p);
             let l = check::solve_definite("P", &p, &solution.value(&y))?;
-            Ok(((l, p), solution))
+            Ok((Gain { l, p }, solution))
         }
         Verdict::Refuted { witness } => {
             Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness.clone()) })

@@ -9,8 +9,9 @@ use luenberger_plants::DynamicPlant;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{Certificate, Fact};
+use crate::check;
 use crate::error::DesignError;
-use crate::{check, joint};
+use crate::joint::{self, Gain};
 
 /// What is wanted of the observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,10 +143,8 @@ impl LinearDesign {
     }
 
     /// A design whose P came with the gain.
-    pub(crate) fn from_lyapunov_matrix(
-        plant: &DynamicPlant,
-        (l, p): (DMatrix<f64>, DMatrix<f64>),
-    ) -> Result<Self, DesignError> {
+    pub(crate) fn from_lyapunov_matrix(plant: &DynamicPlant, gain: Gain) -> Result<Self, DesignError> {
+        let Gain { l, p } = gain;
         let f = &plant.a - &l * &plant.c;
         let half = &p * f;
         let q = -(&half + half.transpose());

@@ -51,7 +51,11 @@ pub mod prelude {
     pub use luenberger_sim::{Integrand, Noise, Scenario, Signal, metrics};
 }
 
-/// The example of the README, compiled and run with the documentation's tests.
+/// The examples of the README and of `docs/`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
+mod pages {
+    #[doc = include_str!("../../../README.md")]
+    struct Readme;
+    #[doc = include_str!("../../../docs/adding-an-observer.md")]
+    struct AddingAnObserver;
+}

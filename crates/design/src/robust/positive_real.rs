@@ -104,9 +104,10 @@ fn real_part(numerator: &[f64], denominator: &[f64]) -> Vec<f64> {
     let mut q = vec![0.0; n];
     for (j, a) in numerator.iter().enumerate() {
         for (k, d) in denominator.iter().enumerate() {
-            if (j + k) % 2 == 0 && (j + k) / 2 < n {
+            let power = j + k;
+            if power % 2 == 0 && power < 2 * n {
                 let sign = if j.abs_diff(k) % 4 == 0 { 1.0 } else { -1.0 };
-                q[(j + k) / 2] += sign * a * d;
+                q[power / 2] += sign * a * d;
             }
         }
     }

@@ -20,7 +20,7 @@ use crate::value::{Printed, Value, short};
 const E0: [f64; 2] = [-3.0, -3.0];
 /// The 5% band of the paper's footnote, in the unit of e2.
 const BAND: f64 = 0.05;
-const XHAT0: &str = "xhat(0) = 0, so that e(0) = (-3, -3)";
+const XHAT0: &str = "x̂(0) = 0, so that e(0) = (-3, -3)";
 const READ_OFF: &str = "the number is read off a plot: one unit of its last digit";
 
 pub(super) fn claims() -> Vec<Claim> {
@@ -46,7 +46,7 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.ex1.cubic-gain",
             place: "Example 1, (14)",
-            statement: "N = -gamma P^-1 C' theta for gamma = 2, theta = 10",
+            statement: "N = -γ P⁻¹ C' θ for γ = 2, θ = 10",
             printed: Printed::Decimals("-9.8824; -11.5294"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[],
@@ -100,7 +100,7 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.ex1.faster-from-every-direction",
             place: "Section 1; Example 1",
-            statement: "the cubic observer settles before the linear one (share of all directions of e(0) with |e(0)| = 3 sqrt 2)",
+            statement: "the cubic observer settles before the linear one (share of all directions of e(0) with |e(0)| = 3 √2)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &["360 equally spaced directions", "settling is the last time |e2| = 0.05"],
@@ -163,10 +163,10 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.fig5",
             place: "Fig. 5",
-            statement: "gamma may be used as a design parameter: the overshoot of e2 falls with gamma (gamma = 0, 0.1, 0.5, 2, 10)",
+            statement: "γ may be used as a design parameter: the overshoot of e2 falls with γ (γ = 0, 0.1, 0.5, 2, 10)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
-            assumptions: &[XHAT0, "the paper does not print its list of gamma"],
+            assumptions: &[XHAT0, "the paper does not print its list of γ"],
             check: |context| {
                 let overshoots =
                     sweep(context)?.iter().map(|(_, run)| overshoot(run, "cubic")).collect::<Result<Vec<_>, _>>()?;
@@ -272,13 +272,13 @@ fn first_crossings(context: &Context) -> Result<Outcome, CheckError> {
 }
 
 fn every_direction(_: &Context) -> Result<Outcome, CheckError> {
+    const DIRECTIONS: u32 = 360;
     let radius = f64::hypot(E0[0], E0[1]);
     let mut faster = 0;
     let mut worst = (0.0, [0.0; 2]);
-    const DIRECTIONS: usize = 360;
     // Every trajectory has its mirror image, so half of the circle tells all.
     for k in 0..DIRECTIONS / 2 {
-        let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS);
         let e0 = [radius * angle.cos(), radius * angle.sin()];
         let run = race(e0, Signal::zero(), 8.0)?;
         let [c, l] = both(|name| last_settling(&run, name))?;
@@ -289,9 +289,9 @@ fn every_direction(_: &Context) -> Result<Outcome, CheckError> {
             worst = (c - l, e0);
         }
     }
-    let share = f64::from(faster) / DIRECTIONS as f64;
+    let share = f64::from(faster) / f64::from(DIRECTIONS);
     let (late, e0) = worst;
-    Ok(Outcome::new(Evidence::holds_by(faster == DIRECTIONS as i32, share)).note(format!(
+    Ok(Outcome::new(Evidence::holds_by(faster == DIRECTIONS, share)).note(format!(
         "From e(0) = ({}, {}) the cubic observer settles {} s later.",
         short(e0[0]),
         short(e0[1]),
@@ -422,14 +422,14 @@ fn fig5(context: &Context) -> Result<Plate, CheckError> {
 
 /// e2 over time from every direction of e(0), the linear observer beside the cubic one.
 fn fan(_: &Context) -> Result<Plate, CheckError> {
-    const DIRECTIONS: usize = 24;
+    const DIRECTIONS: u32 = 24;
     let radius = f64::hypot(E0[0], E0[1]);
     let mut panels = ["linear", "cubic"].map(|name| {
         Panel::new("time t (s)", "error e₂").title(name).x_range(0.0, 4.0).mark(Mark::horizontal_band(-BAND, BAND))
     });
     let mut data = Table::new();
     for k in 0..DIRECTIONS {
-        let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS);
         let run = race([radius * angle.cos(), radius * angle.sin()], Signal::zero(), 8.0)?;
         if k == 0 {
             data = data.column("t", run.t.clone());

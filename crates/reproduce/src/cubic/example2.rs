@@ -19,7 +19,7 @@ use crate::value::{Printed, Value, short};
 
 /// The gammas of Figures 6 and 7; 0 is the linear observer.
 const GAMMAS: [f64; 4] = [0.0, 0.01, 0.1, 1.0];
-const START: &str = "x(0) = 500 (1, 1, 1), xhat(0) = 0, theta = 1, T = 1 s, none of which is printed";
+const START: &str = "x(0) = 500 (1, 1, 1), x̂(0) = 0, θ = 1, T = 1 s, none of which is printed";
 const POLES: &str = "L is computed for the printed poles, not taken from the printed L";
 
 pub(super) fn claims() -> Vec<Claim> {
@@ -78,16 +78,16 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.ex2.cubic-gain",
             place: "Example 2, (14)",
-            statement: "N = -gamma P^-1 C' theta, printed for gamma = 1",
+            statement: "N = -γ P⁻¹ C' θ, printed for γ = 1",
             printed: Printed::Decimals("-.1866; .1748; .0014"),
             tolerance: Tolerance::AsPrinted,
-            assumptions: &[POLES, "theta = 1"],
+            assumptions: &[POLES, "θ = 1"],
             check: |_| Ok(Evidence::value(&cubic(1.0)?.observer.n).into()),
         },
         Claim {
             id: "cubic.ex2.epsilon-bound",
             place: "Example 2, (23)",
-            statement: "Theorem 5 gives eps_max = 0.0014",
+            statement: "Theorem 5 gives ε_max = 0.0014",
             printed: Printed::Decimals(".0014"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES],
@@ -96,7 +96,7 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.ex2.epsilon-bound-holds",
             place: "Example 2, (23)",
-            statement: "the printed eps_max = 0.0014 satisfies (23) (the bound itself)",
+            statement: "the printed ε_max = 0.0014 satisfies (23) (the bound itself)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES],
@@ -118,25 +118,25 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.ex2.gamma-best",
             place: "Example 2, Fig. 6",
-            statement: "gamma = 0.1 gives the smallest J3 (of 0, 0.01, 0.1, 1)",
+            statement: "γ = 0.1 gives the smallest J3 (of 0, 0.01, 0.1, 1)",
             printed: Printed::Decimals(".1"),
             tolerance: Tolerance::Absolute(0.0),
-            assumptions: &["theta = 1, T = 1 s; x(0) is not printed, so three scales of it are tried"],
+            assumptions: &["θ = 1, T = 1 s; x(0) is not printed, so three scales of it are tried"],
             check: best_gamma,
         },
         Claim {
             id: "cubic.ex2.epsilon-persists",
             place: "Example 2",
-            statement: "the advantage in J persists for eps <= 0.06 (the eps at which it ends)",
+            statement: "the advantage in J persists for ε ≤ 0.06 (the ε at which it ends)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
-            assumptions: &[START, "gamma = 0.1; the plant has A + eps I and the observers run A"],
+            assumptions: &[START, "γ = 0.1; the plant has A + ε I and the observers run A"],
             check: persists,
         },
         Claim {
             id: "cubic.fig6",
             place: "Fig. 6",
-            statement: "every gamma > 0 gives a smaller J3 than the linear observer (J3 at T for gamma = 0, 0.01, 0.1, 1)",
+            statement: "every γ > 0 gives a smaller J3 than the linear observer (J3 at T for γ = 0, 0.01, 0.1, 1)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[START, POLES],
@@ -145,7 +145,7 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.fig7",
             place: "Fig. 7",
-            statement: "every gamma > 0 gives a smaller J than the linear observer (J at T for gamma = 0, 0.01, 0.1, 1)",
+            statement: "every γ > 0 gives a smaller J than the linear observer (J at T for γ = 0, 0.01, 0.1, 1)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[START, POLES],
@@ -154,10 +154,10 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim {
             id: "cubic.fig8",
             place: "Fig. 8",
-            statement: "with eps = 0.02 and gamma = 0.1 the cubic observer has the smaller J (J at T, cubic and linear)",
+            statement: "with ε = 0.02 and γ = 0.1 the cubic observer has the smaller J (J at T, cubic and linear)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
-            assumptions: &[START, "the plant has A + eps I and the observers run A"],
+            assumptions: &[START, "the plant has A + ε I and the observers run A"],
             check: |_| {
                 let run = perturbed(0.02, Reading::Plant)?;
                 let [c, l] = ["cubic", "linear"].map(|name| run.integral_trace(name).map(|trace| trace.last()));
@@ -210,7 +210,7 @@ fn margins() -> Result<(f64, f64, f64), CheckError> {
 fn margin(_: &Context) -> Result<Outcome, CheckError> {
     let (by_lmi, closed, redesigned) = margins()?;
     Ok(Outcome::new(Evidence::holds_by(by_lmi > 10.0 * bound()?, closed)).note(format!(
-        "The observer, unchanged, tolerates eps < {} (strict positive realness); the matrix inequality proves {} to within 1e-4; \
+        "The observer, unchanged, tolerates ε < {} (strict positive realness); the matrix inequality proves {} to within 1e-4; \
          with N redesigned it is {}, minus the spectral abscissa of F.",
         short(closed),
         short(by_lmi),
@@ -259,7 +259,7 @@ fn best_gamma(context: &Context) -> Result<Outcome, CheckError> {
         ("x(0) = 500 (1, 1, 1)", best(&*printed_start(context)?)?),
         ("x(0) = 5000 (1, 1, 1)", best(&accumulate(5000.0)?)?),
     ]))
-    .note("Which gamma is best depends on the size of e(0), which is not printed."))
+    .note("Which γ is best depends on the size of e(0), which is not printed."))
 }
 
 /// What the error of a perturbed plant is taken to be.
@@ -319,7 +319,7 @@ fn persists(_: &Context) -> Result<Outcome, CheckError> {
     };
     let (plant, proof) = (end(Reading::Plant)?, end(Reading::Proof)?);
     Ok(Outcome::new(Evidence::holds_by(holds, plant)).note(format!(
-        "True, but 0.06 is no threshold: the advantage ends at eps = {} (at {} for the error dynamics of the proof of Theorem 5).",
+        "True, but 0.06 is no threshold: the advantage ends at ε = {} (at {} for the error dynamics of the proof of Theorem 5).",
         short(plant),
         short(proof)
     )))

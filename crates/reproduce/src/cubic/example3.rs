@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use luenberger_design::{Decrease, DesignError, LinearDesign, Obstruction, Wish, robust};
+use luenberger_design::{DesignError, Obstruction, robust};
 use luenberger_linalg::{kalman_gain, lqr, spectral_abscissa};
 use luenberger_observers::{CubicObserver, LinearObserver, Observer};
 use luenberger_plants::{DynamicPlant, third_order};
@@ -17,7 +17,7 @@ use crate::paper::{Drawing, Plate};
 use crate::table::Table;
 use crate::value::{Printed, Value, short};
 
-const START: &str = "x(0) = (1, 1, 1), xhat(0) = 0, T = 30 s, none of which is printed";
+const START: &str = "x(0) = (1, 1, 1), x̂(0) = 0, T = 30 s, none of which is printed";
 const SIGN: &str = "N = -10 L: the printed sign makes the loop blow up";
 const PRINTED: &str = "K and L as printed, to three decimals";
 const END: f64 = 30.0;
@@ -175,7 +175,7 @@ fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
         Err(DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. }) => {
             let opposite = robust::lyapunov_matrix_for_gain(&f, &plant.c, &(&l * -10.0)).is_ok();
             Ok(Outcome::new(Evidence::Counterexample {
-                what: "P N = -C'S with S >= 0 gives N'PN = -S C N <= 0 as soon as C N > 0, but P > 0".to_owned(),
+                what: "P N = -C'S with S ≥ 0 gives N'PN = -S C N ≤ 0 as soon as C N > 0, but P > 0".to_owned(),
                 violation: cn,
                 witness: Some(Value::Number(cn)),
             })
@@ -214,7 +214,7 @@ fn blow_up(_: &Context) -> Result<Outcome, CheckError> {
             let y0: f64 = c.iter().sum();
             let alone = 1.0 / (2.0 * THETA * (c * n)[(0, 0)] * y0 * y0);
             Ok(Outcome::new(Evidence::holds_by(false, time)).note(format!(
-                "An entry of the solution reaches {} then. The cubic term alone would blow up at 1/(2 theta C N y(0)^2) = {} s.",
+                "An entry of the solution reaches {} then. The cubic term alone would blow up at 1/(2 θ C N y(0)^2) = {} s.",
                 short(norm),
                 short(alone)
             )))
@@ -243,11 +243,6 @@ pub(super) fn lyapunov_without_gain() -> Result<f64, CheckError> {
     let plant = plant();
     let p = luenberger_linalg::lyapunov(&plant.a, &DMatrix::identity(3, 3))?.p;
     Ok(luenberger_linalg::lambda_min(&p)?)
-}
-
-/// The linear observer of Example 3, certified.
-pub(super) fn linear() -> Result<LinearDesign, CheckError> {
-    Ok(LinearDesign::new(&plant(), &Wish::Gain(observer_gain()), &Decrease::Scaled(1.0))?)
 }
 
 pub(super) fn figures() -> Vec<Drawing> {

@@ -7,15 +7,15 @@ pub(super) fn findings() -> Vec<Finding> {
         Finding {
             title: "Condition (13) cannot hold strictly",
             statement: "Theorem 1 asks for P N C + C'N'P < 0. With fewer outputs than states the form vanishes on the kernel of C. \
-                        With <= the theorem is true and gives global exponential stability; every admissible gain is \
-                        N = -P^-1 C'S with S + S' >= 0.",
+                        With ≤ the theorem is true and gives global exponential stability; every admissible gain is \
+                        N = -P⁻¹ C'S with S + S' ≥ 0.",
             claims: &["cubic.thm1.strict"],
         },
         Finding {
             title: "The cubic observer is not faster from everywhere",
             statement: "Theorem 3 and Remark 3 compare derivatives at equal errors. From about three quarters of all directions of \
                         e(0) the error of Example 1 settles later than the linear one. What holds is that the accumulated squared \
-                        error over an infinite time is never larger, for Q = rho I.",
+                        error over an infinite time is never larger, for Q = ρ I.",
             claims: &["cubic.ex1.faster-from-every-direction", "cubic.thm3.faster"],
         },
         Finding {
@@ -37,7 +37,7 @@ pub(super) fn findings() -> Vec<Finding> {
         },
         Finding {
             title: "Theorems 4 and 5 leave out the forcing",
-            statement: "An observer that runs the nominal A on a plant with A(eps) has the additional term (A(eps) - A) x in its error, \
+            statement: "An observer that runs the nominal A on a plant with A(ε) has the additional term (A(ε) - A) x in its error, \
                         which does not vanish unless x does. Only input-to-state stability holds, with the gain of the linear observer.",
             claims: &["cubic.thm4", "cubic.thm5"],
         },
@@ -53,14 +53,14 @@ pub(super) fn findings() -> Vec<Finding> {
             claims: &["cubic.ex1.peak-linear"],
         },
         Finding {
-            title: "Which gamma is best depends on the initial error",
-            statement: "gamma = 0.1 wins in Example 2 from the size of e(0) behind the figures; from smaller errors a larger gamma wins, \
+            title: "Which γ is best depends on the initial error",
+            statement: "γ = 0.1 wins in Example 2 from the size of e(0) behind the figures; from smaller errors a larger γ wins, \
                         from larger ones a smaller.",
             claims: &["cubic.ex2.gamma-best"],
         },
         Finding {
             title: "Smaller slips",
-            statement: "Lemma 1 holds for v != 0; (18) is an implication, not an equivalence; (9) has a solution P > 0 for every Q > 0 iff A - LC \
+            statement: "Lemma 1 holds for v ≠ 0; (18) is an implication, not an equivalence; (9) has a solution P > 0 for every Q > 0 iff A - LC \
                         is Hurwitz, for which observability only provides an L.",
             claims: &["cubic.lemma1", "cubic.thm2.arrow", "cubic.eq9"],
         },

@@ -14,8 +14,7 @@ use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
 use crate::value::{Printed, Value, short};
 
-const TWO_ERRORS: &str =
-    "the error is that of the proof's dynamics, or x - xhat of an observer that runs the nominal A";
+const TWO_ERRORS: &str = "the error is that of the proof's dynamics, or x - x̂ of an observer that runs the nominal A";
 
 pub(super) fn claims() -> Vec<Claim> {
     let claim = |id, place, statement, assumptions, check| Claim {
@@ -31,15 +30,15 @@ pub(super) fn claims() -> Vec<Claim> {
         claim(
             "cubic.thm4",
             "Theorem 4, (21)",
-            "with a common P the estimation error is robustly stable: it tends to 0 for every A(eps)",
+            "with a common P the estimation error is robustly stable: it tends to 0 for every A(ε)",
             &["an oscillator whose frequency is known to 10%", TWO_ERRORS],
             theorem4,
         ),
         claim(
             "cubic.thm5",
             "Theorem 5, (23)",
-            "for eps below (23) the estimation error is robustly stable: it tends to 0",
-            &["a plant that neither grows nor decays at A + eps I", TWO_ERRORS],
+            "for ε below (23) the estimation error is robustly stable: it tends to 0",
+            &["a plant that neither grows nor decays at A + ε I", TWO_ERRORS],
             theorem5,
         ),
         claim(
@@ -93,11 +92,11 @@ fn readings(design: &CubicDesign, plant: &DynamicPlant, of: &str) -> Result<Outc
     let vanishes = |error: f64| Value::Truth(error < 1e-9);
     Ok(Outcome::new(Evidence::Readings(vec![
         ("the error dynamics of the proof", vanishes(unforced)),
-        ("x - xhat of an observer that runs the nominal A", vanishes(forced)),
+        ("x - x̂ of an observer that runs the nominal A", vanishes(forced)),
     ]))
     .note(format!(
-        "At the end |e| is {} by the first reading and {} by the second: {of} forces the error by (A(eps) - A) x, which the proof \
-         leaves out. What holds is input-to-state stability, here |e| <= {}, as for the linear observer.",
+        "At the end |e| is {} by the first reading and {} by the second: {of} forces the error by (A(ε) - A) x, which the proof \
+         leaves out. What holds is input-to-state stability, here |e| ≤ {}, as for the linear observer.",
         short(unforced),
         short(forced),
         short(bound)
@@ -123,7 +122,7 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
     let linear = LinearDesign::new(&nominal, &Wish::poles(&[-1.0, -2.0]), &Decrease::Scaled(1.0))?;
     let bound = theorem5_bound(&linear.p, &linear.q)?;
     if eps >= bound {
-        return Err(format!("eps = {eps} is not below the bound {bound}").into());
+        return Err(format!("ε = {eps} is not below the bound {bound}").into());
     }
     let design = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?;
     readings(&design, &at_eps, "a state that does not decay")
@@ -144,7 +143,7 @@ fn tight(_: &Context) -> Result<Outcome, CheckError> {
         ("P is chosen anew, L and N are kept", Value::Truth(free > bound)),
     ]))
     .note(format!(
-        "For this P and Q = rho I the bound {} is the supremum: proved below it and refuted above it, to 1e-9. With P free the same \
+        "For this P and Q = ρ I the bound {} is the supremum: proved below it and refuted above it, to 1e-9. With P free the same \
          observer tolerates {}.",
         short(bound),
         short(free)

@@ -45,30 +45,30 @@ pub(super) fn claims() -> Vec<Claim> {
         claim(
             "cubic.thm1.nonstrict",
             "Theorem 1, read with (13')",
-            "(12) and P N C + C'N'P <= 0 give global exponential stability",
-            &["random plants with n = 1..5, p <= n, every admissible form of S"],
+            "(12) and P N C + C'N'P ≤ 0 give global exponential stability",
+            &["random plants with n = 1..5, p ≤ n, every admissible form of S"],
             nonstrict,
         ),
         claim("cubic.lemma1", "Lemma 1", "if M + M' < 0, then v'Mv < 0 for all v (the value at v = 0)", &[], lemma1),
         claim(
             "cubic.thm2",
             "Theorem 2, (14)",
-            "N = -gamma P^-1 C' theta fulfils (11) and (13')",
+            "N = -γ P⁻¹ C' θ fulfils (11) and (13')",
             &["(13) is read as (13')", "random plants"],
             theorem2,
         ),
         claim(
             "cubic.thm2.arrow",
             "Theorem 2, (18)",
-            "P(A - LC) < 0 if and only if -gamma C'theta C (A - LC)^-1 P^-1 C'theta C >= 0",
+            "P(A - LC) < 0 if and only if -γ C'θ C (A - LC)⁻¹ P⁻¹ C'θ C ≥ 0",
             &[],
             arrow,
         ),
         claim(
             "cubic.thm3",
             "Theorem 3, (19)",
-            "at equal error norms V_c' <= V_l' (the largest V_c' - V_l' over random plants and errors)",
-            &["Q = rho I", "(13) is read as (13')"],
+            "at equal error norms V_c' ≤ V_l' (the largest V_c' - V_l' over random plants and errors)",
+            &["Q = ρ I", "(13) is read as (13')"],
             theorem3,
         ),
         claim(
@@ -81,14 +81,14 @@ pub(super) fn claims() -> Vec<Claim> {
         claim(
             "cubic.thm3.cost",
             "beyond the paper",
-            "for Q = rho I the infinite-horizon cost of the cubic observer never exceeds the linear one's",
+            "for Q = ρ I the infinite-horizon cost of the cubic observer never exceeds the linear one's",
             &["random plants and errors; the proof stands in docs/theory-cubic.md"],
             cost,
         ),
         claim(
             "cubic.remark1",
             "Remark 1",
-            "theta may be chosen from weights of the outputs or from their share of the linear observer's cost",
+            "θ may be chosen from weights of the outputs or from their share of the linear observer's cost",
             &["random plants with two outputs"],
             remark1,
         ),
@@ -102,7 +102,7 @@ pub(super) fn claims() -> Vec<Claim> {
         claim(
             "cubic.remark3",
             "Remark 3, (10)",
-            "from equal errors V_c'(0) <= V_l'(0), by a term that grows with the fourth power of e(0) (factor for a doubled e(0))",
+            "from equal errors V_c'(0) ≤ V_l'(0), by a term that grows with the fourth power of e(0) (factor for a doubled e(0))",
             &["random plants"],
             remark3,
         ),
@@ -142,7 +142,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
     let o = &design.observer;
     let conditions = Theorem1::examine(&example1::plant(), (&o.l, &o.n, &o.theta), &design.p)?;
     Ok(Outcome::new(Evidence::proof(&conditions.strict)).note(
-        "For every v with Cv = 0 the form vanishes, whatever P and N are: (13) can only hold with <=, which suffices.",
+        "For every v with Cv = 0 the form vanishes, whatever P and N are: (13) can only hold with ≤, which suffices.",
     ))
 }
 
@@ -190,10 +190,11 @@ fn nonstrict(_: &Context) -> Result<Outcome, CheckError> {
     let radial = random_designs(|_, _| Correction::Radial(1.0))?;
     let cases = general.iter().chain(&radial).map(|design| certified(&design.certificate));
     Ok(Outcome::new(Evidence::cases(cases)).note(seeded(
-        "Each case proves P > 0, (12), theta >= 0 and (13') outside floating point, and convergence from every error for the gains as stored.",
+        "Each case proves P > 0, (12), θ ≥ 0 and (13') outside floating point, and convergence from every error for the gains as stored.",
     )))
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the signature of every check")]
 fn lemma1(_: &Context) -> Result<Outcome, CheckError> {
     let m = dmatrix![-1.0, 5.0; -5.0, -1.0];
     let at = |v: &DVector<f64>| v.dot(&(&m * v));
@@ -201,7 +202,7 @@ fn lemma1(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = Random::new();
     let elsewhere = (0..100).map(|_| random.vector(2)).all(|v| at(&v) < 0.0);
     let note = if elsewhere {
-        "At v = 0 the value is 0, not less. For v != 0 the lemma holds, since v'(M + M')v = 2 v'Mv."
+        "At v = 0 the value is 0, not less. For v ≠ 0 the lemma holds, since v'(M + M')v = 2 v'Mv."
     } else {
         "At v = 0 the value is 0, not less."
     };
@@ -211,7 +212,7 @@ fn lemma1(_: &Context) -> Result<Outcome, CheckError> {
 fn theorem2(_: &Context) -> Result<Outcome, CheckError> {
     let designs = random_designs(|_, _| Correction::Gamma(2.0))?;
     Ok(Outcome::new(Evidence::cases(designs.iter().map(|design| certified(&design.certificate))))
-        .note(seeded("(11) follows: at an equilibrium v != 0 V' would be 0, but it is at most -v'Qv.")))
+        .note(seeded("(11) follows: at an equilibrium v ≠ 0 V' would be 0, but it is at most -v'Qv.")))
 }
 
 /// With C = (1, 0), theta = gamma = 1, P = I and A - LC = diag(-1, 1), the right side holds and the left does not.
@@ -253,7 +254,7 @@ fn theorem3(_: &Context) -> Result<Outcome, CheckError> {
         }
     }
     Ok(Outcome::new(Evidence::holds_by(holds, largest)).note(seeded(
-        "At equal norms both derivatives are -rho |e|^2 but for the cubic term, which is never positive. It compares derivatives, not errors.",
+        "At equal norms both derivatives are -ρ |e|² but for the cubic term, which is never positive. It compares derivatives, not errors.",
     )))
 }
 
@@ -297,7 +298,7 @@ fn cost(_: &Context) -> Result<Outcome, CheckError> {
         }
     }
     Ok(Outcome::new(Evidence::cases(truths)).note(seeded(&format!(
-        "The cost of the linear observer is e(0)'Pe(0)/rho; that of the cubic one is at most {} of it in these cases.",
+        "The cost of the linear observer is e(0)'Pe(0)/ρ; that of the cubic one is at most {} of it in these cases.",
         short(largest)
     ))))
 }
@@ -313,7 +314,7 @@ fn remark1(_: &Context) -> Result<Outcome, CheckError> {
             truths.push(certified(&CubicDesign::new(&linear, &theta, &Correction::Gamma(1.0))?.certificate));
         }
     }
-    Ok(Outcome::new(Evidence::cases(truths)).note(seeded("Any theta >= 0 is admissible.")))
+    Ok(Outcome::new(Evidence::cases(truths)).note(seeded("Any θ ≥ 0 is admissible.")))
 }
 
 fn remark2(_: &Context) -> Result<Outcome, CheckError> {
@@ -363,5 +364,5 @@ fn corollary1(_: &Context) -> Result<Outcome, CheckError> {
         violation: if violated { stability } else { -1.0 },
         witness: None,
     })
-    .note("With (13'), N = -P^-1 C'S, the corollary holds: Theorem 6 applies to every stable linear loop."))
+    .note("With (13'), N = -P⁻¹ C'S, the corollary holds: Theorem 6 applies to every stable linear loop."))
 }
