@@ -9,8 +9,8 @@ use luenberger_design::{
 use luenberger_linalg::{lqr, spectral_abscissa};
 use luenberger_observers::{SampledObserver, cubic};
 use luenberger_plants::{DynamicPlant, double_integrator, third_order};
-use luenberger_proof::Verdict;
-use luenberger_proof::statement::Reach;
+use luenberger_proof::statement::{Reach, decay_rate};
+use luenberger_proof::{Matrix, Verdict};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, metrics};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
@@ -131,8 +131,16 @@ proptest! {
         let exact = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
         prop_assert!((exact - bound).abs() <= 1e-9 * bound * design.p.norm() * design.p.clone().try_inverse().unwrap().norm());
         let n = plant.a.nrows();
-        let shifted = design.error_matrix() + DMatrix::identity(n, n) * bound;
+        // Strictly below the bound: at equality the error need not decay (for F = -I and eps = 1 it stands still).
+        let shifted = design.error_matrix() + DMatrix::identity(n, n) * (bound * (1.0 - 1e-6));
         prop_assert!(spectral_abscissa(&shifted).unwrap() < 0.0);
+        // For this P it is the supremum: proved below it, refuted above it.
+        let exact = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
+        let o = &design.observer;
+        let at = |eps: f64| decay_rate(&exact(&o.a), &exact(&o.l), &exact(&o.c), &exact(&design.p), eps).unwrap();
+        let room = 1e-6;
+        prop_assert!(at(bound * (1.0 - room)).is_proved());
+        prop_assert!(at(bound * (1.0 + room)).is_refuted());
     }
 
     /// Theorem 6: (25) has a P1 for every stabilising K.

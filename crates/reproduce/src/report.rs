@@ -187,7 +187,7 @@ fn brief(value: &Value) -> String {
         Value::Truth(true) => "holds".to_owned(),
         Value::Truth(false) => "does not hold".to_owned(),
         Value::Number(x) => escape(&short(*x)),
-        Value::Vector(v) if v.len() > 3 => format!("{} numbers", v.len()),
+        Value::Vector(v) if v.len() > 6 => format!("{} numbers", v.len()),
         Value::Vector(_) => escape(&value.to_string()),
         Value::Matrix(_) => grid(value, short),
     }

@@ -31,9 +31,9 @@ pub(super) fn findings() -> Vec<Finding> {
         },
         Finding {
             title: "The bound of Theorem 5 is rounded the wrong way",
-            statement: "(23) gives 0.00135; the printed 0.0014 lies beyond it. For its P the bound is the exact supremum, and for the \
+            statement: "(23) gives 0.00135; the printed 0.0014 lies beyond it, and (23) itself must be strict. For its P the bound is the exact supremum, and for the \
                         observer it is three thousand times too small.",
-            claims: &["cubic.ex2.epsilon-bound-holds", "cubic.thm5.tight"],
+            claims: &["cubic.ex2.epsilon-bound-holds", "cubic.thm5.tight", "cubic.thm5.equality"],
         },
         Finding {
             title: "Theorems 4 and 5 leave out the forcing",

@@ -42,6 +42,13 @@ pub(super) fn claims() -> Vec<Claim> {
             theorem5,
         ),
         claim(
+            "cubic.thm5.equality",
+            "Theorem 5, (23)",
+            "(23) may hold with equality (the error that is left)",
+            &["A - LC = -I with two states and one output, Q = 2 P, so that (23) reads ε_max ≤ 1"],
+            equality,
+        ),
+        claim(
             "cubic.thm5.tight",
             "Theorem 5; Section 3",
             "(23) can be tightened",
@@ -126,6 +133,20 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
     }
     let design = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?;
     readings(&design, &at_eps, "a state that does not decay")
+}
+
+/// At ε = 1 the error dynamics of A - LC = -I are the cubic term alone, which an error in the kernel of C does not feel.
+fn equality(_: &Context) -> Result<Outcome, CheckError> {
+    let plant = DynamicPlant::new(-DMatrix::identity(2, 2), DMatrix::zeros(2, 0), dmatrix![1.0, 0.0])?;
+    let linear = LinearDesign::new(&plant, &Wish::Gain(DMatrix::zeros(2, 1)), &Decrease::Scaled(2.0))?;
+    let bound = theorem5_bound(&linear.p, &linear.q)?;
+    let mut observer = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?.observer;
+    observer.a += DMatrix::identity(2, 2) * bound;
+    let at_bound = DynamicPlant::new(observer.a.clone(), plant.b, plant.c)?;
+    let run = Scenario::new(at_bound).observer("cubic", observer, &[0.0, -1.0]).until(END, 2).run()?;
+    let left = late_error(&run)?;
+    Ok(Outcome::new(Evidence::holds_by(left < 1e-9, left))
+        .note(format!("The bound is {} here. The proof needs the strict inequality.", short(bound))))
 }
 
 fn tight(_: &Context) -> Result<Outcome, CheckError> {
