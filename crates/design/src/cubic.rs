@@ -56,7 +56,7 @@ impl CubicDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NotPositiveSemidefinite`] for theta or `S + S'`, [`DesignError::NotPositive`] for gamma or w,
+    /// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) for theta or `S + S'`, [`DesignError::NotPositive`] for gamma or w,
     /// [`DesignError::DependentOutputs`] when the radial choice does not exist.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &Correction) -> Result<Self, DesignError> {
         let o = &linear.observer;

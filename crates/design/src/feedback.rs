@@ -45,7 +45,7 @@ impl FeedbackDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NotHurwitz`] when `A - B K` is not stable; [`DesignError::DimensionMismatch`] and [`DesignError::NotFinite`] for K.
+    /// [`DesignError::NotHurwitz`] when `A - B K` is not stable; [`PlantError::DimensionMismatch`](luenberger_plants::PlantError::DimensionMismatch) and [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) for K.
     pub fn new(observer: &CubicDesign, k: &DMatrix<f64>) -> Result<Self, DesignError> {
         let o = &observer.observer;
         let (n, m) = o.b.shape();

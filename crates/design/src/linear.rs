@@ -109,7 +109,7 @@ impl LinearDesign {
     ///
     /// # Errors
     /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode that no gain
-    /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`DesignError::NotPositiveDefinite`]
+    /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite)
     /// and its kin for Q, W, V; [`DesignError::Infeasible`] when no gain reaches the decay rate.
     pub fn new(plant: &DynamicPlant, wish: &Wish, decrease: &Decrease) -> Result<Self, DesignError> {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());

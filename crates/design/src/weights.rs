@@ -10,7 +10,7 @@ use crate::linear::LinearDesign;
 /// `theta = diag(r_1, .., r_p)`, one importance index `r_i >= 0` for each output.
 ///
 /// # Errors
-/// [`DesignError::NotFinite`] or [`DesignError::NotPositiveSemidefinite`] names the index that is not a number or negative.
+/// [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) or [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) names the index that is not a number or negative.
 pub fn theta_from_importance(importance: &[f64]) -> Result<DMatrix<f64>, DesignError> {
     let theta = DMatrix::from_diagonal(&DVector::from_column_slice(importance));
     check::positive_semidefinite("theta", &theta, importance.len())?;

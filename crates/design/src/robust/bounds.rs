@@ -12,7 +12,7 @@ use crate::error::DesignError;
 /// Sufficient for the P and Q at hand. Cost: two symmetric eigenproblems.
 ///
 /// # Errors
-/// [`DesignError::NotPositiveDefinite`] and its kin when P or Q is not what (9) gives.
+/// [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite) and its kin when P or Q is not what (9) gives.
 pub fn theorem5_bound(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
     check::positive_definite("P", p, p.nrows())?;
     check::positive_definite("Q", q, p.nrows())?;
