@@ -84,7 +84,8 @@ fn a_plant_of_one_state_goes_the_whole_way() {
     assert!(joint_design(&plant, &dmatrix![1.0], 1.0, 1.0).unwrap().certificate.is_proved());
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
     assert!((robust::positive_real_margin(&f, c, n).unwrap() - 1.0).abs() < 1e-12);
-    assert!((robust::fixed_gain_margin(&f, c, n, 1e-6).unwrap().margin - 1.0).abs() < 1e-5);
+    let margin = robust::fixed_gain_margin(&plant, &cubic.observer.l, n, 1e-6).unwrap().margin;
+    assert!((margin - 1.0).abs() < 1e-5, "{margin}");
 }
 
 /// Every output measured: p = n, so that the kernel of C is empty and even (13) can be strict.
@@ -95,8 +96,8 @@ fn a_plant_whose_state_is_measured_goes_the_whole_way() {
     let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0]), &Decrease::default()).unwrap();
     let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &Correction::Radial(1.0)).unwrap();
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
-    let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
-    assert!(robust::fixed_gain_margin(&f, c, n, 1e-3).unwrap().margin > 0.5);
+    let margin = robust::fixed_gain_margin(&plant, &cubic.observer.l, &cubic.observer.n, 1e-3).unwrap().margin;
+    assert!(margin > 0.5, "{margin}");
 }
 
 /// The double integrator in units of time and length far from one: the same observer, in those units.
@@ -139,6 +140,6 @@ fn a_run_refuses_what_does_not_fit() {
     assert!(matches!(scenario().initial_state(&[1.0]).run(), Err(SimError::Length { .. })));
     assert!(matches!(scenario().initial_state(&[1.0, f64::NAN]).run(), Err(SimError::NotFinite { .. })));
     assert!(matches!(Scenario::new(double_integrator()).until(0.0, 2).run(), Err(SimError::TimeSpan { .. })));
-    assert!(matches!(Scenario::new(double_integrator()).until(f64::NAN, 2).run(), Err(_)));
+    assert!(Scenario::new(double_integrator()).until(f64::NAN, 2).run().is_err());
     assert!(matches!(scenario().times(&[0.0, 2.0, 1.0]).run(), Err(SimError::TimesUnsorted { .. })));
 }

@@ -56,8 +56,7 @@ fn the_sampled_observer_converges_where_euler_diverges() {
     });
     assert!(diverged, "Euler stayed at {xhat}");
 
-    let sampled =
-        SampledCubicDesign::new(&linear, &dmatrix![10.0], -(&cubic.observer.c * &cubic.observer.n)[(0, 0)], h).unwrap();
+    let sampled = SampledCubicDesign::from_cubic(&linear, &cubic, h).unwrap();
     assert!(sampled.certificate.is_proved(), "{}", sampled.certificate);
     let run = Scenario::new(double_integrator())
         .sampled_observer("sampled", sampled.observer, &[-100.0, -100.0])

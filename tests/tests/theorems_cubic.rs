@@ -1,13 +1,13 @@
 //! The theorems of the cubic observer as properties over random systems, in the form in which they are true, and the false forms by their
 //! counterexamples. Statements and proofs: docs/theory-cubic.md.
 
-use luenberger_design::robust::{fixed_lyapunov_margin, lyapunov_matrix_for_gain, theorem5_bound};
+use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_lyapunov_margin, theorem5_bound};
 use luenberger_design::{
     Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, Obstruction, SampledCubicDesign,
     Theorem1, Wish, joint_design, theta_from_importance,
 };
 use luenberger_linalg::{lqr, spectral_abscissa};
-use luenberger_observers::{SampledObserver, cubic};
+use luenberger_observers::{Observer, SampledObserver, cubic};
 use luenberger_plants::{DynamicPlant, double_integrator, third_order};
 use luenberger_proof::statement::{Reach, decay_rate};
 use luenberger_proof::{Matrix, Verdict};
@@ -104,6 +104,37 @@ proptest! {
         let run = race(&design, &linear, &e0, 20.0);
         let bound = e0.dot(&(&design.p * &e0)) / rho;
         prop_assert!(run.integral_trace("cubic").unwrap().last() <= bound * (1.0 + 1e-9));
+    }
+
+    /// Theorem 3: at equal error norms V_c' <= V_l', from the right-hand side that runs.
+    #[test]
+    fn the_derivative_of_v_is_never_above_the_linear_one(
+        plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6), e in matrix(6, 1), size in 0.1..1e3,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let design =
+            CubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
+        let e = head(&e, n, size);
+        let slope = -design.observer.derivative(0.0, &-&e, &DVector::zeros(1), &DVector::zeros(p));
+        let pe = &design.p * &e;
+        let rounding = 16.0 * n as f64 * f64::EPSILON * pe.norm() * slope.norm().max((&design.q * &e).norm());
+        prop_assert!(2.0 * pe.dot(&slope) <= -e.norm_squared() + rounding);
+    }
+
+    /// Theorem 4: a common P of the vertices decreases V for every plant between them.
+    #[test]
+    fn a_polytope_is_certified_between_its_vertices(plant in observable_plant(2..=4), spread in matrix(4, 4), share in 0.0..1.0) {
+        let n = plant.a.nrows();
+        let step = spread.view((0, 0), (n, n)) * 0.05;
+        let vertices = [&plant.a - &step, &plant.a + &step];
+        // Small enough a polytope has a common P almost always; where it has none the answer is an error, not a wrong design.
+        if let Ok(design) = PolytopicDesign::new(&plant, &vertices, 0.0) {
+            prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+            let a = &vertices[0] * share + &vertices[1] * (1.0 - share);
+            let f = a - &design.nominal.observer.l * &plant.c;
+            let half: DMatrix<f64> = &design.nominal.p * f;
+            prop_assert!(luenberger_linalg::lambda_max(&(&half + half.transpose())).unwrap() < 0.0);
+        }
     }
 
     /// For S = gamma theta two solutions approach each other in the P norm.
@@ -215,8 +246,9 @@ fn example_3_needs_the_other_sign() {
     let plant = third_order::example3().to_dynamic();
     let l = dmatrix![0.267; -1.429; 3.904];
     let k = dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510];
-    let f = &plant.a - &l * &plant.c;
-    let error = lyapunov_matrix_for_gain(&f, &plant.c, &(&l * 10.0)).unwrap_err();
+    let error = certify_gain(&plant, &l, &(&l * 10.0)).unwrap_err();
+    let admissible = certify_gain(&plant, &l, &(&l * -10.0)).unwrap();
+    assert!(admissible.certificate.is_proved() && admissible.certificate.converges_from_everywhere());
     let DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. } = error else { panic!("{error}") };
     // 10 (0.267 - 1.429 + 2 * 3.904)
     assert!((cn - 66.46).abs() < 1e-9, "{cn}");
@@ -239,14 +271,17 @@ fn example_3_needs_the_other_sign() {
     assert!((cost - 891.375_25).abs() < 1e-4, "{cost}");
 }
 
-/// With a Kalman gain L and P the inverse covariance, S = alpha / R gives N = -alpha L.
+/// With a Kalman gain L and P the inverse covariance, S = alpha V^-1 gives N = -alpha L.
 #[test]
 fn the_kalman_gain_gives_n_proportional_to_l() {
     let plant = double_integrator().to_dynamic();
-    let kalman = luenberger_linalg::kalman_gain(&plant.a, &plant.c, &DMatrix::identity(2, 2), &dmatrix![0.5]).unwrap();
-    let information = kalman.p.try_inverse().unwrap();
-    let n = -(information.try_inverse().unwrap() * plant.c.transpose()) * (3.0 / 0.5);
-    assert!((n + kalman.l * 3.0).amax() < 1e-12);
+    let wish = Wish::Kalman { w: DMatrix::identity(2, 2), v: dmatrix![0.5] };
+    let linear = LinearDesign::new(&plant, &wish, &Decrease::Information).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::General(dmatrix![3.0 / 0.5])).unwrap();
+    assert!((&cubic.observer.n + &cubic.observer.l * 3.0).amax() < 1e-12);
+    assert!(cubic.certificate.is_proved() && cubic.certificate.converges_from_everywhere(), "{}", cubic.certificate);
+    let poles = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0]), &Decrease::Information).unwrap_err();
+    assert_eq!(poles, DesignError::NoCovariance);
 }
 
 /// p = 2: the cubic flow for any admissible S, by one quadrature and one root, against the integrator.

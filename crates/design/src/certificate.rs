@@ -1,7 +1,8 @@
 //! Certificates: the inequalities behind a design, each decided outside floating point.
 //!
-//! A certificate states facts about the numbers that run: the matrices as stored, evaluated exactly or with outward rounding by
-//! `luenberger-proof`. What follows from the facts (stability, a rate) is a theorem, cited in [`crate::cubic`] and in `docs/theory-cubic.md`.
+//! A certificate states facts about the numbers that run: L, P and theta as stored, evaluated exactly or with outward rounding by
+//! `luenberger-proof`. The cubic gain `N = -P^-1 C'S` is a rounding of a real matrix, so it has a statement of its own: from which errors the observer
+//! with the stored N converges. What follows from the facts (stability, a rate) is a theorem, cited in [`crate::cubic`] and in `docs/theory-cubic.md`.
 
 use core::fmt;
 
@@ -31,9 +32,16 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Whether every fact is proved.
+    /// Whether every fact is proved. The facts are about L and P as stored and about the real matrix `N = -P^-1 C'S`; for N as stored see
+    /// [`converges_from_everywhere`](Self::converges_from_everywhere).
     pub fn is_proved(&self) -> bool {
         self.facts.iter().all(|fact| fact.verdict.is_proved())
+    }
+
+    /// Whether the cubic observer with all its gains exactly as stored is proved to converge from every error. False for designs that
+    /// make no statement about a stored N.
+    pub fn converges_from_everywhere(&self) -> bool {
+        matches!(self.deployed.as_ref().map(|deployed| &deployed.reach), Some(Reach::Everywhere { .. }))
     }
 }
 
@@ -43,16 +51,18 @@ impl Fact {
         Ok(Self { statement: format!("{name} > 0"), verdict: statement::positive(&exact(p)?)? })
     }
 
-    /// (12), for the gain as stored; `vertex` names which of several state matrices `a` is.
-    pub(crate) fn lyapunov_decrease(
+    /// (12) with a decay rate, for the gain as stored; `vertex` names which of several state matrices `a` is.
+    pub(crate) fn decay(
         vertex: &str,
         (a, c): (&DMatrix<f64>, &DMatrix<f64>),
         l: &DMatrix<f64>,
         p: &DMatrix<f64>,
+        rate: f64,
     ) -> Result<Self, ProofError> {
+        let term = if rate == 0.0 { String::new() } else { format!(" + 2({rate:e})P") };
         Ok(Self {
-            statement: format!("(A - LC)'P + P(A - LC) < 0{vertex} (12)"),
-            verdict: statement::lyapunov_decrease(&exact(a)?, &exact(l)?, &exact(c)?, &exact(p)?)?,
+            statement: format!("(A - LC)'P + P(A - LC){term} < 0{vertex} (12)"),
+            verdict: statement::decay_rate(&exact(a)?, &exact(l)?, &exact(c)?, &exact(p)?, rate)?,
         })
     }
 
@@ -71,6 +81,11 @@ impl Fact {
     /// `theta >= 0`.
     pub(crate) fn weight(theta: &DMatrix<f64>) -> Result<Self, ProofError> {
         Ok(Self { statement: "theta >= 0".to_owned(), verdict: positive_semidefinite(&exact(theta)?)? })
+    }
+
+    /// `S + S' >= 0`.
+    pub(crate) fn accretive(s: &DMatrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { statement: "S + S' >= 0".to_owned(), verdict: statement::accretive(&exact(s)?)? })
     }
 
     /// (13') for the real gain `N = -P^-1 C'S`.
@@ -129,7 +144,7 @@ impl fmt::Display for Fact {
         write!(f, "{:<9}  {}", self.verdict.word(), self.statement)?;
         match &self.verdict {
             Verdict::Proved { margin } => write!(f, ", margin {margin:.3e}"),
-            Verdict::Refuted { witness } => write!(f, ", witness {witness:?}"),
+            Verdict::Refuted { witness } => write!(f, ": {witness}"),
             Verdict::Undecided { why, best } => write!(f, ": {why} (best margin {best:.3e})"),
         }
     }

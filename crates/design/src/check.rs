@@ -1,6 +1,7 @@
 //! Checks of what a user hands over, each with an error that names the matrix and the value.
 
 use luenberger_linalg::{LinalgError, detectability, lambda_min, spectral_abscissa};
+use luenberger_plants::DynamicPlant;
 use luenberger_plants::error::check_matrix;
 use nalgebra::{Complex, DMatrix};
 
@@ -12,8 +13,8 @@ pub(crate) fn matrix(what: &'static str, m: &DMatrix<f64>, expected: (usize, usi
 }
 
 /// Shape, finiteness and symmetry up to rounding: entries may differ by `n EPSILON` of the largest, which is what a
-/// product such as `C'C` computed in two orders can show.
-pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<(), DesignError> {
+/// product such as `C'C` computed in two orders can show. Returns the symmetric part, which is what is used from there on.
+pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<DMatrix<f64>, DesignError> {
     matrix(what, m, (n, n))?;
     let allowed = n as f64 * f64::EPSILON * m.amax();
     for col in 0..n {
@@ -24,22 +25,26 @@ pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Resul
             }
         }
     }
-    Ok(())
+    Ok((m + m.transpose()) * 0.5)
 }
 
-/// Symmetric and positive definite.
-pub(crate) fn positive_definite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<(), DesignError> {
-    symmetric(what, m, n)?;
-    let lambda_min = lambda_min(m)?;
-    if lambda_min > 0.0 { Ok(()) } else { Err(LinalgError::NotPositiveDefinite { what, lambda_min }.into()) }
+/// Symmetric and positive definite; returns the symmetric part.
+pub(crate) fn positive_definite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<DMatrix<f64>, DesignError> {
+    let m = symmetric(what, m, n)?;
+    let lambda_min = lambda_min(&m)?;
+    if lambda_min > 0.0 { Ok(m) } else { Err(LinalgError::NotPositiveDefinite { what, lambda_min }.into()) }
 }
 
-/// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`.
-pub(crate) fn positive_semidefinite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<(), DesignError> {
-    symmetric(what, m, n)?;
-    let lambda_min = lambda_min(m)?;
+/// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`; returns the symmetric part.
+pub(crate) fn positive_semidefinite(
+    what: &'static str,
+    m: &DMatrix<f64>,
+    n: usize,
+) -> Result<DMatrix<f64>, DesignError> {
+    let m = symmetric(what, m, n)?;
+    let lambda_min = lambda_min(&m)?;
     if lambda_min >= -(n as f64) * f64::EPSILON * m.norm() {
-        Ok(())
+        Ok(m)
     } else {
         Err(LinalgError::NotPositiveSemidefinite { what, lambda_min }.into())
     }
@@ -68,16 +73,33 @@ pub(crate) fn solve_definite(
     }
 }
 
-/// Linearly independent rows, up to the rounding of singular values.
+/// Linearly independent rows, whatever their units: the rows are scaled to length one first.
 pub(crate) fn independent_outputs(c: &DMatrix<f64>) -> Result<(), DesignError> {
-    let sigma_min = lambda_min(&(c * c.transpose()))?.max(0.0).sqrt();
-    let sigma_max = c.norm();
-    // The Gram matrix squares the condition, so independence is decided down to a ratio of sqrt(EPSILON).
-    if sigma_min > (c.ncols() as f64 * f64::EPSILON).sqrt() * sigma_max {
+    let mut scaled = c.clone();
+    for mut row in scaled.row_iter_mut() {
+        let length = row.norm();
+        if length > 0.0 {
+            row /= length;
+        }
+    }
+    let sigma_min = lambda_min(&(&scaled * scaled.transpose()))?.max(0.0).sqrt();
+    // The Gram matrix squares the condition, so independence is decided down to sqrt(n EPSILON).
+    if sigma_min > (c.ncols() as f64 * f64::EPSILON).sqrt() {
         Ok(())
     } else {
-        Err(DesignError::DependentOutputs { sigma_min, sigma_max })
+        Err(DesignError::DependentOutputs { sigma_min })
     }
+}
+
+/// The plant's fields are public: what its constructor checked is checked again.
+pub(crate) fn plant(plant: &DynamicPlant) -> Result<(), DesignError> {
+    DynamicPlant::new(plant.a.clone(), plant.b.clone(), plant.c.clone())?;
+    Ok(())
+}
+
+/// A finite decay rate, zero or more.
+pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
+    if rate >= 0.0 && rate.is_finite() { Ok(()) } else { Err(DesignError::BadRate { rate }) }
 }
 
 /// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`.

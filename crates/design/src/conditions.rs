@@ -39,20 +39,20 @@ impl Theorem1 {
         (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
         p: &DMatrix<f64>,
     ) -> Result<Self, DesignError> {
+        check::plant(plant)?;
         let (order, outputs) = (plant.a.nrows(), plant.c.nrows());
         check::matrix("L", l, (order, outputs))?;
         check::matrix("N", n, (order, outputs))?;
-        check::symmetric("theta", theta, outputs)?;
-        check::symmetric("P", p, order)?;
+        let (theta, p) = (check::symmetric("theta", theta, outputs)?, check::symmetric("P", p, order)?);
         let (a, c) = (exact(&plant.a)?, exact(&plant.c)?);
-        let (l, n, p) = (exact(l)?, exact(n)?, exact(p)?);
+        let (l, n, p) = (exact(l)?, exact(n)?, exact(&p)?);
         let product = Matrix::<Exact>::embed(&p, "P")?
             .product(&Matrix::embed(&n, "N")?)?
             .product(&Matrix::embed(&c, "C")?)?
             .plus_transpose()?;
         Ok(Self {
             positive: positive(&p)?,
-            weight: positive_semidefinite(&exact(theta)?)?,
+            weight: positive_semidefinite(&exact(&theta)?)?,
             decrease: lyapunov_decrease(&a, &l, &c, &p)?,
             strict: negative_definite(&product)?,
             dissipation: cubic_dissipation(&p, &n, &c)?,

@@ -61,7 +61,7 @@ impl CubicDesign {
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &Correction) -> Result<Self, DesignError> {
         let o = &linear.observer;
         let outputs = o.c.nrows();
-        check::positive_semidefinite("theta", theta, outputs)?;
+        let theta = &check::positive_semidefinite("theta", theta, outputs)?;
         let p_inverse_ct = check::solve_definite("P", &linear.p, &o.c.transpose())?;
         let s = match correction {
             Correction::Gamma(gamma) => {

@@ -50,14 +50,10 @@ pub enum DesignError {
         abscissa: f64,
     },
     /// The rows of C are linearly dependent, so that gains of the form `-P^-1 C'S` do not exhaust the admissible ones.
-    #[error(
-        "C does not have full row rank: its smallest singular value is {sigma_min:e} against a largest of {sigma_max:e}"
-    )]
+    #[error("C does not have full row rank: with rows of length one its smallest singular value is {sigma_min:e}")]
     DependentOutputs {
-        /// Smallest singular value of C.
+        /// Smallest singular value of C with its rows scaled to length one.
         sigma_min: f64,
-        /// Largest singular value of C.
-        sigma_max: f64,
     },
     /// A method for one output was asked for a plant with several.
     #[error("{what} needs a plant with one output; this one has {outputs}")]
@@ -66,6 +62,24 @@ pub enum DesignError {
         what: &'static str,
         /// Number of outputs.
         outputs: usize,
+    },
+    /// [`Decrease::Information`](crate::Decrease::Information) was asked for a gain that is no Kalman gain.
+    #[error("P cannot be the information matrix: only a Kalman gain comes with a covariance")]
+    NoCovariance,
+    /// A decay rate is negative or not finite.
+    #[error("the decay rate must be finite and not negative; it is {rate}")]
+    BadRate {
+        /// The rate.
+        rate: f64,
+    },
+    /// `C N` has an eigenvalue on the imaginary axis up to rounding: N is rank-deficient or `S + S'` singular, which the
+    /// method does not decide.
+    #[error(
+        "C N has an eigenvalue of real part {real_part:e}, zero up to rounding: this method does not decide such gains"
+    )]
+    DegenerateGain {
+        /// The real part.
+        real_part: f64,
     },
     /// No P exists for the gains that were given.
     #[error("{what} is infeasible: {reason}")]
@@ -94,10 +108,7 @@ pub enum Obstruction {
     /// Multipliers of the inequalities, verified exactly.
     #[error("{0}")]
     Dual(Infeasibility),
-    /// The sign of `C N` excludes `P N = -C'S` with `S + S' >= 0`.
-    #[error("C N + (C N)' has the positive eigenvalue {0:e}, but P N = -C'S makes N'PN = -(C N)'S")]
+    /// The largest real part of an eigenvalue of `C N`. If `P N = -C'S` with `P > 0` and `S + S' >= 0`, it is not positive.
+    #[error("C N has an eigenvalue of real part {0:e} > 0, but P N = -C'S with S + S' >= 0 and P > 0 makes it <= 0")]
     SignOfCn(f64),
-    /// The linear part cannot be stabilised by this gain.
-    #[error("A - L C has spectral abscissa {0:e}")]
-    Unstable(f64),
 }

@@ -15,6 +15,7 @@ pub mod conditions;
 pub mod cubic;
 pub mod error;
 pub mod feedback;
+mod gain_lmi;
 mod joint;
 pub mod linear;
 pub mod robust;

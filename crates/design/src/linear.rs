@@ -3,7 +3,7 @@
 //! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever is built
 //! on top (the cubic term, robust margins, feedback) does not care where L came from.
 
-use luenberger_linalg::{eigenvalues, kalman_gain, lyapunov, place_observer};
+use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, lyapunov, place_observer};
 use luenberger_observers::LinearObserver;
 use luenberger_plants::DynamicPlant;
 use nalgebra::{Complex, DMatrix, Dyn};
@@ -11,23 +11,23 @@ use nalgebra::{Complex, DMatrix, Dyn};
 use crate::certificate::{Certificate, Fact};
 use crate::check;
 use crate::error::DesignError;
-use crate::joint::{self, Gain};
+use crate::gain_lmi::{self, Gain};
 
 /// What is wanted of the observer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wish {
     /// The eigenvalues of `A - L C`, n numbers closed under conjugation, all in the open left half plane.
     Poles(Vec<Complex<f64>>),
-    /// The stationary Kalman gain `L = S C'V^-1` for process noise of intensity W (n x n) and measurement noise V (p x p).
+    /// The stationary Kalman gain `L = Sigma C'V^-1` for process noise of intensity W (n x n) and measurement noise V (p x p).
     Kalman {
         /// Intensity of the process noise, n x n, positive semidefinite.
         w: DMatrix<f64>,
         /// Intensity of the measurement noise, p x p, positive definite.
         v: DMatrix<f64>,
     },
-    /// Every error decays at least like `exp(-rate t)`, with the best-conditioned gain the LMI finds.
+    /// Every error decays at least like `exp(-rate t)`, by the matrix inequality with the largest margin.
     DecayRate(f64),
-    /// The LMI decides: the largest margin of `A'P + PA - YC - C'Y' < 0` under `P <= I`.
+    /// The LMI decides: the largest margin of `A'P + PA - YC - C'Y' < 0` over normalised (P, Y).
     Lmi,
     /// A gain L of one's own, n x p.
     Gain(DMatrix<f64>),
@@ -49,6 +49,9 @@ pub enum Decrease {
     Scaled(f64),
     /// Any `Q = Q' > 0`, n x n.
     Matrix(DMatrix<f64>),
+    /// Only with [`Wish::Kalman`]: P is the information matrix, the inverse of the stationary covariance, and
+    /// `Q = P W P + C'V^-1 C`, which must be positive definite. Then `S = alpha V^-1` gives `N = -alpha L`.
+    Information,
 }
 
 impl Default for Decrease {
@@ -64,10 +67,8 @@ impl Decrease {
                 check::positive("rho", *rho)?;
                 Ok(DMatrix::identity(n, n) * *rho)
             }
-            Self::Matrix(q) => {
-                check::positive_definite("Q", q, n)?;
-                Ok(q.clone())
-            }
+            Self::Matrix(q) => check::positive_definite("Q", q, n),
+            Self::Information => Err(DesignError::NoCovariance),
         }
     }
 }
@@ -90,8 +91,9 @@ pub struct LinearDesign {
 impl LinearDesign {
     /// The observer that `wish` asks for, certified by `F'P + PF = -Q` with Q from `decrease`.
     ///
-    /// Exists whenever `(A, C)` is detectable, except for [`Wish::Poles`] and [`Wish::DecayRate`], which can ask for more than the
-    /// unobservable modes allow. Cost: one Schur form and one Lyapunov equation, about `35 n^3`; an SDP of `n(n+1)/2 + np`
+    /// [`Wish::Lmi`] exists whenever `(A, C)` is detectable. The others can ask for more: [`Wish::Poles`] and [`Wish::DecayRate`] than the
+    /// unobservable modes allow, [`Wish::Kalman`] needs noise on every mode of the stability boundary, and a gain of one's own has to stabilise.
+    /// The wishes by LMI do not read `decrease`: they bring their own P. Cost: one Schur form and one Lyapunov equation, about `35 n^3`; an SDP of `n(n+1)/2 + np`
     /// unknowns for the wishes by LMI.
     ///
     /// ```
@@ -112,6 +114,7 @@ impl LinearDesign {
     /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite)
     /// and its kin for Q, W, V; [`DesignError::Infeasible`] when no gain reaches the decay rate.
     pub fn new(plant: &DynamicPlant, wish: &Wish, decrease: &Decrease) -> Result<Self, DesignError> {
+        check::plant(plant)?;
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let l = match wish {
             Wish::Poles(poles) => {
@@ -121,9 +124,13 @@ impl LinearDesign {
                 place_observer(&plant.a, &plant.c, poles)?.gain
             }
             Wish::Kalman { w, v } => {
-                check::positive_semidefinite("W", w, n)?;
-                check::positive_definite("V", v, p)?;
-                kalman_gain(&plant.a, &plant.c, w, v)?.l
+                let w = check::positive_semidefinite("W", w, n)?;
+                let v = check::positive_definite("V", v, p)?;
+                let kalman = kalman_gain(&plant.a, &plant.c, &w, &v)?;
+                if *decrease == Decrease::Information {
+                    return Self::with_information(plant, &kalman);
+                }
+                kalman.l
             }
             Wish::Gain(l) => {
                 check::matrix("L", l, (n, p))?;
@@ -131,34 +138,49 @@ impl LinearDesign {
             }
             Wish::DecayRate(rate) => {
                 check::positive("decay rate", *rate)?;
-                return Self::from_lyapunov_matrix(plant, joint::gain_by_lmi(plant, *rate)?);
+                return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, *rate)?, *rate);
             }
-            Wish::Lmi => return Self::from_lyapunov_matrix(plant, joint::gain_by_lmi(plant, 0.0)?),
+            Wish::Lmi => return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, 0.0)?, 0.0),
         };
         let f = &plant.a - &l * &plant.c;
         check::hurwitz("A - L C", &f)?;
+        if *decrease == Decrease::Information {
+            return Err(DesignError::NoCovariance);
+        }
         let q = decrease.matrix(n)?;
         let p = lyapunov(&f, &q)?.p;
-        Self::certified(plant, l, p, q)
+        Self::certified(plant, l, p, q, 0.0)
     }
 
-    /// A design whose P came with the gain.
-    pub(crate) fn from_lyapunov_matrix(plant: &DynamicPlant, gain: Gain) -> Result<Self, DesignError> {
+    /// The Kalman gain with the inverse covariance as P.
+    fn with_information(plant: &DynamicPlant, kalman: &Kalman) -> Result<Self, DesignError> {
+        let n = plant.a.nrows();
+        let inverse = check::solve_definite("the stationary covariance", &kalman.p, &DMatrix::identity(n, n))?;
+        let p = (&inverse + inverse.transpose()) * 0.5;
+        let half = &p * (&plant.a - &kalman.l * &plant.c);
+        let q = -(&half + half.transpose());
+        check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
+        Self::certified(plant, kalman.l.clone(), p, q, 0.0)
+    }
+
+    /// A design whose P came with the gain, and certifies the decay rate.
+    pub(crate) fn with_lyapunov_matrix(plant: &DynamicPlant, gain: Gain, rate: f64) -> Result<Self, DesignError> {
         let Gain { l, p } = gain;
         let f = &plant.a - &l * &plant.c;
         let half = &p * f;
         let q = -(&half + half.transpose());
-        Self::certified(plant, l, p, q)
+        Self::certified(plant, l, p, q, rate)
     }
 
-    pub(crate) fn certified(
+    fn certified(
         plant: &DynamicPlant,
         l: DMatrix<f64>,
         p: DMatrix<f64>,
         q: DMatrix<f64>,
+        rate: f64,
     ) -> Result<Self, DesignError> {
         let poles = eigenvalues(&(&plant.a - &l * &plant.c))?;
-        let facts = vec![Fact::positive("P", &p)?, Fact::lyapunov_decrease("", (&plant.a, &plant.c), &l, &p)?];
+        let facts = vec![Fact::positive("P", &p)?, Fact::decay("", (&plant.a, &plant.c), &l, &p, rate)?];
         let certificate = Certificate { facts, deployed: None };
         let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
         Ok(Self { observer, poles, p, q, certificate })

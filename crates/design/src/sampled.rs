@@ -4,14 +4,14 @@
 //! increase `V = e'Pe` (its derivative is `-2 (y~'theta y~) y~'S y~`), and the linear step multiplies it by at most
 //! `1 - lambda_min(P^-1/2 Q P^-1/2)`. Hence global exponential stability, whatever the period: no step size has to be small.
 
-use luenberger_linalg::{place_observer, stein, zero_order_hold};
+use luenberger_linalg::{discrete_kalman_gain, eigenvalues, place_observer, stein, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
 use luenberger_plants::DynamicPlant;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{Certificate, Fact};
 use crate::check;
-use crate::cubic::radial_s;
+use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
 
@@ -20,7 +20,7 @@ use crate::linear::LinearDesign;
 pub struct SampledCubicDesign {
     /// The observer, ready to run.
     pub observer: SampledCubicObserver<f64, Dyn, Dyn, Dyn>,
-    /// Eigenvalues asked of `Ad - Ld C`: the poles of the continuous design, mapped by `z = exp(h s)`.
+    /// Eigenvalues of `Ad - Ld C`, as achieved: those of the continuous design, mapped by `z = exp(h s)`.
     pub poles: Vec<Complex<f64>>,
     /// `P > 0` of the discrete Lyapunov equation.
     pub p: DMatrix<f64>,
@@ -53,20 +53,64 @@ impl SampledCubicDesign {
     /// the period hides a mode.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, w: f64, h: f64) -> Result<Self, DesignError> {
         check::positive("h", h)?;
+        let o = &linear.observer;
+        let held = zero_order_hold(&o.a, &o.b, h)?;
+        let wish: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+        let placement = place_observer(&held.ad, &o.c, &wish)?;
+        Self::with_gain(linear, (held.ad, held.bd), placement.gain, theta, w, h)
+    }
+
+    /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for process noise of covariance W
+    /// (n x n) per sample and measurement noise V (p x p). Detectability is enough.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and those of the discrete Riccati equation.
+    pub fn kalman(
+        linear: &LinearDesign,
+        (noise, measurement): (&DMatrix<f64>, &DMatrix<f64>),
+        theta: &DMatrix<f64>,
+        w: f64,
+        h: f64,
+    ) -> Result<Self, DesignError> {
+        let o = &linear.observer;
+        check::positive("h", h)?;
+        let noise = check::positive_semidefinite("W", noise, o.a.nrows())?;
+        let measurement = check::positive_definite("V", measurement, o.c.nrows())?;
+        let held = zero_order_hold(&o.a, &o.b, h)?;
+        let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement)?.l;
+        Self::with_gain(linear, (held.ad, held.bd), ld, theta, w, h)
+    }
+
+    /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of its cubic term.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_cubic(linear: &LinearDesign, cubic: &CubicDesign, h: f64) -> Result<Self, DesignError> {
+        let o = &cubic.observer;
+        Self::new(linear, &o.theta, luenberger_observers::cubic::rate(&o.c, &o.n), h)
+    }
+
+    fn with_gain(
+        linear: &LinearDesign,
+        (ad, bd): (DMatrix<f64>, DMatrix<f64>),
+        ld: DMatrix<f64>,
+        theta: &DMatrix<f64>,
+        w: f64,
+        h: f64,
+    ) -> Result<Self, DesignError> {
         check::positive("w", w)?;
         let o = &linear.observer;
         let (n, outputs) = (o.a.nrows(), o.c.nrows());
-        check::positive_semidefinite("theta", theta, outputs)?;
+        let theta = &check::positive_semidefinite("theta", theta, outputs)?;
         check::independent_outputs(&o.c)?;
-        let held = zero_order_hold(&o.a, &o.b, h)?;
-        let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-        let ld = place_observer(&held.ad, &o.c, &poles)?.gain;
+        let f = &ad - &ld * &o.c;
+        let poles = eigenvalues(&f)?;
         // The scale of Q is that of the continuous equation over one period.
-        let p = stein(&(&held.ad - &ld * &o.c), &(DMatrix::identity(n, n) * h))?.p;
+        let p = stein(&f, &(DMatrix::identity(n, n) * h))?.p;
         let p_inverse_ct = check::solve_definite("P", &p, &o.c.transpose())?;
         let s = radial_s(&o.c, &p_inverse_ct, w)?;
         let gain = -(p_inverse_ct * &s);
-        let plant = DynamicPlant::new(held.ad, held.bd, o.c.clone())?;
+        let plant = DynamicPlant::new(ad, bd, o.c.clone())?;
         let facts = vec![
             Fact::positive("P", &p)?,
             Fact::stein_decrease((&plant.a, &plant.c), &ld, &p)?,

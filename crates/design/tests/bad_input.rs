@@ -135,13 +135,47 @@ fn a_feedback_that_does_not_stabilise_is_refused() {
 #[test]
 fn a_cubic_gain_of_the_wrong_sign_is_named() {
     let design = CubicDesign::new(&linear(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
-    let (f, c, n) = (design.error_matrix(), &design.observer.c, -&design.observer.n);
+    let (f, l, n) = (design.error_matrix(), &design.observer.l, -&design.observer.n);
     for error in [
-        robust::lyapunov_matrix_for_gain(&f, c, &n).unwrap_err(),
-        robust::fixed_gain_margin(&f, c, &n, 1e-3).unwrap_err(),
-        robust::positive_real_margin(&f, c, &n).unwrap_err(),
+        robust::certify_gain(&plant(), l, &n).unwrap_err(),
+        robust::fixed_gain_margin(&plant(), l, &n, 1e-3).unwrap_err(),
+        robust::positive_real_margin(&f, &design.observer.c, &n).unwrap_err(),
     ] {
         assert!(matches!(error, DesignError::Infeasible { .. }), "{error}");
         assert!(error.to_string().contains("C N"), "{error}");
     }
+}
+
+/// theta = diag(1, 0) makes N rank-deficient: admissible, but not decided by the method for gains without a P.
+#[test]
+fn a_gain_that_the_method_does_not_decide_is_not_called_infeasible() {
+    let plant =
+        DynamicPlant::new(dmatrix![0.1, 1.0; -1.0, 0.2], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0; 0.0, 1.0]).unwrap();
+    let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0]), &Decrease::default()).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0, 0.0; 0.0, 0.0], &Correction::Gamma(1.0)).unwrap();
+    let error = robust::certify_gain(&plant, &cubic.observer.l, &cubic.observer.n).unwrap_err();
+    assert!(matches!(error, DesignError::DegenerateGain { .. }), "{error}");
+}
+
+#[test]
+fn a_rate_that_is_no_rate_is_refused_by_every_design() {
+    for rate in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(joint_design(&plant(), &dmatrix![1.0], rate, 1.0).unwrap_err(), DesignError::BadRate { .. }));
+        let polytope = robust::PolytopicDesign::new(&plant(), &[plant().a], rate).unwrap_err();
+        assert!(matches!(polytope, DesignError::BadRate { .. }));
+    }
+}
+
+/// The fields of a plant are public, so its shapes can change after the constructor has checked them.
+#[test]
+fn a_plant_that_was_bent_after_its_construction_is_refused() {
+    let mut bent = plant();
+    bent.c = dmatrix![1.0, 0.0, 0.0];
+    let gain = Wish::Gain(dmatrix![1.0; 1.0]);
+    assert!(matches!(LinearDesign::new(&bent, &gain, &Decrease::default()).unwrap_err(), DesignError::Matrix(_)));
+    assert!(matches!(joint_design(&bent, &dmatrix![1.0], 0.0, 1.0).unwrap_err(), DesignError::Matrix(_)));
+    assert!(matches!(
+        robust::certify_gain(&bent, &dmatrix![1.0; 1.0], &dmatrix![1.0; 1.0]).unwrap_err(),
+        DesignError::Matrix(_)
+    ));
 }

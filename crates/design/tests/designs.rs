@@ -1,8 +1,8 @@
 //! The designs against closed forms and against each other.
 
 use luenberger_design::robust::{
-    PolytopicDesign, fixed_gain_margin, fixed_lyapunov_margin, lyapunov_matrix_for_gain, positive_real_margin,
-    redesigned_margin, theorem5_bound,
+    PolytopicDesign, certify_gain, fixed_gain_margin, fixed_lyapunov_margin, positive_real_margin, redesigned_margin,
+    theorem5_bound,
 };
 use luenberger_design::{
     Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Theorem1, Wish, joint_design,
@@ -92,7 +92,8 @@ fn the_margins_of_example_2_are_ordered_and_right() {
     assert!((fixed_lyapunov_margin(&cubic.p, &cubic.q).unwrap() - bound).abs() < 1e-10);
     let closed = positive_real_margin(&f, c, n).unwrap();
     assert!((closed - 4.136_786_421_6).abs() < 1e-9, "{closed}");
-    let by_lmi = fixed_gain_margin(&f, c, n, 1e-3).unwrap();
+    let by_lmi = fixed_gain_margin(&plant, &cubic.observer.l, n, 1e-3).unwrap();
+    assert!(by_lmi.at_margin.certificate.is_proved() && by_lmi.at_margin.certificate.converges_from_everywhere());
     assert!(by_lmi.margin <= closed && closed - by_lmi.margin < 2e-2, "{} against {closed}", by_lmi.margin);
     assert!((redesigned_margin(&f).unwrap() - 5.0).abs() < 1e-8);
 }
@@ -101,7 +102,9 @@ fn the_margins_of_example_2_are_ordered_and_right() {
 fn a_lyapunov_matrix_is_found_for_a_gain_that_came_without_one() {
     let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
     let o = &cubic.observer;
-    let (p, s) = lyapunov_matrix_for_gain(&cubic.error_matrix(), &o.c, &o.n).unwrap();
+    let found = certify_gain(&double_integrator().to_dynamic(), &o.l, &o.n).unwrap();
+    assert!(found.certificate.is_proved() && found.certificate.converges_from_everywhere(), "{}", found.certificate);
+    let (p, s) = (found.p, found.s);
     let miss = &p * &o.n + o.c.transpose() * &s;
     assert!(miss.norm() < 1e-12 * p.norm() * o.n.norm(), "{miss}");
     assert!(s[(0, 0)] > 0.0);
@@ -141,4 +144,30 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     let theta = theta_from_cost_shares(&linear, Some(&dvector![1.0, 0.0]), 3.0).unwrap();
     assert!((theta - dmatrix![3.0, 0.0; 0.0, 0.0]).amax() < 1e-12);
     assert!(theta_from_cost_shares(&linear, Some(&dvector![0.0, 0.0]), 3.0).is_err());
+}
+
+/// F = [0 1; -2 -3], C = [30 1], N = (0, -1): G(s) = (s + 30)/((s + 1)(s + 2)) is positive real only after a shift of -27, far to the left of
+/// the size of F.
+#[test]
+fn a_margin_far_to_the_left_is_found_by_both_methods() {
+    let f = dmatrix![0.0, 1.0; -2.0, -3.0];
+    let plant = DynamicPlant::new(f.clone(), DMatrix::zeros(2, 0), dmatrix![30.0, 1.0]).unwrap();
+    let (l, n) = (DMatrix::zeros(2, 1), dmatrix![0.0; -1.0]);
+    let closed = positive_real_margin(&f, &plant.c, &n).unwrap();
+    assert!((closed + 27.0).abs() < 1e-9, "{closed}");
+    let by_lmi = fixed_gain_margin(&plant, &l, &n, 1e-2).unwrap().margin;
+    assert!(by_lmi <= closed + 1e-9 && closed - by_lmi < 0.5, "{by_lmi}");
+}
+
+/// The joint design at the size at which cvxpy with the same solver is said to fail.
+#[test]
+fn the_joint_design_of_twenty_states_and_three_outputs_is_proved() {
+    // A fixed plant without structure: entries of a quadratic sequence, folded into [-1, 1].
+    let entry = |k: usize| ((k * k * 7919 + 104_729 * k) % 2001) as f64 / 1000.0 - 1.0;
+    let a = DMatrix::from_fn(20, 20, |i, j| entry(20 * i + j));
+    let c = DMatrix::from_fn(3, 20, |i, j| entry(1000 + 20 * i + j));
+    let plant = DynamicPlant::new(a, DMatrix::zeros(20, 0), c).unwrap();
+    let design = joint_design(&plant, &DMatrix::identity(3, 3), 0.0, 1.0).unwrap();
+    assert!(design.certificate.is_proved(), "{}", design.certificate);
+    assert!(design.certificate.converges_from_everywhere(), "{}", design.certificate);
 }

@@ -72,10 +72,6 @@ fn attempt(problem: &Problem, settings: &Settings, anchor: Anchor) -> Result<Sol
         }
         return Ok(solution);
     }
-    eprintln!(
-        "DEBUG t {:?} {:?} scale {:?} {:?}",
-        proposal.unknowns, proposal.status, standard.unknown_scale, standard.row_scale
-    );
     let best = margins.iter().map(|margin| margin.estimate).fold(f64::INFINITY, f64::min);
     let reached = proposal.unknowns.last().copied().unwrap_or_default();
     let witness = if reached < HOPELESS { refute(problem, settings, &standard, &proposal.multipliers) } else { None };
@@ -89,8 +85,8 @@ fn attempt(problem: &Problem, settings: &Settings, anchor: Anchor) -> Result<Sol
 /// Why neither side could be shown.
 fn doubt(margins: &[Margin], proposal: &Proposal) -> Doubt {
     if proposal.ending == Ending::Point {
-        let error = margins.iter().filter(|m| m.proved.is_none()).map(|m| m.estimate.abs()).fold(0.0, f64::max);
-        Doubt::RoundingDominates { error, order: margins.len() }
+        let estimate = margins.iter().filter(|m| m.proved.is_none()).map(|m| m.estimate).fold(f64::INFINITY, f64::min);
+        Doubt::ProposalNotProved { estimate }
     } else {
         Doubt::NoProposal { status: proposal.status }
     }

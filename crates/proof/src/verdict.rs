@@ -49,6 +49,16 @@ pub enum Doubt {
         /// The solver's own word for how it ended.
         status: &'static str,
     },
+    /// The solver proposed a solution at which an inequality could not be proved.
+    ProposalNotProved {
+        /// The margin of that inequality as floating point sees it.
+        estimate: f64,
+    },
+    /// The matrix that was to prove the statement does not, and nothing shows that no other would.
+    NotByThisMatrix {
+        /// Its name.
+        name: &'static str,
+    },
     /// An intermediate quantity left the range of binary64.
     Overflow,
 }
@@ -64,6 +74,13 @@ impl fmt::Display for Doubt {
                 write!(f, "the data are known only up to intervals as wide as {width:e}")
             }
             Self::NoProposal { status } => write!(f, "the solver proposed no solution ({status})"),
+            Self::ProposalNotProved { estimate } => {
+                write!(
+                    f,
+                    "an inequality is not proved at the solution proposed, where its margin is about {estimate:e}"
+                )
+            }
+            Self::NotByThisMatrix { name } => write!(f, "this {name} does not prove it, and another might"),
             Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
         }
     }

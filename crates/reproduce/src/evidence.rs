@@ -118,10 +118,10 @@ impl Evidence {
     }
 
     /// A verdict of `luenberger-proof` on the statement as printed.
-    pub fn proof<W: fmt::Debug>(verdict: &ProofVerdict<W>) -> Self {
+    pub fn proof<W: fmt::Display>(verdict: &ProofVerdict<W>) -> Self {
         Self::Proof(match verdict {
             ProofVerdict::Proved { margin } => Proof::Proved(*margin),
-            ProofVerdict::Refuted { witness } => Proof::Refuted(format!("{witness:?}")),
+            ProofVerdict::Refuted { witness } => Proof::Refuted(witness.to_string()),
             ProofVerdict::Undecided { why, .. } => Proof::Undecided(why.to_string()),
         })
     }

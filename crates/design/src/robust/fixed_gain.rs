@@ -1,102 +1,124 @@
-//! The margin with N fixed and P free: a generalised eigenvalue problem.
+//! Certificates for a cubic gain that came without a P, and the margin with N fixed and P free.
 //!
-//! `sup eps : P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0`. The equation is solved away: for N of full
-//! column rank and `C N` invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0` (T of n - p rows) and `S = -G C N`, G and
-//! Y symmetric. What is left is linear in G and Y, and strictly feasible wherever it is feasible.
+//! `sup eps : P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0`, `F = A - L C`, a generalised eigenvalue problem. The equation is solved
+//! away: for C N invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0` (T of n - p rows) and `S = -G C N`, G and Y symmetric.
+//! What is left is linear in G and Y.
+//!
+//! The solver proposes P for F, C N and T as rounded; the answer carries what is then proved for A, L, C and N as stored.
 
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
+use luenberger_plants::DynamicPlant;
 use luenberger_proof::{Doubt, Verdict};
 use nalgebra::DMatrix;
 
+use crate::certificate::{self, Certificate, Fact};
 use crate::check;
 use crate::error::{DesignError, Obstruction};
 
+/// A P (and S) for gains that came without one, with what is proved of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GainCertificate {
+    /// `P > 0` of (12).
+    pub p: DMatrix<f64>,
+    /// S, `P N = -C'S` up to rounding.
+    pub s: DMatrix<f64>,
+    /// `P > 0` and (12) for A, L and C as stored, and from which errors the observer with N as stored converges (`theta = I`).
+    pub certificate: Certificate,
+}
+
 /// Where the proof of a cubic observer with given gains ends.
+///
+/// The margin is one of the error dynamics `e' = (F + eps I) e + (y~'theta y~) N y~`. An observer that runs the nominal A on a plant with `A + eps I` has
+/// the forcing `eps x` besides: its error is input-to-state stable, and tends to zero only if x does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedGainMargin {
-    /// The greatest eps proved.
+    /// The greatest eps found feasible.
     pub margin: f64,
-    /// The least eps tried that was not proved; the supremum lies between the two when `refuted`.
+    /// The least eps tried that was not; the supremum lies between the two when `refuted`.
     pub stopped_at: Option<f64>,
     /// Whether the inequality at `stopped_at` was refuted (else it stayed undecided).
     pub refuted: bool,
-    /// P at `margin`.
-    pub p: DMatrix<f64>,
-    /// S at `margin`, `P N = -C'S` up to rounding.
-    pub s: DMatrix<f64>,
+    /// What proves it at `margin`: the certificate is for `A + margin I` as rounded.
+    pub at_margin: GainCertificate,
 }
 
 /// The supremum of eps, to within `tolerance`, for which some `P > 0` proves the observer with gains L and N at `A + eps I`.
 ///
-/// `f = A - L C` is n x n, `c` p x n of full row rank, `n_gain` n x p of full column rank. Cost: one SDP of about `n^2/2` unknowns for each of
-/// `log2(range / tolerance)` bisection steps.
+/// L and N are n x p, C of full row rank. Cost: one SDP of about `n^2/2` unknowns for each of `log2(range / tolerance)` bisection steps.
 ///
 /// # Errors
-/// [`DesignError::NotHurwitz`] when F is not; [`DesignError::Infeasible`] when `C N` has an eigenvalue that is not in the open left half plane, so that
-/// no P allows this N even at `eps = -inf`; [`DesignError::DependentOutputs`].
+/// [`DesignError::NotHurwitz`] when `A - L C` is not; [`DesignError::Infeasible`] when `C N` has an eigenvalue of positive real part, so that no P allows
+/// this N at any eps; [`DesignError::DegenerateGain`] when that real part is zero up to rounding; [`DesignError::DependentOutputs`];
+/// [`DesignError::Undecided`] when no eps could be proved.
 pub fn fixed_gain_margin(
-    f: &DMatrix<f64>,
-    c: &DMatrix<f64>,
+    plant: &DynamicPlant,
+    l: &DMatrix<f64>,
     n_gain: &DMatrix<f64>,
     tolerance: f64,
 ) -> Result<FixedGainMargin, DesignError> {
     check::positive("tolerance", tolerance)?;
-    let high = -check::hurwitz("A - L C", f)?;
-    let family = Family::new(f, c, n_gain)?;
-    // Far to the left F + eps I is so dissipative that any P of the form serves; the bracket starts there.
-    let low = high - 4.0 * f.norm();
+    let family = Family::new(plant, l, n_gain)?;
+    let high = -check::hurwitz("A - L C", &family.f)?;
+    let low = family.feasible_below(high)?;
     let bisection = greatest_parameter(low, high, tolerance, |eps| family.at(eps))?;
     let Some((margin, solution)) = bisection.proved else {
         return Err(not_proved(bisection.stopped.map(|(_, verdict)| verdict)));
     };
-    let (p, s) = family.read(|name| solution.named(name).cloned());
     Ok(FixedGainMargin {
         margin,
         stopped_at: bisection.stopped.as_ref().map(|(eps, _)| *eps),
         refuted: bisection.stopped.is_some_and(|(_, verdict)| verdict.is_refuted()),
-        p,
-        s,
+        at_margin: family.certify(margin, |name| solution.named(name).cloned())?,
     })
 }
 
-/// A `P > 0` (and S) that proves the observer with gains L and N: (12) and (13') with `P N = -C'S` up to rounding.
+/// A `P > 0` that proves the observer with gains L and N: (12) and (13').
 ///
 /// # Errors
-/// [`DesignError::Infeasible`] with the quantity that excludes every P: the sign of `C N`, or a verified dual.
-pub fn lyapunov_matrix_for_gain(
-    f: &DMatrix<f64>,
-    c: &DMatrix<f64>,
+/// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P.
+pub fn certify_gain(
+    plant: &DynamicPlant,
+    l: &DMatrix<f64>,
     n_gain: &DMatrix<f64>,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), DesignError> {
-    check::hurwitz("A - L C", f)?;
-    let family = Family::new(f, c, n_gain)?;
+) -> Result<GainCertificate, DesignError> {
+    let family = Family::new(plant, l, n_gain)?;
+    check::hurwitz("A - L C", &family.f)?;
     let solution = family.at(0.0).solve()?;
     if solution.verdict.is_proved() {
-        Ok(family.read(|name| solution.named(name).cloned()))
+        family.certify(0.0, |name| solution.named(name).cloned())
     } else {
         Err(not_proved(Some(solution.verdict)))
     }
 }
 
 /// The inequality in G and Y, for every eps.
-struct Family {
+struct Family<'a> {
+    plant: &'a DynamicPlant,
+    l: &'a DMatrix<f64>,
+    n_gain: &'a DMatrix<f64>,
     f: DMatrix<f64>,
-    c: DMatrix<f64>,
     cn: DMatrix<f64>,
     t: DMatrix<f64>,
 }
 
-impl Family {
-    fn new(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix<f64>) -> Result<Self, DesignError> {
-        let (n, outputs) = (f.nrows(), c.nrows());
-        check::matrix("C", c, (outputs, n))?;
+impl<'a> Family<'a> {
+    fn new(plant: &'a DynamicPlant, l: &'a DMatrix<f64>, n_gain: &'a DMatrix<f64>) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        let c = &plant.c;
+        let (n, outputs) = (plant.a.nrows(), c.nrows());
+        check::matrix("L", l, (n, outputs))?;
         check::matrix("N", n_gain, (n, outputs))?;
         check::independent_outputs(c)?;
         let cn = c * n_gain;
         let abscissa = spectral_abscissa(&cn)?;
-        if abscissa >= 0.0 {
+        // The rounding of the product and of its eigenvalues.
+        let rounding = 8.0 * n as f64 * f64::EPSILON * c.norm() * n_gain.norm();
+        if abscissa > rounding {
             return Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::SignOfCn(abscissa) });
+        }
+        if abscissa >= -rounding {
+            return Err(DesignError::DegenerateGain { real_part: abscissa });
         }
         // C N is invertible, so N has full column rank, and the last n - p columns of its full Q factor are orthogonal to it.
         let full = DMatrix::from_fn(n, n + outputs, |i, j| {
@@ -109,15 +131,20 @@ impl Family {
             }
         });
         let q = full.qr().q();
-        let t = q.columns(outputs, n - outputs).transpose();
-        Ok(Self { f: f.clone(), c: c.clone(), cn, t })
+        // An entry that is rounding would be taken for a coefficient in small units.
+        let t = q
+            .columns(outputs, n - outputs)
+            .transpose()
+            .map(|x| if x.abs() < 4.0 * n as f64 * f64::EPSILON { 0.0 } else { x });
+        Ok(Self { plant, l, n_gain, f: &plant.a - l * c, cn, t })
     }
 
     fn at(&self, eps: f64) -> Problem {
-        let (n, outputs) = (self.f.nrows(), self.c.nrows());
+        let c = &self.plant.c;
+        let (n, outputs) = (self.f.nrows(), c.nrows());
         let mut lmi = Problem::new();
         let g = lmi.symmetric("G", outputs);
-        let mut p: Expression = self.c.transpose() * &g * &self.c;
+        let mut p: Expression = c.transpose() * &g * c;
         if n > outputs {
             let y = lmi.symmetric("Y", n - outputs);
             p = p + self.t.transpose() * &y * &self.t;
@@ -129,15 +156,39 @@ impl Family {
         lmi
     }
 
-    fn read(&self, value: impl Fn(&str) -> Option<DMatrix<f64>>) -> (DMatrix<f64>, DMatrix<f64>) {
-        let outputs = self.c.nrows();
+    /// Some eps at which the inequality is proved: any P of the form serves once F + eps I is dissipative enough, which can be far to the left
+    /// when C and N are nearly orthogonal.
+    fn feasible_below(&self, high: f64) -> Result<f64, DesignError> {
+        let scale = self.f.norm().max(high.abs()).max(f64::MIN_POSITIVE);
+        let mut last = None;
+        for doubling in 0..40 {
+            let eps = high - scale * f64::powi(2.0, doubling);
+            let verdict = self.at(eps).solve()?.verdict;
+            if verdict.is_proved() {
+                return Ok(eps);
+            }
+            last = Some(verdict);
+        }
+        Err(not_proved(last))
+    }
+
+    fn certify(&self, eps: f64, value: impl Fn(&str) -> Option<DMatrix<f64>>) -> Result<GainCertificate, DesignError> {
+        let c = &self.plant.c;
+        let (n, outputs) = (self.f.nrows(), c.nrows());
         let g = value("G").unwrap_or_else(|| DMatrix::zeros(outputs, outputs));
-        let mut p = self.c.transpose() * &g * &self.c;
+        let mut p = c.transpose() * &g * c;
         if let Some(y) = value("Y") {
             p += self.t.transpose() * y * &self.t;
         }
+        let p = (&p + p.transpose()) * 0.5;
         let s = -(g * &self.cn);
-        ((&p + p.transpose()) * 0.5, s)
+        let mut shifted = self.plant.clone();
+        shifted.a += DMatrix::identity(n, n) * eps;
+        let theta = DMatrix::identity(outputs, outputs);
+        let facts =
+            vec![Fact::positive("P", &p)?, Fact::decay("", (&shifted.a, c), self.l, &p, 0.0)?, Fact::accretive(&s)?];
+        let deployed = certificate::deployed(&shifted, (self.l, self.n_gain, &theta), &p, &s)?;
+        Ok(GainCertificate { p, s, certificate: Certificate { facts, deployed: Some(deployed) } })
     }
 }
 

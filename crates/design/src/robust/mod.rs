@@ -20,6 +20,6 @@ mod polytope;
 mod positive_real;
 
 pub use bounds::{fixed_lyapunov_margin, input_to_state_gain, redesigned_margin, theorem5_bound};
-pub use fixed_gain::{FixedGainMargin, fixed_gain_margin, lyapunov_matrix_for_gain};
+pub use fixed_gain::{FixedGainMargin, GainCertificate, certify_gain, fixed_gain_margin};
 pub use polytope::PolytopicDesign;
 pub use positive_real::positive_real_margin;

@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use crate::certificate::{Certificate, Fact};
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
-use crate::{check, joint};
+use crate::{check, gain_lmi};
 
 /// A gain for every plant of a polytope, with its evidence.
 #[derive(Debug, Clone)]
@@ -38,12 +38,12 @@ impl PolytopicDesign {
             check::matrix("vertex A", a, (n, n))?;
         }
         let all: Vec<_> = std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned()).collect();
-        let (gain, _) = joint::solve(nominal, &all, rate, Problem::new())?;
-        let nominal = LinearDesign::from_lyapunov_matrix(nominal, gain)?;
+        let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new())?;
+        let nominal = LinearDesign::with_lyapunov_matrix(nominal, gain, rate)?;
         let mut facts = nominal.certificate.facts.clone();
         for (k, a) in vertices.iter().enumerate() {
             let vertex = format!(" at vertex {}", k + 1);
-            facts.push(Fact::lyapunov_decrease(&vertex, (a, &nominal.observer.c), &nominal.observer.l, &nominal.p)?);
+            facts.push(Fact::decay(&vertex, (a, &nominal.observer.c), &nominal.observer.l, &nominal.p, rate)?);
         }
         Ok(Self { nominal, certificate: Certificate { facts, deployed: None } })
     }

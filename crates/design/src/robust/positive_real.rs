@@ -7,6 +7,7 @@
 //! coefficient `C (F + eps I) N` of q.
 
 use luenberger_linalg::{eigenvalues, spectral_abscissa};
+use luenberger_proof::Doubt;
 use nalgebra::DMatrix;
 
 use crate::check;
@@ -15,10 +16,12 @@ use crate::error::{DesignError, Obstruction};
 /// The supremum of eps for which some `P > 0` proves the observer with gains L and N (p = 1) at `A + eps I`.
 ///
 /// `f = A - L C` is n x n, `c` 1 x n, `n_gain` n x 1. Bisection to the last bits between minus infinity and minus the spectral abscissa of
-/// F; feasibility is monotone in eps because P serves every smaller eps too. Cost: `O(n^4)` once, `O(n^3)` per step.
+/// F; feasibility is monotone in eps because P serves every smaller eps too. A floating-point result: what is *proved* comes from
+/// [`fixed_gain_margin`](super::fixed_gain_margin). Cost: `O(n^4)` once, `O(n^3)` per step.
 ///
 /// # Errors
-/// [`DesignError::SeveralOutputs`] for p > 1; [`DesignError::Infeasible`] when `C N >= 0`, which no P allows.
+/// [`DesignError::SeveralOutputs`] for p > 1; [`DesignError::Infeasible`] when `C N > 0`, which no P allows; [`DesignError::DegenerateGain`] when
+/// `C N = 0`; [`DesignError::Undecided`] when rounding hides every shift at which the function is positive real.
 pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix<f64>) -> Result<f64, DesignError> {
     let order = f.nrows();
     check::matrix("A - L C", f, (order, order))?;
@@ -28,18 +31,27 @@ pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix
     check::matrix("C", c, (1, order))?;
     check::matrix("N", n_gain, (order, 1))?;
     let cn = (c * n_gain)[(0, 0)];
-    if cn >= 0.0 {
-        return Err(DesignError::Infeasible { what: "(13') for any P", reason: Obstruction::SignOfCn(2.0 * cn) });
+    if cn == 0.0 {
+        return Err(DesignError::DegenerateGain { real_part: 0.0 });
+    }
+    if cn > 0.0 {
+        return Err(DesignError::Infeasible { what: "(13') for any P", reason: Obstruction::SignOfCn(cn) });
     }
     let mut high = -spectral_abscissa(f)?;
     // G of relative degree one is positive real after a large enough shift; double it until it is.
     let scale = f.norm().max(f64::MIN_POSITIVE);
     let mut low = high - scale;
-    for doubling in 0..64 {
-        if is_strictly_positive_real(f, c, n_gain, low)? {
+    let mut found = is_strictly_positive_real(f, c, n_gain, low)?;
+    for doubling in 1..64 {
+        if found {
             break;
         }
-        low = high - scale * f64::powi(2.0, doubling + 1);
+        low = high - scale * f64::powi(2.0, doubling);
+        found = is_strictly_positive_real(f, c, n_gain, low)?;
+    }
+    if !found {
+        let why = Doubt::NoProposal { status: "no shift makes the transfer function positive real in floating point" };
+        return Err(DesignError::Undecided { what: "strict positive realness", why, best: f64::NEG_INFINITY });
     }
     // 200 halvings exhaust the 53 bits of any interval that fits between two doublings.
     for _ in 0..200 {
@@ -154,7 +166,7 @@ mod tests {
     fn the_wrong_sign_of_the_gain_is_named() {
         let error = positive_real_margin(&dmatrix![-3.0], &dmatrix![1.0], &dmatrix![2.0]).unwrap_err();
         assert!(
-            matches!(error, DesignError::Infeasible { reason: Obstruction::SignOfCn(x), .. } if x == 4.0),
+            matches!(error, DesignError::Infeasible { reason: Obstruction::SignOfCn(x), .. } if x == 2.0),
             "{error}"
         );
     }

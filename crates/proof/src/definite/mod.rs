@@ -19,6 +19,8 @@ mod referee;
 
 pub use entry::Entry;
 
+use std::fmt;
+
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
@@ -39,6 +41,13 @@ pub struct Direction {
     /// Where binary64 has no such direction (the null vector of a singular matrix, say), the exact one. Then `v` is only its
     /// rounding, and `value` bounds the form along the exact one.
     pub exact: Option<Vec<Exact>>,
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let entries: Vec<String> = self.v.iter().map(|x| format!("{x:.6}")).collect();
+        write!(f, "v = ({}), where the form is at most {:e}", entries.join(", "), self.value)
+    }
 }
 
 /// The order up to which the exact referee is called; beyond, what the first two judges cannot see stays undecided.

@@ -144,7 +144,7 @@ pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, P
     let margin = match decrease {
         Verdict::Proved { margin } => margin,
         Verdict::Refuted { witness } => {
-            let why = Doubt::NoProposal { status: "A'P + PA < 0 is false for this P" };
+            let why = Doubt::NotByThisMatrix { name: "P" };
             return Ok(Verdict::Undecided { why, best: -witness.value });
         }
         undecided @ Verdict::Undecided { .. } => return Ok(undecided),

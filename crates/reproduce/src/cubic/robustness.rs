@@ -8,7 +8,7 @@ use luenberger_proof::statement::decay_rate;
 use luenberger_sim::{Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
 
-use super::example1;
+use super::{FORCING, example1};
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
@@ -95,6 +95,9 @@ fn readings(design: &CubicDesign, plant: &DynamicPlant, of: &str) -> Result<Outc
         .maximum(0.0)?
         .value;
     let bound = input_to_state_gain(&design.p, &design.q)? * largest_forcing;
+    if forced > bound {
+        return Err(format!("|e| = {forced} at the end exceeds the bound {bound} of input-to-state stability").into());
+    }
     // Rounding of a run that starts from |e| = 1.
     let vanishes = |error: f64| Value::Truth(error < 1e-9);
     Ok(Outcome::new(Evidence::Readings(vec![
@@ -158,14 +161,14 @@ fn tight(_: &Context) -> Result<Outcome, CheckError> {
     let at = |eps: f64| decay_rate(&a, &l, &c, &p, eps);
     // With P fixed: proved just below the bound, refuted just above it.
     let is_tight = at(bound * (1.0 - 1e-9))?.is_proved() && at(bound * (1.0 + 1e-9))?.is_refuted();
-    let free = fixed_gain_margin(&design.error_matrix(), &design.observer.c, &design.observer.n, 1e-4)?.margin;
+    let free = fixed_gain_margin(&example1::plant(), &design.observer.l, &design.observer.n, 1e-4)?.margin;
     Ok(Outcome::new(Evidence::Readings(vec![
         ("P is fixed", Value::Truth(!is_tight)),
         ("P is chosen anew, L and N are kept", Value::Truth(free > bound)),
     ]))
     .note(format!(
         "For this P and Q = ρ I the bound {} is the supremum: proved below it and refuted above it, to 1e-9. With P free the same \
-         observer tolerates {}.",
+         gains allow {}. {FORCING}",
         short(bound),
         short(free)
     )))
