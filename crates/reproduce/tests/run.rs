@@ -159,3 +159,16 @@ fn an_id_that_occurs_twice_is_refused() {
         run("twice", paper(vec![claim("demo.a", "1", right), claim("demo.a", "2", right)], vec![], vec![]));
     assert!(matches!(twice, Err(ReproduceError::Duplicate { id }) if id == "demo.a"));
 }
+
+/// The pages in docs/ name claims in brackets; each must be in the ledger.
+#[test]
+fn every_claim_that_the_docs_name_exists() {
+    let page = include_str!("../../../docs/theory-cubic.md");
+    let papers = luenberger_reproduce::papers();
+    let known: Vec<&str> = papers.iter().flat_map(|paper| paper.claims.iter().map(|claim| claim.id)).collect();
+    let named: Vec<&str> = page.split('`').filter(|word| word.starts_with("cubic.") && !word.contains(' ')).collect();
+    assert!(named.len() > 10, "{named:?}");
+    for id in named {
+        assert!(known.contains(&id), "{id} is in docs/theory-cubic.md and not in the ledger");
+    }
+}
