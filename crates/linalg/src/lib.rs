@@ -27,6 +27,7 @@ pub mod observability;
 pub mod placement;
 pub mod riccati;
 pub mod schur;
+mod schur_operator;
 mod separation;
 pub mod spectrum;
 mod staircase;

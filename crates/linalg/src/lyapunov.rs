@@ -6,11 +6,10 @@
 //!
 //! Method: real Schur form `A = U T U'`, then `T'Y + Y T = -U'Q U` by back-substitution (Bartels and Stewart, CACM 15, 1972).
 
-use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
-use crate::balance::{Balance, sizes};
+use crate::argument::{shaped, square, symmetric, unit_scale};
+use crate::schur_operator::{Operator, retried_in_balanced_units, step};
 use crate::separation::{nearly_singular, relative, rescaled, separation};
-use crate::triangular::{self, flip_cols, flip_rows, flipped};
-use crate::{LinalgError, Result, Schur, schur};
+use crate::{Result, triangular};
 use nalgebra::DMatrix;
 
 /// Solution of `A'P + P A + Q = 0` with its evidence.
@@ -30,43 +29,6 @@ pub struct Lyapunov {
     pub condition: f64,
 }
 
-/// `T'Y + Y T` with the quasi-triangular `T` of a Schur form.
-struct Operator {
-    schur: Schur,
-    flipped: DMatrix<f64>,
-}
-
-impl Operator {
-    fn new(a: &DMatrix<f64>) -> Result<Self> {
-        let schur = schur(a)?;
-        let flipped = flipped(&schur.t);
-        Ok(Self { schur, flipped })
-    }
-
-    /// `T'Y + Y T = D` in place.
-    fn solve(&self, d: &mut DMatrix<f64>) -> bool {
-        flip_rows(d);
-        let regular = triangular::sylvester(&self.flipped, &self.schur.t, d);
-        flip_rows(d);
-        regular
-    }
-
-    /// `T Y + Y T' = D` in place.
-    fn solve_adjoint(&self, d: &mut DMatrix<f64>) {
-        flip_cols(d);
-        triangular::sylvester(&self.schur.t, &self.flipped, d);
-        flip_cols(d);
-    }
-
-    /// The solution of `A'P + P A + Q = 0`, and whether the equation is regular.
-    fn solution(&self, q: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
-        let u = &self.schur.q;
-        let mut y = -(u.transpose() * q * u);
-        let regular = self.solve(&mut y);
-        (symmetric_part(&(u * y * u.transpose())), regular)
-    }
-}
-
 /// `A'P + P A + Q`, exactly symmetric for symmetric `P` and `Q`.
 fn defect(a: &DMatrix<f64>, p: &DMatrix<f64>, q: &DMatrix<f64>) -> DMatrix<f64> {
     let half = p * a;
@@ -75,8 +37,7 @@ fn defect(a: &DMatrix<f64>, p: &DMatrix<f64>, q: &DMatrix<f64>) -> DMatrix<f64> 
 
 /// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
 pub(crate) fn lyapunov_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
-    let (p, regular) = Operator::new(a)?.solution(q);
-    Ok((regular && p.iter().all(|e| e.is_finite())).then_some(p))
+    step(a, q, triangular::sylvester)
 }
 
 /// Solves `A'P + P A + Q = 0` for symmetric `P`.
@@ -87,11 +48,11 @@ pub(crate) fn lyapunov_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option
 /// the separation.
 ///
 /// # Errors
-/// [`LinalgError::NearlySingular`] names the two eigenvalues whose sum is nearest to zero, when the separation is not above
+/// [`LinalgError::NearlySingular`](crate::LinalgError::NearlySingular) names the two eigenvalues whose sum is nearest to zero, when the separation is not above
 /// `n eps ||A||`, in the units of `a` nor in units of the state that balance it: a change of `A` within its own rounding makes the equation singular.
-/// [`LinalgError::NotSymmetric`] names the entry of `q` that differs from its mirror image;
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],
-/// [`LinalgError::NotFinite`], [`LinalgError::Overflow`], and those of [`schur()`].
+/// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry of `q` that differs from its mirror image;
+/// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare), [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
+/// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), [`LinalgError::Overflow`](crate::LinalgError::Overflow), and those of [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```
@@ -110,25 +71,14 @@ pub fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     let q = symmetric("q", q)?;
-    let plain = solve(a, &q);
-    if !matches!(plain, Err(LinalgError::NearlySingular { .. })) {
-        return plain;
-    }
-    // Units of the state decades apart look like a singular equation: try in balanced ones before saying so.
-    let balance = Balance::of(&sizes(a), None);
-    if balance.is_trivial() {
-        return plain;
-    }
-    let Ok(found) = solve(&balance.similar(a), &balance.form(&q)) else { return plain };
-    let p = balance.form_back(&found.p);
-    if p.iter().all(|e| e.is_finite()) { Ok(Lyapunov { p, ..found }) } else { plain }
+    retried_in_balanced_units(a, &q, solve, |found| &mut found.p)
 }
 
 fn solve(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
     let n = a.nrows();
     let (units_a, units_q) = (unit_scale(a), unit_scale(q));
     let (a, q) = (a * units_a, q * units_q);
-    let operator = Operator::new(&a)?;
+    let operator = Operator::new(&a, triangular::sylvester)?;
     let (p, regular) = operator.solution(&q);
     let found = separation(n, n, |d| _ = operator.solve(d), |d| operator.solve_adjoint(d));
     let size = a.norm();

@@ -6,11 +6,10 @@
 //!
 //! Method: real Schur form `A = U T U'`, then `T'Y T - Y = -U'Q U` by back-substitution (Kitagawa, Int. J. Control 25, 1977).
 
-use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
-use crate::balance::{Balance, sizes};
+use crate::argument::{shaped, square, symmetric, unit_scale};
+use crate::schur_operator::{Operator, retried_in_balanced_units, step};
 use crate::separation::{nearly_singular, relative, rescaled, separation};
-use crate::triangular::{self, flip_cols, flip_rows, flipped};
-use crate::{LinalgError, Result, Schur, schur};
+use crate::{LinalgError, Result, triangular};
 use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P A - P + Q = 0` with its evidence.
@@ -30,47 +29,9 @@ pub struct Stein {
     pub condition: f64,
 }
 
-/// `T'Y T - Y` with the quasi-triangular `T` of a Schur form.
-struct Operator {
-    schur: Schur,
-    flipped: DMatrix<f64>,
-}
-
-impl Operator {
-    fn new(a: &DMatrix<f64>) -> Result<Self> {
-        let schur = schur(a)?;
-        let flipped = flipped(&schur.t);
-        Ok(Self { schur, flipped })
-    }
-
-    /// `T'Y T - Y = D` in place.
-    fn solve(&self, d: &mut DMatrix<f64>) -> bool {
-        flip_rows(d);
-        let regular = triangular::stein(&self.flipped, &self.schur.t, d);
-        flip_rows(d);
-        regular
-    }
-
-    /// `T Y T' - Y = D` in place.
-    fn solve_adjoint(&self, d: &mut DMatrix<f64>) {
-        flip_cols(d);
-        triangular::stein(&self.schur.t, &self.flipped, d);
-        flip_cols(d);
-    }
-
-    /// The solution of `A'P A - P + Q = 0`, and whether the equation is regular.
-    fn solution(&self, q: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
-        let u = &self.schur.q;
-        let mut y = -(u.transpose() * q * u);
-        let regular = self.solve(&mut y);
-        (symmetric_part(&(u * y * u.transpose())), regular)
-    }
-}
-
 /// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
 pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
-    let (p, regular) = Operator::new(a)?.solution(q);
-    Ok((regular && p.iter().all(|e| e.is_finite())).then_some(p))
+    step(a, q, triangular::stein)
 }
 
 /// Solves `A'P A - P + Q = 0` for symmetric `P`.
@@ -83,7 +44,7 @@ pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DM
 /// vanishes against its rounding or the separation is not above `n eps max(1, ||A||)`;
 /// [`LinalgError::NotSymmetric`] names the entry of `q` that differs from its mirror image;
 /// [`LinalgError::Overflow`] if `a` has entries beyond 2^250, whose products leave the range, or `P` does;
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`schur()`].
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```
@@ -102,18 +63,7 @@ pub fn stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     let q = symmetric("q", q)?;
-    let plain = solve(a, &q);
-    if !matches!(plain, Err(LinalgError::NearlySingular { .. })) {
-        return plain;
-    }
-    // Units of the state decades apart look like a singular equation: try in balanced ones before saying so.
-    let balance = Balance::of(&sizes(a), None);
-    if balance.is_trivial() {
-        return plain;
-    }
-    let Ok(found) = solve(&balance.similar(a), &balance.form(&q)) else { return plain };
-    let p = balance.form_back(&found.p);
-    if p.iter().all(|e| e.is_finite()) { Ok(Stein { p, ..found }) } else { plain }
+    retried_in_balanced_units(a, &q, solve, |found| &mut found.p)
 }
 
 fn solve(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
@@ -123,7 +73,7 @@ fn solve(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     }
     let units_q = unit_scale(q);
     let q = q * units_q;
-    let operator = Operator::new(a)?;
+    let operator = Operator::new(a, triangular::stein)?;
     let (p, regular) = operator.solution(&q);
     let found = separation(n, n, |d| _ = operator.solve(d), |d| operator.solve_adjoint(d));
     let size = a.norm();

@@ -10,7 +10,11 @@ mod random;
 mod robustness;
 mod theorems;
 
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::Tolerance;
 use crate::paper::Paper;
+use crate::value::Printed;
 
 /// What every robust margin of this paper leaves out; it stands wherever one is reported.
 const FORCING: &str = "This is a margin of the error dynamics in the paper's proof. An observer that runs the nominal A on such a plant has the \
@@ -27,4 +31,15 @@ pub(crate) fn paper() -> Paper {
         figures: [example1::figures(), example2::figures(), example3::figures()].concat(),
         findings: findings::findings(),
     }
+}
+
+/// A statement that the paper makes without a number.
+fn claim(
+    id: &'static str,
+    place: &'static str,
+    statement: &'static str,
+    assumptions: &'static [&'static str],
+    check: fn(&Context) -> Result<Outcome, CheckError>,
+) -> Claim {
+    Claim { id, place, statement, printed: Printed::Holds(true), tolerance: Tolerance::AsPrinted, assumptions, check }
 }
