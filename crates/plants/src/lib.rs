@@ -10,7 +10,9 @@
 //! | [`size`] | the one bound that hides nalgebra's allocators |
 //! | [`plant`] | the trait [`Plant`] |
 //! | [`linear`] | `x' = A x + B u`, `y = C x` |
+//! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
+//! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
 
 #![no_std]
 #![deny(missing_docs)]
@@ -18,17 +20,23 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+pub mod chaotic;
 pub mod column;
 pub mod double_integrator;
 pub mod error;
+pub mod flexible_joint;
+pub mod jacobian;
 pub mod linear;
 pub mod plant;
 pub mod size;
 pub mod third_order;
 
+pub use chaotic::Chaotic;
 pub use column::Column;
 pub use double_integrator::double_integrator;
 pub use error::PlantError;
+pub use flexible_joint::FlexibleJoint;
+pub use jacobian::{Differentiable, state_jacobian};
 #[cfg(feature = "alloc")]
 pub use linear::DynamicPlant;
 pub use linear::{LinearPlant, StaticPlant};

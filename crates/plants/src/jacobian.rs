@@ -1,0 +1,171 @@
+//! Jacobians of plants: `Df = df/dx`, `Dh = dh/dx`, exact to rounding.
+//!
+//! A plant that is written once for every scalar, `impl<T: RealField + Copy> Plant<T> for ...`, is a plant over dual numbers
+//! too, and evaluating it at `x + v d` with `d^2 = 0` gives `f(x) + (Df(x) v) d`: the derivative along v, to rounding, at the
+//! cost of two or three evaluations of f (feature `dual`). Nobody types a derivative, and there is no step size to choose.
+//! A Jacobian is n such evaluations.
+//!
+//! Observers ask for [`Differentiable`] and do not care where derivatives come from. The dual numbers are those of `num-dual`,
+//! which links `std`; a bare target builds without the feature and implements the trait for its plant by hand.
+//!
+//! Source: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3 (the forward mode).
+
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
+
+use crate::linear::LinearPlant;
+use crate::plant::Plant;
+use crate::size::Size;
+
+/// A plant whose derivatives along any direction can be evaluated.
+///
+/// Implemented for [`LinearPlant`] and, with the feature `dual`, for every plant that is a plant over `T` and over dual
+/// numbers of `T` (f32 or f64).
+pub trait Differentiable<T, N, M, P>:
+    Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>
+where
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// `f(t, x, u)` and its derivative `Df(t, x, u) v` along v.
+    fn directional(
+        &self,
+        t: T,
+        x: &OVector<T, N>,
+        u: &OVector<T, M>,
+        v: &OVector<T, N>,
+    ) -> (OVector<T, N>, OVector<T, N>);
+
+    /// `h(t, x)` and its derivative `Dh(t, x) v` along v.
+    fn output_directional(&self, t: T, x: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>);
+
+    /// `Df(t, x, u)`, n x n: entry (i, j) is the derivative of `f_i` by `x_j`. Costs n directional derivatives.
+    fn state_jacobian(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> OMatrix<T, N, N> {
+        let (rows, n) = (x.shape_generic().0, x.nrows());
+        let mut jacobian = OMatrix::zeros_generic(rows, rows);
+        let mut direction = OVector::zeros_generic(rows, U1);
+        for j in 0..n {
+            direction[j] = T::one();
+            jacobian.set_column(j, &self.directional(t, x, u, &direction).1);
+            direction[j] = T::zero();
+        }
+        jacobian
+    }
+
+    /// `Dh(t, x)`, p x n. Costs n directional derivatives.
+    fn output_jacobian(&self, t: T, x: &OVector<T, N>) -> OMatrix<T, P, N> {
+        let (rows, n) = (x.shape_generic().0, x.nrows());
+        let outputs = self.output(t, x).shape_generic().0;
+        let mut jacobian = OMatrix::zeros_generic(outputs, rows);
+        let mut direction = OVector::zeros_generic(rows, U1);
+        for j in 0..n {
+            direction[j] = T::one();
+            jacobian.set_column(j, &self.output_directional(t, x, &direction).1);
+            direction[j] = T::zero();
+        }
+        jacobian
+    }
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Differentiable<T, N, M, P> for LinearPlant<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn directional(
+        &self,
+        t: T,
+        x: &OVector<T, N>,
+        u: &OVector<T, M>,
+        v: &OVector<T, N>,
+    ) -> (OVector<T, N>, OVector<T, N>) {
+        (self.derivative(t, x, u), &self.a * v)
+    }
+
+    fn output_directional(&self, t: T, x: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>) {
+        (self.output(t, x), &self.c * v)
+    }
+}
+
+/// `df/dx (t, x, u)`, of a plant written once for every scalar by dual numbers: n x n, entry (i, j) is `d f_i / d x_j`.
+///
+/// Exact up to the rounding of f itself. Where f is not differentiable the entries are those of the branch that f takes; where
+/// it is not defined they are NaN or infinite. Costs n evaluations of f over dual numbers, allocates nothing for static sizes.
+///
+/// ```
+/// use luenberger_plants::{Chaotic, state_jacobian};
+/// use nalgebra::{Matrix3, SVector, Vector3};
+/// // x1' = ln(0.1 + exp(x2 - x1)), x2' = x1 x3, x3' = 0.2 - x1 x2
+/// let x = Vector3::new(2.0, 2.0, 5.0);
+/// let jacobian = state_jacobian(&Chaotic, 0.0, &x, &SVector::zeros());
+/// let slope = 1.0 / 1.1;
+/// let expected = Matrix3::new(-slope, slope, 0.0, 5.0, 0.0, 2.0, -2.0, -2.0, 0.0);
+/// assert!((jacobian - expected).amax() <= f64::EPSILON);
+/// ```
+///
+/// Source: forward mode, see the [module](self).
+pub fn state_jacobian<S, T, N, M, P>(plant: &S, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> OMatrix<T, N, N>
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant.state_jacobian(t, x, u)
+}
+
+#[cfg(feature = "dual")]
+mod dual {
+    use nalgebra::allocator::Allocator;
+    use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
+    use num_dual::{Dual, DualNumFloat};
+
+    use super::Differentiable;
+    use crate::plant::Plant;
+    use crate::size::Size;
+
+    /// `x + v d`.
+    fn along<T: DualNumFloat + RealField, N: Dim>(x: &OVector<T, N>, v: &OVector<T, N>) -> OVector<Dual<T>, N>
+    where
+        DefaultAllocator: Allocator<N>,
+    {
+        x.zip_map(v, Dual::new)
+    }
+
+    /// The real parts and the derivatives.
+    fn apart<T: DualNumFloat + RealField, N: Dim>(y: &OVector<Dual<T>, N>) -> (OVector<T, N>, OVector<T, N>)
+    where
+        DefaultAllocator: Allocator<N>,
+    {
+        (y.map(|entry| entry.re), y.map(|entry| entry.eps))
+    }
+
+    impl<S, T, N, M, P> Differentiable<T, N, M, P> for S
+    where
+        S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>
+            + Plant<Dual<T>, State = OVector<Dual<T>, N>, Input = OVector<Dual<T>, M>, Output = OVector<Dual<T>, P>>,
+        T: DualNumFloat + RealField,
+        N: Dim,
+        M: Dim,
+        P: Dim,
+        DefaultAllocator: Size<N, M, P>,
+    {
+        fn directional(
+            &self,
+            t: T,
+            x: &OVector<T, N>,
+            u: &OVector<T, M>,
+            v: &OVector<T, N>,
+        ) -> (OVector<T, N>, OVector<T, N>) {
+            let u = OVector::from_iterator_generic(u.shape_generic().0, U1, u.iter().map(|&u| Dual::from_re(u)));
+            apart(&Plant::<Dual<T>>::derivative(self, Dual::from_re(t), &along(x, v), &u))
+        }
+
+        fn output_directional(&self, t: T, x: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>) {
+            apart(&Plant::<Dual<T>>::output(self, Dual::from_re(t), &along(x, v)))
+        }
+    }
+}
