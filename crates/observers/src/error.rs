@@ -38,4 +38,35 @@ pub enum ObserverError {
         /// The largest deviation accepted.
         tolerance: f64,
     },
+    /// A factor eta of the mean-value gain with which the internal error may grow.
+    #[error(
+        "eta = {eta}: what is lost is the decrease of the internal error, |e|^2/2 changes by at most \
+         (1/2 - eta) sum alpha_k e_k^2, which is negative for eta > 1/2 only"
+    )]
+    Eta {
+        /// The factor.
+        eta: f64,
+    },
+    /// An output that is not the state of the same number.
+    #[error(
+        "output {output} is {found} where state {output} is {expected}: y must be the first states; change coordinates"
+    )]
+    OutputNotState {
+        /// Index of the output, from 0.
+        output: usize,
+        /// The state of that number at the point tried; NaN if there is none.
+        expected: f64,
+        /// The output there; NaN if there is none.
+        found: f64,
+    },
+    /// A Jacobian that does not exist somewhere on the segment from xhat to xhat + e.
+    #[error("Df({row}, {column}) is not finite at xhat + s e, s = {s}")]
+    JacobianNotFinite {
+        /// How far along the segment, from 0 to 1.
+        s: f64,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+    },
 }

@@ -1,0 +1,289 @@
+//! The mean-value-theorem observer of Ben Messaoud and Hajji, as printed, and repaired.
+//!
+//! ```text
+//! xhat' = f(xhat, u) + G e1
+//! e'    = (D - G) e                                as printed, eq. (3)
+//! e'    = (D - G) e + (L - [G_m; 0]) (y - C xhat - C e)          repaired
+//! ```
+//!
+//! C = [I 0]: the first p states are measured. e is the observer's *internal* error, a state of its own; e1 holds the measured
+//! errors `y - C xhat` in its first p rows and the internal ones in the rest. D is a mean of `Df` over the segment from xhat to
+//! `xhat + e`, by rows ([`beta`]) or as an integral ([`integral`]), and `G = eta diag(alpha)`, alpha_k the sum of row k and of
+//! column k of |D|, the diagonal counted twice: eq. (5), (6).
+//!
+//! **What holds.** `e'De <= sum alpha_k e_k^2 / 2`, so that as printed the internal error never grows when `eta > 1/2`, and
+//! `|e|^2 / 2` falls at least at the rate `(eta - 1/2) sum alpha_k e_k^2`.
+//!
+//! **What does not.** That is the internal error, not `x - xhat`. With `z = xhat + e` the printed observer says
+//! `z' = f(z, u) + [G_m; 0] (y - C z)`: the error x - z, which decides convergence, is injected into the measured states only, and
+//! where that is not enough the observer does not converge: it has to be told x(0) through e(0). The repair turns the
+//! equation of z into `z' = f(z, u) + L (y - C z)`, so that `d = x - z` obeys `d' = (Dbar - L C) d` with the mean Jacobian between z
+//! and x; where L makes that contract (one Lyapunov matrix for all mean Jacobians), d tends to 0 from *any* e(0), and with
+//! it e and x - xhat.
+//!
+//! Source: R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018.
+
+pub mod beta;
+pub mod integral;
+
+use core::marker::PhantomData;
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{Column, Differentiable, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, U2};
+
+use crate::error::ObserverError;
+use crate::mean_value::beta::mean_value;
+use crate::mean_value::integral::gauss_legendre;
+use crate::observer::{Observer, ObserverDimensions};
+
+/// Which mean of the Jacobian over the segment the observer uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mean {
+    /// As the paper: row i is the gradient of f_i at `xhat + beta_i e`, with beta_i from the mean value theorem.
+    Beta,
+    /// The integral mean: continuous, and nothing is solved.
+    Integral,
+}
+
+/// The state of the observer: estimate xhat and internal error e, one beside the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimateAndError<T: RealField + Copy, N: Dim>(OMatrix<T, N, U2>)
+where
+    DefaultAllocator: Allocator<N, U2>;
+
+impl<T: RealField + Copy, N: Dim> EstimateAndError<T, N>
+where
+    DefaultAllocator: Allocator<N, U2> + Allocator<N>,
+{
+    /// The state with estimate xhat and internal error e, of one length.
+    pub fn new(xhat: &OVector<T, N>, e: &OVector<T, N>) -> Self {
+        Self(OMatrix::from_fn_generic(xhat.shape_generic().0, U2, |i, j| if j == 0 { xhat[i] } else { e[i] }))
+    }
+
+    /// The estimate xhat.
+    pub fn estimate(&self) -> OVector<T, N> {
+        self.0.column(0).into_owned()
+    }
+
+    /// The internal error e.
+    pub fn error(&self) -> OVector<T, N> {
+        self.0.column(1).into_owned()
+    }
+
+    /// `z = xhat + e`, where the observer believes the plant to be.
+    pub fn believed(&self) -> OVector<T, N> {
+        self.estimate() + self.error()
+    }
+}
+
+impl<T: RealField + Copy, N: Dim> Column<T> for EstimateAndError<T, N>
+where
+    DefaultAllocator: Allocator<N, U2>,
+{
+    fn try_from_slice(entries: &[T]) -> Option<Self> {
+        let n = entries.len() / 2;
+        if entries.len() != 2 * n || N::try_to_usize().is_some_and(|fixed| fixed != n) {
+            return None;
+        }
+        Some(Self(OMatrix::from_iterator_generic(N::from_usize(n), U2, entries.iter().copied())))
+    }
+
+    fn as_slice(&self) -> &[T] {
+        self.0.as_slice()
+    }
+
+    fn fixed_len() -> Option<usize> {
+        N::try_to_usize().map(|n| 2 * n)
+    }
+}
+
+/// The mean-value-theorem observer of a plant `S` with N states, M inputs and P outputs; see the [module](self).
+///
+/// Fields are read through methods, because the constructors have checked them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeanValueObserver<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant: S,
+    eta: T,
+    mean: Mean,
+    internal_error: OVector<T, N>,
+    l: Option<OMatrix<T, N, P>>,
+    inputs: PhantomData<M>,
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> MeanValueObserver<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer as printed, whose internal error starts at `internal_error`.
+    ///
+    /// The plant's outputs must be its first p states. An `internal_error` that is x(0) - xhat(0) tells the observer the plant's
+    /// state; the estimate is then exact up to that error's decay, whatever the plant.
+    ///
+    /// ```
+    /// use luenberger_observers::{EstimateAndError, Mean, MeanValueObserver, Observer, ObserverError};
+    /// use luenberger_plants::Chaotic;
+    /// use nalgebra::{SVector, Vector2, Vector3};
+    ///
+    /// let e0 = Vector3::new(-1.0, -0.5, 0.5);
+    /// let observer = MeanValueObserver::new(Chaotic, 1.0, Mean::Integral, e0)?;
+    /// let (u, y) = (SVector::zeros(), Vector2::new(-2.0, -1.0));
+    /// let state = observer.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &y);
+    /// assert_eq!(state.believed(), Vector3::new(-2.0, -1.0, -1.0));
+    /// // e points along a direction in which the internal error falls.
+    /// let slope: EstimateAndError<f64, _> = observer.derivative(0.0, &state, &u, &y);
+    /// assert!(slope.error().dot(&e0) < 0.0);
+    ///
+    /// let refused = MeanValueObserver::new(Chaotic, 0.5, Mean::Integral, e0).unwrap_err();
+    /// assert_eq!(refused, ObserverError::Eta { eta: 0.5 });
+    /// # Ok::<(), ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Eta`] unless eta > 1/2, [`ObserverError::Matrix`] for the length and the entries of `internal_error`,
+    /// [`ObserverError::OutputNotState`] when y is not the first p states (tested at two points).
+    pub fn new(plant: S, eta: T, mean: Mean, internal_error: OVector<T, N>) -> Result<Self, ObserverError> {
+        if !(eta.is_finite() && eta + eta > T::one()) {
+            return Err(ObserverError::Eta { eta: eta.to_subset_unchecked() });
+        }
+        let (n, p) = (plant.dimensions().states, plant.dimensions().outputs);
+        check_matrix("e(0)", &internal_error, (n, 1))?;
+        // Distinct values, twice: a permutation, a scale, an offset or a curvature of h shows.
+        for scale in [2.0, -3.0] {
+            let x = OVector::from_fn_generic(internal_error.shape_generic().0, U1, |i, _| {
+                nalgebra::convert::<f64, T>(scale * (i as f64 + 1.0))
+            });
+            let y = plant.output(T::zero(), &x);
+            for k in 0..p.max(y.nrows()) {
+                let found = y.get(k).copied();
+                if k >= n || found != Some(x[k]) {
+                    return Err(ObserverError::OutputNotState {
+                        output: k,
+                        expected: x.get(k).map_or(f64::NAN, |&x| x.to_subset_unchecked()),
+                        found: found.map_or(f64::NAN, |y| y.to_subset_unchecked()),
+                    });
+                }
+            }
+        }
+        Ok(Self { plant, eta, mean, internal_error, l: None, inputs: PhantomData })
+    }
+
+    /// The repaired observer, with the gain L (n x p) of the injection of the measured error.
+    ///
+    /// It converges where `Df - L C` contracts in one quadratic norm over all mean Jacobians between the plant and z.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`ObserverError::Matrix`] for the shape and the entries of L.
+    pub fn repaired(
+        plant: S,
+        eta: T,
+        mean: Mean,
+        internal_error: OVector<T, N>,
+        l: OMatrix<T, N, P>,
+    ) -> Result<Self, ObserverError> {
+        let printed = Self::new(plant, eta, mean, internal_error)?;
+        let size = printed.plant.dimensions();
+        check_matrix("L", &l, (size.states, size.outputs))?;
+        Ok(Self { l: Some(l), ..printed })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The factor eta of the gain, above 1/2.
+    pub fn eta(&self) -> T {
+        self.eta
+    }
+
+    /// The internal error at the start.
+    pub fn internal_error(&self) -> &OVector<T, N> {
+        &self.internal_error
+    }
+
+    /// The injection gain of the repair, `None` for the observer as printed.
+    pub fn l(&self) -> Option<&OMatrix<T, N, P>> {
+        self.l.as_ref()
+    }
+
+    /// The mean Jacobian D, and `D e`.
+    fn mean(
+        &self,
+        t: T,
+        xhat: &OVector<T, N>,
+        u: &OVector<T, M>,
+        e: &OVector<T, N>,
+    ) -> (OMatrix<T, N, N>, OVector<T, N>) {
+        match self.mean {
+            Mean::Beta => {
+                let d = mean_value(&self.plant, t, xhat, u, e).jacobian;
+                let forward = &d * e;
+                (d, forward)
+            }
+            // What D e is, without the quadrature: its error stays in the gain G.
+            Mean::Integral => (
+                gauss_legendre(&self.plant, t, xhat, u, e),
+                self.plant.derivative(t, &(xhat + e), u) - self.plant.derivative(t, xhat, u),
+            ),
+        }
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for MeanValueObserver<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, U2>,
+{
+    type State = EstimateAndError<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = self.plant.dimensions();
+        ObserverDimensions { state: 2 * size.states, inputs: size.inputs, outputs: size.outputs, estimate: size.states }
+    }
+
+    fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let (xhat, e) = (state.estimate(), state.error());
+        let (d, forward) = self.mean(t, &xhat, u, &e);
+        let mut slope = self.plant.derivative(t, &xhat, u);
+        let mut error_slope = forward;
+        for k in 0..xhat.nrows() {
+            let g = self.eta * gain(&d, k);
+            let e1 = if k < y.nrows() { y[k] - xhat[k] } else { e[k] };
+            slope[k] += g * e1;
+            error_slope[k] -= g * e[k];
+            if self.l.is_some() {
+                // - [G_m; 0] (y - C xhat - C e): zero in the rows that are not measured.
+                error_slope[k] -= g * (e1 - e[k]);
+            }
+        }
+        if let Some(l) = &self.l {
+            let surprise = OVector::from_fn_generic(y.shape_generic().0, U1, |k, _| y[k] - xhat[k] - e[k]);
+            error_slope += l * surprise;
+        }
+        EstimateAndError::new(&slope, &error_slope)
+    }
+
+    fn estimate(&self, _t: T, state: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
+        state.estimate()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        EstimateAndError::new(estimate, &self.internal_error)
+    }
+}
+
+/// `alpha_k` of eq. (6): the sum of row k and of column k of |D|.
+fn gain<T: RealField + Copy, N: Dim>(d: &OMatrix<T, N, N>, k: usize) -> T
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    (0..d.nrows()).fold(T::zero(), |sum, j| sum + d[(k, j)].abs() + d[(j, k)].abs())
+}

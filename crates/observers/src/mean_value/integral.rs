@@ -1,0 +1,159 @@
+//! The integral mean of the Jacobian, `Dbar = int_0^1 Df(xhat + s e) ds`.
+//!
+//! `Dbar e = f(xhat + e) - f(xhat)` exactly, for every continuously differentiable f: that is the fundamental theorem of calculus
+//! along the segment. Dbar depends continuously on xhat and e, and nothing has to be solved for.
+//!
+//! Method: Gauss and Legendre with eight points, exact for polynomials of degree 15 in s. The error is estimated twice: by
+//! the difference from five points (degree 9), and, along e, by the identity itself.
+
+use luenberger_plants::{Differentiable, Size};
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
+
+use crate::error::ObserverError;
+
+/// Nodes and weights on [0, 1], to the last digit of f64.
+const EIGHT: [(f64, f64); 8] = [
+    (0.019855071751231884, 0.05061426814518813),
+    (0.10166676129318664, 0.11119051722668724),
+    (0.2372337950418355, 0.15685332293894363),
+    (0.4082826787521751, 0.181341891689181),
+    (0.591717321247825, 0.181341891689181),
+    (0.7627662049581645, 0.15685332293894363),
+    (0.8983332387068134, 0.11119051722668724),
+    (0.9801449282487681, 0.05061426814518813),
+];
+
+const FIVE: [(f64, f64); 5] = [
+    (0.046910077030668004, 0.11846344252809454),
+    (0.23076534494715845, 0.23931433524968324),
+    (0.5, 0.28444444444444444),
+    (0.7692346550528415, 0.23931433524968324),
+    (0.953089922969332, 0.11846344252809454),
+];
+
+/// The integral mean of a Jacobian, with the evidence for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntegralMean<T: RealField + Copy, N: Dim>
+where
+    DefaultAllocator: nalgebra::allocator::Allocator<N, N>,
+{
+    /// Dbar, n x n.
+    pub jacobian: OMatrix<T, N, N>,
+    /// Largest entry of the difference between eight and five points: for a smooth f the error of five points, which the error
+    /// of eight is far below; where the two rules disagree much, neither is to be believed.
+    pub difference: T,
+    /// Largest entry of `|Dbar e - (f(xhat + e) - f(xhat))|`: the true error along e, with rounding.
+    pub residual: T,
+}
+
+/// The integral mean of `Df` over the segment from `xhat` to `xhat + e`, with an estimate of its error.
+///
+/// xhat and e have length n. Costs 13 n derivatives along a direction and two evaluations of f.
+///
+/// ```
+/// use luenberger_observers::mean_value::integral::integral_mean;
+/// use luenberger_plants::Chaotic;
+/// use nalgebra::{SVector, Vector3};
+/// let (xhat, e) = (Vector3::new(-1.0, -0.5, -1.5), Vector3::new(-1.0, -0.5, 0.5));
+/// let mean = integral_mean(&Chaotic, 0.0, &xhat, &SVector::zeros(), &e)?;
+/// assert!(mean.residual < 1e-15 && mean.difference < 1e-9);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+/// # Errors
+/// [`ObserverError::JacobianNotFinite`] names the point of the segment, as the fraction s of the way, and the entry.
+///
+/// Source: P. J. Davis and P. Rabinowitz, Methods of Numerical Integration, 2nd ed., 1984, section 2.7.
+pub fn integral_mean<S, T, N, M, P>(
+    plant: &S,
+    t: T,
+    xhat: &OVector<T, N>,
+    u: &OVector<T, M>,
+    e: &OVector<T, N>,
+) -> Result<IntegralMean<T, N>, ObserverError>
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    for (s, _) in EIGHT.into_iter().chain(FIVE) {
+        let jacobian = plant.state_jacobian(t, &(xhat + e * convert::<f64, T>(s)), u);
+        for column in 0..jacobian.ncols() {
+            for row in 0..jacobian.nrows() {
+                if !jacobian[(row, column)].is_finite() {
+                    return Err(ObserverError::JacobianNotFinite { s, row, column });
+                }
+            }
+        }
+    }
+    let jacobian = gauss_legendre(plant, t, xhat, u, e);
+    let difference = (&jacobian - rule(&FIVE, plant, t, xhat, u, e)).amax();
+    let forward = plant.derivative(t, &(xhat + e), u) - plant.derivative(t, xhat, u);
+    let residual = (&jacobian * e - forward).amax();
+    Ok(IntegralMean { jacobian, difference, residual })
+}
+
+/// Dbar alone, by eight points: what a right-hand side needs. Costs 8 n derivatives along a direction.
+pub fn gauss_legendre<S, T, N, M, P>(
+    plant: &S,
+    t: T,
+    xhat: &OVector<T, N>,
+    u: &OVector<T, M>,
+    e: &OVector<T, N>,
+) -> OMatrix<T, N, N>
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    rule(&EIGHT, plant, t, xhat, u, e)
+}
+
+fn rule<S, T, N, M, P>(
+    nodes: &[(f64, f64)],
+    plant: &S,
+    t: T,
+    xhat: &OVector<T, N>,
+    u: &OVector<T, M>,
+    e: &OVector<T, N>,
+) -> OMatrix<T, N, N>
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    let order = xhat.shape_generic().0;
+    let mut mean = OMatrix::zeros_generic(order, order);
+    for &(s, weight) in nodes {
+        let at = xhat + e * convert::<f64, T>(s);
+        mean += plant.state_jacobian(t, &at, u) * convert::<f64, T>(weight);
+    }
+    mean
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EIGHT, FIVE};
+
+    /// The rules integrate s^k exactly up to twice the number of points less one, and not beyond.
+    #[test]
+    fn the_rules_have_their_degree() {
+        for (rule, degree) in [(&EIGHT[..], 15), (&FIVE[..], 9)] {
+            let defect = |k: i32| {
+                let sum: f64 = rule.iter().map(|(s, w)| w * (0..k).fold(1.0, |power, _| power * s)).sum();
+                (sum - 1.0 / f64::from(k + 1)).abs()
+            };
+            assert!((0..=degree).all(|k| defect(k) <= 4.0 * f64::EPSILON));
+            // (m!)^4 / ((2m + 1) (2m)!^2), the defect at degree 2m: 3.6e-10 for eight points, 1.4e-6 for five.
+            assert!(defect(degree + 1) > 1e-10);
+        }
+    }
+}
