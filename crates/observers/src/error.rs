@@ -69,4 +69,29 @@ pub enum ObserverError {
         /// Column of the entry, from 0.
         column: usize,
     },
+    /// A covariance that is not symmetric.
+    #[error("{what} is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ by {difference:e}")]
+    NotSymmetric {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Row of the entry below the diagonal, from 0.
+        row: usize,
+        /// Column of the entry below the diagonal, from 0.
+        column: usize,
+        /// How much it differs from its mirror image.
+        difference: f64,
+    },
+    /// A covariance with a direction of negative variance, or of none where some is needed.
+    #[error("{what} is not a covariance: pivot {pivot:e} in row {row}")]
+    NotDefinite {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Row of the pivot, from 0.
+        row: usize,
+        /// The pivot of the elimination: negative, or zero.
+        pivot: f64,
+    },
+    /// A filter that is to take no step between samples.
+    #[error("a filter needs at least one step of integration between two samples")]
+    Substeps,
 }

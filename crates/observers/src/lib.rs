@@ -13,6 +13,7 @@
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
+//! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //!
 //! In all of them `y~ = y - C xhat` is the innovation and `e = x - xhat` the error, so that `y~ = C e`.
@@ -23,6 +24,7 @@
 pub mod cubic;
 pub mod cubic_sampled;
 pub mod error;
+pub mod kalman;
 pub mod linear;
 pub mod mean_value;
 pub mod observer;
@@ -30,6 +32,7 @@ pub mod observer;
 pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;
 pub use error::ObserverError;
+pub use kalman::{Belief, ExtendedKalmanFilter, Noises};
 pub use linear::LinearObserver;
 pub use mean_value::{EstimateAndError, Mean, MeanValueObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};

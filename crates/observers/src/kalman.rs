@@ -1,0 +1,317 @@
+//! The continuous-discrete extended Kalman filter: plant in continuous time, measurements in samples.
+//!
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of covariance V (p x p).
+//! At a sample, with `H = Dh(xhat)`:
+//!
+//! ```text
+//! S = H P H' + V,  K = P H' S^-1                                    innovation covariance, gain
+//! xhat <- xhat + K (y - h(xhat))
+//! P    <- (I - K H) P (I - K H)' + K V K'                           Joseph's form
+//! ```
+//!
+//! and until the next one, with `F = Df(xhat)`:
+//!
+//! ```text
+//! xhat' = f(xhat, u),  P' = F P + P F' + W                          so many steps of the classical Runge-Kutta method
+//! ```
+//!
+//! F and H come from the plant ([`Differentiable`]); nobody types them. Joseph's form keeps P positive semidefinite whatever
+//! rounding does to K, and P is made exactly symmetric after both stages. Runge-Kutta steps are not a congruence, so that
+//! sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
+//!
+//! What it is not: a proof. For a linear plant it is the Kalman filter, optimal and convergent when the plant is detectable; for
+//! a nonlinear one it converges from small errors, and nothing is promised from large ones.
+//!
+//! Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press 1974, table 6.1-1; R. S. Bucy and P. D. Joseph, Filtering for
+//! Stochastic Processes, 1968, for the form of the update.
+
+use core::marker::PhantomData;
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{Column, Differentiable, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Cholesky, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+
+use crate::error::ObserverError;
+use crate::observer::{ObserverDimensions, SampledObserver};
+
+/// The state of the filter: estimate and covariance, one beside the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Belief<T: RealField + Copy, N: DimAdd<U1>>(OMatrix<T, N, DimSum<N, U1>>)
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>>;
+
+impl<T: RealField + Copy, N: DimAdd<U1>> Belief<T, N>
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
+{
+    /// The belief with estimate xhat (length n) and covariance P (n x n).
+    pub fn new(xhat: &OVector<T, N>, p: &OMatrix<T, N, N>) -> Self {
+        let rows = xhat.shape_generic().0;
+        Self(OMatrix::from_fn_generic(rows, rows.add(U1), |i, j| if j == 0 { xhat[i] } else { p[(i, j - 1)] }))
+    }
+
+    /// The estimate xhat.
+    pub fn estimate(&self) -> OVector<T, N> {
+        self.0.column(0).into_owned()
+    }
+
+    /// The covariance P that the filter believes its error to have.
+    pub fn covariance(&self) -> OMatrix<T, N, N> {
+        let rows = self.0.shape_generic().0;
+        OMatrix::from_fn_generic(rows, rows, |i, j| self.0[(i, j + 1)])
+    }
+}
+
+impl<T: RealField + Copy, N: DimAdd<U1>> Column<T> for Belief<T, N>
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>>,
+{
+    fn try_from_slice(entries: &[T]) -> Option<Self> {
+        // n (n + 1) entries: n is the integer part of the root.
+        let n = entries.len().isqrt();
+        if n * (n + 1) != entries.len() || N::try_to_usize().is_some_and(|fixed| fixed != n) {
+            return None;
+        }
+        let rows = N::from_usize(n);
+        Some(Self(OMatrix::from_iterator_generic(rows, rows.add(U1), entries.iter().copied())))
+    }
+
+    fn as_slice(&self) -> &[T] {
+        self.0.as_slice()
+    }
+
+    fn fixed_len() -> Option<usize> {
+        N::try_to_usize().map(|n| n * (n + 1))
+    }
+}
+
+/// The noise a filter is designed for, and its doubt at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noises<T: RealField + Copy, N: Dim, P: Dim>
+where
+    DefaultAllocator: Allocator<N, N> + Allocator<P, P>,
+{
+    /// Intensity W of the process noise, n x n, symmetric positive semidefinite, per unit of time.
+    pub w: OMatrix<T, N, N>,
+    /// Covariance V of one measurement, p x p, symmetric positive definite.
+    pub v: OMatrix<T, P, P>,
+    /// Covariance of the error of the initial estimate, n x n, symmetric positive semidefinite.
+    pub p0: OMatrix<T, N, N>,
+}
+
+/// The continuous-discrete extended Kalman filter of a plant `S`; see the [module](self).
+///
+/// Fields are read through methods, because [`step`](SampledObserver::step) relies on what [`new`](Self::new) has checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExtendedKalmanFilter<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant: S,
+    noises: Noises<T, N, P>,
+    h: T,
+    substeps: usize,
+    inputs: PhantomData<M>,
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The filter of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
+    ///
+    /// A step costs about `4 substeps (n derivatives along a direction + 2 n^3)` and one Cholesky factorisation of order p.
+    ///
+    /// ```
+    /// use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
+    /// use luenberger_observers::SampledObserver;
+    /// use luenberger_plants::flexible_joint;
+    /// use nalgebra::{Matrix2, Matrix4, Vector1, Vector2, Vector4};
+    ///
+    /// let noises = Noises { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
+    /// let filter = ExtendedKalmanFilter::new(flexible_joint::classical(), noises, 0.01, 2)?;
+    /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
+    /// let mut belief = filter.initial(0.0, &Vector4::zeros(), &u, &y);
+    /// filter.step(0.0, &mut belief, &u, &y);
+    /// // One sample is worth its weight: the doubt about x1 was 1, of the measurement 1e-4.
+    /// assert!(belief.covariance()[(0, 0)] < 0.01);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`], [`ObserverError::NotDefinite`] when V is
+    /// not positive definite or W or P(0) not semidefinite, [`ObserverError::Period`], [`ObserverError::Substeps`].
+    pub fn new(plant: S, noises: Noises<T, N, P>, h: T, substeps: usize) -> Result<Self, ObserverError> {
+        let size = plant.dimensions();
+        let noises = Noises {
+            w: covariance("W", noises.w, size.states, false)?,
+            v: covariance("V", noises.v, size.outputs, true)?,
+            p0: covariance("P(0)", noises.p0, size.states, false)?,
+        };
+        if !(h.is_finite() && h > T::zero()) {
+            return Err(ObserverError::Period { period: h.to_subset_unchecked() });
+        }
+        if substeps == 0 {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { plant, noises, h, substeps, inputs: PhantomData })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The noise the filter is designed for.
+    pub fn noises(&self) -> &Noises<T, N, P> {
+        &self.noises
+    }
+
+    /// Estimate and covariance after a measurement.
+    ///
+    /// If the innovation covariance is not positive definite in floating point (an overflow, a NaN, a P that has lost its
+    /// definiteness) the measurement is passed over: there is no gain that would be right.
+    fn correct(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, y: &OVector<T, P>) {
+        let c = self.plant.output_jacobian(t, xhat);
+        let cp = &c * &*p;
+        let Some(factor) = Cholesky::new(&cp * c.transpose() + &self.noises.v) else { return };
+        // K' = S^-1 (H P).
+        let gain = factor.solve(&cp).transpose();
+        let order = xhat.shape_generic().0;
+        let keep = OMatrix::<T, N, N>::identity_generic(order, order) - &gain * &c;
+        *xhat += &gain * (y - self.plant.output(t, xhat));
+        *p = &keep * &*p * keep.transpose() + &gain * &self.noises.v * gain.transpose();
+        symmetrise(p);
+    }
+
+    /// `f(xhat)` and `F P + P F' + W`.
+    fn slope(
+        &self,
+        t: T,
+        xhat: &OVector<T, N>,
+        p: &OMatrix<T, N, N>,
+        u: &OVector<T, M>,
+    ) -> (OVector<T, N>, OMatrix<T, N, N>) {
+        let fp = self.plant.state_jacobian(t, xhat, u) * p;
+        let spread = fp.transpose() + fp + &self.noises.w;
+        (self.plant.derivative(t, xhat, u), spread)
+    }
+
+    /// One step of the classical Runge-Kutta method for estimate and covariance.
+    fn propagate(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, u: &OVector<T, M>, tau: T) {
+        let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
+        let two = T::one() + T::one();
+        let (k1, p1) = self.slope(t, xhat, p, u);
+        let (k2, p2) = self.slope(t + tau * half, &(&*xhat + &k1 * (tau * half)), &(&*p + &p1 * (tau * half)), u);
+        let (k3, p3) = self.slope(t + tau * half, &(&*xhat + &k2 * (tau * half)), &(&*p + &p2 * (tau * half)), u);
+        let (k4, p4) = self.slope(t + tau, &(&*xhat + &k3 * tau), &(&*p + &p3 * tau), u);
+        *xhat += (k1 + (k2 + k3) * two + k4) * (tau * sixth);
+        *p += (p1 + (p2 + p3) * two + p4) * (tau * sixth);
+        symmetrise(p);
+    }
+}
+
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for ExtendedKalmanFilter<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    type State = Belief<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = self.plant.dimensions();
+        ObserverDimensions {
+            state: size.states * (size.states + 1),
+            inputs: size.inputs,
+            outputs: size.outputs,
+            estimate: size.states,
+        }
+    }
+
+    fn period(&self) -> T {
+        self.h
+    }
+
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        let (mut xhat, mut p) = (state.estimate(), state.covariance());
+        self.correct(t, &mut xhat, &mut p, y);
+        let tau = self.h / convert::<f64, T>(self.substeps as f64);
+        for k in 0..self.substeps {
+            self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
+        }
+        *state = Belief::new(&xhat, &p);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        state.estimate()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        Belief::new(estimate, &self.noises.p0)
+    }
+}
+
+/// Replaces a matrix by its symmetric part, exactly symmetric.
+fn symmetrise<T: RealField + Copy, N: Dim>(p: &mut OMatrix<T, N, N>)
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    let half: T = convert(0.5);
+    for i in 0..p.nrows() {
+        for j in 0..i {
+            let mean = (p[(i, j)] + p[(j, i)]) * half;
+            (p[(i, j)], p[(j, i)]) = (mean, mean);
+        }
+    }
+}
+
+/// The symmetric part of a covariance, after a check of shape, entries, symmetry and definiteness (or semidefiniteness).
+///
+/// Products of n terms are symmetric up to n epsilon of the largest entry, and as much is let pass; elimination without
+/// pivoting, which a semidefinite matrix does not need, leaves n^2 epsilon of it undecided.
+fn covariance<T: RealField + Copy, D: Dim>(
+    what: &'static str,
+    mut matrix: OMatrix<T, D, D>,
+    order: usize,
+    definite: bool,
+) -> Result<OMatrix<T, D, D>, ObserverError>
+where
+    DefaultAllocator: Allocator<D, D>,
+{
+    check_matrix(what, &matrix, (order, order))?;
+    let largest = matrix.iter().fold(T::zero(), |largest: T, entry| largest.max(entry.abs()));
+    let rounding = largest * T::default_epsilon() * convert::<f64, T>(4.0 * order as f64);
+    for row in 0..order {
+        for column in 0..row {
+            let difference = matrix[(row, column)] - matrix[(column, row)];
+            if difference.abs() > rounding {
+                let difference = difference.to_subset_unchecked();
+                return Err(ObserverError::NotSymmetric { what, row, column, difference });
+            }
+        }
+    }
+    symmetrise(&mut matrix);
+    if largest == T::zero() && !definite {
+        return Ok(matrix);
+    }
+    let shift = if definite { T::zero() } else { rounding * convert::<f64, T>(order as f64) };
+    let mut rest = matrix.clone();
+    for k in 0..order {
+        let pivot = rest[(k, k)] + shift;
+        if pivot <= T::zero() {
+            return Err(ObserverError::NotDefinite { what, row: k, pivot: rest[(k, k)].to_subset_unchecked() });
+        }
+        for i in k + 1..order {
+            let factor = rest[(i, k)] / pivot;
+            for j in k + 1..order {
+                let reduced = rest[(i, j)] - factor * rest[(k, j)];
+                rest[(i, j)] = reduced;
+            }
+        }
+    }
+    Ok(matrix)
+}
