@@ -1,4 +1,4 @@
-//! Plants and observers in one run: trajectories, events, noise and metrics.
+//! Plants and observers in one run: trajectories, events, noise, metrics and comparisons.
 //!
 //! A [`Scenario`] is a plant, any number of observers, an input and perhaps noise; running it integrates plant and observers
 //! as one stacked equation, through the very objects that run on the target, and gives a [`Trajectory`] with dense output.
@@ -30,6 +30,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`run`] | scenarios and trajectories |
+//! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output |
@@ -37,6 +38,7 @@
 
 #![deny(missing_docs)]
 
+pub mod compare;
 pub mod dense;
 mod dop853;
 mod dop853_tableau;
@@ -52,6 +54,7 @@ pub mod run;
 pub mod signal;
 pub mod view;
 
+pub use compare::{Compared, Comparison, Cost, Merits};
 pub use dense::Dense;
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};

@@ -159,7 +159,7 @@ impl<'a> Scenario<'a> {
         self.entry(name, Box::new(Sampled(observer)), initial, Some(states.to_vec()))
     }
 
-    fn entry(
+    pub(crate) fn entry(
         mut self,
         name: &str,
         observer: Box<dyn AnyObserver + 'a>,

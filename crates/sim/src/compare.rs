@@ -1,0 +1,374 @@
+//! Observers side by side on one plant, from the same information.
+//!
+//! All see the same output with the same noise, and all start from the same wrong estimate. Each is run by itself, so that one
+//! that diverges is a row of the table and not the end of it. The input is a function of time: under feedback from its own
+//! estimate each observer would see another plant.
+//!
+//! What an observer was *given more* than the others stands in its row: what the caller says, and what is found. An observer
+//! whose own state at the start contains x(0) - xhat(0) or x(0), entry for entry, has been told the answer, and its row cannot be
+//! compared with the rest.
+
+use std::fmt;
+use std::hint::black_box;
+use std::rc::Rc;
+use std::time::Instant;
+
+use luenberger_observers::{Observer, SampledObserver};
+use luenberger_plants::{Dimensions, Plant};
+
+use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
+use crate::error::{SimError, check, check_positive};
+use crate::integral::Integrand;
+use crate::integrate::Settings;
+use crate::metrics;
+use crate::noise::Noise;
+use crate::run::{Scenario, Trajectory};
+use crate::signal::Signal;
+
+type Input<'a> = Rc<dyn Fn(f64, &mut [f64]) + 'a>;
+
+/// A comparison to be run.
+pub struct Comparison<'a> {
+    scenario: Box<dyn Fn() -> Scenario<'a> + 'a>,
+    plant: Box<dyn AnyPlant + 'a>,
+    x0: Vec<f64>,
+    xhat0: Vec<f64>,
+    end: f64,
+    samples: usize,
+    band: f64,
+    input: Option<Input<'a>>,
+    hold: Option<f64>,
+    noise: Option<Noise>,
+    settings: Settings,
+    entries: Vec<Entry<'a>>,
+    told: Vec<(String, String)>,
+}
+
+struct Entry<'a> {
+    name: String,
+    /// The observer for a run: the very same object each time.
+    observer: Box<dyn Fn() -> Box<dyn AnyObserver + 'a> + 'a>,
+}
+
+impl<'a> Comparison<'a> {
+    /// A comparison on `plant` from its state `x0` and the estimate `xhat0` that all observers start from.
+    pub fn new(plant: &'a impl Plant<f64>, x0: &[f64], xhat0: &[f64]) -> Self {
+        Self {
+            scenario: Box::new(move || Scenario::new(plant)),
+            plant: Box::new(Erased(plant)),
+            x0: x0.to_vec(),
+            xhat0: xhat0.to_vec(),
+            end: 1.0,
+            samples: 101,
+            band: 0.05,
+            input: None,
+            hold: None,
+            noise: None,
+            settings: Settings::default(),
+            entries: Vec::new(),
+            told: Vec::new(),
+        }
+    }
+
+    /// The end of the runs, which begin at 0, and the number of times kept of each; 1 and 101 unless told.
+    #[must_use]
+    pub fn until(mut self, end: f64, samples: usize) -> Self {
+        (self.end, self.samples) = (end, samples);
+        self
+    }
+
+    /// The band of settling, as a fraction of `|x(0) - xhat(0)|`; 0.05 unless told.
+    #[must_use]
+    pub fn band(mut self, fraction: f64) -> Self {
+        self.band = fraction;
+        self
+    }
+
+    /// The input, a function of time that writes into its second argument; 0 unless told.
+    #[must_use]
+    pub fn input(mut self, f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
+        self.input = Some(Rc::new(f));
+        self
+    }
+
+    /// The input is held over this period, for all: sampled-data observers assume so.
+    #[must_use]
+    pub fn hold_input(mut self, period: f64) -> Self {
+        self.hold = Some(period);
+        self
+    }
+
+    /// Noise on the output, the same for all.
+    #[must_use]
+    pub fn noise(mut self, noise: Noise) -> Self {
+        self.noise = Some(noise);
+        self
+    }
+
+    /// Method, tolerances and caps of the runs.
+    #[must_use]
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+
+    /// An observer in continuous time, of the whole state.
+    #[must_use]
+    pub fn observer(mut self, name: &str, observer: &'a impl Observer<f64>) -> Self {
+        let observer = move || Box::new(Continuous(observer)) as Box<dyn AnyObserver + 'a>;
+        self.entries.push(Entry { name: name.to_owned(), observer: Box::new(observer) });
+        self
+    }
+
+    /// A sampled-data observer, of the whole state.
+    #[must_use]
+    pub fn sampled_observer(mut self, name: &str, observer: &'a impl SampledObserver<f64>) -> Self {
+        let observer = move || Box::new(Sampled(observer)) as Box<dyn AnyObserver + 'a>;
+        self.entries.push(Entry { name: name.to_owned(), observer: Box::new(observer) });
+        self
+    }
+
+    /// Something the observer of that name was given more than the others; stands in its row.
+    #[must_use]
+    pub fn told(mut self, name: &str, what: &str) -> Self {
+        self.told.push((name.to_owned(), what.to_owned()));
+        self
+    }
+
+    /// Runs every observer.
+    ///
+    /// ```
+    /// use luenberger_observers::{LinearObserver, Mean, MeanValueObserver};
+    /// use luenberger_sim::Comparison;
+    /// use nalgebra::Vector2;
+    ///
+    /// let plant = luenberger_plants::double_integrator();
+    /// let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0))?;
+    /// let e0 = Vector2::new(1.0, -2.0);
+    /// let informed = MeanValueObserver::new(plant.clone(), 1.0, Mean::Integral, e0)?;
+    /// let table = Comparison::new(&plant, &[1.0, -2.0], &[0.0, 0.0])
+    ///     .observer("linear", &linear)
+    ///     .observer("mean value", &informed)
+    ///     .until(10.0, 101)
+    ///     .run()?;
+    /// assert!(table.row("linear")?.given.is_empty());
+    /// assert_eq!(table.row("mean value")?.given, ["its state at the start contains x(0) - xhat(0)"]);
+    /// println!("{table}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// What does not fit, as [`Scenario::run`]. An observer that blows up, or that the integrator cannot follow, is no error:
+    /// its row says so.
+    pub fn run(self) -> Result<Compared, SimError> {
+        let size = self.plant.dimensions();
+        check("the initial state", &self.x0, size.states)?;
+        check("the initial estimate", &self.xhat0, size.states)?;
+        check_positive("the band of settling", self.band)?;
+        let e0: Vec<f64> = self.x0.iter().zip(&self.xhat0).map(|(x, xhat)| x - xhat).collect();
+        let scale = e0.iter().map(|e| e * e).sum::<f64>().sqrt();
+        check_positive("|x(0) - xhat(0)|, the error to be observed away,", scale)?;
+        for (k, entry) in self.entries.iter().enumerate() {
+            if self.entries[..k].iter().any(|other| other.name == entry.name) {
+                return Err(SimError::DuplicateName { name: entry.name.clone() });
+            }
+        }
+        if let Some((name, _)) = self.told.iter().find(|(name, _)| self.entries.iter().all(|e| e.name != *name)) {
+            return Err(SimError::UnknownName { name: name.clone() });
+        }
+        let band = self.band * scale;
+        let rows = self.entries.iter().map(|entry| self.row(entry, &e0, band, size)).collect::<Result<_, _>>()?;
+        Ok(Compared { initial_error: scale, band, seed: self.noise.as_ref().map(Noise::seed), rows })
+    }
+
+    fn row(&self, entry: &Entry<'a>, e0: &[f64], band: f64, size: Dimensions) -> Result<Row, SimError> {
+        let observer = (entry.observer)();
+        let name = &entry.name;
+        let mut scenario = (self.scenario)()
+            .initial_state(&self.x0)
+            .until(self.end, self.samples)
+            .settings(self.settings)
+            .entry(name, (entry.observer)(), &self.xhat0, None)
+            .integral("e^2", Integrand::squared_error(name));
+        if let Some(input) = &self.input {
+            let input = Rc::clone(input);
+            scenario = scenario.input(Signal::function(move |t, u| input(t, u)));
+        }
+        if let Some(period) = self.hold {
+            scenario = scenario.hold_input(period);
+        }
+        if let Some(noise) = &self.noise {
+            scenario = scenario.noise(noise.clone());
+        }
+        let trajectory = match scenario.run() {
+            Ok(trajectory) => Ok(trajectory),
+            Err(error @ (SimError::BlowUp { .. } | SimError::StepSize { .. } | SimError::TooManySteps { .. })) => {
+                Err(error)
+            }
+            Err(error) => return Err(error),
+        };
+
+        // From here on lengths are known to fit: the run has checked them.
+        let own = observer.dimensions();
+        let (mut u0, mut y0) = (vec![0.0; size.inputs], vec![0.0; size.outputs]);
+        if let Some(input) = &self.input {
+            input(0.0, &mut u0);
+        }
+        self.plant.output(0.0, &self.x0, &mut y0);
+        let mut z0 = vec![0.0; own.state];
+        observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
+        let mut given: Vec<String> =
+            self.told.iter().filter(|(told, _)| told == name).map(|(_, what)| what.clone()).collect();
+        // The two are one when the estimate starts at 0.
+        let answers = [(e0, "x(0) - xhat(0)"), (&self.x0[..], "x(0)")];
+        if let Some((_, what)) = answers.into_iter().find(|(answer, _)| contains(&z0, answer)) {
+            given.push(format!("its state at the start contains {what}"));
+        }
+
+        let cost = cost(observer.as_ref(), &z0, &u0, &y0);
+        let cost = Cost { seconds: cost, per_sample: observer.period().is_some() };
+        let outcome = match trajectory {
+            Ok(trajectory) => Ok(merits(&trajectory, name, band)?),
+            Err(error) => Err(error),
+        };
+        Ok(Row { name: name.clone(), given, outcome, cost })
+    }
+}
+
+fn merits(trajectory: &Trajectory, name: &str, band: f64) -> Result<Merits, SimError> {
+    let norm =
+        trajectory.trace(|view| view.error(name).map_or(f64::NAN, |e| e.iter().map(|e| e * e).sum::<f64>().sqrt()));
+    let (start, end) = trajectory.span();
+    let squared = trajectory.integral("e^2")?.last().copied().unwrap_or(f64::NAN);
+    Ok(Merits {
+        settling_first: metrics::settling_first(&norm, band),
+        settling_last: metrics::settling_last(&norm, band),
+        peak: metrics::peak(&norm)?.value.abs(),
+        rms: (squared / (end - start)).sqrt(),
+        last: norm.last(),
+    })
+}
+
+/// Whether `answer` stands in `state`, entry for entry up to rounding. A single number, or one with zeros, may stand there by
+/// chance and is not taken for it.
+fn contains(state: &[f64], answer: &[f64]) -> bool {
+    let near = |a: &f64, b: &f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
+    answer.len() > 1
+        && answer.iter().all(|entry| *entry != 0.0)
+        && state.windows(answer.len()).any(|window| window.iter().zip(answer).all(|(a, b)| near(a, b)))
+}
+
+/// Seconds of one evaluation: the best of several batches, because all that disturbs a measurement makes it longer.
+fn cost(observer: &dyn AnyObserver, z: &[f64], u: &[f64], y: &[f64]) -> f64 {
+    const BATCHES: usize = 5;
+    const CALLS: u32 = 200;
+    let mut target = z.to_vec();
+    let mut best = f64::INFINITY;
+    for _ in 0..BATCHES {
+        let start = Instant::now();
+        for _ in 0..CALLS {
+            if observer.period().is_some() {
+                target.copy_from_slice(black_box(z));
+                observer.step(0.0, &mut target, black_box(u), black_box(y));
+            } else {
+                observer.derivative(0.0, black_box(z), black_box(u), black_box(y), &mut target);
+            }
+            black_box(&target);
+        }
+        best = best.min(start.elapsed().as_secs_f64() / f64::from(CALLS));
+    }
+    best
+}
+
+/// What came of a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// `|x(0) - xhat(0)|`, the same for all.
+    pub initial_error: f64,
+    /// The band of settling, on |e|.
+    pub band: f64,
+    /// The seed of the noise, if there was any.
+    pub seed: Option<u64>,
+    /// The observers, in the order in which they were given.
+    pub rows: Vec<Row>,
+}
+
+/// One observer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// What it was given more than the others: told by the caller, or found. Empty for a fair start.
+    pub given: Vec<String>,
+    /// How it did, or where its run ended.
+    pub outcome: Result<Merits, SimError>,
+    /// What it costs. Measured, hence different from run to run.
+    pub cost: Cost,
+}
+
+/// Figures of merit of the norm of the error, |e|.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merits {
+    /// The first time |e| is within the band; `None` if it never is.
+    pub settling_first: Option<f64>,
+    /// The time from which |e| stays within the band; `None` if it does not.
+    pub settling_last: Option<f64>,
+    /// The largest |e|; at least |e(0)|.
+    pub peak: f64,
+    /// The root of the mean of |e|^2 over the run.
+    pub rms: f64,
+    /// |e| at the end.
+    pub last: f64,
+}
+
+/// Time of one evaluation, the conversion from and to slices included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Seconds.
+    pub seconds: f64,
+    /// Of one step per sample; otherwise of one evaluation of the right-hand side, of which a step of an integrator needs
+    /// several.
+    pub per_sample: bool,
+}
+
+impl Compared {
+    /// The row of that name.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn row(&self, name: &str) -> Result<&Row, SimError> {
+        self.rows.iter().find(|row| row.name == name).ok_or_else(|| SimError::UnknownName { name: name.to_owned() })
+    }
+}
+
+impl fmt::Display for Compared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(8);
+        writeln!(f, "|e(0)| = {:.4}, settled within {:.4}", self.initial_error, self.band)?;
+        if let Some(seed) = self.seed {
+            writeln!(f, "noise of seed {seed}, the same for all")?;
+        }
+        writeln!(
+            f,
+            "{:width$} {:>10} {:>10} {:>10} {:>10} {:>10} {:>16}",
+            "observer", "settles", "stays", "peak", "RMS", "at the end", "cost"
+        )?;
+        let time = |time: Option<f64>| time.map_or_else(|| "never".to_owned(), |t| format!("{t:.4}"));
+        for row in &self.rows {
+            let unit = if row.cost.per_sample { "sample" } else { "slope" };
+            let cost = format!("{:.2} us/{unit}", row.cost.seconds * 1e6);
+            match &row.outcome {
+                Ok(merits) => {
+                    let (first, last) = (time(merits.settling_first), time(merits.settling_last));
+                    write!(f, "{:width$} {first:>10} {last:>10}", row.name)?;
+                    write!(f, " {:>10.3e} {:>10.3e} {:>10.3e} {cost:>16}", merits.peak, merits.rms, merits.last)?;
+                }
+                Err(error) => write!(f, "{:width$} {error} {cost:>16}", row.name)?,
+            }
+            for what in &row.given {
+                write!(f, "  [given more: {what}]")?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}

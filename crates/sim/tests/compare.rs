@@ -1,0 +1,140 @@
+//! Comparisons: same information, honest rows.
+
+use luenberger_observers::{
+    CubicObserver, ExtendedKalmanFilter, LinearObserver, Mean, MeanValueObserver, Noises, Observer, ObserverDimensions,
+};
+use luenberger_plants::{Chaotic, double_integrator};
+use luenberger_sim::{Comparison, Noise, Scenario, SimError, metrics};
+use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3};
+
+/// `xhat' = xhat^2 + 1` in both entries: leaves every bound at t = pi/2 from 0.
+struct Bursting;
+
+impl Observer<f64> for Bursting {
+    type State = Vector2<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn derivative(&self, _t: f64, state: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        state.map(|entry| entry * entry + 1.0)
+    }
+
+    fn estimate(&self, _t: f64, state: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *state
+    }
+
+    fn initial(&self, _t: f64, estimate: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *estimate
+    }
+}
+
+/// A row says what the run of that observer alone says.
+#[test]
+fn a_row_is_what_a_run_gives() {
+    let plant = double_integrator();
+    let l = Vector2::new(7.0, 10.0);
+    let linear = LinearObserver::of(plant.clone(), l).unwrap();
+    let n = Vector2::new(-168.0, -196.0) / 17.0;
+    let cubic = CubicObserver::of(plant.clone(), l, n, Matrix1::new(10.0)).unwrap();
+    let table = Comparison::new(&plant, &[-3.0, -3.0], &[0.0, 0.0])
+        .input(|t, u| u[0] = t.sin())
+        .until(8.0, 81)
+        .observer("linear", &linear)
+        .observer("cubic", &cubic)
+        .run()
+        .unwrap();
+    let run = Scenario::new(&plant)
+        .initial_state(&[-3.0, -3.0])
+        .input(luenberger_sim::Signal::scalar(f64::sin))
+        .observer("linear", &linear, &[0.0, 0.0])
+        .until(8.0, 81)
+        .run()
+        .unwrap();
+    let norm = run.trace(|view| view.error("linear").map_or(f64::NAN, |e| e[0].hypot(e[1])));
+    let merits = table.row("linear").unwrap().outcome.clone().unwrap();
+    assert!((table.band - 0.05 * 18f64.sqrt()).abs() <= 1e-15);
+    // Tolerances of the integrator are 1e-11.
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+    assert!(near(merits.settling_last.unwrap(), metrics::settling_last(&norm, table.band).unwrap()));
+    assert!(near(merits.settling_first.unwrap(), metrics::settling_first(&norm, table.band).unwrap()));
+    assert!(near(merits.peak, metrics::peak(&norm).unwrap().value));
+    assert!(merits.peak >= table.initial_error * (1.0 - 1e-12) && merits.rms < merits.peak);
+    // e' = F e, F = [[-7, 1], [-10, 0]]: int |e|^2 = e0'Pe0 with F'P + PF = -I, which is -14 p11 - 20 p12 = -1, p11 - 7 p12 - 10 p22 = 0, 2 p12 = -1.
+    let (p12, p11) = (-0.5, 11.0 / 14.0);
+    let p22 = (p11 - 7.0 * p12) / 10.0;
+    let integral: f64 = 9.0 * (p11 + 2.0 * p12 + p22);
+    // What is left after t = 8 is e^-32 of it.
+    assert!(near(merits.rms, (integral / 8.0).sqrt()), "{merits:?}");
+    assert!(table.rows.iter().all(|row| row.given.is_empty() && row.cost.seconds > 0.0));
+    let text = table.to_string();
+    assert!(text.contains("linear") && text.contains("cubic") && text.contains("us/slope"), "{text}");
+}
+
+/// The printed mean-value observer told x(0) is found out; told something else, or repaired and told nothing, it is not accused.
+#[test]
+fn who_was_told_stands_in_the_table() {
+    let (x0, xhat0) = (Vector3::new(-2.0, -1.0, -1.0), Vector3::new(-1.0, -0.5, -1.5));
+    let told = MeanValueObserver::new(Chaotic, 1.0, Mean::Integral, x0 - xhat0).unwrap();
+    let blind = MeanValueObserver::new(Chaotic, 1.0, Mean::Integral, Vector3::zeros()).unwrap();
+    let noises = Noises { w: Matrix3::identity() * 1e-2, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
+    let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 1).unwrap();
+    let table = Comparison::new(&Chaotic, x0.as_slice(), xhat0.as_slice())
+        .noise(Noise::uniform(&[1e-3, 1e-3], 0.01, 7))
+        .until(2.0, 21)
+        .observer("told", &told)
+        .observer("blind", &blind)
+        .sampled_observer("filter", &filter)
+        .told("filter", "the noise's intensity")
+        .run()
+        .unwrap();
+    assert_eq!(table.row("told").unwrap().given, ["its state at the start contains x(0) - xhat(0)"]);
+    assert!(table.row("blind").unwrap().given.is_empty());
+    assert_eq!(table.row("filter").unwrap().given, ["the noise's intensity"]);
+    assert!(table.row("filter").unwrap().cost.per_sample);
+    let text = table.to_string();
+    assert!(text.contains("noise of seed 7") && text.contains("[given more: its state at the start"), "{text}");
+    assert_eq!(table.row("nobody"), Err(SimError::UnknownName { name: "nobody".into() }));
+}
+
+/// One observer that bursts is a row; the others are still compared.
+#[test]
+fn divergence_is_a_row() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
+    let table = Comparison::new(&plant, &[1.0, 1.0], &[0.0, 0.0])
+        .until(3.0, 11)
+        .observer("bursting", &Bursting)
+        .observer("linear", &linear)
+        .run()
+        .unwrap();
+    match &table.row("bursting").unwrap().outcome {
+        Err(SimError::BlowUp { time, .. }) => assert!((time - std::f64::consts::FRAC_PI_2).abs() < 1e-6),
+        other => panic!("{other:?}"),
+    }
+    assert!(table.row("linear").unwrap().outcome.is_ok());
+    assert!(table.to_string().contains("blows up"));
+}
+
+#[test]
+fn bad_input_is_an_error() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
+    let of = |x0: &[f64], xhat0: &[f64]| Comparison::new(&plant, x0, xhat0).observer("linear", &linear);
+    assert!(matches!(of(&[1.0], &[0.0, 0.0]).run(), Err(SimError::Length { expected: 2, found: 1, .. })));
+    assert!(matches!(of(&[1.0, f64::NAN], &[0.0, 0.0]).run(), Err(SimError::NotFinite { index: 1, .. })));
+    // Nothing to observe away: every observer would look perfect.
+    assert!(matches!(of(&[1.0, 1.0], &[1.0, 1.0]).run(), Err(SimError::NotPositive { .. })));
+    assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).band(0.0).run(), Err(SimError::NotPositive { .. })));
+    assert!(matches!(
+        of(&[1.0, 1.0], &[0.0, 0.0]).observer("linear", &linear).run(),
+        Err(SimError::DuplicateName { .. })
+    ));
+    assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).told("other", "x(0)").run(), Err(SimError::UnknownName { .. })));
+    let wrong = MeanValueObserver::new(Chaotic, 1.0, Mean::Beta, Vector3::zeros()).unwrap();
+    assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).observer("other", &wrong).run(), Err(SimError::Length { .. })));
+}
