@@ -45,10 +45,13 @@ pub mod prelude {
     pub use luenberger_design::{
         Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, SampledCubicDesign, Wish,
     };
-    pub use luenberger_observers::{CubicObserver, LinearObserver, Observer, SampledCubicObserver, SampledObserver};
-    pub use luenberger_plants::{DynamicPlant, LinearPlant, Plant};
+    pub use luenberger_observers::{
+        CubicObserver, ExtendedKalmanFilter, LinearObserver, Mean, MeanValueObserver, Observer, SampledCubicObserver,
+        SampledObserver,
+    };
+    pub use luenberger_plants::{Differentiable, DynamicPlant, LinearPlant, Plant};
     pub use luenberger_proof::Verdict;
-    pub use luenberger_sim::{Integrand, Noise, Scenario, Signal, metrics};
+    pub use luenberger_sim::{Comparison, Integrand, Noise, Scenario, Signal, metrics};
 }
 
 /// The examples of the README and of `docs/`, compiled and run with the documentation's tests.

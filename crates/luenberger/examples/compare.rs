@@ -1,0 +1,38 @@
+//! The flexible joint with three observers: who was told the answer, and who finds it.
+//!
+//! `cargo run --release -p luenberger --example compare`
+
+use luenberger::linalg::kalman_gain;
+use luenberger::observers::{ExtendedKalmanFilter, Mean, MeanValueObserver, Noises};
+use luenberger::plants::flexible_joint;
+use luenberger::sim::{Comparison, Noise};
+use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, Vector4};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let plant = flexible_joint::classical();
+    let (x0, xhat0) = (Vector4::repeat(3.0), Vector4::new(1.0, 2.0, 0.5, 1.0));
+
+    let a = DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice());
+    let (w, v) = (DMatrix::identity(4, 4) * 10.0, DMatrix::identity(2, 2) * 1e-3);
+    let l = kalman_gain(&a, &DMatrix::identity(2, 4), &w, &v)?.l;
+    let l = SMatrix::<f64, 4, 2>::from_column_slice(l.as_slice());
+
+    let told = MeanValueObserver::new(plant, 1.0, Mean::Beta, x0 - xhat0)?;
+    let untold = MeanValueObserver::new(plant, 1.0, Mean::Beta, Vector4::zeros())?;
+    let repaired = MeanValueObserver::repaired(plant, 1.0, Mean::Integral, Vector4::zeros(), l)?;
+    let noises = Noises { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
+    let filter = ExtendedKalmanFilter::new(plant, noises, 0.01, 2)?;
+
+    let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
+        .input(|t, u| u[0] = t.sin())
+        .hold_input(0.01)
+        .noise(Noise::gaussian(&[0.01, 0.01], 0.01, 1))
+        .until(10.0, 101)
+        .observer("printed, told x(0)", &told)
+        .observer("printed, told nothing", &untold)
+        .observer("repaired, told nothing", &repaired)
+        .sampled_observer("extended Kalman filter", &filter)
+        .run()?;
+    println!("{table}");
+    Ok(())
+}
