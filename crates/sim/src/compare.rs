@@ -22,8 +22,9 @@ use crate::integral::Integrand;
 use crate::integrate::Settings;
 use crate::metrics;
 use crate::noise::Noise;
-use crate::run::{Scenario, Trajectory};
+use crate::run::Scenario;
 use crate::signal::Signal;
+use crate::trajectory::Trajectory;
 
 type Input<'a> = Rc<dyn Fn(f64, &mut [f64]) + 'a>;
 

@@ -29,7 +29,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`run`] | scenarios and trajectories |
+//! | [`run`], [`trajectory`] | scenarios; what a run leaves |
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`integral`] | integrals along a run, as extra states |
@@ -52,6 +52,7 @@ pub mod noise;
 mod radau;
 pub mod run;
 pub mod signal;
+pub mod trajectory;
 pub mod view;
 
 pub use compare::{Compared, Comparison, Cost, Merits};
@@ -61,6 +62,7 @@ pub use events::{Crossing, Extremum, Trace};
 pub use integral::Integrand;
 pub use integrate::{Integrator, Settings, solve};
 pub use noise::Noise;
-pub use run::{IntegralTrajectory, ObserverTrajectory, Scenario, Trajectory};
+pub use run::Scenario;
 pub use signal::Signal;
+pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
 pub use view::View;

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use crate::error::{SimError, check_finite};
 use crate::events::{Extremum, Trace};
 use crate::integral::quadratic_form;
-use crate::run::Trajectory;
+use crate::trajectory::Trajectory;
 
 /// The largest `|e|` of the whole run.
 ///
