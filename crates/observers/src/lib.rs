@@ -14,6 +14,7 @@
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //!
 //! In all of them `y~ = y - C xhat` is the innovation and `e = x - xhat` the error, so that `y~ = C e`.
@@ -27,6 +28,7 @@ pub mod error;
 pub mod kalman;
 pub mod linear;
 pub mod mean_value;
+pub mod nonlinear_luenberger;
 pub mod observer;
 
 pub use cubic::CubicObserver;
@@ -35,4 +37,5 @@ pub use error::ObserverError;
 pub use kalman::{Belief, ExtendedKalmanFilter, Noises};
 pub use linear::LinearObserver;
 pub use mean_value::{EstimateAndError, Mean, MeanValueObserver};
+pub use nonlinear_luenberger::NonlinearLuenbergerObserver;
 pub use observer::{Observer, ObserverDimensions, SampledObserver};

@@ -1,7 +1,7 @@
 //! The right-hand sides (2) and (5): error dynamics (4) and (7) over random plants, sizes known at compile time and at run
 //! time, `f32`, and data that overflow.
 
-use luenberger_observers::{CubicObserver, LinearObserver, Observer};
+use luenberger_observers::{CubicObserver, LinearObserver, NonlinearLuenbergerObserver, Observer};
 use luenberger_plants::{DynamicPlant, Plant};
 use nalgebra::{DMatrix, DVector, Matrix1, SMatrix, SVector, Vector1, Vector2};
 use proptest::prelude::*;
@@ -63,6 +63,9 @@ proptest! {
         prop_assert!(close(&(&slope - linear.derivative(0.0, &xhat, &u, &y)), &linear_term, magnitude));
         let cubic = CubicObserver::of(plant.clone(), l.clone(), n, theta.clone()).unwrap();
         prop_assert!(close(&(slope - cubic.derivative(0.0, &xhat, &u, &y)), &(linear_term + cubic_term), magnitude));
+        // On a linear plant the copy of the plant is the linear observer, up to the order of summation.
+        let copy = NonlinearLuenbergerObserver::new(plant.clone(), l.clone()).unwrap();
+        prop_assert!(close(&copy.derivative(0.0, &xhat, &u, &y), &linear.derivative(0.0, &xhat, &u, &y), magnitude));
         // With N = 0 the cubic observer is the linear one, bit for bit.
         let zero = CubicObserver::of(plant, l.clone(), l * 0.0, theta).unwrap();
         prop_assert_eq!(zero.derivative(0.0, &xhat, &u, &y), linear.derivative(0.0, &xhat, &u, &y));

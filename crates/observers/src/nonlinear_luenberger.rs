@@ -1,0 +1,96 @@
+//! The copy of a nonlinear plant, corrected by a constant gain: `xhat' = f(t, xhat, u) + L (y - h(t, xhat))`.
+//!
+//! The run-time form of Thau's, Rajamani's and the LPV (mean value theorem) designs: they differ in how L is found and in what is then
+//! proved, not in what runs. Its error obeys `e' = (Fbar - L Hbar) e` with the mean Jacobians of f and h over the segment from xhat to x.
+//!
+//! Sources: F. E. Thau, Observing the state of non-linear dynamic systems, International Journal of Control 17, 1973; R. Rajamani, Observers
+//! for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998.
+
+use core::marker::PhantomData;
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{Plant, Size};
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions};
+
+/// `xhat' = f(t, xhat, u) + L (y - h(t, xhat))` for a plant `S` with N states, M inputs and P outputs.
+///
+/// Fields are read through methods, because the constructor has checked them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NonlinearLuenbergerObserver<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant: S,
+    l: OMatrix<T, N, P>,
+    inputs: PhantomData<M>,
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> NonlinearLuenbergerObserver<S, T, N, M, P>
+where
+    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer of `plant` with the gain L (n x p).
+    ///
+    /// ```
+    /// use luenberger_observers::{NonlinearLuenbergerObserver, Observer, ObserverError};
+    /// use luenberger_plants::{Chaotic, Plant};
+    /// use nalgebra::{Matrix3x2, SVector, Vector3};
+    /// let l = Matrix3x2::new(1.0, 0.0, 0.0, 2.0, 0.0, 3.0);
+    /// let observer = NonlinearLuenbergerObserver::new(Chaotic, l)?;
+    /// let (x, u) = (Vector3::new(-2.0, -1.0, -1.0), SVector::zeros());
+    /// // On the plant's own state it is the plant.
+    /// let y = Chaotic.output(0.0, &x);
+    /// assert_eq!(observer.derivative(0.0, &x, &u, &y), Chaotic.derivative(0.0, &x, &u));
+    /// # Ok::<(), ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for the shape and the entries of L.
+    pub fn new(plant: S, l: OMatrix<T, N, P>) -> Result<Self, ObserverError> {
+        let size = plant.dimensions();
+        check_matrix("L", &l, (size.states, size.outputs))?;
+        Ok(Self { plant, l, inputs: PhantomData })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for NonlinearLuenbergerObserver<S, T, N, M, P>
+where
+    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Size<N, M, P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = self.plant.dimensions();
+        ObserverDimensions { state: size.states, inputs: size.inputs, outputs: size.outputs, estimate: size.states }
+    }
+
+    fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let innovation = y - self.plant.output(t, xhat);
+        self.plant.derivative(t, xhat, u) + &self.l * innovation
+    }
+
+    fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
+        xhat.clone()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        estimate.clone()
+    }
+}
