@@ -72,6 +72,34 @@ pub enum DesignError {
         /// The rate.
         rate: f64,
     },
+    /// A sector whose ends are not finite or not in order, or a nonlinearity that acts on nothing or depends on nothing.
+    #[error(
+        "a sector needs finite ends low <= high and matrices G, H: low = {low}, high = {high}, G has {acts} columns, H {depends} rows"
+    )]
+    BadSector {
+        /// Its lower end.
+        low: f64,
+        /// Its upper end.
+        high: f64,
+        /// Columns of G.
+        acts: usize,
+        /// Rows of H.
+        depends: usize,
+    },
+    /// A derivative of the plant is not finite at a point.
+    #[error("{what}({row}, {column}) is {value} at the state {point:?}")]
+    NotDifferentiable {
+        /// Which Jacobian.
+        what: &'static str,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+        /// The state.
+        point: Vec<f64>,
+    },
     /// `C N` has an eigenvalue on the imaginary axis up to rounding: N is rank-deficient or `S + S'` singular, which the
     /// method does not decide.
     #[error(

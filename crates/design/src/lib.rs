@@ -4,6 +4,7 @@
 //! the linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows, [`SampledCubicDesign`] does so for
 //! a sampling period; [`FeedbackDesign`] puts the
 //! observer in the loop. [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
+//! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
 //!
 //! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` of the repository.
@@ -18,6 +19,7 @@ pub mod feedback;
 mod gain_lmi;
 mod joint;
 pub mod linear;
+pub mod lipschitz;
 pub mod robust;
 pub mod sampled;
 pub mod weights;
@@ -29,5 +31,6 @@ pub use error::{DesignError, Obstruction};
 pub use feedback::FeedbackDesign;
 pub use joint::joint_design;
 pub use linear::{Decrease, LinearDesign, Wish};
+pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use sampled::SampledCubicDesign;
 pub use weights::{theta_from_cost_shares, theta_from_importance};

@@ -1,0 +1,243 @@
+//! Observers of Lipschitz plants: one gain L that converges whatever the nonlinearity does within its bounds.
+//!
+//! Plant `x' = A x + sum_k G_k phi_k(t, H_k x, u) + known terms`, `y = C x`; the observer that runs is
+//! [`NonlinearLuenbergerObserver`]. Each phi_k is known through an incremental [`Sector`] only: `|phi(x) - phi(z)| <= gamma |x - z|` (Thau, Rajamani),
+//! the same with G and H (structured), or a slope in `[low, high]` (circle criterion). With `w_k` the difference of phi_k between x and xhat, the error
+//! obeys `e' = (A - LC) e + sum G_k w_k`, and the inequality
+//! ```text
+//! [ A'P + PA - YC - C'Y' + 2 rate P - sum tau_k low_k high_k H_k'H_k     P G_k + tau_k (low_k + high_k)/2 H_k' ]
+//! [ its transpose                                                                     -tau_k I                ]  < 0,   P > 0,   L = P^-1 Y
+//! ```
+//! makes `V = e'Pe` fall faster than `exp(-2 rate t)`. For one sector it is necessary too: refuted means that no L and no quadratic V serve every phi of
+//! the sector. For several it is sufficient only.
+//!
+//! What the constant may be: for C = [I 0] with one unmeasured direction v, `G = H = I`, the greatest constant over all L is
+//! `min over s >= 0 of |(A - s I) v|`: how little has to be added to A for (A, C) to lose detectability (Rajamani and Cho). In other units of the
+//! unmeasured states it is another number ([`Sector::rescaled`]), and naming where phi acts (G, H) does better than any units
+//! ([`Sector::structured`]): what rescaling proves, structure proves with the same P.
+//!
+//! Sources: F. E. Thau, International Journal of Control 17, 1973; R. Rajamani, IEEE Transactions on Automatic Control 43, 1998; R. Rajamani and Y. M. Cho,
+//! Existence and design of observers for nonlinear systems: relation to distance to unobservability, International Journal of Control 69, 1998; M. Arcak and
+//! P. Kokotovic, Automatica 37, 2001.
+
+mod admissible;
+mod sector;
+mod split;
+
+use luenberger_lmi::{Expression, Infeasibility, Problem, Solution, he, zeros};
+use luenberger_observers::NonlinearLuenbergerObserver;
+use luenberger_plants::{Plant, PlantError, Size};
+use luenberger_proof::statement::sector_decrease;
+use luenberger_proof::{ProofError, Verdict};
+use nalgebra::{DMatrix, DefaultAllocator, Dim, OMatrix, OVector};
+
+pub use admissible::{AdmissibleFactor, greatest_factor};
+pub use sector::{LipschitzPlant, Sector};
+pub use split::Split;
+
+use crate::certificate::{Certificate, Fact, exact};
+use crate::check;
+use crate::error::{DesignError, Obstruction};
+
+/// A gain for a Lipschitz plant, with its evidence.
+#[derive(Debug, Clone)]
+pub struct LipschitzDesign {
+    /// The gain L, n x p, of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L (y - C xhat)`.
+    pub l: DMatrix<f64>,
+    /// `P > 0`: `V = e'Pe` falls.
+    pub p: DMatrix<f64>,
+    /// The multiplier of each sector.
+    pub tau: Vec<f64>,
+    /// `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`.
+    pub rate: f64,
+    /// `P > 0` and the block inequality, for A, C, the sectors, L, P and tau as stored.
+    pub certificate: Certificate,
+}
+
+impl LipschitzDesign {
+    /// Some L for `plant`, every error decaying at least like `exp(-rate t)`.
+    ///
+    /// Cost: one SDP of `n(n+1)/2 + np` unknowns and one for each sector, of order n + the sum of the widths of the G.
+    ///
+    /// ```
+    /// use luenberger_design::DesignError;
+    /// use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
+    /// use luenberger_plants::flexible_joint;
+    /// use nalgebra::{DMatrix, dmatrix};
+    ///
+    /// let plant = flexible_joint::classical();
+    /// let a = DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice());
+    /// let c = DMatrix::identity(2, 4);
+    /// // |3.33 sin x3 - 3.33 sin z3| <= 3.33 |x - z| is all that is used: no gain will do.
+    /// let crude = LipschitzPlant::unstructured(a.clone(), c.clone(), 3.33)?;
+    /// assert!(matches!(LipschitzDesign::new(&crude, 0.0), Err(DesignError::Infeasible { .. })));
+    /// // It acts on x4' and depends on x3: a gain is found, and proved.
+    /// let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
+    /// let design = LipschitzDesign::new(&LipschitzPlant::new(a, c, vec![sine])?, 1.0)?;
+    /// assert!(design.certificate.is_proved());
+    /// let observer = design.observer(plant)?;
+    /// # Ok::<(), DesignError>(())
+    /// ```
+    /// # Errors
+    /// `NotDetectable` in [`DesignError::Linalg`], of the plant with every phi_k in the middle of its sector; [`DesignError::Infeasible`] with verified
+    /// multipliers when the inequality has no solution; [`DesignError::Undecided`].
+    pub fn new(plant: &LipschitzPlant, rate: f64) -> Result<Self, DesignError> {
+        plant.check(rate)?;
+        check::detectable(&plant.centre(), plant.c(), rate)?;
+        proposed(plant, None, rate)?.certified(plant, None, rate)
+    }
+
+    /// What is proved of a gain L of one's own, n x p.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the middle of its sector.
+    pub fn with_gain(plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
+        plant.check(rate)?;
+        check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
+        check::hurwitz("A - L C in the middle of the sectors", &(plant.centre() - l * plant.c()))?;
+        proposed(plant, Some(l), rate)?.certified(plant, Some(l), rate)
+    }
+
+    /// The observer of `nonlinear`, the plant itself, with this gain.
+    ///
+    /// The plant's nonlinearities must lie in the sectors of the design: that is the user's statement, and [`Split::slope`] can contradict it.
+    ///
+    /// # Errors
+    /// [`DesignError::Matrix`] when the plant has other numbers of states or outputs.
+    pub fn observer<S, N: Dim, M: Dim, P: Dim>(
+        &self,
+        nonlinear: S,
+    ) -> Result<NonlinearLuenbergerObserver<S, f64, N, M, P>, DesignError>
+    where
+        S: Plant<f64, State = OVector<f64, N>, Input = OVector<f64, M>, Output = OVector<f64, P>>,
+        DefaultAllocator: Size<N, M, P>,
+    {
+        let size = nonlinear.dimensions();
+        check::matrix("L", &self.l, (size.states, size.outputs))?;
+        let fixed = (N::try_to_usize().unwrap_or(size.states), P::try_to_usize().unwrap_or(size.outputs));
+        if fixed != self.l.shape() {
+            let (expected, found) = (fixed, self.l.shape());
+            return Err(PlantError::DimensionMismatch { what: "L", expected, found }.into());
+        }
+        let entries = self.l.iter().copied();
+        let l = OMatrix::from_iterator_generic(N::from_usize(fixed.0), P::from_usize(fixed.1), entries);
+        Ok(NonlinearLuenbergerObserver::new(nonlinear, l)?)
+    }
+}
+
+/// The inequality, with Y free or `Y = P L`.
+fn problem(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Problem {
+    let (a, c) = (plant.a(), plant.c());
+    let (n, outputs) = (a.nrows(), c.nrows());
+    let mut lmi = Problem::new();
+    let p = lmi.symmetric("P", n);
+    let injected: Expression = match l {
+        Some(l) => &p * l * c,
+        None => &lmi.rectangular("Y", n, outputs) * c,
+    };
+    let mut first = he(&p * a - injected) + (2.0 * rate) * &p;
+    let mut corners = vec![];
+    let mut last = vec![];
+    for (k, sector) in plant.sectors().iter().enumerate() {
+        let tau = lmi.scalar(&multiplier(k));
+        let (g, h) = (sector.g(), sector.h());
+        let (q, r) = (g.ncols(), h.nrows());
+        // The ends of the sector stay factors of their own: what is refuted is then refuted for exactly these numbers.
+        first = first - sector.low() * (sector.high() * (h.transpose() * tau.identity(r) * h));
+        let mut corner = &p * g;
+        if !sector.is_symmetric() {
+            let weighted = h.transpose() * tau.identity(r);
+            corner = corner + 0.5 * (sector.low() * &weighted) + 0.5 * (sector.high() * &weighted);
+        }
+        corners.push(corner);
+        last.push((-1.0 * tau.identity(q), q));
+    }
+    let mut rows = vec![std::iter::once(first).chain(corners.iter().cloned()).collect::<Vec<_>>()];
+    for (k, corner) in corners.iter().enumerate() {
+        let mut row = vec![corner.transpose()];
+        for (j, (block, width)) in last.iter().enumerate() {
+            row.push(if j == k { block.clone() } else { zeros(last[k].1, *width) });
+        }
+        rows.push(row);
+    }
+    lmi.constrain("P > 0", &p >> 0.0);
+    lmi.constrain("decrease", Expression::blocks(rows) << 0.0);
+    lmi
+}
+
+fn multiplier(k: usize) -> String {
+    format!("tau {}", k + 1)
+}
+
+/// A solution that the solver proposed and that `lmi` proved.
+struct Proposal {
+    p: DMatrix<f64>,
+    /// None when the gain was given.
+    y: Option<DMatrix<f64>>,
+    tau: Vec<f64>,
+}
+
+impl Proposal {
+    fn read(plant: &LipschitzPlant, solution: &Solution) -> Option<Self> {
+        let tau = (0..plant.sectors().len())
+            .map(|k| solution.named(&multiplier(k)).and_then(|tau| tau.get(0).copied()))
+            .collect::<Option<Vec<f64>>>()?;
+        Some(Self { p: solution.named("P")?.clone(), y: solution.named("Y").cloned(), tau })
+    }
+
+    /// The design with what is proved of it as stored.
+    ///
+    /// `L = P^-1 Y` is rounded, which can cost a thin margin: P is then sought again for the L that is stored.
+    fn certified(
+        self,
+        plant: &LipschitzPlant,
+        l: Option<&DMatrix<f64>>,
+        rate: f64,
+    ) -> Result<LipschitzDesign, DesignError> {
+        let l = match (l, &self.y) {
+            (Some(l), _) => l.clone(),
+            (None, Some(y)) => check::solve_definite("P", &self.p, y)?,
+            (None, None) => DMatrix::zeros(plant.a().nrows(), plant.c().nrows()),
+        };
+        let certificate = self.facts(plant, &l, rate)?;
+        if certificate.is_proved() || self.y.is_none() {
+            return Ok(LipschitzDesign { l, p: self.p, tau: self.tau, rate, certificate });
+        }
+        let again = proposed(plant, Some(&l), rate)?;
+        let certificate = again.facts(plant, &l, rate)?;
+        Ok(LipschitzDesign { l, p: again.p, tau: again.tau, rate, certificate })
+    }
+
+    fn facts(&self, plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Certificate, ProofError> {
+        let terms = plant.sectors().iter().zip(&self.tau).map(|(sector, &tau)| sector.term(tau));
+        let terms = terms.collect::<Result<Vec<_>, _>>()?;
+        let (a, c) = (exact(plant.a())?, exact(plant.c())?);
+        let verdict = sector_decrease(&a, &exact(l)?, &c, &exact(&self.p)?, rate, &terms)?;
+        let statement = format!(
+            "[F'P + PF + 2({rate:e})P - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC"
+        );
+        Ok(Certificate { facts: vec![Fact::positive("P", &self.p)?, Fact { statement, verdict }], deployed: None })
+    }
+}
+
+fn proposed(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Result<Proposal, DesignError> {
+    let solution = problem(plant, l, rate).solve()?;
+    match Proposal::read(plant, &solution) {
+        Some(proposal) if solution.verdict.is_proved() => Ok(proposal),
+        _ => Err(not_proved(solution.verdict)),
+    }
+}
+
+/// The error behind a verdict that is not `Proved`.
+fn not_proved(verdict: Verdict<Infeasibility>) -> DesignError {
+    match verdict {
+        Verdict::Refuted { witness } => DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness) },
+        Verdict::Undecided { why, best } => DesignError::Undecided { what: WHAT, why, best },
+        Verdict::Proved { margin } => {
+            let why = luenberger_proof::Doubt::ProposalNotProved { estimate: margin };
+            DesignError::Undecided { what: WHAT, why, best: margin }
+        }
+    }
+}
+
+const WHAT: &str = "the inequality of the Lipschitz observer";

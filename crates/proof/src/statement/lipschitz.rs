@@ -1,0 +1,112 @@
+//! Observers of plants with nonlinearities in sectors: the matrix inequality of Thau, Rajamani and the circle criterion.
+//!
+//! Plant `x' = A x + sum_k G_k phi_k(H_k x)`, observer `xhat' = A xhat + sum_k G_k phi_k(H_k xhat) + L (y - C xhat)`. With `e = x - xhat` and
+//! `w_k = phi_k(H_k x) - phi_k(H_k xhat)`, the incremental sector `[low, high]` is `(w_k - low H_k e)'(high H_k e - w_k) >= 0`: for a scalar
+//! phi_k a bound of its slope, for `low = -high` the Lipschitz condition `|w_k| <= high |H_k e|`. By the S-procedure,
+//! ```text
+//! [ F'P + PF + 2 alpha P - sum tau_k low_k high_k H_k'H_k     P G_k + tau_k (low_k + high_k)/2 H_k' ]
+//! [ its transpose                                                          -tau_k I                 ]  < 0,   F = A - LC,
+//! ```
+//! makes `V = e'Pe` fall faster than `exp(-2 alpha t)` for every nonlinearity in the sectors. It contains `tau_k > 0`.
+
+use super::lyapunov::error_matrix;
+use super::{Expression, embed, embed_symmetric};
+use crate::definite::{Direction, Sense};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::Verdict;
+
+/// One nonlinearity `G phi(H x)` in the incremental sector `[low, high]`, and its multiplier.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SectorTerm {
+    /// Where it acts, n x q.
+    pub g: Matrix<f64>,
+    /// What it depends on, r x n; `r = q` unless `low = -high`.
+    pub h: Matrix<f64>,
+    /// The lower end of the sector.
+    pub low: f64,
+    /// The upper end of the sector.
+    pub high: f64,
+    /// The multiplier tau of the S-procedure.
+    pub tau: f64,
+}
+
+struct SectorDecrease<'a> {
+    a: &'a Matrix<f64>,
+    l: &'a Matrix<f64>,
+    c: &'a Matrix<f64>,
+    p: &'a Matrix<f64>,
+    alpha: f64,
+    terms: &'a [SectorTerm],
+}
+
+fn number<R: Ring>(x: f64, what: &'static str) -> Result<R, ProofError> {
+    R::from_f64(x).ok_or(ProofError::NotFinite { what, row: 0, column: 0, value: x })
+}
+
+impl Expression for SectorDecrease<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let n = self.a.rows();
+        let p = embed_symmetric::<R>(self.p, "P", n)?;
+        let half: R = number(0.5, "1/2")?;
+        let shift = Matrix::scalar(n, &number(self.alpha, "alpha")?);
+        // Half of the first diagonal block, to which its transpose is added at the end.
+        let mut first = p.product(&error_matrix::<R>(self.a, self.l, self.c)?.sum(&shift)?)?;
+        let (mut columns, mut taus): (Vec<Matrix<R>>, Vec<R>) = (vec![], vec![]);
+        for term in self.terms {
+            let (q, r) = (term.g.cols(), term.h.rows());
+            let (g, h) = (embed::<R>(&term.g, "G", (n, q))?, embed::<R>(&term.h, "H", (r, n))?);
+            let (low, high): (R, R) = (number(term.low, "low")?, number(term.high, "high")?);
+            let half_tau: R = number::<R>(term.tau, "tau")?.mul(&half);
+            first = first.difference(&h.transpose().product(&h)?.scaled(&half_tau.mul(&low.mul(&high))))?;
+            let mut column = p.product(&g)?;
+            if term.low != -term.high {
+                term.h.expect_shape("H of a sector that is not symmetric", (q, n))?;
+                column = column.sum(&h.transpose().scaled(&half_tau.mul(&low.add(&high))))?;
+            }
+            taus.extend(std::iter::repeat_n(number::<R>(-term.tau, "tau")?, q));
+            columns.push(column);
+        }
+        let places: Vec<(usize, usize)> =
+            columns.iter().enumerate().flat_map(|(k, block)| (0..block.cols()).map(move |j| (k, j))).collect();
+        let corner = Matrix::from_fn(n, places.len(), |i, j| columns[places[j].0][(i, places[j].1)].clone());
+        let last = Matrix::from_fn(taus.len(), taus.len(), |i, j| if i == j { taus[i].clone() } else { R::zero() });
+        first.plus_transpose()?.bordered(&corner, &last)
+    }
+}
+
+/// The block inequality above, for L, P and the multipliers exactly as given: with [`positive`](super::positive) of P it proves that the error
+/// of the observer tends to 0 like `exp(-alpha t)`, whatever the nonlinearities in their sectors are.
+///
+/// Proved with margin q: `V' <= -2 alpha V - q (|e|^2 + |w|^2)`. A witness is the stacked direction `(e, w_1, w_2, ..)`; it refutes this P and these
+/// multipliers, not the observer.
+///
+/// ```
+/// use luenberger_proof::{Matrix, statement::{SectorTerm, sector_decrease}};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // x' = phi(x), y = x, xhat' = phi(xhat) + 3 (y - xhat): e' = -3 e + w with |w| <= gamma |e|.
+/// let one = |x: f64| Matrix::from_rows([[x]]);
+/// let at = |gamma: f64| {
+///     let term = SectorTerm { g: one(1.0), h: one(1.0), low: -gamma, high: gamma, tau: 1.0 };
+///     sector_decrease(&one(0.0), &one(3.0), &one(1.0), &one(3.0), 0.0, &[term])
+/// };
+/// assert!(at(2.99)?.is_proved() && at(3.0)?.is_refuted());
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+///
+/// Sources: R. Rajamani, Observers for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998; M. Arcak and P. Kokotovic,
+/// Nonlinear observers: a circle criterion design and robustness analysis, Automatica 37, 2001.
+pub fn sector_decrease(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+    alpha: f64,
+    terms: &[SectorTerm],
+) -> Result<Verdict<Direction>, ProofError> {
+    SectorDecrease { a, l, c, p, alpha, terms }.decide(Sense::NegativeDefinite)
+}
