@@ -87,6 +87,18 @@ pub enum SimError {
         /// Its largest entry then.
         norm: f64,
     },
+    /// A right-hand side that is not finite where the solution arrives.
+    #[error("the right-hand side is not finite at t = {time}: its entry {index} is {value} at the state {state:?}")]
+    NotDefined {
+        /// The time.
+        time: f64,
+        /// Index of the entry, from 0.
+        index: usize,
+        /// The entry.
+        value: f64,
+        /// The state: the plant's, then the observers' in their order.
+        state: Vec<f64>,
+    },
     /// The step size fell to the spacing of floating-point numbers although the solution does not grow.
     #[error("at t = {time} the step size has shrunk to {step:e}: the right-hand side is not smooth enough there")]
     StepSize {

@@ -10,6 +10,8 @@
 //! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is not: the
 //! rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
 
+use std::cell::RefCell;
+
 use crate::dense::{Dense, NODES, node};
 use crate::dop853::Dop853;
 use crate::error::{SimError, check_finite, check_positive};
@@ -210,8 +212,23 @@ impl March {
         on_step: &mut dyn FnMut(&Accepted<'_>) -> Result<(), SimError>,
     ) -> Result<(), SimError> {
         let tolerance = self.settings.tolerance();
+        // The last state since the last accepted step at which the right-hand side was not finite.
+        let undefined = RefCell::new(None);
+        let watched = |t: f64, y: &[f64], slope: &mut [f64]| {
+            f(t, y, slope);
+            if let Some(index) = slope.iter().position(|entry| !entry.is_finite())
+                && y.iter().all(|entry| entry.is_finite())
+            {
+                let (value, state) = (slope[index], y.to_vec());
+                undefined.replace(Some(SimError::NotDefined { time: t, index, value, state }));
+            }
+        };
+        let f: &Rhs<'_> = &watched;
         let mut slope = vec![0.0; y.len()];
         f(start, y, &mut slope);
+        if let Some(error) = undefined.take() {
+            return Err(error);
+        }
         check_finite("the right-hand side at the start of an interval", &slope)?;
         let h = self.h.unwrap_or_else(|| first_step(y, &slope, tolerance)).min(self.settings.max_step).min(end - start);
         let mut method = self.begin(start, y, &slope, h);
@@ -228,10 +245,15 @@ impl March {
             }
             self.steps += 1;
             if !(last || h > 8.0 * f64::EPSILON * t.abs().max(f64::MIN_POSITIVE)) {
-                return Err(standstill(f, t, method.y(), h));
+                let reached = undefined.take();
+                return Err(match (standstill(f, t, method.y(), h), reached) {
+                    (SimError::StepSize { .. }, Some(undefined)) => undefined,
+                    (error, _) => error,
+                });
             }
             match method.attempt(f, tolerance) {
                 Attempt::Accepted => {
+                    undefined.take();
                     self.h = Some(if last { method.h().max(proposed) } else { method.h() });
                     let norm = method.y().iter().fold(0.0f64, |norm, entry| norm.max(entry.abs()));
                     if norm > 1e100 || !method.y().iter().all(|entry| entry.is_finite()) {

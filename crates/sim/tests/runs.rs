@@ -189,6 +189,25 @@ fn a_kink_that_cannot_be_passed_is_named() {
     }
 }
 
+/// x' = -(1 + sqrt x) leaves the domain of its right-hand side at t = 2 (1 - ln 2): the state there is named, and no NaN comes out.
+#[test]
+fn a_state_without_a_slope_is_named() {
+    let falling = |_: f64, x: &[f64], slope: &mut [f64]| slope[0] = -(1.0 + x[0].sqrt());
+    let end = 2.0 * (1.0 - std::f64::consts::LN_2);
+    for integrator in [Integrator::Auto, Integrator::Explicit, Integrator::Implicit] {
+        let error = solve(falling, 0.0, 1.0, &[1.0], &Settings { integrator, ..Settings::default() }).unwrap_err();
+        match &error {
+            SimError::NotDefined { time, index: 0, value, state } => {
+                assert!((time - end).abs() < 1e-6 && value.is_nan() && state[0] < 0.0 && state[0] > -1e-6, "{error}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+    // At the start, too.
+    let error = solve(falling, 0.0, 1.0, &[-2.0], &Settings::default()).unwrap_err();
+    assert!(error.to_string().contains("at the state [-2.0]"), "{error}");
+}
+
 #[test]
 fn a_stiff_plant_is_finished_implicitly() {
     // x' = -1e6 (x - cos t): explicit steps would be a few microseconds long for 10 s.
