@@ -3,7 +3,7 @@
 //! `cargo run --release -p luenberger --example compare`
 
 use luenberger::linalg::kalman_gain;
-use luenberger::observers::{ExtendedKalmanFilter, Mean, MeanValueObserver, Noises};
+use luenberger::observers::{Beta, ExtendedKalmanFilter, Integral, MeanValueObserver, Noises};
 use luenberger::plants::flexible_joint;
 use luenberger::sim::{Comparison, Noise};
 use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, Vector4};
@@ -17,9 +17,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let l = kalman_gain(&a, &DMatrix::identity(2, 4), &w, &v)?.l;
     let l = SMatrix::<f64, 4, 2>::from_column_slice(l.as_slice());
 
-    let told = MeanValueObserver::new(plant, 1.0, Mean::Beta, x0 - xhat0)?;
-    let untold = MeanValueObserver::new(plant, 1.0, Mean::Beta, Vector4::zeros())?;
-    let repaired = MeanValueObserver::repaired(plant, 1.0, Mean::Integral, Vector4::zeros(), l)?;
+    let told = MeanValueObserver::new(plant, 1.0, Beta, x0 - xhat0)?;
+    let untold = MeanValueObserver::new(plant, 1.0, Beta, Vector4::zeros())?;
+    let repaired = MeanValueObserver::repaired(plant, 1.0, Integral, Vector4::zeros(), l)?;
     let noises = Noises { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
     let filter = ExtendedKalmanFilter::new(plant, noises, 0.01, 2)?;
 

@@ -46,8 +46,8 @@ pub mod prelude {
         Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, SampledCubicDesign, Wish,
     };
     pub use luenberger_observers::{
-        CubicObserver, ExtendedKalmanFilter, LinearObserver, Mean, MeanValueObserver, Observer, SampledCubicObserver,
-        SampledObserver,
+        Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, Mean, MeanValueObserver, Observer,
+        SampledCubicObserver, SampledObserver,
     };
     pub use luenberger_plants::{Differentiable, DynamicPlant, LinearPlant, Plant};
     pub use luenberger_proof::Verdict;

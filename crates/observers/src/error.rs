@@ -1,6 +1,43 @@
 //! What can be wrong with the data of an observer.
 
+use core::fmt;
+
 use luenberger_plants::PlantError;
+
+/// A state in an error, where nothing may be allocated: its first entries, up to eight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    entries: [f64; 8],
+    states: usize,
+}
+
+impl Point {
+    /// The point with these entries.
+    pub fn new(entries: impl ExactSizeIterator<Item = f64>) -> Self {
+        let mut point = Self { entries: [0.0; 8], states: entries.len() };
+        for (place, entry) in point.entries.iter_mut().zip(entries) {
+            *place = entry;
+        }
+        point
+    }
+
+    /// The entries, eight at most.
+    pub fn entries(&self) -> &[f64] {
+        &self.entries[..self.states.min(8)]
+    }
+
+    /// How many states there are.
+    pub fn states(&self) -> usize {
+        self.states
+    }
+}
+
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.entries())?;
+        if self.states > 8 { write!(f, ", the first 8 of {}", self.states) } else { Ok(()) }
+    }
+}
 
 /// Why matrices do not make an observer.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -60,7 +97,7 @@ pub enum ObserverError {
         found: f64,
     },
     /// A Jacobian that does not exist somewhere on the segment from xhat to xhat + e.
-    #[error("Df({row}, {column}) is not finite at xhat + s e, s = {s}")]
+    #[error("Df({row}, {column}) is not finite at the state {point}, which is xhat + s e with s = {s}")]
     JacobianNotFinite {
         /// How far along the segment, from 0 to 1.
         s: f64,
@@ -68,6 +105,18 @@ pub enum ObserverError {
         row: usize,
         /// Column of the entry, from 0.
         column: usize,
+        /// The state there.
+        point: Point,
+    },
+    /// A right-hand side of the plant that does not exist at an end of the segment from xhat to xhat + e.
+    #[error("f({row}) is not finite at the state {point}, which is xhat + s e with s = {s}")]
+    SlopeNotFinite {
+        /// How far along the segment, from 0 to 1.
+        s: f64,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// The state there.
+        point: Point,
     },
     /// A covariance that is not symmetric.
     #[error("{what} is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ by {difference:e}")]

@@ -25,6 +25,7 @@
 
 pub mod beta;
 pub mod integral;
+pub mod segment;
 
 use core::marker::PhantomData;
 
@@ -34,17 +35,78 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, U2};
 
 use crate::error::ObserverError;
-use crate::mean_value::beta::mean_value;
-use crate::mean_value::integral::gauss_legendre;
 use crate::observer::{Observer, ObserverDimensions};
 
-/// Which mean of the Jacobian over the segment the observer uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mean {
-    /// As the paper: row i is the gradient of f_i at `xhat + beta_i e`, with beta_i from the mean value theorem.
-    Beta,
-    /// The integral mean: continuous, and nothing is solved.
-    Integral,
+pub use self::beta::Beta;
+pub use self::integral::Integral;
+
+/// A mean of the Jacobian over a segment, and what it makes of e.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeanJacobian<T: RealField + Copy, N: Dim>
+where
+    DefaultAllocator: Allocator<N> + Allocator<N, N>,
+{
+    /// D, n x n, from which the gain is built.
+    pub jacobian: OMatrix<T, N, N>,
+    /// `D e`, which is `f(xhat + e) - f(xhat)` as well as this mean has it.
+    pub forward: OVector<T, N>,
+}
+
+/// A mean of `Df` over the segment from xhat to xhat + e: a matrix D with `D e = f(xhat + e) - f(xhat)`.
+///
+/// Here are [`Beta`] and [`Integral`]; `luenberger-design` has `LeastSquares`, the paper's own way to beta, which needs `std`.
+pub trait Mean<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// D and `D e`. Where Df is not finite on the segment, neither are they; [`examine`](Self::examine) says where that is.
+    fn mean(&self, plant: &S, t: T, xhat: &OVector<T, N>, u: &OVector<T, M>, e: &OVector<T, N>) -> MeanJacobian<T, N>;
+
+    /// Whether D and `D e` exist on this segment: found by evaluating f and Df at its ends and at eight points between, and D itself.
+    ///
+    /// # Errors
+    /// [`ObserverError::JacobianNotFinite`] and [`ObserverError::SlopeNotFinite`] name the point.
+    fn examine(
+        &self,
+        plant: &S,
+        t: T,
+        xhat: &OVector<T, N>,
+        u: &OVector<T, M>,
+        e: &OVector<T, N>,
+    ) -> Result<(), ObserverError> {
+        segment::examine(plant, t, xhat, u, e)
+    }
+}
+
+impl<D, S, T, N, M, P> Mean<S, T, N, M, P> for &D
+where
+    D: Mean<S, T, N, M, P> + ?Sized,
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn mean(&self, plant: &S, t: T, xhat: &OVector<T, N>, u: &OVector<T, M>, e: &OVector<T, N>) -> MeanJacobian<T, N> {
+        (**self).mean(plant, t, xhat, u, e)
+    }
+
+    fn examine(
+        &self,
+        plant: &S,
+        t: T,
+        xhat: &OVector<T, N>,
+        u: &OVector<T, M>,
+        e: &OVector<T, N>,
+    ) -> Result<(), ObserverError> {
+        (**self).examine(plant, t, xhat, u, e)
+    }
 }
 
 /// The state of the observer: estimate xhat and internal error e, one beside the other.
@@ -103,21 +165,22 @@ where
 ///
 /// Fields are read through methods, because the constructors have checked them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeanValueObserver<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+pub struct MeanValueObserver<S, D, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
     DefaultAllocator: Size<N, M, P>,
 {
     plant: S,
     eta: T,
-    mean: Mean,
+    mean: D,
     internal_error: OVector<T, N>,
     l: Option<OMatrix<T, N, P>>,
     inputs: PhantomData<M>,
 }
 
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> MeanValueObserver<S, T, N, M, P>
+impl<S, D, T: RealField + Copy, N: Dim, M: Dim, P: Dim> MeanValueObserver<S, D, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
+    D: Mean<S, T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
     /// The observer as printed, whose internal error starts at `internal_error`.
@@ -126,12 +189,12 @@ where
     /// state; the estimate is then exact up to that error's decay, whatever the plant.
     ///
     /// ```
-    /// use luenberger_observers::{EstimateAndError, Mean, MeanValueObserver, Observer, ObserverError};
+    /// use luenberger_observers::{EstimateAndError, Integral, MeanValueObserver, Observer, ObserverError};
     /// use luenberger_plants::Chaotic;
     /// use nalgebra::{SVector, Vector2, Vector3};
     ///
     /// let e0 = Vector3::new(-1.0, -0.5, 0.5);
-    /// let observer = MeanValueObserver::new(Chaotic, 1.0, Mean::Integral, e0)?;
+    /// let observer = MeanValueObserver::new(Chaotic, 1.0, Integral, e0)?;
     /// let (u, y) = (SVector::zeros(), Vector2::new(-2.0, -1.0));
     /// let state = observer.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &y);
     /// assert_eq!(state.believed(), Vector3::new(-2.0, -1.0, -1.0));
@@ -139,14 +202,14 @@ where
     /// let slope: EstimateAndError<f64, _> = observer.derivative(0.0, &state, &u, &y);
     /// assert!(slope.error().dot(&e0) < 0.0);
     ///
-    /// let refused = MeanValueObserver::new(Chaotic, 0.5, Mean::Integral, e0).unwrap_err();
+    /// let refused = MeanValueObserver::new(Chaotic, 0.5, Integral, e0).unwrap_err();
     /// assert_eq!(refused, ObserverError::Eta { eta: 0.5 });
     /// # Ok::<(), ObserverError>(())
     /// ```
     /// # Errors
     /// [`ObserverError::Eta`] unless eta > 1/2, [`ObserverError::Matrix`] for the length and the entries of `internal_error`,
     /// [`ObserverError::OutputNotState`] when y is not the first p states (tested at two points).
-    pub fn new(plant: S, eta: T, mean: Mean, internal_error: OVector<T, N>) -> Result<Self, ObserverError> {
+    pub fn new(plant: S, eta: T, mean: D, internal_error: OVector<T, N>) -> Result<Self, ObserverError> {
         if !(eta.is_finite() && eta + eta > T::one()) {
             return Err(ObserverError::Eta { eta: eta.to_subset_unchecked() });
         }
@@ -181,7 +244,7 @@ where
     pub fn repaired(
         plant: S,
         eta: T,
-        mean: Mean,
+        mean: D,
         internal_error: OVector<T, N>,
         l: OMatrix<T, N, P>,
     ) -> Result<Self, ObserverError> {
@@ -211,32 +274,28 @@ where
         self.l.as_ref()
     }
 
-    /// The mean Jacobian D, and `D e`.
-    fn mean(
-        &self,
-        t: T,
-        xhat: &OVector<T, N>,
-        u: &OVector<T, M>,
-        e: &OVector<T, N>,
-    ) -> (OMatrix<T, N, N>, OVector<T, N>) {
-        match self.mean {
-            Mean::Beta => {
-                let d = mean_value(&self.plant, t, xhat, u, e).jacobian;
-                let forward = &d * e;
-                (d, forward)
-            }
-            // What D e is, without the quadrature: its error stays in the gain G.
-            Mean::Integral => (
-                gauss_legendre(&self.plant, t, xhat, u, e),
-                self.plant.derivative(t, &(xhat + e), u) - self.plant.derivative(t, xhat, u),
-            ),
-        }
+    /// The mean of the Jacobian it uses.
+    pub fn mean(&self) -> &D {
+        &self.mean
+    }
+
+    /// Whether the right-hand side exists at this estimate and internal error: [`derivative`](Observer::derivative) itself returns no error, and
+    /// where Df is not finite on the segment its result is not either.
+    ///
+    /// # Errors
+    /// [`ObserverError::JacobianNotFinite`] and [`ObserverError::SlopeNotFinite`] name the point.
+    pub fn examine(&self, t: T, state: &EstimateAndError<T, N>, u: &OVector<T, M>) -> Result<(), ObserverError>
+    where
+        DefaultAllocator: Allocator<N, U2>,
+    {
+        self.mean.examine(&self.plant, t, &state.estimate(), u, &state.error())
     }
 }
 
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for MeanValueObserver<S, T, N, M, P>
+impl<S, D, T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for MeanValueObserver<S, D, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
+    D: Mean<S, T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, U2>,
 {
     type State = EstimateAndError<T, N>;
@@ -251,7 +310,7 @@ where
 
     fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
         let (xhat, e) = (state.estimate(), state.error());
-        let (d, forward) = self.mean(t, &xhat, u, &e);
+        let MeanJacobian { jacobian: d, forward } = self.mean.mean(&self.plant, t, &xhat, u, &e);
         let mut slope = self.plant.derivative(t, &xhat, u);
         let mut error_slope = forward;
         for k in 0..xhat.nrows() {

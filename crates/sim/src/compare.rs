@@ -139,14 +139,14 @@ impl<'a> Comparison<'a> {
     /// Runs every observer.
     ///
     /// ```
-    /// use luenberger_observers::{LinearObserver, Mean, MeanValueObserver};
+    /// use luenberger_observers::{Integral, LinearObserver, MeanValueObserver};
     /// use luenberger_sim::Comparison;
     /// use nalgebra::Vector2;
     ///
     /// let plant = luenberger_plants::double_integrator();
     /// let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0))?;
     /// let e0 = Vector2::new(1.0, -2.0);
-    /// let informed = MeanValueObserver::new(plant.clone(), 1.0, Mean::Integral, e0)?;
+    /// let informed = MeanValueObserver::new(plant.clone(), 1.0, Integral, e0)?;
     /// let table = Comparison::new(&plant, &[1.0, -2.0], &[0.0, 0.0])
     ///     .observer("linear", &linear)
     ///     .observer("mean value", &informed)
@@ -202,9 +202,12 @@ impl<'a> Comparison<'a> {
         }
         let trajectory = match scenario.run() {
             Ok(trajectory) => Ok(trajectory),
-            Err(error @ (SimError::BlowUp { .. } | SimError::StepSize { .. } | SimError::TooManySteps { .. })) => {
-                Err(error)
-            }
+            Err(
+                error @ (SimError::BlowUp { .. }
+                | SimError::NotDefined { .. }
+                | SimError::StepSize { .. }
+                | SimError::TooManySteps { .. }),
+            ) => Err(error),
             Err(error) => return Err(error),
         };
 

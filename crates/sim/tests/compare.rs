@@ -1,7 +1,8 @@
 //! Comparisons: same information, honest rows.
 
 use luenberger_observers::{
-    CubicObserver, ExtendedKalmanFilter, LinearObserver, Mean, MeanValueObserver, Noises, Observer, ObserverDimensions,
+    Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, MeanValueObserver, Noises, Observer,
+    ObserverDimensions,
 };
 use luenberger_plants::{Chaotic, double_integrator};
 use luenberger_sim::{Comparison, Noise, Scenario, SimError, metrics};
@@ -79,8 +80,8 @@ fn a_row_is_what_a_run_gives() {
 #[test]
 fn who_was_told_stands_in_the_table() {
     let (x0, xhat0) = (Vector3::new(-2.0, -1.0, -1.0), Vector3::new(-1.0, -0.5, -1.5));
-    let told = MeanValueObserver::new(Chaotic, 1.0, Mean::Integral, x0 - xhat0).unwrap();
-    let blind = MeanValueObserver::new(Chaotic, 1.0, Mean::Integral, Vector3::zeros()).unwrap();
+    let told = MeanValueObserver::new(Chaotic, 1.0, Integral, x0 - xhat0).unwrap();
+    let blind = MeanValueObserver::new(Chaotic, 1.0, Integral, Vector3::zeros()).unwrap();
     let noises = Noises { w: Matrix3::identity() * 1e-2, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
     let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 1).unwrap();
     let table = Comparison::new(&Chaotic, x0.as_slice(), xhat0.as_slice())
@@ -135,6 +136,6 @@ fn bad_input_is_an_error() {
         Err(SimError::DuplicateName { .. })
     ));
     assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).told("other", "x(0)").run(), Err(SimError::UnknownName { .. })));
-    let wrong = MeanValueObserver::new(Chaotic, 1.0, Mean::Beta, Vector3::zeros()).unwrap();
+    let wrong = MeanValueObserver::new(Chaotic, 1.0, Beta, Vector3::zeros()).unwrap();
     assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).observer("other", &wrong).run(), Err(SimError::Length { .. })));
 }

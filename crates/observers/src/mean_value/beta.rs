@@ -11,11 +11,33 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
+use crate::mean_value::{Mean, MeanJacobian};
+
 /// Cells on either side of 1/2 that are searched for a change of sign.
 const CELLS: usize = 8;
 
 /// Steps of refinement; every third one halves the bracket, 1/16 wide, so that these leave less than the spacing of f64.
 const STEPS: usize = 150;
+
+/// As the paper: row i of D is the gradient of f_i at `xhat + beta_i e`, with beta_i bracketed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Beta;
+
+impl<S, T, N, M, P> Mean<S, T, N, M, P> for Beta
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn mean(&self, plant: &S, t: T, xhat: &OVector<T, N>, u: &OVector<T, M>, e: &OVector<T, N>) -> MeanJacobian<T, N> {
+        let jacobian = mean_value(plant, t, xhat, u, e).jacobian;
+        let forward = &jacobian * e;
+        MeanJacobian { jacobian, forward }
+    }
+}
 
 /// The mean value theorem along one segment.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,9 +10,10 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
 
 use crate::error::ObserverError;
+use crate::mean_value::{Mean, MeanJacobian, segment};
 
 /// Nodes and weights on [0, 1], to the last digit of f64.
-const EIGHT: [(f64, f64); 8] = [
+pub(super) const EIGHT: [(f64, f64); 8] = [
     (0.019855071751231884, 0.05061426814518813),
     (0.10166676129318664, 0.11119051722668724),
     (0.2372337950418355, 0.15685332293894363),
@@ -30,6 +31,29 @@ const FIVE: [(f64, f64); 5] = [
     (0.7692346550528415, 0.23931433524968324),
     (0.953089922969332, 0.11846344252809454),
 ];
+
+/// The integral mean: continuous, and nothing is solved.
+///
+/// `D e` is the difference of f, without the quadrature, whose error stays in the gain G.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Integral;
+
+impl<S, T, N, M, P> Mean<S, T, N, M, P> for Integral
+where
+    S: Differentiable<T, N, M, P>,
+    T: RealField + Copy,
+    N: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn mean(&self, plant: &S, t: T, xhat: &OVector<T, N>, u: &OVector<T, M>, e: &OVector<T, N>) -> MeanJacobian<T, N> {
+        MeanJacobian {
+            jacobian: gauss_legendre(plant, t, xhat, u, e),
+            forward: plant.derivative(t, &(xhat + e), u) - plant.derivative(t, xhat, u),
+        }
+    }
+}
 
 /// The integral mean of a Jacobian, with the evidence for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +84,7 @@ where
 /// # Ok::<(), luenberger_observers::ObserverError>(())
 /// ```
 /// # Errors
-/// [`ObserverError::JacobianNotFinite`] names the point of the segment, as the fraction s of the way, and the entry.
+/// [`ObserverError::JacobianNotFinite`] names the point of the segment, as the fraction s of the way and as a state, and the entry.
 ///
 /// Source: P. J. Davis and P. Rabinowitz, Methods of Numerical Integration, 2nd ed., 1984, section 2.7.
 pub fn integral_mean<S, T, N, M, P>(
@@ -79,14 +103,7 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     for (s, _) in EIGHT.into_iter().chain(FIVE) {
-        let jacobian = plant.state_jacobian(t, &(xhat + e * convert::<f64, T>(s)), u);
-        for column in 0..jacobian.ncols() {
-            for row in 0..jacobian.nrows() {
-                if !jacobian[(row, column)].is_finite() {
-                    return Err(ObserverError::JacobianNotFinite { s, row, column });
-                }
-            }
-        }
+        segment::jacobian_at(plant, t, xhat, u, e, s)?;
     }
     let jacobian = gauss_legendre(plant, t, xhat, u, e);
     let difference = (&jacobian - rule(&FIVE, plant, t, xhat, u, e)).amax();
