@@ -1,9 +1,10 @@
 //! Checks of what a user hands over, each with an error that names the matrix and the value.
 
 use luenberger_linalg::{LinalgError, detectability, lambda_min, spectral_abscissa};
-use luenberger_plants::DynamicPlant;
 use luenberger_plants::error::check_matrix;
-use nalgebra::{Complex, DMatrix};
+use luenberger_plants::{DynamicPlant, PlantError};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
 use crate::error::DesignError;
 
@@ -26,6 +27,23 @@ pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Resul
         }
     }
     Ok((m + m.transpose()) * 0.5)
+}
+
+/// The same matrix with the sizes that a plant's type fixes, `expected` being what the plant says of them.
+pub(crate) fn sized<R: Dim, C: Dim>(
+    what: &'static str,
+    m: &DMatrix<f64>,
+    expected: (usize, usize),
+) -> Result<OMatrix<f64, R, C>, DesignError>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    matrix(what, m, expected)?;
+    let fixed = (R::try_to_usize().unwrap_or(expected.0), C::try_to_usize().unwrap_or(expected.1));
+    if fixed != expected {
+        return Err(PlantError::DimensionMismatch { what, expected: fixed, found: expected }.into());
+    }
+    Ok(OMatrix::from_iterator_generic(R::from_usize(fixed.0), C::from_usize(fixed.1), m.iter().copied()))
 }
 
 /// Symmetric and positive definite; returns the symmetric part.

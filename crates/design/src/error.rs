@@ -86,6 +86,9 @@ pub enum DesignError {
         /// Rows of H.
         depends: usize,
     },
+    /// A polytope without vertices.
+    #[error("a polytope of Jacobians needs at least one vertex")]
+    NoVertices,
     /// A derivative of the plant is not finite at a point.
     #[error("{what}({row}, {column}) is {value} at the state {point:?}")]
     NotDifferentiable {

@@ -20,6 +20,7 @@ mod gain_lmi;
 mod joint;
 pub mod linear;
 pub mod lipschitz;
+pub mod mean_value;
 pub mod robust;
 pub mod sampled;
 pub mod weights;

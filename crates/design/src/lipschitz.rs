@@ -26,10 +26,10 @@ mod split;
 
 use luenberger_lmi::{Expression, Infeasibility, Problem, Solution, he, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
-use luenberger_plants::{Plant, PlantError, Size};
+use luenberger_plants::{Plant, Size};
 use luenberger_proof::statement::sector_decrease;
 use luenberger_proof::{ProofError, Verdict};
-use nalgebra::{DMatrix, DefaultAllocator, Dim, OMatrix, OVector};
+use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 pub use admissible::{AdmissibleFactor, greatest_factor};
 pub use sector::{LipschitzPlant, Sector};
@@ -113,14 +113,7 @@ impl LipschitzDesign {
         DefaultAllocator: Size<N, M, P>,
     {
         let size = nonlinear.dimensions();
-        check::matrix("L", &self.l, (size.states, size.outputs))?;
-        let fixed = (N::try_to_usize().unwrap_or(size.states), P::try_to_usize().unwrap_or(size.outputs));
-        if fixed != self.l.shape() {
-            let (expected, found) = (fixed, self.l.shape());
-            return Err(PlantError::DimensionMismatch { what: "L", expected, found }.into());
-        }
-        let entries = self.l.iter().copied();
-        let l = OMatrix::from_iterator_generic(N::from_usize(fixed.0), P::from_usize(fixed.1), entries);
+        let l = check::sized("L", &self.l, (size.states, size.outputs))?;
         Ok(NonlinearLuenbergerObserver::new(nonlinear, l)?)
     }
 }

@@ -1,0 +1,90 @@
+//! The repaired mean-value-theorem observer: L and P for all mean Jacobians, and the envelope of what it believes.
+//!
+//! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean Jacobian between z and x. Where every such
+//! Jacobian lies in a polytope and one P serves all its vertices, `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
+
+use luenberger_linalg::lambda_max;
+use luenberger_observers::mean_value::{Mean, MeanValueObserver};
+use luenberger_plants::{Differentiable, DynamicPlant, Size};
+use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
+
+use crate::certificate::Certificate;
+use crate::check;
+use crate::error::DesignError;
+use crate::robust::PolytopicDesign;
+
+/// A gain for the repaired observer, with its evidence.
+#[derive(Debug, Clone)]
+pub struct RepairedDesign {
+    /// The gain L, n x p.
+    pub l: DMatrix<f64>,
+    /// `P > 0`.
+    pub p: DMatrix<f64>,
+    /// The rate: `(J - L C)'P + P (J - L C) + 2 rate P < 0` at every vertex J.
+    pub rate: f64,
+    /// An upper bound of `sqrt(cond P)`; infinite if the certificate is not proved.
+    pub overshoot: f64,
+    /// `P > 0` and the decrease at every vertex, for L and P as stored.
+    pub certificate: Certificate,
+}
+
+impl RepairedDesign {
+    /// L and P for a plant with `C = [I 0]` of `outputs` rows, whose mean Jacobians lie in the convex hull of `vertices` (n x n each).
+    ///
+    /// Bounds of the entries of Df over a convex region give such vertices: the mean over a segment lies in the hull of what is averaged.
+    ///
+    /// ```
+    /// use luenberger_design::mean_value::RepairedDesign;
+    /// use luenberger_plants::flexible_joint;
+    /// use nalgebra::DMatrix;
+    /// let a = flexible_joint::classical().linear_part();
+    /// let vertices = [-3.33, 3.33].map(|slope| {
+    ///     let mut vertex = DMatrix::from_column_slice(4, 4, a.as_slice());
+    ///     vertex[(3, 2)] += slope;
+    ///     vertex
+    /// });
+    /// let design = RepairedDesign::new(&vertices, 2, 1.0)?;
+    /// assert!(design.certificate.is_proved() && design.overshoot < 1e4);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`PolytopicDesign::new`]'s; [`DesignError::NoVertices`].
+    pub fn new(vertices: &[DMatrix<f64>], outputs: usize, rate: f64) -> Result<Self, DesignError> {
+        let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
+        let n = first.nrows();
+        let nominal = DynamicPlant::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
+        let design = PolytopicDesign::new(&nominal, rest, rate)?;
+        let p = design.nominal.p;
+        let proved = if design.certificate.is_proved() { design.certificate.facts[0].verdict.margin() } else { None };
+        // The largest eigenvalue is known to a few roundings of |P|; the smallest is not below the margin of `P > 0`.
+        let largest = lambda_max(&p)? + 8.0 * n as f64 * f64::EPSILON * p.norm();
+        let overshoot = proved.map_or(f64::INFINITY, |smallest| (largest / smallest).sqrt());
+        Ok(Self { l: design.nominal.observer.l, p, rate, overshoot, certificate: design.certificate })
+    }
+
+    /// `sqrt(cond P) exp(-rate t) |d(0)|`, which `|x - z|` never exceeds.
+    pub fn envelope(&self, initial: f64, t: f64) -> f64 {
+        self.overshoot * (-self.rate * t).exp() * initial
+    }
+
+    /// The repaired observer of `plant`, whose internal error starts at `internal_error`, whatever that is.
+    ///
+    /// # Errors
+    /// [`MeanValueObserver::repaired`]'s, and [`DesignError::Matrix`] when the plant has other numbers of states or outputs.
+    pub fn observer<S, D, N: Dim, M: Dim, P: Dim>(
+        &self,
+        plant: S,
+        eta: f64,
+        mean: D,
+        internal_error: OVector<f64, N>,
+    ) -> Result<MeanValueObserver<S, D, f64, N, M, P>, DesignError>
+    where
+        S: Differentiable<f64, N, M, P>,
+        D: Mean<S, f64, N, M, P>,
+        DefaultAllocator: Size<N, M, P>,
+    {
+        let size = plant.dimensions();
+        let l = check::sized("L", &self.l, (size.states, size.outputs))?;
+        Ok(MeanValueObserver::repaired(plant, eta, mean, internal_error, l)?)
+    }
+}

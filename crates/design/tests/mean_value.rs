@@ -1,0 +1,118 @@
+//! beta by bounded nonlinear least squares beside the bracketed beta: where they agree, where least squares stops short, and what is refused.
+
+use luenberger_design::DesignError;
+use luenberger_design::mean_value::{LeastSquares, RepairedDesign};
+use luenberger_observers::ObserverError;
+use luenberger_observers::mean_value::beta::mean_value;
+use luenberger_plants::{Chaotic, Dimensions, Plant, flexible_joint};
+use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector3, Vector4, convert};
+use proptest::prelude::*;
+
+/// `x' = d^3/3 - 2 d^5`, d = x - 1/2, y = x: between 0 and 1 the slope d^2 - 10 d^4 has the mean -1/24, and at d = 0 a local minimum above it.
+#[derive(Clone, Copy)]
+struct Dimple;
+
+/// `x' = sqrt x`.
+#[derive(Clone, Copy)]
+struct Root;
+
+macro_rules! scalar_plant {
+    ($name:ident, $x:ident, $slope:expr) => {
+        impl<T: RealField + Copy> Plant<T> for $name {
+            type State = Vector1<T>;
+            type Input = SVector<T, 0>;
+            type Output = Vector1<T>;
+
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: 1, inputs: 0, outputs: 1 }
+            }
+
+            fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+                let $x = x[0];
+                Vector1::new($slope)
+            }
+
+            fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+                *x
+            }
+        }
+    };
+}
+
+scalar_plant!(Dimple, x, {
+    let d = x - convert::<f64, T>(0.5);
+    d * d * d / convert::<f64, T>(3.0) - d * d * d * d * d * convert::<f64, T>(2.0)
+});
+scalar_plant!(Root, x, x.sqrt());
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The logarithm's slope is monotone along a segment of the chaotic plant, so that its root is unique: both find it. The rows of
+    /// products are quadratic along e: X vanishes identically, and least squares stays where it started.
+    #[test]
+    fn where_the_root_is_unique_both_find_it(
+        xhat in prop::array::uniform3(-2.0f64..2.0), e in prop::array::uniform3(-1.0f64..1.0),
+    ) {
+        let (xhat, e, u) = (Vector3::from(xhat), Vector3::from(e), SVector::zeros());
+        let found = LeastSquares::new().solve(&Chaotic, 0.0, &xhat, &u, &e).unwrap();
+        let bracketed = mean_value(&Chaotic, 0.0, &xhat, &u, &e);
+        prop_assert!(found.beta.iter().all(|beta| (0.0..=1.0).contains(beta)));
+        // Values of f are below 12.
+        prop_assert!(found.residual.rows(1, 2).amax() <= 64.0 * 12.0 * f64::EPSILON, "{found:?}");
+        // X is differenced to 1e-10 of its size and Newton's steps go on until the gradient is rounding: X falls below 1e-9 of the rise at least.
+        let rise = (Plant::<f64>::derivative(&Chaotic, 0.0, &(xhat + e), &u) - Plant::<f64>::derivative(&Chaotic, 0.0, &xhat, &u))[0].abs();
+        prop_assert!(found.residual[0].abs() <= 1e-9 * rise.max(1e-3), "{found:?}");
+        // A root of X is known as well as X is steep; the gradient, which is what the observer uses, is not sensitive to it.
+        prop_assert!((found.jacobian - bracketed.jacobian).amax() <= 1e-3, "{found:?} {bracketed:?}");
+    }
+}
+
+/// A local minimum of X^2 with X = -1/24: least squares started in the middle stays there, the bracket does not, nor do seven starts.
+#[test]
+fn least_squares_can_stop_where_x_is_not_zero() {
+    let (xhat, u, e) = (Vector1::new(0.0), SVector::zeros(), Vector1::new(1.0));
+    let stuck = LeastSquares::new().solve(&Dimple, 0.0, &xhat, &u, &e).unwrap();
+    assert!((stuck.beta[0] - 0.5).abs() < 1e-6 && (stuck.residual[0] + 1.0 / 24.0).abs() < 1e-9, "{stuck:?}");
+    let root = ((1.0 + (1.0f64 + 40.0 / 24.0).sqrt()) / 20.0).sqrt();
+    let near = |beta: f64| ((beta - 0.5).abs() - root).abs() < 1e-7;
+    let bracketed = mean_value(&Dimple, 0.0, &xhat, &u, &e);
+    assert!(near(bracketed.beta[0]) && bracketed.residual[0].abs() < 1e-15, "{bracketed:?}");
+    let many = LeastSquares::new().with_starts(7).solve(&Dimple, 0.0, &xhat, &u, &e).unwrap();
+    assert!(near(many.beta[0]) && many.residual[0].abs() < 1e-9, "{many:?}");
+}
+
+/// Where the Jacobian does not exist on the segment, the state is named: at 0 the slope of the root is infinite, below it there is none.
+#[test]
+fn a_jacobian_that_is_not_finite_is_named() {
+    let u = SVector::zeros();
+    let at = |xhat: f64, e: f64| LeastSquares::new().solve(&Root, 0.0, &Vector1::new(xhat), &u, &Vector1::new(e));
+    let Err(DesignError::Observer(ObserverError::JacobianNotFinite { s, point, .. })) = at(0.0, 1.0) else { panic!() };
+    assert_eq!((s, point.entries()), (0.0, &[0.0][..]));
+    let Err(DesignError::Observer(error @ ObserverError::SlopeNotFinite { s: 1.0, row: 0, .. })) = at(0.25, -1.0)
+    else {
+        panic!()
+    };
+    assert!(error.to_string().contains("at the state [-0.75]"), "{error}");
+    assert!(at(0.25, 1.0).is_ok());
+}
+
+#[test]
+fn e_of_zero_is_an_ordinary_case() {
+    let (plant, u) = (flexible_joint::classical(), Vector1::new(0.3));
+    let found = LeastSquares::new().solve(&plant, 0.0, &Vector4::repeat(1.0), &u, &Vector4::zeros()).unwrap();
+    assert_eq!((found.beta, found.residual), (Vector4::repeat(0.5), Vector4::zeros()));
+    assert_eq!(found.jacobian, luenberger_plants::state_jacobian(&plant, 0.0, &Vector4::repeat(1.0), &u));
+}
+
+#[test]
+fn bad_polytopes_are_refused() {
+    assert_eq!(RepairedDesign::new(&[], 1, 1.0).unwrap_err(), DesignError::NoVertices);
+    let vertex = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
+    assert!(matches!(RepairedDesign::new(&[vertex.clone() * f64::NAN], 1, 1.0), Err(DesignError::Matrix(_))));
+    assert!(matches!(RepairedDesign::new(&[vertex.clone()], 0, 1.0), Err(DesignError::Matrix(_))));
+    assert!(matches!(RepairedDesign::new(&[vertex.clone()], 1, f64::INFINITY), Err(DesignError::BadRate { .. })));
+    let design = RepairedDesign::new(&[vertex], 1, 1.0).unwrap();
+    let plant = flexible_joint::classical();
+    assert!(matches!(design.observer(plant, 1.0, LeastSquares::new(), Vector4::zeros()), Err(DesignError::Matrix(_))));
+}
