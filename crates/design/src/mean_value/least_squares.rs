@@ -141,7 +141,8 @@ impl LeastSquares {
             let run = Executor::from_start(rows, method, vec![start; n]).max_iter(self.iterations).run();
             let Ok(found) = run else { continue };
             iterations += found.iter();
-            for (i, &s) in found.best_param().iter().enumerate() {
+            // The method never accepts a worse point, so that the last is the best; `best_param` panics where no point was finite.
+            for (i, &s) in found.param().iter().enumerate() {
                 let s = if s.is_finite() { s.clamp(0.0, 1.0) } else { 0.5 };
                 let value = along(s)[i];
                 if value.abs() < residual[i].abs() {
