@@ -89,6 +89,26 @@ pub enum DesignError {
     /// A polytope without vertices.
     #[error("a polytope of Jacobians needs at least one vertex")]
     NoVertices,
+    /// No output, or as many as states: there is no unmeasured block to contract.
+    #[error("{outputs} outputs of {states} states leave no measured or no unmeasured state")]
+    NothingUnmeasured {
+        /// Number of states.
+        states: usize,
+        /// Number of outputs.
+        outputs: usize,
+    },
+    /// An output that is not linear in the state: no linear change of coordinates makes it one.
+    #[error("output {output} is {found} at the state {point:?}, where the C of another point makes it {expected}")]
+    NonlinearOutput {
+        /// Index of the output, from 0.
+        output: usize,
+        /// `C x`.
+        expected: f64,
+        /// The output.
+        found: f64,
+        /// The state.
+        point: Vec<f64>,
+    },
     /// A derivative of the plant is not finite at a point.
     #[error("{what}({row}, {column}) is {value} at the state {point:?}")]
     NotDifferentiable {

@@ -1,11 +1,12 @@
 //! beta by bounded nonlinear least squares beside the bracketed beta: where they agree, where least squares stops short, and what is refused.
 
 use luenberger_design::DesignError;
-use luenberger_design::mean_value::{LeastSquares, RepairedDesign};
+use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeasuredFirst, RepairedDesign};
 use luenberger_observers::ObserverError;
 use luenberger_observers::mean_value::beta::mean_value;
-use luenberger_plants::{Chaotic, Dimensions, Plant, flexible_joint};
-use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector3, Vector4, convert};
+use luenberger_observers::mean_value::{Integral, MeanValueObserver};
+use luenberger_plants::{Chaotic, Differentiable, Dimensions, DynamicPlant, LinearPlant, Plant, flexible_joint};
+use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector, Vector1, Vector3, Vector4, convert, dmatrix};
 use proptest::prelude::*;
 
 /// `x' = d^3/3 - 2 d^5`, d = x - 1/2, y = x: between 0 and 1 the slope d^2 - 10 d^4 has the mean -1/24, and at d = 0 a local minimum above it.
@@ -115,4 +116,114 @@ fn bad_polytopes_are_refused() {
     let design = RepairedDesign::new(&[vertex], 1, 1.0).unwrap();
     let plant = flexible_joint::classical();
     assert!(matches!(design.observer(plant, 1.0, LeastSquares::new(), Vector4::zeros()), Err(DesignError::Matrix(_))));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// C T = [I 0], with the least condition there is; the plant in those coordinates has its outputs first, and the same motion.
+    #[test]
+    fn every_linear_output_of_full_rank_becomes_the_first_states(
+        a in prop::array::uniform16(-2.0f64..2.0), c in prop::array::uniform8(-2.0f64..2.0), z in prop::array::uniform4(-2.0f64..2.0),
+        unit in prop::sample::select(vec![1e-6, 1.0, 1e9]),
+    ) {
+        let c = SMatrix::<f64, 2, 4>::from_row_slice(&c) * unit;
+        let sigma = c.svd(false, false).singular_values;
+        prop_assume!(sigma[1] > 1e-3 * sigma[0]);
+        let plant = LinearPlant { a: SMatrix::<f64, 4, 4>::from_row_slice(&a), b: SMatrix::<f64, 4, 0>::zeros(), c };
+        let change = MeasuredFirst::of(&plant).unwrap();
+        let condition = sigma[0] / sigma[1];
+        prop_assert!((change.condition / condition - 1.0).abs() < 1e-6, "{} {condition}", change.condition);
+        let residual = (&change.c * &change.t - DMatrix::identity(2, 4)).amax();
+        prop_assert!(residual <= 64.0 * f64::EPSILON * condition, "{residual:e}");
+        let other = change.plant(plant.clone()).unwrap();
+        let svd = other.matrix().svd(false, false).singular_values;
+        prop_assert!((svd[0] / svd[3] / condition - 1.0).abs() < 1e-6, "{svd}");
+        let z = Vector4::from(z);
+        prop_assert_eq!(Plant::<f64>::output(&other, 0.0, &z), z.fixed_rows::<2>(0).into_owned());
+        let back = other.matrix() * Plant::<f64>::derivative(&other, 0.0, &z, &SVector::zeros());
+        let scale = 1e3 * f64::EPSILON * condition * (other.matrix() * z).norm() * 8.0;
+        prop_assert!((back - plant.a * (other.matrix() * z)).amax() <= scale);
+        // Dual numbers go through: the Jacobian is T^-1 A T.
+        let jacobian = other.state_jacobian(0.0, &z, &SVector::zeros());
+        let expected = other.inverse() * plant.a * other.matrix();
+        prop_assert!((jacobian - expected).amax() <= 1e3 * f64::EPSILON * condition * 8.0);
+        prop_assert!(MeanValueObserver::new(other, 1.0, Integral, Vector4::zeros()).is_ok());
+    }
+}
+
+#[test]
+fn outputs_that_cannot_become_states_are_refused_with_numbers() {
+    let deficient = dmatrix![1.0, 2.0, 3.0; 2.0, 4.0, 6.0];
+    assert!(
+        matches!(MeasuredFirst::of_matrix(&deficient), Err(DesignError::DependentOutputs { sigma_min }) if sigma_min < 1e-7)
+    );
+    let wide = DMatrix::identity(3, 2);
+    assert!(matches!(MeasuredFirst::of_matrix(&wide), Err(DesignError::DependentOutputs { sigma_min: 0.0 })));
+    assert!(matches!(MeasuredFirst::of_matrix(&(dmatrix![1.0, 2.0] * f64::NAN)), Err(DesignError::Matrix(_))));
+    assert!(matches!(MeasuredFirst::of_matrix(&DMatrix::zeros(0, 2)), Err(DesignError::Matrix(_))));
+    // One output of one state: a scale.
+    let scale = MeasuredFirst::of_matrix(&dmatrix![4.0]).unwrap();
+    assert!((scale.t[(0, 0)] - 0.25).abs() < 1e-16 && scale.condition == 1.0);
+    // Nothing to do is said, and done exactly.
+    let idle = MeasuredFirst::of(&flexible_joint::classical()).unwrap();
+    assert_eq!(idle.t, DMatrix::identity(4, 4));
+    assert!(idle.to_string().contains("already"), "{idle}");
+    // Sizes known at run time.
+    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 0), dmatrix![3.0, 4.0]).unwrap();
+    let change = MeasuredFirst::of(&plant).unwrap();
+    assert!(change.to_string().contains("of condition 1.000e0"), "{change}");
+    let other = change.plant(plant).unwrap();
+    assert!(MeanValueObserver::new(other, 1.0, Integral, DVector::zeros(2)).is_ok());
+
+    #[derive(Clone, Copy)]
+    struct Quadratic;
+    impl<T: RealField + Copy> Plant<T> for Quadratic {
+        type State = Vector1<T>;
+        type Input = SVector<T, 0>;
+        type Output = Vector1<T>;
+
+        fn dimensions(&self) -> Dimensions {
+            Dimensions { states: 1, inputs: 0, outputs: 1 }
+        }
+
+        fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+            -x
+        }
+
+        fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+            Vector1::new(x[0] * x[0])
+        }
+    }
+    // C = 1/2 at 1/4; h(1) = 1.
+    let refused = MeasuredFirst::of(&Quadratic).unwrap_err();
+    let DesignError::NonlinearOutput { output: 0, expected, found, point } = refused else { panic!("{refused}") };
+    assert_eq!((expected, found, point), (0.5, 1.0, vec![1.0]));
+    let wrong = change_of(dmatrix![1.0, 1.0]).plant(luenberger_plants::double_integrator());
+    assert!(matches!(
+        wrong,
+        Err(DesignError::Matrix(luenberger_plants::PlantError::OutputNotCoordinate { output: 0, .. }))
+    ));
+}
+
+fn change_of(c: DMatrix<f64>) -> MeasuredFirst {
+    MeasuredFirst::of_matrix(&c).unwrap()
+}
+
+/// The unmeasured block of a plant whose unmeasured states nobody sees cannot be made to contract, and that is proved.
+#[test]
+fn what_no_coordinates_make_contracting_is_refuted() {
+    let hidden = dmatrix![-1.0, 0.0; 1.0, 0.5];
+    let refused = ContractingCoordinates::new(&[hidden.clone()], 1, 0.0).unwrap_err();
+    assert!(matches!(refused, DesignError::Infeasible { .. }), "{refused}");
+    // Two vertices that each can be, but not both by one K and Q: the unmeasured state enters the measured row with either sign.
+    let signs = [dmatrix![0.0, 1.0; 0.0, 1.0], dmatrix![0.0, -1.0; 0.0, 1.0]];
+    assert!(signs.iter().all(|vertex| ContractingCoordinates::new(std::slice::from_ref(vertex), 1, 0.0).is_ok()));
+    assert!(matches!(ContractingCoordinates::new(&signs, 1, 0.0), Err(DesignError::Infeasible { .. })));
+    assert_eq!(ContractingCoordinates::new(&[], 1, 0.0).unwrap_err(), DesignError::NoVertices);
+    for outputs in [0, 2, 3] {
+        let refused = ContractingCoordinates::new(&[hidden.clone()], outputs, 0.0).unwrap_err();
+        assert_eq!(refused, DesignError::NothingUnmeasured { states: 2, outputs });
+    }
+    assert!(matches!(ContractingCoordinates::new(&[hidden], 1, f64::NAN), Err(DesignError::BadRate { .. })));
 }

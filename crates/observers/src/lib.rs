@@ -36,6 +36,6 @@ pub use cubic_sampled::SampledCubicObserver;
 pub use error::{ObserverError, Point};
 pub use kalman::{Belief, ExtendedKalmanFilter, Noises};
 pub use linear::LinearObserver;
-pub use mean_value::{Beta, EstimateAndError, Integral, Mean, MeanJacobian, MeanValueObserver};
+pub use mean_value::{Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver};
 pub use nonlinear_luenberger::NonlinearLuenbergerObserver;
 pub use observer::{Observer, ObserverDimensions, SampledObserver};

@@ -25,6 +25,7 @@
 
 pub mod beta;
 pub mod integral;
+pub mod mapped;
 pub mod segment;
 
 use core::marker::PhantomData;
@@ -39,6 +40,7 @@ use crate::observer::{Observer, ObserverDimensions};
 
 pub use self::beta::Beta;
 pub use self::integral::Integral;
+pub use self::mapped::MappedObserver;
 
 /// A mean of the Jacobian over a segment, and what it makes of e.
 #[derive(Clone, Debug, PartialEq)]

@@ -28,6 +28,24 @@ pub enum PlantError {
         /// The entry.
         value: f64,
     },
+    /// A change of coordinates that cannot be undone in binary64.
+    #[error("{what} is singular to rounding: |{what}| |{what}^-1| = {condition:e}")]
+    Singular {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Its condition in the Frobenius norm; infinite where no inverse was found.
+        condition: f64,
+    },
+    /// An output that is not the coordinate of the same number.
+    #[error("output {output} is {found} where coordinate {output} is {expected}")]
+    OutputNotCoordinate {
+        /// Index of the output, from 0.
+        output: usize,
+        /// The coordinate at the point tried; NaN if there is none.
+        expected: f64,
+        /// The output there.
+        found: f64,
+    },
     /// A plant without states or without outputs: there is nothing to observe.
     #[error("a plant needs at least one state and one output: {states} states, {outputs} outputs")]
     Empty {

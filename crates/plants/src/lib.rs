@@ -10,6 +10,7 @@
 //! | [`size`] | the one bound that hides nalgebra's allocators |
 //! | [`plant`] | the trait [`Plant`] |
 //! | [`linear`] | `x' = A x + B u`, `y = C x` |
+//! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
@@ -22,6 +23,7 @@ extern crate alloc;
 
 pub mod chaotic;
 pub mod column;
+pub mod coordinates;
 pub mod double_integrator;
 pub mod error;
 pub mod flexible_joint;
@@ -33,6 +35,7 @@ pub mod third_order;
 
 pub use chaotic::Chaotic;
 pub use column::Column;
+pub use coordinates::InCoordinates;
 pub use double_integrator::double_integrator;
 pub use error::PlantError;
 pub use flexible_joint::FlexibleJoint;

@@ -6,12 +6,14 @@
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly: symmetrise what a
 //! solver returns), `F = A - LC`.
 
+mod cascade;
 mod cubic;
 mod deployed_cubic;
 mod feedback;
 mod lipschitz;
 mod lyapunov;
 
+pub use cascade::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, rounded_cubic_dissipation};
 pub use feedback::feedback_block;

@@ -1,0 +1,81 @@
+//! Measured rows injected, unmeasured rows contracting by themselves: the error of an observer in the coordinates `(x_m, x_u - K x_m)`.
+//!
+//! With `T = [I 0; K I]` the Jacobian J becomes `T^-1 J T`, whose unmeasured block is `J_uu - K J_mu`. An injection of the measured error into the
+//! measured rows, `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and `G_m >= g I`, is judged by `V = |d_m|^2 + d_w' Q d_w`: the term of
+//! the injection is `-2 d_m' G_m d_m`, so that what holds for `g I` holds for every larger G_m.
+
+use super::{Expression, embed, embed_symmetric};
+use crate::definite::{Direction, Sense};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::Verdict;
+
+struct Cascade<'a> {
+    j: &'a Matrix<f64>,
+    k: &'a Matrix<f64>,
+    q: &'a Matrix<f64>,
+    injection: f64,
+    rate: f64,
+}
+
+impl Expression for Cascade<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let (unmeasured, measured) = self.k.shape();
+        let n = measured + unmeasured;
+        let number =
+            |x: f64, what: &'static str| Ok(Matrix::<R>::embed(&Matrix::from_rows([[x]]), what)?[(0, 0)].clone());
+        let one: R = number(1.0, "1")?;
+        let j = embed::<R>(self.j, "J", (n, n))?;
+        let k = embed::<R>(self.k, "K", (unmeasured, measured))?;
+        let q = embed_symmetric::<R>(self.q, "Q", unmeasured)?;
+        let triangular = |sign: &dyn Fn(&R) -> R| {
+            Matrix::from_fn(n, n, |row, column| match (row < measured, column < measured) {
+                (false, true) => sign(&k[(row - measured, column)]),
+                _ if row == column => one.clone(),
+                _ => R::zero(),
+            })
+        };
+        let moved = triangular(&Ring::neg).product(&j)?.product(&triangular(&Clone::clone))?;
+        let p = Matrix::from_fn(n, n, |row, column| match (row < measured, column < measured) {
+            (false, false) => q[(row - measured, column - measured)].clone(),
+            (true, true) if row == column => one.clone(),
+            _ => R::zero(),
+        });
+        let (g, rate): (R, R) = (number(self.injection, "the injection")?, number(self.rate, "the rate")?);
+        let shift = Matrix::from_fn(n, n, |row, column| match row == column {
+            true if row < measured => rate.sub(&g),
+            true => rate.clone(),
+            false => R::zero(),
+        });
+        p.product(&moved.sum(&shift)?)?.plus_transpose()
+    }
+}
+
+/// `He(P (T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `T = [I 0; K I]`, `P = [I 0; 0 Q]`, for all numbers exactly as given.
+///
+/// J is n x n, K (n - p) x p, Q symmetric of order n - p. With [`positive`](super::positive) of Q it proves that the error of an observer whose
+/// injection into the p measured rows is diagonal and at least g decays faster than `exp(-rate t)`.
+///
+/// ```
+/// use luenberger_proof::{Matrix, statement::cascade_decrease};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // A stable plant with the unstable unmeasured block 1: with K = 2 the block is 1 - 2 * 2 = -3, and an injection of 2 is enough.
+/// let j = Matrix::from_rows([[-3.0, 2.0], [-2.0, 1.0]]);
+/// let (two, one, none) = (Matrix::from_rows([[2.0]]), Matrix::from_rows([[1.0]]), Matrix::from_rows([[0.0]]));
+/// assert!(cascade_decrease(&j, &two, &one, 2.0, 0.5)?.is_proved());
+/// assert!(cascade_decrease(&j, &none, &one, 1e9, 0.0)?.is_refuted());
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, a Q that is not symmetric.
+pub fn cascade_decrease(
+    j: &Matrix<f64>,
+    k: &Matrix<f64>,
+    q: &Matrix<f64>,
+    injection: f64,
+    rate: f64,
+) -> Result<Verdict<Direction>, ProofError> {
+    Cascade { j, k, q, injection, rate }.decide(Sense::NegativeDefinite)
+}
