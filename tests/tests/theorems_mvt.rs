@@ -529,14 +529,14 @@ proptest! {
         let (plant, vertex) = (stable(), DMatrix::from_row_slice(2, 2, &[-3.0, 2.0, -2.0, 1.0]));
         let design = ContractingCoordinates::new(&[vertex], 1, 0.5).unwrap();
         prop_assert!(design.certificate.is_proved() && design.eta.is_finite(), "{design:?}");
-        let observer = design.observer(plant.clone(), design.eta * more, Integral, first(&e0)).unwrap();
+        let observer = design.observer(plant.clone(), design.eta.max(1.0) * more, Integral, first(&e0)).unwrap();
         let ended = run(&plant, &observer, first(&x0).as_slice(), first(&xhat0).as_slice(), 10.0);
         contracts(&design, &ended, 2)?;
 
         let plant = flexible_joint::classical();
         let design = ContractingCoordinates::new(&joint_vertices(), 2, 1.0).unwrap();
         prop_assert!(design.certificate.is_proved() && design.eta.is_finite(), "{design:?}");
-        let observer = design.observer(plant, design.eta * more, Integral, e0).unwrap();
+        let observer = design.observer(plant, design.eta.max(1.0) * more, Integral, e0).unwrap();
         contracts(&design, &run(&plant, &observer, x0.as_slice(), xhat0.as_slice(), 5.0), 4)?;
     }
 }
@@ -554,11 +554,29 @@ fn contracts(design: &ContractingCoordinates, run: &Trajectory, n: usize) -> Res
         let rounding = 1e-8 * (1.0 + design.k.norm()) * (1.0 + design.q.norm().sqrt());
         prop_assert!(v <= start * (-design.rate * t).exp() * (1.0 + 1e-9) + rounding, "{t}: {v} {start}");
     }
-    prop_assert!(last_internal(run, n) < 1e-2, "{}", last_internal(run, n));
+    // With eta >= 1, e falls at the rate alpha/2 at least, and every alpha here is above 4; e(0) is below 8.
+    let end = run.t.last().copied().unwrap_or_default();
+    prop_assert!(last_internal(run, n) < 8.0 * (-2.0 * end).exp() + 1e-8, "{}", last_internal(run, n));
     Ok(())
 }
 
-/// y = x1 + x3 of the chaotic plant and such are no states: the observer is refused, told where to go, and runs there.
+/// The same joint, told nothing: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever, and so does the error, whatever
+/// eta is. In the others it is gone.
+#[test]
+fn only_the_coordinates_differ() {
+    let plant = flexible_joint::classical();
+    let design = ContractingCoordinates::new(&joint_vertices(), 2, 1.0).unwrap();
+    let (x0, xhat0) = ([3.0; 4], [1.0, 2.0, 0.5, 1.0]);
+    for eta in [1.0, 10.0] {
+        let printed = MeanValueObserver::new(plant, eta, Integral, Vector4::zeros()).unwrap();
+        let moved = design.observer(plant, eta, Integral, Vector4::zeros()).unwrap();
+        let error = |run: &Trajectory| last_error(run).iter().fold(0.0f64, |largest, error| largest.max(error.abs()));
+        let (printed, moved) = (run(&plant, &printed, &x0, &xhat0, 20.0), run(&plant, &moved, &x0, &xhat0, 20.0));
+        assert!(error(&printed) > 0.1 && error(&moved) < 1e-7, "{eta}: {} {}", error(&printed), error(&moved));
+    }
+}
+
+/// y = x1 + 2 x2 is no state: the observer is refused, its user told where to go, and there it runs.
 #[test]
 fn any_linear_output_will_do() {
     let (a, b) = (Matrix2::new(0.0, 1.0, -1.0, -1.0), SMatrix::<f64, 2, 0>::zeros());

@@ -35,7 +35,8 @@ pub struct ContractingCoordinates {
     pub rate: f64,
     /// The injection g from which on the decrease is proved.
     pub injection: f64,
-    /// The least eta for which `eta alpha_k >= g` in all measured rows, and above 1/2; infinite where the vertices leave room for `alpha_k = 0`.
+    /// The least eta for which `eta alpha_k >= g` in all measured rows, and above 1/2; infinite where the vertices leave room for `alpha_k = 0`. The
+    /// internal error falls like `exp(-(eta - 1/2) alpha t)`: 1 and more is better.
     pub eta: f64,
     /// `Q > 0`, and at every vertex the contraction of the unmeasured block and the decrease with the injection g, for K and Q as stored.
     pub certificate: Certificate,
