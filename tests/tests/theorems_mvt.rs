@@ -417,28 +417,30 @@ fn elsewhere_the_means_differ() {
     }
 }
 
-/// Torricelli's tank, `x' = 1 - sqrt x`, y = x: a level below 0 has no outflow. Neither the observer nor the run ends in NaN without a word.
+/// Torricelli's tank, `x' = 1 - sqrt x`, y = x: a level below 0 has no outflow.
+#[derive(Clone, Copy, Debug)]
+struct Tank;
+impl<T: RealField + Copy> Plant<T> for Tank {
+    type State = Vector1<T>;
+    type Input = SVector<T, 0>;
+    type Output = Vector1<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+
+    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+        Vector1::new(T::one() - x[0].sqrt())
+    }
+
+    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+        *x
+    }
+}
+
+/// Below 0 neither the observer nor the run ends in NaN without a word.
 #[test]
 fn a_state_that_the_plant_does_not_know_is_named() {
-    #[derive(Clone, Copy, Debug)]
-    struct Tank;
-    impl<T: RealField + Copy> Plant<T> for Tank {
-        type State = Vector1<T>;
-        type Input = SVector<T, 0>;
-        type Output = Vector1<T>;
-
-        fn dimensions(&self) -> Dimensions {
-            Dimensions { states: 1, inputs: 0, outputs: 1 }
-        }
-
-        fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-            Vector1::new(T::one() - x[0].sqrt())
-        }
-
-        fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
-            *x
-        }
-    }
     let squares = LeastSquares::new();
     let [beta, integral] = both();
     let means: [&dyn Mean<Tank, f64, _, _, _>; 3] = [beta, integral, &squares];
@@ -447,7 +449,7 @@ fn a_state_that_the_plant_does_not_know_is_named() {
         let state = observer.initial(0.0, &Vector1::new(0.25), &SVector::zeros(), &Vector1::new(1.0));
         let error = observer.examine(0.0, &state, &SVector::zeros()).unwrap_err();
         assert!(error.to_string().contains("f(0) is not finite at the state [-0.25]"), "{error}");
-        let ended = Scenario::new(&Tank).initial_state(&[1.0]).observer("mvt", &observer, &[0.25]).until(1.0, 11).run();
+        let ended = Scenario::new(Tank).initial_state(&[1.0]).observer("mvt", &observer, &[0.25]).until(1.0, 11).run();
         let Err(SimError::NotDefined { time: 0.0, state, .. }) = ended else { panic!("{ended:?}") };
         // The plant's level, the estimate, the internal error.
         assert_eq!(state, [1.0, 0.25, -0.5]);

@@ -9,7 +9,7 @@ mod least_squares;
 mod measured_first;
 mod repaired;
 
-pub use contracting::ContractingCoordinates;
+pub use contracting::{ContractingCoordinates, PrintedInCoordinates};
 pub use least_squares::{LeastSquares, LeastSquaresMean};
 pub use measured_first::MeasuredFirst;
 pub use repaired::RepairedDesign;

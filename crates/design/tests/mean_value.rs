@@ -40,6 +40,27 @@ macro_rules! scalar_plant {
     };
 }
 
+/// y = x^2.
+#[derive(Clone, Copy)]
+struct Quadratic;
+impl<T: RealField + Copy> Plant<T> for Quadratic {
+    type State = Vector1<T>;
+    type Input = SVector<T, 0>;
+    type Output = Vector1<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+
+    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+        -x
+    }
+
+    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+        Vector1::new(x[0] * x[0])
+    }
+}
+
 scalar_plant!(Dimple, x, {
     let d = x - convert::<f64, T>(0.5);
     d * d * d / convert::<f64, T>(3.0) - d * d * d * d * d * convert::<f64, T>(2.0)
@@ -111,8 +132,11 @@ fn bad_polytopes_are_refused() {
     assert_eq!(RepairedDesign::new(&[], 1, 1.0).unwrap_err(), DesignError::NoVertices);
     let vertex = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
     assert!(matches!(RepairedDesign::new(&[vertex.clone() * f64::NAN], 1, 1.0), Err(DesignError::Matrix(_))));
-    assert!(matches!(RepairedDesign::new(&[vertex.clone()], 0, 1.0), Err(DesignError::Matrix(_))));
-    assert!(matches!(RepairedDesign::new(&[vertex.clone()], 1, f64::INFINITY), Err(DesignError::BadRate { .. })));
+    assert!(matches!(RepairedDesign::new(std::slice::from_ref(&vertex), 0, 1.0), Err(DesignError::Matrix(_))));
+    assert!(matches!(
+        RepairedDesign::new(std::slice::from_ref(&vertex), 1, f64::INFINITY),
+        Err(DesignError::BadRate { .. })
+    ));
     let design = RepairedDesign::new(&[vertex], 1, 1.0).unwrap();
     let plant = flexible_joint::classical();
     assert!(matches!(design.observer(plant, 1.0, LeastSquares::new(), Vector4::zeros()), Err(DesignError::Matrix(_))));
@@ -176,45 +200,22 @@ fn outputs_that_cannot_become_states_are_refused_with_numbers() {
     let other = change.plant(plant).unwrap();
     assert!(MeanValueObserver::new(other, 1.0, Integral, DVector::zeros(2)).is_ok());
 
-    #[derive(Clone, Copy)]
-    struct Quadratic;
-    impl<T: RealField + Copy> Plant<T> for Quadratic {
-        type State = Vector1<T>;
-        type Input = SVector<T, 0>;
-        type Output = Vector1<T>;
-
-        fn dimensions(&self) -> Dimensions {
-            Dimensions { states: 1, inputs: 0, outputs: 1 }
-        }
-
-        fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-            -x
-        }
-
-        fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
-            Vector1::new(x[0] * x[0])
-        }
-    }
     // C = 1/2 at 1/4; h(1) = 1.
     let refused = MeasuredFirst::of(&Quadratic).unwrap_err();
     let DesignError::NonlinearOutput { output: 0, expected, found, point } = refused else { panic!("{refused}") };
     assert_eq!((expected, found, point), (0.5, 1.0, vec![1.0]));
-    let wrong = change_of(dmatrix![1.0, 1.0]).plant(luenberger_plants::double_integrator());
+    let wrong = MeasuredFirst::of_matrix(&dmatrix![1.0, 1.0]).unwrap().plant(luenberger_plants::double_integrator());
     assert!(matches!(
         wrong,
         Err(DesignError::Matrix(luenberger_plants::PlantError::OutputNotCoordinate { output: 0, .. }))
     ));
 }
 
-fn change_of(c: DMatrix<f64>) -> MeasuredFirst {
-    MeasuredFirst::of_matrix(&c).unwrap()
-}
-
 /// The unmeasured block of a plant whose unmeasured states nobody sees cannot be made to contract, and that is proved.
 #[test]
 fn what_no_coordinates_make_contracting_is_refuted() {
     let hidden = dmatrix![-1.0, 0.0; 1.0, 0.5];
-    let refused = ContractingCoordinates::new(&[hidden.clone()], 1, 0.0).unwrap_err();
+    let refused = ContractingCoordinates::new(std::slice::from_ref(&hidden), 1, 0.0).unwrap_err();
     assert!(matches!(refused, DesignError::Infeasible { .. }), "{refused}");
     // Two vertices that each can be, but not both by one K and Q: the unmeasured state enters the measured row with either sign.
     let signs = [dmatrix![0.0, 1.0; 0.0, 1.0], dmatrix![0.0, -1.0; 0.0, 1.0]];
@@ -222,7 +223,7 @@ fn what_no_coordinates_make_contracting_is_refuted() {
     assert!(matches!(ContractingCoordinates::new(&signs, 1, 0.0), Err(DesignError::Infeasible { .. })));
     assert_eq!(ContractingCoordinates::new(&[], 1, 0.0).unwrap_err(), DesignError::NoVertices);
     for outputs in [0, 2, 3] {
-        let refused = ContractingCoordinates::new(&[hidden.clone()], outputs, 0.0).unwrap_err();
+        let refused = ContractingCoordinates::new(std::slice::from_ref(&hidden), outputs, 0.0).unwrap_err();
         assert_eq!(refused, DesignError::NothingUnmeasured { states: 2, outputs });
     }
     assert!(matches!(ContractingCoordinates::new(&[hidden], 1, f64::NAN), Err(DesignError::BadRate { .. })));

@@ -52,7 +52,8 @@ where
         let inverse = t.clone().try_inverse().ok_or(singular(f64::INFINITY))?;
         let condition = t.norm() * inverse.norm();
         // Beyond this no digit of T^-1 is known.
-        if !(condition * T::default_epsilon() * convert(n as f64) <= T::one()) {
+        let known = condition.is_finite() && condition * T::default_epsilon() * convert(n as f64) <= T::one();
+        if !known {
             return Err(singular(condition.to_subset_unchecked()));
         }
         Ok(Self { plant, matrix: t, inverse, measured_first: false })

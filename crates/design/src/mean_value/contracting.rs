@@ -24,6 +24,10 @@ use crate::certificate::{Certificate, Fact, exact};
 use crate::check;
 use crate::error::{DesignError, Obstruction};
 
+/// The printed observer in other coordinates, its estimate in the plant's own.
+pub type PrintedInCoordinates<S, D, N, M, P> =
+    MappedObserver<MeanValueObserver<InCoordinates<S, f64, N>, D, f64, N, M, P>, f64, N>;
+
 /// Coordinates `(x_m, x_u - K x_m)` in which the printed observer converges, with their evidence.
 #[derive(Debug, Clone)]
 pub struct ContractingCoordinates {
@@ -194,7 +198,7 @@ impl ContractingCoordinates {
         eta: f64,
         mean: D,
         internal_error: OVector<f64, N>,
-    ) -> Result<MappedObserver<MeanValueObserver<InCoordinates<S, f64, N>, D, f64, N, M, P>, f64, N>, DesignError>
+    ) -> Result<PrintedInCoordinates<S, D, N, M, P>, DesignError>
     where
         S: Differentiable<f64, N, M, P> + Clone,
         D: Mean<InCoordinates<S, f64, N>, f64, N, M, P>,

@@ -101,7 +101,8 @@ impl MeasuredFirst {
                 let (expected, sum) = terms.fold((0.0, 0.0), |(a, b), (c, x)| (a + c * x, b + (c * x).abs()));
                 let found = found[output];
                 // Two evaluations of n terms.
-                if !((found - expected).abs() <= 4.0 * size.states as f64 * f64::EPSILON * sum) {
+                let agrees = (found - expected).abs() <= 4.0 * size.states as f64 * f64::EPSILON * sum;
+                if !agrees {
                     let point = x.as_slice().to_vec();
                     return Err(DesignError::NonlinearOutput { output, expected, found, point });
                 }
