@@ -19,7 +19,7 @@ use luenberger_proof::Matrix;
 use luenberger_proof::statement::{lyapunov_decrease, positive};
 use luenberger_sim::{Scenario, Signal, SimError, Trajectory};
 use nalgebra::{
-    DMatrix, Matrix1, Matrix2, RealField, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4,
+    DMatrix, Matrix1, Matrix2, Matrix4, RealField, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4,
 };
 use proptest::prelude::*;
 
@@ -283,7 +283,7 @@ fn the_repaired_joint_converges_with_a_proof() {
 /// measurement is right after a few seconds. alpha_1 = 10, so that d' = [-3 - 10 eta, 2; -2, 1] d, of determinant 1 - 10 eta < 0: for every eta that the
 /// theorem admits the error grows, at the rate -(1 + 5 eta) + sqrt(25 eta^2 + 20 eta), and the more gain the faster: the limit is the 1 of x2' = x2.
 #[test]
-fn more_gain_makes_a_stable_plant_unobservable() {
+fn more_gain_makes_the_error_on_a_stable_plant_grow_faster() {
     let plant = stable();
     let mut last = 0.0;
     for eta in [0.75f64, 1.0, 10.0, 1000.0] {
@@ -372,6 +372,45 @@ impl<T: RealField + Copy> Plant<T> for Turning {
     fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
         Vector1::new(x[0])
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The peer: the structured Lipschitz design of the joint, run as the copy of the plant, stays below the envelope that its P and rate prove.
+    #[test]
+    fn the_lipschitz_observer_stays_below_its_proved_envelope(x0 in vector4(3.0), xhat0 in vector4(10.0), outputs in 2usize..=3) {
+        let design = |a: Matrix4<f64>| {
+            let a = DMatrix::from_column_slice(4, 4, a.as_slice());
+            let plant = LipschitzPlant::new(a, DMatrix::identity(outputs, 4), vec![sine()]).unwrap();
+            LipschitzDesign::new(&plant, 1.0).unwrap()
+        };
+        let (classical, printed) = (flexible_joint::classical(), flexible_joint::printed());
+        let (design, ended) = if outputs == 2 {
+            let design = design(classical.linear_part());
+            let observer = design.observer(classical).unwrap();
+            (design, run(&classical, &observer, x0.as_slice(), xhat0.as_slice(), 2.0))
+        } else {
+            let design = design(printed.linear_part());
+            let observer = design.observer(printed).unwrap();
+            (design, run(&printed, &observer, x0.as_slice(), xhat0.as_slice(), 2.0))
+        };
+        prop_assert!(design.certificate.is_proved());
+        let spectrum = design.p.symmetric_eigenvalues();
+        let overshoot = (spectrum.max() / spectrum.min()).sqrt();
+        for (t, error) in ended.t.iter().zip(ended.observers[0].error.row_iter()) {
+            let envelope = overshoot * (-t).exp() * (x0 - xhat0).norm();
+            // The integrator's 1e-11, of a state that the printed plant lets grow to 1e4.
+            prop_assert!(error.norm() <= envelope * (1.0 + 1e-9) + 1e-6, "{t}: {} {envelope}", error.norm());
+        }
+    }
+}
+
+/// The nonlinearity of the joint: it acts on x4' and depends on x3.
+fn sine() -> Sector {
+    let (acts, depends) =
+        (DMatrix::from_fn(4, 1, |i, _| f64::from(i == 3)), DMatrix::from_fn(1, 4, |_, j| f64::from(j == 2)));
+    Sector::structured(acts, depends, 3.33)
 }
 
 /// beta by a bracket, beta by least squares, the integral, all told x(0). In both examples of the paper a row that is not quadratic depends
@@ -481,9 +520,7 @@ fn the_corrupted_entry_of_the_gain_of_reference_16() {
             (largest - abscissa).abs() < 5.1e-5 && (least - damping).abs() < 5.1e-5,
             "{a44} {l42}: {largest} {least}"
         );
-        let (acts, depends) =
-            (DMatrix::from_fn(4, 1, |i, _| f64::from(i == 3)), DMatrix::from_fn(1, 4, |_, j| f64::from(j == 2)));
-        let plant = LipschitzPlant::new(a, c, vec![Sector::structured(acts, depends, 3.33)]).unwrap();
+        let plant = LipschitzPlant::new(a, c, vec![sine()]).unwrap();
         match LipschitzDesign::with_gain(&plant, &l, 0.0) {
             Ok(design) => assert!(l42 < 100.0 && design.certificate.is_proved()),
             Err(error) => assert!(l42 > 100.0 && matches!(error, DesignError::NotHurwitz { .. }), "{error}"),

@@ -14,9 +14,9 @@ use crate::mean_value::integral::EIGHT;
 /// use luenberger_observers::mean_value::segment::examine;
 /// use luenberger_plants::Chaotic;
 /// use nalgebra::{SVector, Vector3};
-/// // exp(x2 - x1) is too large for f64 at x2 - x1 = 800.
-/// let error = examine(&Chaotic, 0.0, &Vector3::zeros(), &SVector::zeros(), &Vector3::new(0.0, 800.0, 0.0)).unwrap_err();
-/// assert!(error.to_string().contains("at the state [0.0, 800.0, 0.0]"), "{error}");
+/// // x1 x3 overflows at the far end.
+/// let error = examine(&Chaotic, 0.0, &Vector3::zeros(), &SVector::zeros(), &Vector3::new(1e200, 0.0, 1e200)).unwrap_err();
+/// assert!(error.to_string().contains("at the state [1e200, 0.0, 1e200]"), "{error}");
 /// ```
 /// # Errors
 /// [`ObserverError::SlopeNotFinite`] and [`ObserverError::JacobianNotFinite`] name the first such state. A pole between the points is not seen.
