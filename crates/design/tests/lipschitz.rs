@@ -185,7 +185,7 @@ fn in_other_units_the_greatest_constant_is_another() {
 /// measured itself (three), so that a gain high enough serves any constant. Proved up to 10^4 times the plant's own.
 #[test]
 fn with_structure_the_joint_bears_any_constant() {
-    for (a44, outputs) in [(0.0, 2), (3.33, 2), (3.33, 3)] {
+    for (a44, outputs) in [(0.0, 2), (0.0, 3), (3.33, 2), (3.33, 3)] {
         let plant = LipschitzPlant::new(joint(a44), DMatrix::identity(outputs, 4), vec![sine(3.33)]).unwrap();
         let greatest = greatest_factor(&plant, None, 0.0, 1e4, 1.0).unwrap();
         assert_eq!((greatest.factor, greatest.refuted_at), (1e4, None));

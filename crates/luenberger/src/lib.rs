@@ -43,11 +43,12 @@ pub use luenberger_sim as sim;
 /// What most programs need: `use luenberger::prelude::*;`.
 pub mod prelude {
     pub use luenberger_design::{
-        Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, SampledCubicDesign, Wish,
+        Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, LipschitzPlant,
+        SampledCubicDesign, Sector, Wish,
     };
     pub use luenberger_observers::{
-        Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, Mean, MeanValueObserver, Observer,
-        SampledCubicObserver, SampledObserver,
+        Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, Mean, MeanValueObserver,
+        NonlinearLuenbergerObserver, Observer, SampledCubicObserver, SampledObserver,
     };
     pub use luenberger_plants::{Differentiable, DynamicPlant, LinearPlant, Plant};
     pub use luenberger_proof::Verdict;

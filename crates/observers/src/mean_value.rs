@@ -21,6 +21,10 @@
 //! and x; where L makes that contract (one Lyapunov matrix for all mean Jacobians), d tends to 0 from *any* e(0), and with
 //! it e and x - xhat.
 //!
+//! **Where it does after all.** As the injection grows, the unmeasured block of the Jacobian is what is left of the equation of x - z. In coordinates
+//! `x_u - K x_m` in which that block contracts, the observer converges as printed from any e(0); [`mapped`] gives its estimate in the plant's coordinates,
+//! and `luenberger-design` finds K.
+//!
 //! Source: R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018.
 
 pub mod beta;
