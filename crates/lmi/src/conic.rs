@@ -79,7 +79,12 @@ pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Proposal>
                 columns[unknown].push((row, -weight * c));
             }
         }
-        cones.push(SupportedConeT::PSDTriangleConeT(block.order));
+        // Numbers side by side are one cone: a thousand cones of one number each cost the solver more than one of a thousand.
+        match cones.last_mut() {
+            Some(SupportedConeT::NonnegativeConeT(count)) if block.order == 1 => *count += 1,
+            _ if block.order == 1 => cones.push(SupportedConeT::NonnegativeConeT(1)),
+            _ => cones.push(SupportedConeT::PSDTriangleConeT(block.order)),
+        }
     }
     if let Some(count) = program.in_unit_ball {
         let start = right_side.len();

@@ -8,6 +8,7 @@
 //!   and multiplied without a lie; a [`Matrix`] expression is written once for both;
 //! - [`definite`] decides whether a symmetric matrix is (semi)definite: a floating-point Cholesky with a proven error
 //!   bound for the quick yes, a verified direction for the quick no, exact elimination as the referee;
+//! - [`semidefinite`] bounds the optimum of a semidefinite program from points that a solver proposes, or shows it infeasible;
 //! - [`statement`] evaluates the inequalities of control theory from the raw data and has them decided.
 //!
 //! ```
@@ -29,6 +30,7 @@ pub mod exact;
 pub mod interval;
 pub mod matrix;
 pub mod ring;
+pub mod semidefinite;
 pub mod statement;
 pub mod verdict;
 

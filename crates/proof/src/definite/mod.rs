@@ -155,6 +155,24 @@ pub(crate) fn decide<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Di
     })
 }
 
+/// Whether `M - c I > 0` can be proved by one factorisation, for c >= 0 and a symmetric M of floats.
+pub(crate) fn smallest_eigenvalue_above(m: &Matrix<f64>, c: f64) -> bool {
+    let Ok(enclosed) = symmetric_enclosure(m, false) else { return false };
+    ball(&enclosed).is_some_and(|ball| matches!(cholesky::certify(&ball, c), Completion::Certified(_)))
+}
+
+/// A proved positive lower bound of the smallest eigenvalue, within a factor of two where that comes easily: cheaper than the margin of
+/// [`positive_definite`].
+pub(crate) fn proved_eigenvalue_bound(m: &Matrix<Interval>) -> Option<f64> {
+    let ball = ball(m)?;
+    let Completion::Certified(factor) = cholesky::certify(&ball, 0.0) else { return None };
+    let (estimate, _) = factor.smallest_eigenvalue()?;
+    [0.5, 0.1, 1e-2, 1e-4]
+        .into_iter()
+        .map(|share| share * estimate)
+        .find(|c| *c > 0.0 && matches!(cholesky::certify(&ball, *c), Completion::Certified(_)))
+}
+
 /// `M^-1 rhs` for a positive definite M, in floating point: a proposal, about which nothing is proved.
 pub(crate) fn solve_approximately(m: &Matrix<f64>, rhs: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = m.rows();

@@ -1,0 +1,265 @@
+//! Semidefinite programs in SDPA's form, with bounds of their optimum that are proved: the whole field's instances, run by the solver behind
+//! this crate and judged outside it.
+//!
+//! ```text
+//! (P)  minimise  c'x          subject to  X = x_1 F_1 + ... + x_m F_m - F_0 >= 0
+//! (D)  maximise  tr(F_0 Y)    subject to  tr(F_i Y) = c_i,  Y >= 0
+//! ```
+//! [`read`] takes a file, [`solve`] returns a lower and an upper bound of the optimum, or a proof that (P) or (D) has no feasible point. A
+//! bound is infinite where no feasible point of the other program could be *proved*: where that program has none in its interior, no binary64
+//! computation can find one, and rigorous bounds from points do not exist.
+//!
+//! The way: the solver proposes x and Y near the optimum. Y is moved onto the equations, and where a proposal is not quite feasible it
+//! is drawn towards a well-centred point just as far as it takes ([`centre`]). What is proved of the result, and by which inequality, stands in
+//! [`luenberger_proof::semidefinite`], which alone decides.
+
+mod centre;
+mod dual;
+mod pose;
+mod reader;
+
+use std::time::{Duration, Instant};
+
+use luenberger_proof::semidefinite::{Block, Program};
+
+pub use reader::{LONGEST_LINE, ReadError, read};
+
+use crate::conic::{ConicProgram, Ending};
+use crate::interior::{self, Iterate, Path};
+use dual::{Equations, Point};
+
+/// What is proved of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// Both bounds are finite: the optimum exists and lies between them.
+    Bounds,
+    /// (P) has no feasible point.
+    PrimalInfeasible,
+    /// (D) has no feasible point.
+    DualInfeasible,
+    /// Neither; a bound that is finite holds all the same.
+    Undecided,
+}
+
+/// What [`solve`] found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// What is proved.
+    pub status: Status,
+    /// The optimum of (P), where (P) has feasible points, is at least this; minus infinity if no feasible point of (D) could be proved.
+    pub lower: f64,
+    /// It is at most this; infinity if no feasible point of (P) could be proved.
+    pub upper: f64,
+    /// A proved lower bound of the smallest eigenvalue of X at the point that gives `upper`.
+    pub primal_margin: Option<f64>,
+    /// The point that gives `upper`, or the solver's last.
+    pub x: Vec<f64>,
+    /// The solver's own word for how its first run ended. Nothing rests on it.
+    pub word: &'static str,
+    /// How often the solver ran.
+    pub runs: usize,
+    /// Time in the solver.
+    pub solving: Duration,
+    /// Time in moving, centring (but for the solver's part) and proving.
+    pub verifying: Duration,
+}
+
+/// How hard to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// The solver stops after this many iterations.
+    pub iterations: u32,
+    /// The largest memory, in bytes, that the solver may be expected to take; it is not started beyond.
+    pub memory: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { iterations: 200, memory: 8 << 30 }
+    }
+}
+
+/// Bounds the optimum of a program, or proves that it has none.
+///
+/// ```
+/// // minimise x subject to [[x, 1], [1, x]] >= 0: the optimum is 1.
+/// let program = luenberger_lmi::sdpa::read("1\n1\n2\n1.0\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n".as_bytes())?;
+/// let found = luenberger_lmi::sdpa::solve(&program, &Default::default());
+/// assert!(found.lower <= 1.0 && 1.0 <= found.upper && found.upper - found.lower < 1e-6);
+/// # Ok::<(), luenberger_lmi::sdpa::ReadError>(())
+/// ```
+pub fn solve(program: &Program, settings: &Settings) -> Outcome {
+    let start = Instant::now();
+    let mut run = Run { program, settings, solving: Duration::ZERO, runs: 0 };
+    let mut outcome = run.outcome();
+    outcome.solving = run.solving;
+    outcome.runs = run.runs;
+    outcome.verifying = start.elapsed().saturating_sub(run.solving);
+    outcome
+}
+
+struct Run<'a> {
+    program: &'a Program,
+    settings: &'a Settings,
+    solving: Duration,
+    runs: usize,
+}
+
+impl Run<'_> {
+    fn propose(&mut self, program: &ConicProgram) -> Option<Path> {
+        let start = Instant::now();
+        let path = interior::solve(program, self.settings.iterations);
+        self.solving += start.elapsed();
+        self.runs += 1;
+        path
+    }
+
+    fn outcome(&mut self) -> Outcome {
+        let program = self.program;
+        let mut outcome = Outcome {
+            status: Status::Undecided,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            primal_margin: None,
+            x: Vec::new(),
+            word: "too large",
+            runs: 0,
+            solving: Duration::ZERO,
+            verifying: Duration::ZERO,
+        };
+        if expected_memory(program) > self.settings.memory as f64 {
+            return outcome;
+        }
+        let Some(path) = self.propose(&pose::primal(program)) else {
+            outcome.word = "no proposal";
+            return outcome;
+        };
+        outcome.word = path.status;
+        outcome.x = path.iterates.last().map(|last| last.unknowns.clone()).unwrap_or_default();
+        let equations = Equations::of(program);
+        if path.ending != Ending::Point && self.is_infeasible(path.ending, &path, &equations, &mut outcome) {
+            return outcome;
+        }
+        self.bound_above(&path, &mut outcome);
+        self.bound_below(&path, &equations, &mut outcome);
+        if outcome.upper.is_finite() && outcome.lower.is_finite() {
+            outcome.status = Status::Bounds;
+            return outcome;
+        }
+        // A solver that gave up near a point may have met an infeasible program all the same. A feasible point excludes the one kind.
+        for ending in [Ending::NoPoint, Ending::Unbounded] {
+            let excluded = match ending {
+                Ending::NoPoint => outcome.upper.is_finite(),
+                _ => outcome.lower.is_finite(),
+            };
+            if !excluded && self.is_infeasible(ending, &path, &equations, &mut outcome) {
+                break;
+            }
+        }
+        outcome
+    }
+
+    /// An upper bound from the last iterate that is proved feasible; if none is, from the last of all, drawn towards a centre as far as it takes.
+    fn bound_above(&mut self, path: &Path, outcome: &mut Outcome) {
+        let program = self.program;
+        let mut accept = |x: &[f64]| {
+            program.upper_bound(x).is_some_and(|bound| {
+                if bound.value < outcome.upper {
+                    (outcome.upper, outcome.primal_margin) = (bound.value, Some(bound.margin));
+                    outcome.x = x.to_vec();
+                }
+                true
+            })
+        };
+        if path.iterates.iter().rev().any(|iterate| accept(&iterate.unknowns)) {
+            return;
+        }
+        let Some(x) = path.iterates.last().map(|last| &last.unknowns) else { return };
+        let Some(centred) = self.propose(&pose::primal_centre(program, x)) else { return };
+        let Some(centre) = centred.iterates.last().map(|last| &last.unknowns[..program.unknowns()]) else { return };
+        centre::draw(|share| {
+            let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
+            accept(&drawn)
+        });
+    }
+
+    /// A lower bound from Y, likewise.
+    fn bound_below(&mut self, path: &Path, equations: &Equations, outcome: &mut Outcome) {
+        let program = self.program;
+        let mut accept = |y: Point| {
+            let y = equations.move_onto(program, y, true);
+            program.lower_bound(&y.into_blocks(program)).is_some_and(|bound| {
+                outcome.lower = outcome.lower.max(bound.value);
+                true
+            })
+        };
+        let point = |iterate: &Iterate| dual::blocks(program, &path.on_equations(iterate, false));
+        if path.iterates.iter().rev().any(|iterate| accept(point(iterate))) {
+            return;
+        }
+        let Some(y) = path.iterates.last().map(point) else { return };
+        let posed = pose::dual_centre(program, y.value(program), y.size());
+        let Some(centred) = self.propose(&posed.program) else { return };
+        let Some(centre) =
+            centred.iterates.last().map(|last| posed.centre(program, &centred.on_equations(last, false)))
+        else {
+            return;
+        };
+        let centre = equations.move_onto(program, centre, true);
+        centre::draw(|share| accept(y.towards(&centre, share)));
+    }
+
+    /// Whether the program is proved infeasible in the way that `ending` says, from the solver's ray or from a centred one.
+    fn is_infeasible(&mut self, ending: Ending, path: &Path, equations: &Equations, outcome: &mut Outcome) -> bool {
+        let program = self.program;
+        let proved = match ending {
+            Ending::NoPoint => {
+                let is_ray = |y: Point| {
+                    let y = equations.move_onto(program, y, false).into_blocks(program);
+                    program.is_primal_infeasible(&y).is_some()
+                };
+                path.iterates
+                    .iter()
+                    .rev()
+                    .any(|iterate| is_ray(dual::blocks(program, &path.on_equations(iterate, true))))
+                    || {
+                        let posed = pose::dual_ray(program);
+                        self.propose(&posed.program).is_some_and(|ray| {
+                            ray.iterates
+                                .iter()
+                                .rev()
+                                .any(|last| is_ray(posed.centre(program, &ray.on_equations(last, false))))
+                        })
+                    }
+            }
+            _ => {
+                let is_ray =
+                    |iterate: &Iterate| program.is_dual_infeasible(&iterate.unknowns[..program.unknowns()]).is_some();
+                path.iterates.iter().rev().any(is_ray)
+                    || self.propose(&pose::primal_ray(program)).is_some_and(|ray| ray.iterates.iter().rev().any(is_ray))
+            }
+        };
+        if proved {
+            outcome.status = if ending == Ending::NoPoint { Status::PrimalInfeasible } else { Status::DualInfeasible };
+            (outcome.lower, outcome.upper) = match ending {
+                Ending::NoPoint => (f64::INFINITY, f64::INFINITY),
+                _ => (f64::NEG_INFINITY, outcome.upper),
+            };
+        }
+        proved
+    }
+}
+
+/// Bytes the solver needs: the Schur complement with its factor, and a dozen matrices for each block.
+fn expected_memory(program: &Program) -> f64 {
+    let squares: f64 = program
+        .blocks()
+        .iter()
+        .map(|block| match *block {
+            Block::Dense(n) => (n as f64).powi(2),
+            Block::Diagonal(n) => n as f64,
+        })
+        .sum();
+    // The prover's Gram matrix has intervals for entries.
+    8.0 * (30.0 * squares + 6.0 * (program.unknowns() as f64).powi(2))
+}

@@ -1,0 +1,117 @@
+//! The Gram matrix of the constraints, `G_ij = tr(F_i F_j)`, and the distance from a matrix to the solutions of the equations.
+
+use super::{Block, DualBlock, Entry, Program, position};
+use crate::definite::{proved_eigenvalue_bound, smallest_eigenvalue_above};
+use crate::exact::power_of_two;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+
+/// What an entry of the upper triangle counts for in a trace of a product.
+pub(super) fn weight(entry: &Entry) -> f64 {
+    if entry.row == entry.column { 1.0 } else { 2.0 }
+}
+
+fn exactly(x: f64) -> Interval {
+    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
+}
+
+/// `tr(F Y)`.
+pub(super) fn inner(entries: &[Entry], y: &[DualBlock]) -> Interval {
+    entries.iter().fold(Interval::zero(), |sum, entry| {
+        let weighted = exactly(weight(entry) * y[entry.block].at(entry.row, entry.column));
+        sum.add(&entry.value.mul(&weighted))
+    })
+}
+
+/// An upper bound of the Frobenius norm.
+pub(super) fn norm(entries: &[Entry]) -> f64 {
+    root(entries.iter().fold(0.0_f64, |sum, entry| {
+        let size = entry.value.magnitude();
+        (sum + (weight(entry) * (size * size).next_up()).next_up()).next_up()
+    }))
+}
+
+/// An upper bound of the root of a number that is not negative.
+pub(super) fn root(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.sqrt().next_up() }
+}
+
+/// The power of two that brings the norm of a constraint near 1.
+fn scales(program: &Program) -> Vec<f64> {
+    (1..=program.unknowns())
+        .map(|i| {
+            let size = norm(program.matrix(i));
+            if size > 0.0 && size.is_finite() {
+                // Between 2^-1023 and 2^1000: neither this nor its products with the entries leave the range where it matters.
+                power_of_two(-(size.log2().round() as i64).clamp(-1000, 1000))
+            } else {
+                1.0
+            }
+        })
+        .collect()
+}
+
+/// The Gram matrix of the scaled constraints.
+fn gram(program: &Program, scales: &[f64]) -> Matrix<Interval> {
+    let m = program.unknowns();
+    let mut all: Vec<(usize, Entry)> =
+        (1..=m).flat_map(|i| program.matrix(i).iter().map(move |&entry| (i - 1, entry))).collect();
+    all.sort_by_key(|(i, entry)| (position(entry), *i));
+    let mut g = Matrix::from_fn(m, m, |_, _| Interval::zero());
+    for here in all.chunk_by(|(_, a), (_, b)| position(a) == position(b)) {
+        for (k, (i, x)) in here.iter().enumerate() {
+            let x = x.value.mul(&exactly(scales[*i] * weight(x)));
+            for (j, y) in &here[k..] {
+                g[(*i, *j)] = g[(*i, *j)].add(&x.mul(&y.value.mul(&exactly(scales[*j]))));
+            }
+        }
+    }
+    for i in 0..m {
+        for j in 0..i {
+            g[(i, j)] = g[(j, i)];
+        }
+    }
+    g
+}
+
+/// What is known of the equations `tr(F_i Y) = c_i` whatever their right-hand sides.
+#[derive(Debug)]
+pub(super) struct Equations {
+    scales: Vec<f64>,
+    /// A proved lower bound of the smallest eigenvalue of the scaled Gram matrix.
+    smallest: f64,
+}
+
+impl Equations {
+    /// `None` where the constraints are dependent, or too nearly so. Cost: a few Cholesky factorisations of order m.
+    pub(super) fn of(program: &Program) -> Option<Self> {
+        let scales = scales(program);
+        let smallest = proved_eigenvalue_bound(&gram(program, &scales))?;
+        Some(Self { scales, smallest })
+    }
+
+    /// An upper bound of the Frobenius distance from Y to the nearest matrix for which every residual vanishes.
+    pub(super) fn distance(&self, residuals: &[Interval]) -> f64 {
+        let squares = residuals.iter().zip(&self.scales).fold(0.0_f64, |sum, (r, s)| {
+            let scaled = (r.magnitude() * s).next_up();
+            (sum + (scaled * scaled).next_up()).next_up()
+        });
+        (root(squares) / root_below(self.smallest)).next_up()
+    }
+}
+
+/// A positive lower bound of the root of a positive number.
+fn root_below(x: f64) -> f64 {
+    x.sqrt().next_down()
+}
+
+/// Whether `Y - delta I >= 0`, proved.
+pub(super) fn is_above(blocks: &[Block], y: &[DualBlock], delta: f64) -> bool {
+    blocks.len() == y.len()
+        && blocks.iter().zip(y).all(|(block, y)| match (block, y) {
+            (Block::Diagonal(n), DualBlock::Diagonal(y)) => y.len() == *n && y.iter().all(|y| *y >= delta),
+            (Block::Dense(n), DualBlock::Dense(y)) => y.shape() == (*n, *n) && smallest_eigenvalue_above(y, delta),
+            _ => false,
+        })
+}
