@@ -39,9 +39,6 @@ fn main() -> ExitCode {
             outcome.word
         );
         println!("{:e} <= optimum <= {:e}", outcome.lower, outcome.upper);
-        if std::env::var_os("DUMP").is_some() {
-            println!("X {:?}", outcome.x);
-        }
     }
     ExitCode::SUCCESS
 }

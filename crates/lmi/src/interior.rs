@@ -64,7 +64,7 @@ pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
     let mut state = State::start(&scaled);
     let mut kept: Vec<Iterate> = Vec::new();
     let (mut ending, mut status, mut done) = (Ending::Point, "iteration limit", iterations);
-    let mut last_merit = f64::INFINITY;
+    let (mut last_merit, mut last_kept) = (f64::INFINITY, f64::INFINITY);
     let mut stalled = 0;
     for iteration in 0..iterations {
         let Some(progress) = state.step(&scaled) else {
@@ -73,8 +73,9 @@ pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
         };
         let merit = progress.gap.max(progress.residual);
         let ray = state.ray(&scaled);
-        // Iterates that lead nowhere are not worth keeping, but the last one may be a ray.
-        if merit < last_merit || ray.is_some() || kept.is_empty() {
+        // One for each octave of the gap: the last iterates of all crowd at the boundary, and prove nothing.
+        if progress.gap < 0.5 * last_kept || ray.is_some() {
+            last_kept = progress.gap;
             if kept.len() == KEPT {
                 kept.remove(0);
             }
@@ -115,7 +116,7 @@ impl Path {
             for (number, y) in scaled.numbers.iter().zip(&y.numbers) {
                 number.assemble(y * y, &mut matrix);
             }
-            let Ok(factor) = matrix.llt(Side::Lower) else { break };
+            let Some(factor) = regularised(&matrix) else { break };
             let change = scaled.pencil(&refined(&factor, &matrix, &residual), false);
             for (y, change) in y.dense.iter_mut().zip(&change.dense) {
                 let moved = &*y * (change * &*y);
@@ -126,7 +127,7 @@ impl Path {
                 *y += *y * change * *y;
             }
         }
-        scaled.original_multipliers(&y.dense, &y.numbers)
+        scaled.original_multipliers(&y)
     }
 }
 
@@ -239,17 +240,17 @@ impl Scaled {
 
     fn original(&self, state: &State) -> Iterate {
         let unknowns = state.x.iter().zip(&self.unknown_scale).map(|(x, s)| x * s).collect();
-        Iterate { unknowns, multipliers: self.original_multipliers(&state.dy, &state.ny) }
+        Iterate { unknowns, multipliers: self.original_multipliers(&state.dual) }
     }
 
-    fn original_multipliers(&self, dense: &[Mat<f64>], numbers: &[f64]) -> Vec<DMatrix<f64>> {
+    fn original_multipliers(&self, y: &Blocks) -> Vec<DMatrix<f64>> {
         self.places
             .iter()
             .map(|&(is_number, k)| {
                 if is_number {
-                    DMatrix::from_element(1, 1, numbers[k] * self.multiplier_scale)
+                    DMatrix::from_element(1, 1, y.numbers[k] * self.multiplier_scale)
                 } else {
-                    let y = &dense[k];
+                    let y = &y.dense[k];
                     DMatrix::from_fn(y.nrows(), y.ncols(), |i, j| y[(i, j)] * self.multiplier_scale)
                 }
             })
@@ -321,14 +322,14 @@ impl Scaled {
     }
 
     /// `tr(F_0 M)`.
-    fn constant_part(&self, dense: &[Mat<f64>], numbers: &[f64]) -> f64 {
+    fn constant_part(&self, m: &Blocks) -> f64 {
         let of_dense: f64 = self
             .dense
             .iter()
-            .zip(dense)
+            .zip(&m.dense)
             .map(|(block, m)| block.constant.iter().map(|e| pair(e, m.as_ref())).sum::<f64>())
             .sum();
-        of_dense + self.numbers.iter().zip(numbers).map(|(n, m)| n.constant * m).sum::<f64>()
+        of_dense + self.numbers.iter().zip(&m.numbers).map(|(n, m)| n.constant * m).sum::<f64>()
     }
 }
 
@@ -359,10 +360,9 @@ impl Blocks {
 struct State {
     x: Vec<f64>,
     /// X, which is `F_0 + sum x_i F_i` up to the residual.
-    dx: Vec<Mat<f64>>,
-    nx: Vec<f64>,
-    dy: Vec<Mat<f64>>,
-    ny: Vec<f64>,
+    primal: Blocks,
+    /// Y.
+    dual: Blocks,
     /// Whether X is `F_0 + sum x_i F_i`.
     is_primal_feasible: bool,
     /// The residual of that, as a share of what it was at the start.
@@ -377,8 +377,8 @@ struct Progress {
 /// A direction.
 struct Direction {
     x: Vec<f64>,
-    dx: Blocks,
-    dy: Blocks,
+    primal: Blocks,
+    dual: Blocks,
 }
 
 /// What an iteration computes once.
@@ -400,18 +400,16 @@ impl State {
         let numbers = vec![size; scaled.numbers.len()];
         Self {
             x: vec![0.0; scaled.cost.len()],
-            dx: dense.clone(),
-            nx: numbers.clone(),
-            dy: dense,
-            ny: numbers,
+            primal: Blocks { dense: dense.clone(), numbers: numbers.clone() },
+            dual: Blocks { dense, numbers },
             is_primal_feasible: false,
             residual: 1.0,
         }
     }
 
     fn complementarity(&self) -> f64 {
-        let dense: f64 = self.dx.iter().zip(&self.dy).map(|(x, y)| inner(x, y)).sum();
-        dense + self.nx.iter().zip(&self.ny).map(|(x, y)| x * y).sum::<f64>()
+        let dense: f64 = self.primal.dense.iter().zip(&self.dual.dense).map(|(x, y)| inner(x, y)).sum();
+        dense + self.primal.numbers.iter().zip(&self.dual.numbers).map(|(x, y)| x * y).sum::<f64>()
     }
 
     /// One iteration. `None` where a factorisation fails or a step is too short to go on.
@@ -433,38 +431,22 @@ impl State {
         }
         self.advance(scaled, &direction, ap, ad);
         let progress = self.progress(scaled);
-        if std::env::var_os("TRACE").is_some() {
-            eprintln!(
-                "gap {:.2e} res {:.2e} primal {:.2e} ap {ap:.3} ad {ad:.3} sigma {sigma:.2e} mu {mu:.2e}",
-                progress.gap, progress.residual, self.residual
-            );
-        }
         Some(progress)
     }
 
     fn factors(&self, scaled: &Scaled) -> Option<Factors> {
-        let x: Vec<Llt<f64>> = self.dx.iter().map(|x| x.llt(Side::Lower).ok()).collect::<Option<_>>()?;
-        let y: Vec<Llt<f64>> = self.dy.iter().map(|y| y.llt(Side::Lower).ok()).collect::<Option<_>>()?;
+        let x: Vec<Llt<f64>> = self.primal.dense.iter().map(|x| x.llt(Side::Lower).ok()).collect::<Option<_>>()?;
+        let y: Vec<Llt<f64>> = self.dual.dense.iter().map(|y| y.llt(Side::Lower).ok()).collect::<Option<_>>()?;
         let inverse: Vec<Mat<f64>> = x.iter().map(DenseSolveCore::inverse).collect();
         let matrix = self.schur(scaled, &inverse);
         let mut pencil = scaled.pencil(&self.x, true);
-        for (p, x) in pencil.dense.iter_mut().zip(&self.dx) {
+        for (p, x) in pencil.dense.iter_mut().zip(&self.primal.dense) {
             *p -= x;
         }
-        for (p, x) in pencil.numbers.iter_mut().zip(&self.nx) {
+        for (p, x) in pencil.numbers.iter_mut().zip(&self.primal.numbers) {
             *p -= x;
         }
-        let schur = match matrix.llt(Side::Lower) {
-            Ok(schur) => schur,
-            Err(_) => {
-                // Dependent constraints, or an optimum too near: a touch of regularisation, which refinement takes back.
-                let mut regular = matrix.clone();
-                for i in 0..regular.nrows() {
-                    regular[(i, i)] *= 1.0 + 1e-12;
-                }
-                regular.llt(Side::Lower).ok()?
-            }
-        };
+        let schur = regularised(&matrix)?;
         Some(Factors { x, y, inverse, schur, matrix, residual: pencil })
     }
 
@@ -472,10 +454,10 @@ impl State {
     fn schur(&self, scaled: &Scaled, inverse: &[Mat<f64>]) -> Mat<f64> {
         let m = scaled.cost.len();
         let mut b: Mat<f64> = Mat::zeros(m, m);
-        for ((block, v), y) in scaled.dense.iter().zip(inverse).zip(&self.dy) {
+        for ((block, v), y) in scaled.dense.iter().zip(inverse).zip(&self.dual.dense) {
             assemble(block, v.as_ref(), y.as_ref(), &mut b);
         }
-        for ((number, x), y) in scaled.numbers.iter().zip(&self.nx).zip(&self.ny) {
+        for ((number, x), y) in scaled.numbers.iter().zip(&self.primal.numbers).zip(&self.dual.numbers) {
             number.assemble(y / x, &mut b);
         }
         b
@@ -489,16 +471,16 @@ impl State {
         predictor: Option<&Direction>,
     ) -> Option<Direction> {
         // mu V - V (R Y + dX_a dY_a), not yet symmetric.
-        let dense: Vec<Mat<f64>> = (0..self.dx.len())
+        let dense: Vec<Mat<f64>> = (0..self.primal.dense.len())
             .map(|k| {
                 let v = &factors.inverse[k];
                 let mut product = if self.is_primal_feasible {
                     Mat::zeros(v.nrows(), v.ncols())
                 } else {
-                    &factors.residual.dense[k] * &self.dy[k]
+                    &factors.residual.dense[k] * &self.dual.dense[k]
                 };
                 if let Some(p) = predictor {
-                    product += &p.dx.dense[k] * &p.dy.dense[k];
+                    product += &p.primal.dense[k] * &p.dual.dense[k];
                 }
                 let mut out = -(v * &product);
                 if mu > 0.0 {
@@ -507,10 +489,10 @@ impl State {
                 out
             })
             .collect();
-        let numbers: Vec<f64> = (0..self.nx.len())
+        let numbers: Vec<f64> = (0..self.primal.numbers.len())
             .map(|k| {
-                let second = predictor.map_or(0.0, |p| p.dx.numbers[k] * p.dy.numbers[k]);
-                (mu - factors.residual.numbers[k] * self.ny[k] - second) / self.nx[k]
+                let second = predictor.map_or(0.0, |p| p.primal.numbers[k] * p.dual.numbers[k]);
+                (mu - factors.residual.numbers[k] * self.dual.numbers[k] - second) / self.primal.numbers[k]
             })
             .collect();
         let known = Blocks { dense, numbers };
@@ -520,12 +502,15 @@ impl State {
             return None;
         }
         let mut dx = scaled.pencil(&x, false);
-        let mut dy = Blocks { dense: Vec::with_capacity(self.dy.len()), numbers: Vec::with_capacity(self.ny.len()) };
+        let mut dy = Blocks {
+            dense: Vec::with_capacity(self.dual.dense.len()),
+            numbers: Vec::with_capacity(self.dual.numbers.len()),
+        };
         for (k, known) in known.dense.into_iter().enumerate() {
             // - sym(V (sum dx_i F_i) Y), and the known part symmetric.
-            let moved = &factors.inverse[k] * (&dx.dense[k] * &self.dy[k]);
+            let moved = &factors.inverse[k] * (&dx.dense[k] * &self.dual.dense[k]);
             let n = moved.nrows();
-            let y = &self.dy[k];
+            let y = &self.dual.dense[k];
             dy.dense.push(Mat::from_fn(n, n, |i, j| {
                 0.5 * (known[(i, j)] + known[(j, i)] - moved[(i, j)] - moved[(j, i)]) - y[(i, j)]
             }));
@@ -534,18 +519,19 @@ impl State {
             }
         }
         for (k, known) in known.numbers.into_iter().enumerate() {
-            dy.numbers.push(known - dx.numbers[k] * self.ny[k] / self.nx[k] - self.ny[k]);
+            dy.numbers
+                .push(known - dx.numbers[k] * self.dual.numbers[k] / self.primal.numbers[k] - self.dual.numbers[k]);
             dx.numbers[k] += factors.residual.numbers[k];
         }
-        Some(Direction { x, dx, dy })
+        Some(Direction { x, primal: dx, dual: dy })
     }
 
     /// The longest steps, at most 1, that keep this share of the distance to the boundary.
     fn lengths(&self, factors: &Factors, d: &Direction, share: f64) -> Option<(f64, f64)> {
         let mut ends = [f64::INFINITY; 2];
         for (end, llts, changes, at, steps) in [
-            (0, &factors.x, &d.dx.dense, &self.nx, &d.dx.numbers),
-            (1, &factors.y, &d.dy.dense, &self.ny, &d.dy.numbers),
+            (0, &factors.x, &d.primal.dense, &self.primal.numbers, &d.primal.numbers),
+            (1, &factors.y, &d.dual.dense, &self.dual.numbers, &d.dual.numbers),
         ] {
             for (llt, change) in llts.iter().zip(changes) {
                 let least = least_relative_eigenvalue(llt, change)?;
@@ -563,14 +549,17 @@ impl State {
     }
 
     fn moved_complementarity(&self, d: &Direction, ap: f64, ad: f64) -> f64 {
-        let dense: f64 = (0..self.dx.len())
+        let dense: f64 = (0..self.primal.dense.len())
             .map(|k| {
-                let (x, y, dx, dy) = (&self.dx[k], &self.dy[k], &d.dx.dense[k], &d.dy.dense[k]);
+                let (x, y, dx, dy) = (&self.primal.dense[k], &self.dual.dense[k], &d.primal.dense[k], &d.dual.dense[k]);
                 inner(x, y) + ap * inner(dx, y) + ad * inner(x, dy) + ap * ad * inner(dx, dy)
             })
             .sum();
-        let numbers: f64 =
-            (0..self.nx.len()).map(|k| (self.nx[k] + ap * d.dx.numbers[k]) * (self.ny[k] + ad * d.dy.numbers[k])).sum();
+        let numbers: f64 = (0..self.primal.numbers.len())
+            .map(|k| {
+                (self.primal.numbers[k] + ap * d.primal.numbers[k]) * (self.dual.numbers[k] + ad * d.dual.numbers[k])
+            })
+            .sum();
         dense + numbers
     }
 
@@ -578,10 +567,10 @@ impl State {
         for (x, dx) in self.x.iter_mut().zip(&d.x) {
             *x += ap * dx;
         }
-        for (y, dy) in self.dy.iter_mut().zip(&d.dy.dense) {
+        for (y, dy) in self.dual.dense.iter_mut().zip(&d.dual.dense) {
             *y += faer::Scale(ad) * dy;
         }
-        for (y, dy) in self.ny.iter_mut().zip(&d.dy.numbers) {
+        for (y, dy) in self.dual.numbers.iter_mut().zip(&d.dual.numbers) {
             *y += ad * dy;
         }
         self.residual *= 1.0 - ap;
@@ -589,33 +578,25 @@ impl State {
         if self.is_primal_feasible {
             // Once the residual is gone it stays gone, to rounding.
             let pencil = scaled.pencil(&self.x, true);
-            (self.dx, self.nx) = (pencil.dense, pencil.numbers);
+            self.primal = pencil;
         } else {
-            for (x, dx) in self.dx.iter_mut().zip(&d.dx.dense) {
+            for (x, dx) in self.primal.dense.iter_mut().zip(&d.primal.dense) {
                 *x += faer::Scale(ap) * dx;
             }
-            for (x, dx) in self.nx.iter_mut().zip(&d.dx.numbers) {
+            for (x, dx) in self.primal.numbers.iter_mut().zip(&d.primal.numbers) {
                 *x += ap * dx;
             }
         }
     }
 
-    fn blocks_of_y(&self) -> Blocks {
-        Blocks { dense: self.dy.clone(), numbers: self.ny.clone() }
-    }
-
     fn progress(&self, scaled: &Scaled) -> Progress {
         let value: f64 = scaled.cost.iter().zip(&self.x).map(|(c, x)| c * x).sum();
-        let dual = -scaled.constant_part(&self.dy, &self.ny);
-        let infeasibility = scaled
-            .adjoint(&self.blocks_of_y())
-            .iter()
-            .zip(&scaled.cost)
-            .map(|(a, c)| (a - c).abs())
-            .fold(0.0, f64::max);
+        let dual = -scaled.constant_part(&self.dual);
+        let infeasibility =
+            scaled.adjoint(&self.dual).iter().zip(&scaled.cost).map(|(a, c)| (a - c).abs()).fold(0.0, f64::max);
         Progress {
             gap: self.complementarity() / (1.0 + value.abs() + dual.abs()),
-            residual: f64::max(infeasibility / (1.0 + self.blocks_of_y().size()), self.residual),
+            residual: f64::max(infeasibility / (1.0 + self.dual.size()), self.residual),
         }
     }
 
@@ -626,9 +607,9 @@ impl State {
         if self.is_primal_feasible && value > 0.0 && 1.0 < RAY * value {
             return Some(Ending::Unbounded);
         }
-        let dual = -scaled.constant_part(&self.dy, &self.ny);
+        let dual = -scaled.constant_part(&self.dual);
         if dual > 0.0 {
-            let infeasibility = scaled.adjoint(&self.blocks_of_y()).iter().map(|a| a * a).sum::<f64>().sqrt();
+            let infeasibility = scaled.adjoint(&self.dual).iter().map(|a| a * a).sum::<f64>().sqrt();
             if infeasibility < RAY * dual {
                 return Some(Ending::NoPoint);
             }
@@ -639,6 +620,18 @@ impl State {
 
 fn inner(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.col(j).iter().zip(b.col(j).iter()).map(|(x, y)| x * y).sum::<f64>()).sum()
+}
+
+/// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or the optimum is near, a
+/// touch of regularisation, which refinement takes back.
+fn regularised(matrix: &Mat<f64>) -> Option<Llt<f64>> {
+    [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {
+        let mut regular = matrix.clone();
+        for i in 0..regular.nrows() {
+            regular[(i, i)] *= 1.0 + share;
+        }
+        regular.llt(Side::Lower).ok()
+    })
 }
 
 /// `B^-1 right` with two steps of iterative refinement.

@@ -58,6 +58,8 @@ pub struct Outcome {
     pub word: &'static str,
     /// How often the solver ran.
     pub runs: usize,
+    /// Its iterations, summed.
+    pub iterations: u32,
     /// Time in the solver.
     pub solving: Duration,
     /// Time in moving, centring (but for the solver's part) and proving.
@@ -90,10 +92,10 @@ impl Default for Settings {
 /// ```
 pub fn solve(program: &Program, settings: &Settings) -> Outcome {
     let start = Instant::now();
-    let mut run = Run { program, settings, solving: Duration::ZERO, runs: 0 };
+    let mut run = Run { program, settings, solving: Duration::ZERO, runs: 0, iterations: 0 };
     let mut outcome = run.outcome();
     outcome.solving = run.solving;
-    outcome.runs = run.runs;
+    (outcome.runs, outcome.iterations) = (run.runs, run.iterations);
     outcome.verifying = start.elapsed().saturating_sub(run.solving);
     outcome
 }
@@ -103,6 +105,7 @@ struct Run<'a> {
     settings: &'a Settings,
     solving: Duration,
     runs: usize,
+    iterations: u32,
 }
 
 impl Run<'_> {
@@ -111,6 +114,7 @@ impl Run<'_> {
         let path = interior::solve(program, self.settings.iterations);
         self.solving += start.elapsed();
         self.runs += 1;
+        self.iterations += path.as_ref().map_or(0, |path| path.iterations);
         path
     }
 
@@ -124,6 +128,7 @@ impl Run<'_> {
             x: Vec::new(),
             word: "too large",
             runs: 0,
+            iterations: 0,
             solving: Duration::ZERO,
             verifying: Duration::ZERO,
         };

@@ -1,15 +1,16 @@
 //! The conic programs that propose points: the program itself, and where its proposals lie too near the boundary, its centres.
 //!
-//! With S the size of what is sought, and the cost kept within `1 + |value|` of the proposal's,
+//! With S the size of what is sought, and the cost kept within `g = 1e-3 (1 + |value|)` of the proposal's (the margin is a concave function of g, so that a small
+//! g gives more of it for the cost),
 //! ```text
-//! centre of (P):  maximise s   subject to  X(x) >= s I,  s <= S,  c'x <= value + 1 + |value|
-//! centre of (D):  maximise s   subject to  tr(F_i Y) = c_i,  Y >= s I,  s <= S,  tr(F_0 Y) >= value - 1 - |value|
+//! centre of (P):  maximise s   subject to  X(x) >= s I,  s <= S,  c'x <= value + g
+//! centre of (D):  maximise s   subject to  tr(F_i Y) = c_i,  Y >= s I,  s <= S,  tr(F_0 Y) >= value - g
 //! ray of (P):     maximise s   subject to  x_1 F_1 + ... >= s I,  c'x <= -s |c|,  |x_i| <= 1/|F_i|
 //! ray of (D):     maximise s   subject to  tr(F_i Y) = 0,  Y >= s I,  tr(F_0 Y) >= s |F_0|,  tr Y <= 1
 //! ```
 //! Those of (D) are posed as their duals, in the unknowns x and mu, so that each has as few unknowns as (P): with `Z = x_1 F_1 + ... - mu F_0`,
 //! ```text
-//! centre:  minimise  c'x - mu (value - 1 - |value|) + S (1 - tr Z)   subject to  Z >= 0, tr Z <= 1, mu >= 0:   Y = W + (S - eta) I
+//! centre:  minimise  c'x - mu (value - g) + S (1 - tr Z)   subject to  Z >= 0, tr Z <= 1, mu >= 0:   Y = W + (S - eta) I
 //! ray:     minimise  tau   subject to  Z + tau I >= 0,  tr(Z + tau I) + mu |F_0| >= 1,  mu, tau >= 0:           Y = W + eta I
 //! ```
 //! where W is the multiplier of the matrix inequality and eta that of the inequality with the trace.
@@ -98,6 +99,11 @@ fn norm(program: &Program, k: usize) -> f64 {
     program.matrix(k).iter().map(|e| weight(e.row, e.column) * square(e)).sum::<f64>().sqrt()
 }
 
+/// g.
+fn room(value: f64) -> f64 {
+    1e-3 * (1.0 + value.abs())
+}
+
 /// (P).
 pub(super) fn primal(program: &Program) -> ConicProgram {
     ConicProgram { cost: costs(program), blocks: pencil(program, -1.0, None, None), in_unit_ball: None }
@@ -109,7 +115,7 @@ pub(super) fn primal_centre(program: &Program, x: &[f64]) -> ConicProgram {
     let value: f64 = c.iter().zip(x).map(|(c, x)| c * x).sum();
     let largest = x.iter().enumerate().map(|(k, x)| x.abs() * norm(program, k + 1)).fold(norm(program, 0), f64::max);
     let mut blocks = pencil(program, -1.0, None, Some((m, -1.0)));
-    blocks.push(scalar(value + 1.0 + value.abs(), c.iter().enumerate().map(|(k, c)| (k, -c)).collect()));
+    blocks.push(scalar(value + room(value), c.iter().enumerate().map(|(k, c)| (k, -c)).collect()));
     blocks.push(scalar(1.0 + largest, vec![(m, -1.0)]));
     let mut cost = vec![0.0; m];
     cost.push(-1.0);
@@ -157,7 +163,7 @@ pub(super) fn dual_centre(program: &Program, value: f64, size: f64) -> Posed {
     let (c, traces, size) = (costs(program), traces(program), 1.0 + size);
     // Unknowns: x, mu. tr Z = sum x_i tr F_i - mu tr F_0.
     let trace_terms: Vec<f64> = traces[1..].iter().copied().chain([-traces[0]]).collect();
-    let mut cost: Vec<f64> = c.iter().copied().chain([-(value - 1.0 - value.abs())]).collect();
+    let mut cost: Vec<f64> = c.iter().copied().chain([-(value - room(value))]).collect();
     for (cost, trace) in cost.iter_mut().zip(&trace_terms) {
         *cost -= size * trace;
     }
