@@ -310,7 +310,7 @@ impl Scaled {
         let mut out = vec![0.0; self.cost.len()];
         for (block, m) in self.dense.iter().zip(&m.dense) {
             for (i, entries) in &block.constraints {
-                out[*i] += entries.iter().map(|e| pair(e, m.as_ref())).sum::<f64>();
+                out[*i] += entries.iter().map(|e| pair(e, |r, c| m[(r, c)])).sum::<f64>();
             }
         }
         for (number, m) in self.numbers.iter().zip(&m.numbers) {
@@ -327,19 +327,15 @@ impl Scaled {
             .dense
             .iter()
             .zip(&m.dense)
-            .map(|(block, m)| block.constant.iter().map(|e| pair(e, m.as_ref())).sum::<f64>())
+            .map(|(block, m)| block.constant.iter().map(|e| pair(e, |r, c| m[(r, c)])).sum::<f64>())
             .sum();
         of_dense + self.numbers.iter().zip(&m.numbers).map(|(n, m)| n.constant * m).sum::<f64>()
     }
 }
 
 /// What an entry of the upper triangle, with its mirror image, takes from a matrix.
-fn pair(e: &Entry, m: MatRef<'_, f64>) -> f64 {
-    if e.row == e.column {
-        e.value * m[(e.row, e.row)]
-    } else {
-        e.value * (m[(e.row, e.column)] + m[(e.column, e.row)])
-    }
+fn pair(e: &Entry, m: impl Fn(usize, usize) -> f64) -> f64 {
+    if e.row == e.column { e.value * m(e.row, e.row) } else { e.value * (m(e.row, e.column) + m(e.column, e.row)) }
 }
 
 /// A matrix in blocks.
@@ -351,7 +347,7 @@ struct Blocks {
 
 impl Blocks {
     fn size(&self) -> f64 {
-        let dense: f64 = self.dense.iter().map(|m| m.squared_norm_l2()).sum();
+        let dense: f64 = self.dense.iter().map(Mat::squared_norm_l2).sum();
         (dense + self.numbers.iter().map(|x| x * x).sum::<f64>()).sqrt()
     }
 }
@@ -693,23 +689,11 @@ fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b: &mut Mat<f
             (selected.transpose().to_owned(), g.transpose().to_owned())
         };
         for (i, others) in &block.constraints[k..] {
+            let entry =
+                |r: usize, c: usize| -> f64 { vt.col(r).iter().zip(gt.col(c).iter()).map(|(x, y)| x * y).sum() };
             let sum: f64 = match &whole {
-                Some(u) => others.iter().map(|e| pair(e, u.as_ref())).sum(),
-                None => {
-                    let entry = |r: usize, c: usize| -> f64 {
-                        vt.col(r).iter().zip(gt.col(c).iter()).map(|(x, y)| x * y).sum()
-                    };
-                    others
-                        .iter()
-                        .map(|e| {
-                            if e.row == e.column {
-                                e.value * entry(e.row, e.row)
-                            } else {
-                                e.value * (entry(e.row, e.column) + entry(e.column, e.row))
-                            }
-                        })
-                        .sum()
-                }
+                Some(u) => others.iter().map(|e| pair(e, |r, c| u[(r, c)])).sum(),
+                None => others.iter().map(|e| pair(e, entry)).sum(),
             };
             b[(*i, *j)] += sum;
             if i != j {

@@ -214,44 +214,42 @@ impl Run<'_> {
         centre::draw(|share| accept(y.towards(&centre, share)));
     }
 
-    /// Whether the program is proved infeasible in the way that `ending` says, from the solver's ray or from a centred one.
+    /// Whether the program is proved infeasible in the way that `ending` says.
     fn is_infeasible(&mut self, ending: Ending, path: &Path, equations: &Equations, outcome: &mut Outcome) -> bool {
-        let program = self.program;
-        let proved = match ending {
-            Ending::NoPoint => {
-                let is_ray = |y: Point| {
-                    let y = equations.move_onto(program, y, false).into_blocks(program);
-                    program.is_primal_infeasible(&y).is_some()
-                };
-                path.iterates
-                    .iter()
-                    .rev()
-                    .any(|iterate| is_ray(dual::blocks(program, &path.on_equations(iterate, true))))
-                    || {
-                        let posed = pose::dual_ray(program);
-                        self.propose(&posed.program).is_some_and(|ray| {
-                            ray.iterates
-                                .iter()
-                                .rev()
-                                .any(|last| is_ray(posed.centre(program, &ray.on_equations(last, false))))
-                        })
-                    }
-            }
-            _ => {
-                let is_ray =
-                    |iterate: &Iterate| program.is_dual_infeasible(&iterate.unknowns[..program.unknowns()]).is_some();
-                path.iterates.iter().rev().any(is_ray)
-                    || self.propose(&pose::primal_ray(program)).is_some_and(|ray| ray.iterates.iter().rev().any(is_ray))
-            }
-        };
-        if proved {
-            outcome.status = if ending == Ending::NoPoint { Status::PrimalInfeasible } else { Status::DualInfeasible };
-            (outcome.lower, outcome.upper) = match ending {
-                Ending::NoPoint => (f64::INFINITY, f64::INFINITY),
-                _ => (f64::NEG_INFINITY, outcome.upper),
-            };
+        let is_primal = ending == Ending::NoPoint;
+        let proved = if is_primal { self.is_primal_infeasible(path, equations) } else { self.is_dual_infeasible(path) };
+        if proved && is_primal {
+            outcome.status = Status::PrimalInfeasible;
+            (outcome.lower, outcome.upper) = (f64::INFINITY, f64::INFINITY);
+        } else if proved {
+            outcome.status = Status::DualInfeasible;
+            outcome.lower = f64::NEG_INFINITY;
         }
         proved
+    }
+
+    /// A ray of (D), from the solver's multipliers or a centred one.
+    fn is_primal_infeasible(&mut self, path: &Path, equations: &Equations) -> bool {
+        let program = self.program;
+        let is_ray = |y: Point| {
+            let y = equations.move_onto(program, y, false).into_blocks(program);
+            program.is_primal_infeasible(&y).is_some()
+        };
+        if path.iterates.iter().rev().any(|last| is_ray(dual::blocks(program, &path.on_equations(last, true)))) {
+            return true;
+        }
+        let posed = pose::dual_ray(program);
+        self.propose(&posed.program).is_some_and(|ray| {
+            ray.iterates.iter().rev().any(|last| is_ray(posed.centre(program, &ray.on_equations(last, false))))
+        })
+    }
+
+    /// A ray of (P), likewise.
+    fn is_dual_infeasible(&mut self, path: &Path) -> bool {
+        let program = self.program;
+        let is_ray = |iterate: &Iterate| program.is_dual_infeasible(&iterate.unknowns[..program.unknowns()]).is_some();
+        path.iterates.iter().rev().any(is_ray)
+            || self.propose(&pose::primal_ray(program)).is_some_and(|ray| ray.iterates.iter().rev().any(is_ray))
     }
 }
 

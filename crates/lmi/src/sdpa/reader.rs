@@ -124,13 +124,13 @@ pub fn read(text: impl BufRead) -> Result<Program, ReadError> {
     }
     let mut matrices = vec![Vec::new(); unknowns + 1];
     while tokens.more()? {
-        let matrix = tokens.integer("the number of a matrix", 0, unknowns as i64)? as usize;
-        let block = tokens.integer("the number of a block", 1, count as i64)? as usize - 1;
-        let order = blocks[block].order() as i64;
+        let matrix = tokens.integer("the number of a matrix", 0, signed(unknowns))? as usize;
+        let block = tokens.integer("the number of a block", 1, signed(count))? as usize - 1;
+        let order = signed(blocks[block].order());
         let i = tokens.integer("the row", 1, order)? as usize - 1;
         let j = tokens.integer("the column", 1, order)? as usize - 1;
         if i != j && matches!(blocks[block], Block::Diagonal(_)) {
-            return Err(tokens.range("the column in a diagonal block", j as i64 + 1, i as i64 + 1, i as i64 + 1));
+            return Err(tokens.range("the column in a diagonal block", signed(j) + 1, signed(i) + 1, signed(i) + 1));
         }
         let value = tokens.decimal("a value")?;
         if !value.is_zero() {
@@ -256,6 +256,11 @@ impl<R: BufRead> Tokens<R> {
     }
 }
 
+/// A count, none of which is beyond [`LARGEST`].
+fn signed(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
 fn shorten(token: &str) -> String {
     token.chars().take(40).collect()
 }
@@ -281,7 +286,7 @@ fn is_exact(token: &str, value: f64) -> bool {
     let Ok(digits) = format!("{whole}{fraction}").parse::<i64>() else {
         return whole.is_empty() && fraction.is_empty();
     };
-    let power = exponent.saturating_sub(fraction.len() as i32);
+    let power = exponent.saturating_sub(i32::try_from(fraction.len()).unwrap_or(i32::MAX));
     if digits.unsigned_abs() >= 1 << 53 || power.unsigned_abs() > 22 {
         return digits == 0;
     }
