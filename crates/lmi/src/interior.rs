@@ -55,9 +55,9 @@ const PRECISE: f64 = 1e-12;
 /// A ray is believed when its equations hold to this, relative to its size.
 const RAY: f64 = 1e-9;
 
-/// Runs the method. `None` for a program without unknowns, with a bound on their norm, or if not one step could be taken.
+/// Runs the method. `None` for a program without unknowns or constraints, or if not one step could be taken.
 pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
-    if program.cost.is_empty() || program.in_unit_ball.is_some() || program.blocks.is_empty() {
+    if program.cost.is_empty() || program.blocks.is_empty() {
         return None;
     }
     let scaled = Scaled::of(program);
@@ -101,6 +101,11 @@ pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
 }
 
 impl Path {
+    /// The last iterate.
+    pub(crate) fn last(&self) -> Option<&Iterate> {
+        self.iterates.last()
+    }
+
     /// The multipliers of an iterate, moved onto their equations `tr(F_i Y) = c_i` (or = 0, of a ray) within the cone: `Y + Y (sum l_i F_i) Y` changes no
     /// eigenvalue by more than a share of itself, where a plain projection may leave the cone at the small ones.
     pub(crate) fn on_equations(&self, iterate: &Iterate, is_ray: bool) -> Vec<DMatrix<f64>> {
@@ -700,5 +705,42 @@ fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b: &mut Mat<f
                 b[(*j, *i)] += sum;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conic::{Block, BlockEntry};
+
+    /// min x s.t. [[x, c], [c, y]] >= 0 and y <= 1: the optimum is c^2; with x <= 1 too, c = 2 is impossible; without y <= 1 the infimum
+    /// 0 is not attained.
+    #[test]
+    fn a_two_by_two_program() {
+        let entry = |row, column, constant, terms| BlockEntry { row, column, constant, terms };
+        let program = |c: f64, bounds: &[usize]| {
+            let entries =
+                vec![entry(0, 0, 0.0, vec![(0, 1.0)]), entry(1, 0, c, vec![]), entry(1, 1, 0.0, vec![(1, 1.0)])];
+            let bounds = bounds.iter().map(|&k| Block::number(1.0, vec![(k, -1.0)]));
+            let blocks = std::iter::once(Block { order: 2, entries }).chain(bounds).collect();
+            ConicProgram { cost: vec![1.0, 0.0], blocks }
+        };
+        let bounded = program(0.5, &[1]);
+        let path = solve(&bounded, 100).unwrap();
+        let last = path.last().unwrap();
+        assert_eq!(path.ending, Ending::Point);
+        // A gap and residuals of 1e-12 were asked for.
+        assert!((last.unknowns[0] - 0.25).abs() < 1e-10, "{}", last.unknowns[0]);
+        assert!((bounded.dual_cost(&last.multipliers) - 0.25).abs() < 1e-10);
+        assert_eq!(solve(&program(2.0, &[0, 1]), 100).unwrap().ending, Ending::NoPoint);
+        let open = solve(&program(0.5, &[]), 100).unwrap();
+        assert!(open.last().unwrap().unknowns[0] < 1e-3);
+    }
+
+    #[test]
+    fn a_cost_without_lower_bound_is_noticed() {
+        let program = ConicProgram { cost: vec![-1.0], blocks: vec![Block::number(-1.0, vec![(0, 1.0)])] };
+        assert_eq!(solve(&program, 100).unwrap().ending, Ending::Unbounded);
+        assert!(solve(&ConicProgram { cost: vec![], blocks: vec![] }, 100).is_none());
     }
 }

@@ -2,23 +2,24 @@
 //!
 //! In standard form (see [`standard`](crate::standard)),
 //! ```text
-//!     maximise t   subject to   F_k(x) >= t I for all k,   |x| <= 1,
+//!     maximise t   subject to   F_k(x) >= t I for all k,   |x_i| <= 1,
 //! ```
 //! whose optimum is attained, is never negative, and is positive iff the strict inequalities have a solution. Its dual,
 //! ```text
-//!     minimise | (sum_k tr(F_ki Z_k))_i |   subject to   Z_k >= 0,   sum_k tr Z_k = 1,
+//!     minimise sum_i |sum_k tr(F_ki Z_k)|   subject to   Z_k >= 0,   sum_k tr Z_k = 1,
 //! ```
 //! has the optimum 0 iff they have none, and then its Z is the witness. Both have interior points, so the solver is never asked a question
 //! without an answer; the maximiser sits well inside the constraints, where a proof is easy.
 //!
-//! Cost per interior-point iteration: a dense factorisation of order N + sum n_k (n_k + 1) / 2, for N scalar unknowns.
+//! Cost per iteration, for N scalar unknowns: a Cholesky factorisation of order N and what its matrix takes to assemble, see [`interior`](crate::interior).
 
 use luenberger_proof::{Doubt, Verdict};
 use nalgebra::DMatrix;
 
 use crate::coefficients::{Rounded, expand};
-use crate::conic::{Block, BlockEntry, ConicProgram, Ending, Proposal, solve as solve_conic};
+use crate::conic::{Block, BlockEntry, ConicProgram, Ending};
 use crate::error::LmiError;
+use crate::interior::{self, Path};
 use crate::problem::{Problem, Settings};
 use crate::refute::refute;
 use crate::solution::{Effort, Margin, Optimum, Solution};
@@ -58,11 +59,12 @@ fn attempt(problem: &Problem, settings: &Settings, anchor: Anchor) -> Result<Sol
     if standard.homogeneous && problem.objective.is_some() {
         return Err(LmiError::HomogeneousObjective);
     }
-    let Some(proposal) = solve_conic(&margin_program(&standard), settings.iterations) else {
+    let path = interior::solve(&margin_program(&standard), settings.iterations);
+    let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) else {
         return Ok(no_proposal(problem, &standard));
     };
-    let effort = Effort { iterations: proposal.iterations, status: proposal.status };
-    let centre = unscale(&standard, &proposal.unknowns);
+    let effort = Effort { iterations: path.iterations, status: path.status };
+    let centre = unscale(&standard, &last.unknowns);
     let values = assemble(problem, &standard, &centre);
     let margins = verify(problem, &values);
     if let Some(margin) = smallest_proved(&margins) {
@@ -73,22 +75,23 @@ fn attempt(problem: &Problem, settings: &Settings, anchor: Anchor) -> Result<Sol
         return Ok(solution);
     }
     let best = margins.iter().map(|margin| margin.estimate).fold(f64::INFINITY, f64::min);
-    let reached = proposal.unknowns.last().copied().unwrap_or_default();
-    let witness = if reached < HOPELESS { refute(problem, settings, &standard, &proposal.multipliers) } else { None };
+    let reached = last.unknowns.last().copied().unwrap_or_default();
+    let multipliers = &last.multipliers[..standard.blocks.len()];
+    let witness = if reached < HOPELESS { refute(problem, settings, &standard, multipliers) } else { None };
     let verdict = match witness {
         Some(witness) => Verdict::Refuted { witness },
-        None => Verdict::Undecided { why: doubt(&margins, &proposal), best },
+        None => Verdict::Undecided { why: doubt(&margins, path), best },
     };
     Ok(Solution { verdict, margins, objective: None, effort, values })
 }
 
 /// Why neither side could be shown.
-fn doubt(margins: &[Margin], proposal: &Proposal) -> Doubt {
-    if proposal.ending == Ending::Point {
+fn doubt(margins: &[Margin], path: &Path) -> Doubt {
+    if path.ending == Ending::Point {
         let estimate = margins.iter().filter(|m| m.proved.is_none()).map(|m| m.estimate).fold(f64::INFINITY, f64::min);
         Doubt::ProposalNotProved { estimate }
     } else {
-        Doubt::NoProposal { status: proposal.status }
+        Doubt::NoProposal { status: path.status }
     }
 }
 
@@ -117,9 +120,12 @@ fn margin_program(standard: &Standard) -> ConicProgram {
             entry.terms.push((count, -1.0));
         }
     }
+    for k in 0..count {
+        blocks.extend([1.0, -1.0].map(|sign| Block::number(1.0, vec![(k, sign)])));
+    }
     let mut cost = vec![0.0; count + 1];
     cost[count] = -1.0;
-    ConicProgram { cost, blocks, in_unit_ball: Some(count) }
+    ConicProgram { cost, blocks }
 }
 
 /// The problem's scalar unknowns from a point of the scaled cone.
@@ -202,19 +208,20 @@ fn improve(
                 .collect(),
         })
         .collect();
-    let program = ConicProgram { cost, blocks, in_unit_ball: None };
+    let program = ConicProgram { cost, blocks };
     let unbounded = -sign * f64::INFINITY;
     let mut estimate = f64::NAN;
-    if let Some(proposal) = solve_conic(&program, settings.iterations) {
-        solution.effort.iterations += proposal.iterations;
-        solution.effort.status = proposal.status;
-        match proposal.ending {
+    let path = interior::solve(&program, settings.iterations);
+    if let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) {
+        solution.effort.iterations += path.iterations;
+        solution.effort.status = path.status;
+        match path.ending {
             Ending::Unbounded => estimate = unbounded,
             Ending::NoPoint => {}
             Ending::Point => {
-                estimate = entry.constant.0 + sign * size * proposal.dual_cost;
+                estimate = entry.constant.0 + sign * size * program.dual_cost(&last.multipliers);
                 let optimum: Vec<f64> =
-                    (0..count).map(|i| finite(proposal.unknowns[i] * power(standard.unknown_scale[i]))).collect();
+                    (0..count).map(|i| finite(last.unknowns[i] * power(standard.unknown_scale[i]))).collect();
                 let mut weight = settings.closeness.clamp(f64::EPSILON, 1.0);
                 while weight < 1.0 {
                     let point: Vec<f64> = optimum.iter().zip(centre).map(|(o, c)| o + weight * (c - o)).collect();

@@ -140,7 +140,7 @@ impl Run<'_> {
             return outcome;
         };
         outcome.word = path.status;
-        outcome.x = path.iterates.last().map(|last| last.unknowns.clone()).unwrap_or_default();
+        outcome.x = path.last().map(|last| last.unknowns.clone()).unwrap_or_default();
         let equations = Equations::of(program);
         if path.ending != Ending::Point && self.is_infeasible(path.ending, &path, &equations, &mut outcome) {
             return outcome;
@@ -179,9 +179,9 @@ impl Run<'_> {
         if path.iterates.iter().rev().any(|iterate| accept(&iterate.unknowns)) {
             return;
         }
-        let Some(x) = path.iterates.last().map(|last| &last.unknowns) else { return };
+        let Some(x) = path.last().map(|last| &last.unknowns) else { return };
         let Some(centred) = self.propose(&pose::primal_centre(program, x)) else { return };
-        let Some(centre) = centred.iterates.last().map(|last| &last.unknowns[..program.unknowns()]) else { return };
+        let Some(centre) = centred.last().map(|last| &last.unknowns[..program.unknowns()]) else { return };
         centre::draw(|share| {
             let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
             accept(&drawn)
@@ -202,12 +202,10 @@ impl Run<'_> {
         if path.iterates.iter().rev().any(|iterate| accept(point(iterate))) {
             return;
         }
-        let Some(y) = path.iterates.last().map(point) else { return };
+        let Some(y) = path.last().map(point) else { return };
         let posed = pose::dual_centre(program, y.value(program), y.size());
         let Some(centred) = self.propose(&posed.program) else { return };
-        let Some(centre) =
-            centred.iterates.last().map(|last| posed.centre(program, &centred.on_equations(last, false)))
-        else {
+        let Some(centre) = centred.last().map(|last| posed.centre(program, &centred.on_equations(last, false))) else {
             return;
         };
         let centre = equations.move_onto(program, centre, true);

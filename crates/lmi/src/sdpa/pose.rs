@@ -84,11 +84,6 @@ fn pencil(
     blocks
 }
 
-/// `constant + terms >= 0`.
-fn scalar(constant: f64, terms: Vec<conic::Term>) -> conic::Block {
-    conic::Block { order: 1, entries: vec![BlockEntry { row: 0, column: 0, constant, terms }] }
-}
-
 fn traces(program: &Program) -> Vec<f64> {
     (0..=program.unknowns()).map(|k| program.matrix(k).iter().filter(|e| e.row == e.column).map(middle).sum()).collect()
 }
@@ -106,7 +101,7 @@ fn room(value: f64) -> f64 {
 
 /// (P).
 pub(super) fn primal(program: &Program) -> ConicProgram {
-    ConicProgram { cost: costs(program), blocks: pencil(program, -1.0, None, None), in_unit_ball: None }
+    ConicProgram { cost: costs(program), blocks: pencil(program, -1.0, None, None) }
 }
 
 /// The centre of (P), with s as its last unknown.
@@ -115,11 +110,11 @@ pub(super) fn primal_centre(program: &Program, x: &[f64]) -> ConicProgram {
     let value: f64 = c.iter().zip(x).map(|(c, x)| c * x).sum();
     let largest = x.iter().enumerate().map(|(k, x)| x.abs() * norm(program, k + 1)).fold(norm(program, 0), f64::max);
     let mut blocks = pencil(program, -1.0, None, Some((m, -1.0)));
-    blocks.push(scalar(value + room(value), c.iter().enumerate().map(|(k, c)| (k, -c)).collect()));
-    blocks.push(scalar(1.0 + largest, vec![(m, -1.0)]));
+    blocks.push(conic::Block::number(value + room(value), c.iter().enumerate().map(|(k, c)| (k, -c)).collect()));
+    blocks.push(conic::Block::number(1.0 + largest, vec![(m, -1.0)]));
     let mut cost = vec![0.0; m];
     cost.push(-1.0);
-    ConicProgram { cost, blocks, in_unit_ball: None }
+    ConicProgram { cost, blocks }
 }
 
 /// The ray of (P), with s as its last unknown.
@@ -129,15 +124,15 @@ pub(super) fn primal_ray(program: &Program) -> ConicProgram {
     let mut blocks = pencil(program, 0.0, None, Some((m, -1.0)));
     let mut terms: Vec<_> = c.iter().enumerate().map(|(k, c)| (k, -c)).collect();
     terms.push((m, -size));
-    blocks.push(scalar(0.0, terms));
+    blocks.push(conic::Block::number(0.0, terms));
     for k in 0..m {
         let reach = 1.0 / norm(program, k + 1).max(f64::MIN_POSITIVE);
-        blocks.push(scalar(reach, vec![(k, 1.0)]));
-        blocks.push(scalar(reach, vec![(k, -1.0)]));
+        blocks.push(conic::Block::number(reach, vec![(k, 1.0)]));
+        blocks.push(conic::Block::number(reach, vec![(k, -1.0)]));
     }
     let mut cost = vec![0.0; m];
     cost.push(-1.0);
-    ConicProgram { cost, blocks, in_unit_ball: None }
+    ConicProgram { cost, blocks }
 }
 
 /// A conic program whose multipliers are a point of (D).
@@ -169,9 +164,9 @@ pub(super) fn dual_centre(program: &Program, value: f64, size: f64) -> Posed {
     }
     let mut blocks = pencil(program, 0.0, Some((m, -1.0)), None);
     let trace = blocks.len();
-    blocks.push(scalar(1.0, trace_terms.iter().enumerate().map(|(k, t)| (k, -t)).collect()));
-    blocks.push(scalar(0.0, vec![(m, 1.0)]));
-    Posed { program: ConicProgram { cost, blocks, in_unit_ball: None }, trace, offset: size, factor: -1.0 }
+    blocks.push(conic::Block::number(1.0, trace_terms.iter().enumerate().map(|(k, t)| (k, -t)).collect()));
+    blocks.push(conic::Block::number(0.0, vec![(m, 1.0)]));
+    Posed { program: ConicProgram { cost, blocks }, trace, offset: size, factor: -1.0 }
 }
 
 /// The ray of (D).
@@ -185,10 +180,10 @@ pub(super) fn dual_ray(program: &Program) -> Posed {
     let mut terms: Vec<_> = traces[1..].iter().copied().enumerate().collect();
     terms.push((m, norm(program, 0) - traces[0]));
     terms.push((m + 1, rows as f64));
-    blocks.push(scalar(-1.0, terms));
-    blocks.push(scalar(0.0, vec![(m, 1.0)]));
-    blocks.push(scalar(0.0, vec![(m + 1, 1.0)]));
+    blocks.push(conic::Block::number(-1.0, terms));
+    blocks.push(conic::Block::number(0.0, vec![(m, 1.0)]));
+    blocks.push(conic::Block::number(0.0, vec![(m + 1, 1.0)]));
     let mut cost = vec![0.0; m + 1];
     cost.push(1.0);
-    Posed { program: ConicProgram { cost, blocks, in_unit_ball: None }, trace, offset: 0.0, factor: 1.0 }
+    Posed { program: ConicProgram { cost, blocks }, trace, offset: 0.0, factor: 1.0 }
 }
