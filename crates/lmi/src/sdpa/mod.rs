@@ -10,7 +10,7 @@
 //! computation can find one, and rigorous bounds from points do not exist.
 //!
 //! The way: the solver proposes x and Y near the optimum. Y is moved onto the equations, and where a proposal is not quite feasible it
-//! is drawn towards a well-centred point just as far as it takes ([`centre`]). What is proved of the result, and by which inequality, stands in
+//! is drawn towards a well-centred point just as far as it takes (`centre.rs`). What is proved of the result, and by which inequality, stands in
 //! [`luenberger_proof::semidefinite`], which alone decides.
 
 mod centre;
