@@ -4,6 +4,10 @@
 //! ulp more than directed rounding and needs no control register. Sums know their rounding error and step only when it is not 0. Overflow leaves an infinite bound, which is true; NaN does not
 //! occur, because a bound that is infinite times an operand that is exactly 0 counts as 0 (the product of a real and 0).
 
+mod elementary;
+
+pub use elementary::LIBM_ULPS;
+
 use crate::ring::Ring;
 
 /// The real numbers between two bounds, either of which may be infinite.

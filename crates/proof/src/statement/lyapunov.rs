@@ -89,6 +89,44 @@ pub fn decay_rate(
     Decrease { a, output_injection: Some((l, c)), p, alpha, what_p: "P" }.decide(Sense::NegativeDefinite)
 }
 
+/// [`decay_rate`] for every `A` and every `C` between the bounds: `(A - LC)'P + P(A - LC) + 2 alpha P < 0`, with the gain and `P` as stored.
+///
+/// The inequality is linear in `(A, C)`: proved at boxes around the vertices of a polytope, it holds on their convex hull. Data that are single numbers throughout are
+/// decided as [`decay_rate`] decides them, exactly if need be.
+/// # Errors
+/// As [`decay_rate`].
+/// ```
+/// use luenberger_proof::{Interval, Matrix, statement::decay_rate_within};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // x' = a x with a between -1.1 and -0.9 decays at the rate 0.8, without any output.
+/// let a = Matrix::from_rows([[Interval::new(-1.1, -0.9).expect("in order")]]);
+/// let (l, p) = (Matrix::from_rows([[0.0]]), Matrix::from_rows([[1.0]]));
+/// let c = Matrix::from_rows([[Interval::UNBOUNDED]]);
+/// assert!(decay_rate_within(&a, &l, &c, &p, 0.8)?.is_proved());
+/// assert!(!decay_rate_within(&a, &l, &c, &p, 1.0)?.is_proved());
+/// # Ok(())
+/// # }
+/// ```
+pub fn decay_rate_within(
+    a: &Matrix<Interval>,
+    l: &Matrix<f64>,
+    c: &Matrix<Interval>,
+    p: &Matrix<f64>,
+    alpha: f64,
+) -> Result<Verdict<Direction>, ProofError> {
+    if a.as_slice().iter().chain(c.as_slice()).all(Interval::is_point) {
+        return decay_rate(&a.map(Interval::lo), l, &c.map(Interval::lo), p, alpha);
+    }
+    let n = a.rows();
+    a.expect_shape("A", (n, n))?;
+    c.expect_shape("C", (c.rows(), n))?;
+    let l = embed::<Interval>(l, "L", (n, c.rows()))?;
+    let p = embed_symmetric::<Interval>(p, "P", n)?;
+    let alpha = Matrix::<Interval>::embed(&Matrix::from_rows([[alpha]]), "alpha")?;
+    let shifted = a.difference(&l.product(c)?)?.sum(&Matrix::scalar(n, &alpha[(0, 0)]))?;
+    definite::decide(&p.product(&shifted)?.plus_transpose()?, Sense::NegativeDefinite)
+}
+
 /// `P > 0`.
 /// # Errors
 /// As [`lyapunov_decrease`].

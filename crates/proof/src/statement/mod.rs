@@ -18,7 +18,7 @@ pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, rounded_cubic_dissipation};
 pub use feedback::feedback_block;
 pub use lipschitz::{SectorTerm, sector_decrease};
-pub use lyapunov::{decay_rate, hurwitz, lyapunov_decrease, positive, stein_decrease};
+pub use lyapunov::{decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, positive, stein_decrease};
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;

@@ -1,0 +1,273 @@
+//! Elementary functions of intervals, outward rounded.
+//!
+//! Each function returns an interval that contains the function's value at every point of its argument, and `None` where the
+//! function is not defined, or has no bound that an interval could carry, at some point of it (`ln` at 0, `1/x` across 0, `tan` across a pole): nothing is
+//! ever cut off in silence.
+//!
+//! # What is assumed
+//! `sqrt` is correctly rounded, as IEEE 754 prescribes. The other functions are those of the platform's mathematical library, of
+//! which it is assumed that they err by at most [`LIBM_ULPS`] units in the last place; every bound is moved outwards by that
+//! much. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos and of at most 3 for expm1, log1p, tan, sinh, cosh, tanh
+//! (manual, section Errors in Math Functions, x86_64 and aarch64); musl, derived from FreeBSD's library, has errors below 2. The places of
+//! the extrema of sine and cosine and of the poles of the tangent are decided with an enclosure of pi, not with a rounded pi.
+
+use core::f64::consts;
+
+use super::Interval;
+use crate::ring::Ring;
+
+/// How many units in the last place a function of the mathematical library is assumed to be off at most.
+pub const LIBM_ULPS: u32 = 8;
+
+/// `x` moved down by the assumed error of the library.
+fn below(x: f64) -> f64 {
+    (0..LIBM_ULPS).fold(x, |x, _| x.next_down())
+}
+
+/// `x` moved up by the assumed error of the library.
+fn above(x: f64) -> f64 {
+    (0..LIBM_ULPS).fold(x, |x, _| x.next_up())
+}
+
+impl Interval {
+    /// pi: the float below it and the float above it.
+    pub const PI: Self = Self { lo: consts::PI, hi: consts::PI.next_up() };
+
+    /// The number 1.
+    pub const ONE: Self = Self { lo: 1.0, hi: 1.0 };
+
+    /// The smallest interval that contains both.
+    #[must_use]
+    pub fn hull(&self, other: &Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// The values of an increasing function of the library, clipped to its range.
+    fn increasing(&self, f: impl Fn(f64) -> f64, range: (f64, f64)) -> Self {
+        Self { lo: below(f(self.lo)).max(range.0), hi: above(f(self.hi)).min(range.1) }
+    }
+
+    /// `1/x`; `None` when 0 is inside.
+    pub fn recip(&self) -> Option<Self> {
+        if self.contains(0.0) {
+            return None;
+        }
+        // Exact when 1/x is: a power of two. The quotient of an infinite bound is 0, which is the limit.
+        let exact = |x: f64| x == 1.0 || x == -1.0;
+        let (lo, hi) = (1.0 / self.hi, 1.0 / self.lo);
+        Some(Self {
+            lo: if exact(self.hi) || lo == 0.0 { lo } else { lo.next_down() },
+            hi: if exact(self.lo) || hi == 0.0 { hi } else { hi.next_up() },
+        })
+    }
+
+    /// `self / rhs`; `None` when 0 is inside `rhs`.
+    pub fn quotient(&self, rhs: &Self) -> Option<Self> {
+        if *rhs == Self::ONE {
+            return Some(*self);
+        }
+        let inverse = rhs.recip()?;
+        if self.is_zero() {
+            return Some(Self::zero());
+        }
+        if !(self.is_bounded() && rhs.is_bounded()) {
+            return Some(self.mul(&inverse));
+        }
+        // Each quotient of bounds is rounded once; through the reciprocal it would be rounded twice.
+        let quotients = [self.lo / rhs.lo, self.lo / rhs.hi, self.hi / rhs.lo, self.hi / rhs.hi];
+        let (lo, hi) = quotients.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(*q), h.max(*q)));
+        Some(Self { lo: lo.next_down(), hi: hi.next_up() })
+    }
+
+    /// `|x|`.
+    #[must_use]
+    pub fn abs(&self) -> Self {
+        if self.lo >= 0.0 {
+            *self
+        } else if self.hi <= 0.0 {
+            self.neg()
+        } else {
+            Self { lo: 0.0, hi: self.magnitude() }
+        }
+    }
+
+    /// `x^n`; `None` for a negative n when 0 is inside.
+    pub fn powi(&self, n: i32) -> Option<Self> {
+        if n < 0 {
+            // The power of the reciprocal, so that i32::MIN has no exception.
+            return self.recip()?.power(n.unsigned_abs()).into();
+        }
+        Some(self.power(n.unsigned_abs()))
+    }
+
+    fn power(&self, n: u32) -> Self {
+        let base = if n % 2 == 0 { self.abs() } else { *self };
+        // Monotone on what is left, so that the powers of the two ends are the ends.
+        let end = |x: f64, unbounded: Self| if x.is_finite() { repeated(&Self::point(x), n) } else { unbounded };
+        if n == 0 {
+            return Self::ONE;
+        }
+        let lo = end(base.lo, Self { lo: f64::NEG_INFINITY, hi: f64::MAX });
+        let hi = end(base.hi, Self { lo: f64::MIN, hi: f64::INFINITY });
+        Self { lo: if n % 2 == 0 { lo.lo.max(0.0) } else { lo.lo }, hi: hi.hi }
+    }
+
+    /// The square root; `None` when a negative number is inside.
+    pub fn sqrt(&self) -> Option<Self> {
+        if self.lo < 0.0 {
+            return None;
+        }
+        let (lo, hi) = (self.lo.sqrt(), self.hi.sqrt());
+        // 0 and the squares of small integers are common bounds and have exact roots.
+        let exact = |root: f64, x: f64| root <= 2f64.powi(26) && root.trunc() == root && root * root == x;
+        Some(Self {
+            lo: if exact(lo, self.lo) { lo } else { lo.next_down().max(0.0) },
+            hi: if exact(hi, self.hi) || hi.is_infinite() { hi } else { hi.next_up() },
+        })
+    }
+
+    /// The cube root.
+    #[must_use]
+    pub fn cbrt(&self) -> Self {
+        self.increasing(f64::cbrt, (f64::NEG_INFINITY, f64::INFINITY))
+    }
+
+    /// `e^x`.
+    #[must_use]
+    pub fn exp(&self) -> Self {
+        if self.is_zero() { Self::ONE } else { self.increasing(f64::exp, (0.0, f64::INFINITY)) }
+    }
+
+    /// `e^x - 1`.
+    #[must_use]
+    pub fn exp_m1(&self) -> Self {
+        if self.is_zero() { *self } else { self.increasing(f64::exp_m1, (-1.0, f64::INFINITY)) }
+    }
+
+    /// The natural logarithm; `None` unless every number inside is positive.
+    pub fn ln(&self) -> Option<Self> {
+        if self.lo <= 0.0 {
+            return None;
+        }
+        Some(if *self == Self::ONE {
+            Self::zero()
+        } else {
+            self.increasing(f64::ln, (f64::NEG_INFINITY, f64::INFINITY))
+        })
+    }
+
+    /// `ln(1 + x)`; `None` unless every number inside is greater than -1.
+    pub fn ln_1p(&self) -> Option<Self> {
+        if self.lo <= -1.0 {
+            return None;
+        }
+        Some(if self.is_zero() { *self } else { self.increasing(f64::ln_1p, (f64::NEG_INFINITY, f64::INFINITY)) })
+    }
+
+    /// The cosine.
+    #[must_use]
+    pub fn cos(&self) -> Self {
+        if self.is_zero() { Self::ONE } else { self.wave(f64::cos, &Self::zero()) }
+    }
+
+    /// The sine.
+    #[must_use]
+    pub fn sin(&self) -> Self {
+        if self.is_zero() { *self } else { self.wave(f64::sin, &Self::point(0.5)) }
+    }
+
+    /// A function that is 1 at `(shift + k) pi` for even k, -1 for odd k, and monotone in between.
+    fn wave(&self, f: impl Fn(f64) -> f64, shift: &Self) -> Self {
+        let all = Self { lo: -1.0, hi: 1.0 };
+        let Some((first, last)) = self.multiples_of_pi(shift) else { return all };
+        if last > first {
+            return all;
+        }
+        let (at_lo, at_hi) = (f(self.lo), f(self.hi));
+        let mut values = Self { lo: below(at_lo.min(at_hi)).max(-1.0), hi: above(at_lo.max(at_hi)).min(1.0) };
+        if first == last {
+            // first is below 2^53 in size, so that its half is exact.
+            if (first / 2.0).fract() == 0.0 { values.hi = 1.0 } else { values.lo = -1.0 }
+        }
+        values
+    }
+
+    /// The first and the last integer k for which `(shift + k) pi` may be inside, the first greater than the last when there is none; `None` where
+    /// arguments are so large that many periods are between neighbouring numbers, or infinite.
+    fn multiples_of_pi(&self, shift: &Self) -> Option<(f64, f64)> {
+        if self.magnitude() > 2f64.powi(40) {
+            return None;
+        }
+        let first = Self::point(self.lo).quotient(&Self::PI)?.sub(shift).lo.ceil();
+        let last = Self::point(self.hi).quotient(&Self::PI)?.sub(shift).hi.floor();
+        Some((first, last))
+    }
+
+    /// The tangent; `None` when a pole may be inside.
+    pub fn tan(&self) -> Option<Self> {
+        if self.is_zero() {
+            return Some(*self);
+        }
+        let (first, last) = self.multiples_of_pi(&Self::point(0.5))?;
+        (last < first).then(|| self.increasing(f64::tan, (f64::NEG_INFINITY, f64::INFINITY)))
+    }
+
+    /// The inverse tangent.
+    #[must_use]
+    pub fn atan(&self) -> Self {
+        if self.is_zero() {
+            *self
+        } else {
+            self.increasing(f64::atan, (-above(consts::FRAC_PI_2), above(consts::FRAC_PI_2)))
+        }
+    }
+
+    /// The inverse sine; `None` when a number outside [-1, 1] is inside.
+    pub fn asin(&self) -> Option<Self> {
+        (self.magnitude() <= 1.0).then(|| self.increasing(f64::asin, (f64::NEG_INFINITY, f64::INFINITY)))
+    }
+
+    /// The inverse cosine; `None` when a number outside [-1, 1] is inside.
+    pub fn acos(&self) -> Option<Self> {
+        (self.magnitude() <= 1.0).then(|| Self { lo: below(self.hi.acos()).max(0.0), hi: above(self.lo.acos()) })
+    }
+
+    /// The hyperbolic sine.
+    #[must_use]
+    pub fn sinh(&self) -> Self {
+        if self.is_zero() { *self } else { self.increasing(f64::sinh, (f64::NEG_INFINITY, f64::INFINITY)) }
+    }
+
+    /// The hyperbolic cosine.
+    #[must_use]
+    pub fn cosh(&self) -> Self {
+        let size = self.abs();
+        if size.is_zero() { Self::ONE } else { size.increasing(f64::cosh, (1.0, f64::INFINITY)) }
+    }
+
+    /// The hyperbolic tangent.
+    #[must_use]
+    pub fn tanh(&self) -> Self {
+        if self.is_zero() { *self } else { self.increasing(f64::tanh, (-1.0, 1.0)) }
+    }
+}
+
+/// `x^n` by repeated squaring, in enclosures throughout.
+fn repeated(x: &Interval, n: u32) -> Interval {
+    if *x == Interval::ONE {
+        return *x;
+    }
+    let (mut result, mut square, mut left): (Option<Interval>, Interval, u32) = (None, *x, n);
+    while left > 0 {
+        if left % 2 == 1 {
+            result = Some(result.map_or(square, |r| r.mul(&square)));
+        }
+        left /= 2;
+        if left > 0 {
+            // A square is not negative, whatever the rounding of its lower bound.
+            let next = square.mul(&square);
+            square = Interval { lo: next.lo.max(0.0), hi: next.hi };
+        }
+    }
+    result.unwrap_or(Interval::ONE)
+}
