@@ -8,7 +8,7 @@ use core::fmt;
 
 use luenberger_plants::DynamicPlant;
 use luenberger_proof::statement::{self, DeployedCubic, Reach};
-use luenberger_proof::{Direction, Matrix, ProofError, Verdict, positive_semidefinite};
+use luenberger_proof::{Direction, Interval, Matrix, ProofError, Verdict, positive_semidefinite};
 use nalgebra::DMatrix;
 
 use crate::cubic::CubicDesign;
@@ -66,7 +66,21 @@ impl Fact {
         })
     }
 
-    /// The same in discrete time, for the gain as stored.
+    /// The decrease for every pair (A, C) between the bounds, for the gain as stored.
+    pub(crate) fn decay_around(
+        vertex: &str,
+        (a, c): &(Matrix<Interval>, Matrix<Interval>),
+        l: &DMatrix<f64>,
+        p: &DMatrix<f64>,
+        rate: f64,
+    ) -> Result<Self, ProofError> {
+        Ok(Self {
+            statement: format!("(A - LC)'P + P(A - LC) + 2({rate:e})P < 0{vertex}"),
+            verdict: statement::decay_rate_within(a, &exact(l)?, c, &exact(p)?, rate)?,
+        })
+    }
+
+    /// The decrease in discrete time, for the gain as stored.
     pub(crate) fn stein_decrease(
         (ad, c): (&DMatrix<f64>, &DMatrix<f64>),
         ld: &DMatrix<f64>,

@@ -8,6 +8,9 @@ use luenberger_proof::ProofError;
 use nalgebra::Complex;
 use thiserror::Error;
 
+use crate::enclosure::EnclosureError;
+use crate::lpv::{Conflict, HiddenMode, VaryingEntries};
+
 /// Why a design was not possible. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -139,6 +142,35 @@ pub enum DesignError {
         what: &'static str,
         /// The quantity that refutes it.
         reason: Obstruction,
+    },
+    /// The Jacobians have no enclosure over the box.
+    #[error(transparent)]
+    Enclosure(#[from] EnclosureError),
+    /// Too many entries of the Jacobians vary over the box.
+    #[error("{varying} entries of the Jacobians vary over the box, {allowed} are allowed: {entries}")]
+    TooManyVertices {
+        /// How many vary.
+        varying: usize,
+        /// How many may.
+        allowed: usize,
+        /// Which ones.
+        entries: VaryingEntries,
+    },
+    /// Somewhere in the polytope a direction is not seen by any output, and an error along it does not decay at the rate asked for.
+    #[error("{0}")]
+    HiddenMode(Box<HiddenMode>),
+    /// Vertices that are possible alone exclude each other.
+    #[error("{0}")]
+    Conflict(Box<Conflict>),
+    /// A given gain does not stabilise at a vertex.
+    #[error("A - L C is not Hurwitz at vertex {} ({place}): its spectral abscissa is {abscissa:e}", vertex + 1)]
+    UnstableVertex {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// The vertex in words.
+        place: String,
+        /// The largest real part of an eigenvalue there.
+        abscissa: f64,
     },
     /// Neither a solution nor a refutation was found.
     #[error("{what} stayed undecided: {why} (best margin {best:e})")]

@@ -28,28 +28,15 @@ pub(crate) fn solve(
     rate: f64,
     mut lmi: Problem,
 ) -> Result<(Gain, Solution), DesignError> {
-    let (n, outputs) = (plant.a.nrows(), plant.c.nrows());
     check::plant(plant)?;
     check::rate(rate)?;
     for a in vertices {
         check::detectable(a, &plant.c, rate)?;
     }
-    let p = lmi.symmetric("P", n);
-    let y = lmi.rectangular("Y", n, outputs);
-    lmi.constrain("P > 0", &p >> 0.0);
-    for (k, a) in vertices.iter().enumerate() {
-        lmi.constrain(
-            &format!("decrease at vertex {}", k + 1),
-            (he(&p * a - &y * &plant.c) + (2.0 * rate) * &p) << 0.0,
-        );
-    }
+    pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate);
     let solution = lmi.solve()?;
     match &solution.verdict {
-        Verdict::Proved { .. } => {
-            let p = solution.value(&p);
-            let l = check::solve_definite("P", &p, &solution.value(&y))?;
-            Ok((Gain { l, p }, solution))
-        }
+        Verdict::Proved { .. } => Ok((gain_of(&solution)?, solution)),
         Verdict::Refuted { witness } => {
             Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness.clone()) })
         }
@@ -57,4 +44,35 @@ pub(crate) fn solve(
     }
 }
 
-const WHAT: &str = "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0";
+/// Asks `lmi` for one P and one Y for all pairs `(A_k, C_k)`, each given with the number k (from 0) of its vertex, at least one.
+pub(crate) fn pose<'a>(
+    lmi: &mut Problem,
+    vertices: impl Iterator<Item = (usize, &'a DMatrix<f64>, &'a DMatrix<f64>)>,
+    rate: f64,
+) {
+    let mut unknowns = None;
+    for (k, a, c) in vertices {
+        let (p, y) = unknowns.get_or_insert_with(|| {
+            let p = lmi.symmetric("P", a.nrows());
+            let y = lmi.rectangular("Y", a.nrows(), c.nrows());
+            lmi.constrain("P > 0", &p >> 0.0);
+            (p, y)
+        });
+        lmi.constrain(&decrease_at(k), (he(&*p * a - &*y * c) + (2.0 * rate) * &*p) << 0.0);
+    }
+}
+
+/// The name of the inequality of vertex k (from 0).
+pub(crate) fn decrease_at(k: usize) -> String {
+    format!("decrease at vertex {}", k + 1)
+}
+
+/// `L = P^-1 Y` and P from a solution of what [`pose`] asks.
+pub(crate) fn gain_of(solution: &Solution) -> Result<Gain, DesignError> {
+    let value = |name| solution.named(name).cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
+    let p: DMatrix<f64> = value("P");
+    let l = check::solve_definite("P", &p, &value("Y"))?;
+    Ok(Gain { l, p })
+}
+
+pub(crate) const WHAT: &str = "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0";

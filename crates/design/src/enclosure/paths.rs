@@ -1,0 +1,150 @@
+//! Comparisons that a box leaves open: every way a right-hand side can take is taken.
+//!
+//! A right-hand side that branches (`if d < 1 { .. } else { .. }`) takes one branch at some points of a box and the other at others. The comparison of overlapping
+//! intervals therefore answers from a script, and the right-hand side is run again until all answers have been given: for each point of the box, one of the runs
+//! takes the branches that the point takes. An operation that is not defined on the whole box is noted in the same place, so that its result is
+//! never used.
+//!
+//! The script is thread-local because a comparison has no other place to look; an inner exploration puts the outer one back when it
+//! ends, by a panic too.
+
+use core::cell::RefCell;
+
+/// How many runs one evaluation may take: six open comparisons in a row.
+pub(super) const MAX_RUNS: usize = 64;
+
+/// The longest script. A loop that ends on a comparison gets alternating answers beyond it, so that it ends.
+const MAX_DECISIONS: usize = 256;
+
+/// Why an evaluation over a box has no result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Undefined {
+    /// This operation is not defined, or jumps, or is not bounded, at some point of the box.
+    Operation(&'static str),
+    /// The right-hand side has too many branches that the box leaves open.
+    TooManyBranches,
+}
+
+#[derive(Default)]
+struct Script {
+    answers: Vec<bool>,
+    next: usize,
+    undefined: Option<Undefined>,
+}
+
+thread_local! {
+    static SCRIPT: RefCell<Option<Script>> = const { RefCell::new(None) };
+}
+
+/// Puts the previous script back when it is dropped.
+struct Restore(Option<Script>);
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        SCRIPT.with(|cell| cell.replace(self.0.take()));
+    }
+}
+
+/// The answer to a comparison that the operands leave open. Outside an exploration there are no operands but single numbers
+/// and constants such as pi, and the answer is no.
+pub(super) fn open_comparison() -> bool {
+    SCRIPT.with(|cell| {
+        let mut cell = cell.borrow_mut();
+        let Some(script) = cell.as_mut() else { return false };
+        let at = script.next;
+        script.next += 1;
+        if at >= MAX_DECISIONS {
+            script.undefined = Some(Undefined::TooManyBranches);
+            return at % 2 == 0;
+        }
+        if at == script.answers.len() {
+            script.answers.push(true);
+        }
+        script.answers[at]
+    })
+}
+
+/// Notes that an operation has no result on this box.
+pub(super) fn note_undefined(operation: &'static str) {
+    SCRIPT.with(|cell| {
+        if let Some(script) = cell.borrow_mut().as_mut() {
+            script.undefined.get_or_insert(Undefined::Operation(operation));
+        }
+    });
+}
+
+/// The results of all runs of `f`.
+///
+/// # Errors
+/// The first operation without a result on the box, or too many runs.
+pub(super) fn explore<R>(mut f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
+    let mut answers = Vec::new();
+    let mut results = Vec::new();
+    loop {
+        let script = Script { answers, ..Script::default() };
+        let restore = Restore(SCRIPT.with(|cell| cell.replace(Some(script))));
+        let result = f();
+        let script = SCRIPT.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
+        drop(restore);
+        if let Some(undefined) = script.undefined {
+            return Err(undefined);
+        }
+        results.push(result);
+        answers = script.answers;
+        // A run that asked fewer questions than its script has answers did not depend on the rest.
+        answers.truncate(script.next);
+        while answers.last() == Some(&false) {
+            answers.pop();
+        }
+        match answers.last_mut() {
+            None => return Ok(results),
+            Some(_) if results.len() >= MAX_RUNS => return Err(Undefined::TooManyBranches),
+            Some(last) => *last = false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_is_taken_once() {
+        let ways = explore(|| if open_comparison() { if open_comparison() { 0 } else { 1 } } else { 2 }).unwrap();
+        assert_eq!(ways, [0, 1, 2]);
+    }
+
+    #[test]
+    fn explorations_nest() {
+        let ways = explore(|| {
+            let outer = open_comparison();
+            let inner = explore(open_comparison).unwrap();
+            assert_eq!(explore(|| note_undefined("ln")), Err(Undefined::Operation("ln")));
+            (outer, inner, open_comparison())
+        });
+        let inner = vec![true, false];
+        let expected: Vec<_> =
+            [(true, true), (true, false), (false, true), (false, false)].map(|(a, b)| (a, inner.clone(), b)).into();
+        assert_eq!(ways.unwrap(), expected);
+    }
+
+    #[test]
+    fn loops_end() {
+        assert_eq!(explore(|| while open_comparison() {}), Err(Undefined::TooManyBranches));
+        assert_eq!(explore(|| while !open_comparison() {}), Err(Undefined::TooManyBranches));
+        // Seven comparisons in a row have 128 ways.
+        let seven = || (0..7).filter(|_| open_comparison()).count();
+        assert_eq!(explore(seven), Err(Undefined::TooManyBranches));
+    }
+
+    #[test]
+    fn a_panic_leaves_nothing_behind() {
+        let outer = explore(|| {
+            let caught = std::panic::catch_unwind(|| explore(|| -> bool { panic!("in a plant") }));
+            assert!(caught.is_err());
+            open_comparison()
+        });
+        assert_eq!(outer.unwrap(), [true, false]);
+        assert!(!open_comparison());
+    }
+}

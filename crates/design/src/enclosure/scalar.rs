@@ -1,0 +1,792 @@
+//! The scalar over which a plant is evaluated on a box: an interval, and the interval of its derivative along a direction.
+//!
+//! It is a [`RealField`], so that a plant written once for every scalar is a plant over it. Three things differ from a number:
+//! - A comparison of overlapping intervals has no answer; see [`paths`](super::paths) for what happens then. The absolute value, maximum and minimum need no
+//!   comparison: their derivative is between those of the two sides.
+//! - An operation that is not defined on the whole interval (`ln` at 0, division across 0), or jumps there (`floor`, `signum`), notes so, and the evaluation over that
+//!   box has no result.
+//! - Constants stand for the binary64 numbers they are, exactly; `pi` and its kin enclose both the real number and its rounding, since a plant may mean
+//!   either.
+
+use core::cmp::Ordering;
+use core::fmt;
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
+
+use approx::{AbsDiffEq, RelativeEq, UlpsEq};
+use luenberger_proof::{Interval, Ring};
+use nalgebra::{ComplexField, Field, RealField, SimdValue};
+use num_traits::{FromPrimitive, Num, One, Signed, Zero};
+use simba::scalar::{SubsetOf, SupersetOf};
+
+use super::paths::{note_undefined, open_comparison};
+
+/// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
+///
+/// Plants see it as their scalar `T` and need to know nothing of it.
+#[derive(Debug, Clone, Copy)]
+pub struct IntervalDual {
+    value: Interval,
+    slope: Interval,
+}
+
+/// The product, without a rounding when a factor is 1: most entries of a Jacobian are a coefficient times that.
+fn times(x: &Interval, y: &Interval) -> Interval {
+    if *x == Interval::ONE {
+        *y
+    } else if *y == Interval::ONE {
+        *x
+    } else {
+        x.mul(y)
+    }
+}
+
+fn number(x: f64) -> Interval {
+    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
+}
+
+impl IntervalDual {
+    /// A value with its derivative along the direction.
+    pub(crate) fn new(value: Interval, slope: Interval) -> Self {
+        Self { value, slope }
+    }
+
+    /// The values.
+    pub fn value(&self) -> Interval {
+        self.value
+    }
+
+    /// The derivatives along the direction of the evaluation.
+    pub fn slope(&self) -> Interval {
+        self.slope
+    }
+
+    fn constant(value: Interval) -> Self {
+        Self { value, slope: Interval::zero() }
+    }
+
+    /// The result of an operation that has none on this interval.
+    fn undefined(operation: &'static str) -> Self {
+        note_undefined(operation);
+        Self { value: Interval::UNBOUNDED, slope: Interval::UNBOUNDED }
+    }
+
+    /// `f(x)` by the chain rule, from the enclosures of f and f'.
+    fn chain(&self, value: Interval, derivative: Interval) -> Self {
+        Self { value, slope: times(&derivative, &self.slope) }
+    }
+
+    /// As [`chain`](Self::chain), where f or f' may have no enclosure. A constant has no derivative, whatever f' is.
+    fn chain_if(&self, operation: &'static str, value: Option<Interval>, derivative: Option<Interval>) -> Self {
+        match (value, derivative) {
+            (Some(value), Some(derivative)) => self.chain(value, derivative),
+            (Some(value), None) if self.slope.is_zero() => Self::constant(value),
+            (Some(value), None) => Self { value, slope: Interval::UNBOUNDED },
+            (None, _) => Self::undefined(operation),
+        }
+    }
+
+    /// A function that is constant between its jumps, by its values at the two ends.
+    fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self {
+        let (lo, hi) = (f(self.value.lo()), f(self.value.hi()));
+        if lo == hi { Self::constant(number(lo)) } else { Self::undefined(operation) }
+    }
+
+    /// Either of the two.
+    fn either(value: Interval, x: &Self, y: &Self) -> Self {
+        Self { value, slope: x.slope.hull(&y.slope) }
+    }
+
+    /// `self^2`.
+    fn square(&self) -> Self {
+        self.chain_if("powi", self.value.powi(2), Some(self.value.add(&self.value)))
+    }
+}
+
+impl Add for IntervalDual {
+    type Output = Self;
+
+    fn add(self, rhs: Self) -> Self {
+        Self { value: self.value.add(&rhs.value), slope: self.slope.add(&rhs.slope) }
+    }
+}
+
+impl Sub for IntervalDual {
+    type Output = Self;
+
+    fn sub(self, rhs: Self) -> Self {
+        Self { value: self.value.sub(&rhs.value), slope: self.slope.sub(&rhs.slope) }
+    }
+}
+
+impl Mul for IntervalDual {
+    type Output = Self;
+
+    fn mul(self, rhs: Self) -> Self {
+        let slope = times(&self.slope, &rhs.value).add(&times(&self.value, &rhs.slope));
+        Self { value: times(&self.value, &rhs.value), slope }
+    }
+}
+
+impl Div for IntervalDual {
+    type Output = Self;
+
+    fn div(self, rhs: Self) -> Self {
+        let Some(value) = self.value.quotient(&rhs.value) else { return Self::undefined("division") };
+        // (x/y)' = (x' - (x/y) y')/y.
+        let slope = self.slope.sub(&times(&value, &rhs.slope)).quotient(&rhs.value);
+        Self { value, slope: slope.unwrap_or(Interval::UNBOUNDED) }
+    }
+}
+
+impl Rem for IntervalDual {
+    type Output = Self;
+
+    /// `x - y trunc(x/y)`, which jumps where x/y is an integer.
+    fn rem(self, rhs: Self) -> Self {
+        self - rhs * (self / rhs).step("remainder", f64::trunc)
+    }
+}
+
+impl Neg for IntervalDual {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self { value: self.value.neg(), slope: self.slope.neg() }
+    }
+}
+
+macro_rules! assign {
+    ($($operator:ident $method:ident $of:ident),*) => {$(
+        impl $operator for IntervalDual {
+            fn $method(&mut self, rhs: Self) {
+                *self = self.$of(rhs);
+            }
+        }
+    )*};
+}
+
+assign!(AddAssign add_assign add, SubAssign sub_assign sub, MulAssign mul_assign mul, DivAssign div_assign div, RemAssign rem_assign rem);
+
+impl PartialEq for IntervalDual {
+    fn eq(&self, other: &Self) -> bool {
+        if self.value.is_point() && self.value == other.value {
+            true
+        } else if self.value.hi() < other.value.lo() || self.value.lo() > other.value.hi() {
+            false
+        } else {
+            open_comparison()
+        }
+    }
+}
+
+impl PartialOrd for IntervalDual {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(if self < other {
+            Ordering::Less
+        } else if self == other {
+            Ordering::Equal
+        } else {
+            Ordering::Greater
+        })
+    }
+
+    fn lt(&self, other: &Self) -> bool {
+        if self.value.hi() < other.value.lo() {
+            true
+        } else if self.value.lo() >= other.value.hi() {
+            false
+        } else {
+            open_comparison()
+        }
+    }
+
+    fn gt(&self, other: &Self) -> bool {
+        other.lt(self)
+    }
+
+    fn le(&self, other: &Self) -> bool {
+        !other.lt(self)
+    }
+
+    fn ge(&self, other: &Self) -> bool {
+        !self.lt(other)
+    }
+}
+
+impl fmt::Display for IntervalDual {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (value, slope) = (self.value, self.slope);
+        write!(f, "[{}, {}] + [{}, {}] d", value.lo(), value.hi(), slope.lo(), slope.hi())
+    }
+}
+
+impl Zero for IntervalDual {
+    fn zero() -> Self {
+        Self::constant(Interval::zero())
+    }
+
+    fn is_zero(&self) -> bool {
+        *self == Self::zero()
+    }
+}
+
+impl One for IntervalDual {
+    fn one() -> Self {
+        Self::constant(Interval::ONE)
+    }
+}
+
+impl Num for IntervalDual {
+    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
+
+    /// The decimal number is not a binary64 one, so that this is its rounding and both neighbours.
+    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
+        f64::from_str_radix(text, radix).map(about)
+    }
+}
+
+/// A constant that is x up to its rounding.
+fn about(x: f64) -> IntervalDual {
+    match Interval::new(x.next_down(), x.next_up()) {
+        Some(value) => IntervalDual::constant(value),
+        None => IntervalDual::undefined("conversion"),
+    }
+}
+
+/// The binary64 number x.
+fn exactly(x: f64) -> IntervalDual {
+    match Interval::from_f64(x) {
+        Some(value) => IntervalDual::constant(value),
+        None => IntervalDual::undefined("conversion"),
+    }
+}
+
+/// The largest integer up to which all integers are binary64 numbers.
+const EXACT_INTEGERS: u64 = 1 << f64::MANTISSA_DIGITS;
+
+impl FromPrimitive for IntervalDual {
+    fn from_i64(n: i64) -> Option<Self> {
+        Some(if n.unsigned_abs() <= EXACT_INTEGERS { exactly(n as f64) } else { about(n as f64) })
+    }
+
+    fn from_u64(n: u64) -> Option<Self> {
+        Some(if n <= EXACT_INTEGERS { exactly(n as f64) } else { about(n as f64) })
+    }
+
+    fn from_f64(x: f64) -> Option<Self> {
+        Some(exactly(x))
+    }
+}
+
+impl SubsetOf<Self> for IntervalDual {
+    fn to_superset(&self) -> Self {
+        *self
+    }
+
+    fn from_superset_unchecked(element: &Self) -> Self {
+        *element
+    }
+
+    fn is_in_subset(_: &Self) -> bool {
+        true
+    }
+}
+
+macro_rules! supersets {
+    ($($float:ident),*) => {$(
+        impl SupersetOf<$float> for IntervalDual {
+            fn is_in_subset(&self) -> bool {
+                self.value.is_point() && self.slope.is_zero()
+            }
+
+            /// What is computed from a single number is not computed from the box.
+            fn to_subset_unchecked(&self) -> $float {
+                if !SupersetOf::<$float>::is_in_subset(self) {
+                    note_undefined("conversion to a single number");
+                }
+                self.value.lo() as $float
+            }
+
+            fn from_subset(&element: &$float) -> Self {
+                exactly(f64::from(element))
+            }
+        }
+    )*};
+}
+
+supersets!(f32, f64);
+
+impl AbsDiffEq for IntervalDual {
+    type Epsilon = Self;
+
+    fn default_epsilon() -> Self {
+        exactly(f64::EPSILON)
+    }
+
+    fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
+        Signed::abs(&(*self - *other)) <= epsilon
+    }
+}
+
+impl RelativeEq for IntervalDual {
+    fn default_max_relative() -> Self {
+        exactly(f64::EPSILON)
+    }
+
+    fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
+        let largest = RealField::max(Signed::abs(self), Signed::abs(other));
+        Signed::abs(&(*self - *other)) <= RealField::max(epsilon, largest * max_relative)
+    }
+}
+
+impl UlpsEq for IntervalDual {
+    fn default_max_ulps() -> u32 {
+        4
+    }
+
+    fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
+        self.relative_eq(other, epsilon, exactly(f64::EPSILON * f64::from(max_ulps)))
+    }
+}
+
+impl Signed for IntervalDual {
+    fn abs(&self) -> Self {
+        let value = self.value.abs();
+        if self.value.lo() >= 0.0 {
+            *self
+        } else if self.value.hi() <= 0.0 {
+            -*self
+        } else {
+            Self::either(value, self, &-*self)
+        }
+    }
+
+    fn abs_sub(&self, other: &Self) -> Self {
+        RealField::max(*self - *other, Self::zero())
+    }
+
+    fn signum(&self) -> Self {
+        self.step("signum", f64::signum)
+    }
+
+    fn is_positive(&self) -> bool {
+        *self > Self::zero()
+    }
+
+    fn is_negative(&self) -> bool {
+        *self < Self::zero()
+    }
+}
+
+impl SimdValue for IntervalDual {
+    const LANES: usize = 1;
+    type Element = Self;
+    type SimdBool = bool;
+
+    fn splat(val: Self) -> Self {
+        val
+    }
+
+    fn extract(&self, _: usize) -> Self {
+        *self
+    }
+
+    // SAFETY: nothing is assumed of the index; only the trait's signature is unsafe.
+    #[allow(unsafe_code)]
+    unsafe fn extract_unchecked(&self, _: usize) -> Self {
+        *self
+    }
+
+    fn replace(&mut self, _: usize, val: Self) {
+        *self = val;
+    }
+
+    // SAFETY: as above.
+    #[allow(unsafe_code)]
+    unsafe fn replace_unchecked(&mut self, _: usize, val: Self) {
+        *self = val;
+    }
+
+    fn select(self, cond: bool, other: Self) -> Self {
+        if cond { self } else { other }
+    }
+}
+
+impl Field for IntervalDual {}
+
+/// An increasing function that has no interval version, by its enclosures at the two ends; an infinite end is its own image.
+fn increasing(x: &Interval, f: impl Fn(Interval) -> Option<Interval>) -> Option<Interval> {
+    let end = |x: f64| Interval::from_f64(x).map_or(Some((x, x)), |x| f(x).map(|y| (y.lo(), y.hi())));
+    Interval::new(end(x.lo())?.0, end(x.hi())?.1)
+}
+
+/// `sqrt(1 + x^2)`.
+fn root_of_one_plus_square(x: &Interval) -> Option<Interval> {
+    x.powi(2)?.add(&Interval::ONE).sqrt()
+}
+
+impl ComplexField for IntervalDual {
+    type RealField = Self;
+
+    fn from_real(re: Self) -> Self {
+        re
+    }
+
+    fn real(self) -> Self {
+        self
+    }
+
+    fn imaginary(self) -> Self {
+        Self::zero()
+    }
+
+    fn modulus(self) -> Self {
+        Signed::abs(&self)
+    }
+
+    fn modulus_squared(self) -> Self {
+        self.square()
+    }
+
+    fn argument(self) -> Self {
+        if self >= Self::zero() { Self::zero() } else { Self::pi() }
+    }
+
+    fn norm1(self) -> Self {
+        Signed::abs(&self)
+    }
+
+    fn scale(self, factor: Self) -> Self {
+        self * factor
+    }
+
+    fn unscale(self, factor: Self) -> Self {
+        self / factor
+    }
+
+    fn signum(self) -> Self {
+        Signed::signum(&self)
+    }
+
+    fn floor(self) -> Self {
+        self.step("floor", f64::floor)
+    }
+
+    fn ceil(self) -> Self {
+        self.step("ceil", f64::ceil)
+    }
+
+    fn round(self) -> Self {
+        self.step("round", f64::round)
+    }
+
+    fn trunc(self) -> Self {
+        self.step("trunc", f64::trunc)
+    }
+
+    fn fract(self) -> Self {
+        self - self.step("fract", f64::trunc)
+    }
+
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+
+    fn abs(self) -> Self {
+        Signed::abs(&self)
+    }
+
+    /// The derivative `(x x' + y y')/sqrt(x^2 + y^2)` is bounded at the origin too.
+    fn hypot(self, other: Self) -> Self {
+        let Some(value) = self.value.powi(2).zip(other.value.powi(2)).and_then(|(x, y)| x.add(&y).sqrt()) else {
+            return Self::undefined("hypot");
+        };
+        let share = |x: &Interval| {
+            let unit = Interval::ONE.hull(&Interval::ONE.neg());
+            x.quotient(&value).and_then(|q| q.intersection(&unit)).unwrap_or(unit)
+        };
+        let slope = times(&share(&self.value), &self.slope).add(&times(&share(&other.value), &other.slope));
+        Self { value, slope }
+    }
+
+    fn recip(self) -> Self {
+        Self::one() / self
+    }
+
+    fn conjugate(self) -> Self {
+        self
+    }
+
+    fn sin(self) -> Self {
+        self.chain(self.value.sin(), self.value.cos())
+    }
+
+    fn cos(self) -> Self {
+        self.chain(self.value.cos(), self.value.sin().neg())
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+
+    fn tan(self) -> Self {
+        let value = self.value.tan();
+        let derivative = value.and_then(|y| y.powi(2)).map(|square| square.add(&Interval::ONE));
+        self.chain_if("tan", value, derivative)
+    }
+
+    fn asin(self) -> Self {
+        let derivative = Interval::ONE.sub(&self.value.abs()).mul(&Interval::ONE.add(&self.value.abs()));
+        self.chain_if("asin", self.value.asin(), derivative.sqrt().and_then(|root| root.recip()))
+    }
+
+    fn acos(self) -> Self {
+        let derivative = Interval::ONE.sub(&self.value.abs()).mul(&Interval::ONE.add(&self.value.abs()));
+        self.chain_if("acos", self.value.acos(), derivative.sqrt().and_then(|root| root.recip()).map(|d| d.neg()))
+    }
+
+    fn atan(self) -> Self {
+        let derivative = self.value.powi(2).and_then(|square| square.add(&Interval::ONE).recip());
+        self.chain_if("atan", Some(self.value.atan()), derivative)
+    }
+
+    fn sinh(self) -> Self {
+        self.chain(self.value.sinh(), self.value.cosh())
+    }
+
+    fn cosh(self) -> Self {
+        self.chain(self.value.cosh(), self.value.sinh())
+    }
+
+    fn tanh(self) -> Self {
+        let derivative = self.value.cosh().recip().and_then(|sech| sech.powi(2));
+        self.chain_if("tanh", Some(self.value.tanh()), derivative)
+    }
+
+    fn asinh(self) -> Self {
+        // ln(1 + x + x^2/(1 + sqrt(1 + x^2))) for x >= 0, odd.
+        let at = |x: Interval| {
+            let (size, root) = (x.abs(), root_of_one_plus_square(&x)?);
+            let y = size.add(&size.powi(2)?.quotient(&root.add(&Interval::ONE))?).ln_1p()?;
+            Some(if x.lo() < 0.0 { y.neg() } else { y })
+        };
+        let derivative = root_of_one_plus_square(&self.value).and_then(|root| root.recip());
+        self.chain_if("asinh", increasing(&self.value, at), derivative)
+    }
+
+    fn acosh(self) -> Self {
+        let radicand = |x: &Interval| x.sub(&Interval::ONE).mul(&x.add(&Interval::ONE));
+        // ln(1 + (x - 1) + sqrt((x - 1)(x + 1))).
+        let at = |x: Interval| {
+            x.sub(&Interval::ONE).add(&Interval::new(radicand(&x).lo().max(0.0), radicand(&x).hi())?.sqrt()?).ln_1p()
+        };
+        let value = if self.value.lo() < 1.0 { None } else { increasing(&self.value, at) };
+        self.chain_if("acosh", value, radicand(&self.value).sqrt().and_then(|root| root.recip()))
+    }
+
+    fn atanh(self) -> Self {
+        let half = number(0.5);
+        // ln((1 + x)/(1 - x))/2.
+        let at = |x: Interval| Some(half.mul(&x.add(&x).quotient(&Interval::ONE.sub(&x))?.ln_1p()?));
+        let inside = self.value.magnitude() < 1.0;
+        let derivative = Interval::ONE.sub(&self.value.abs()).mul(&Interval::ONE.add(&self.value.abs())).recip();
+        self.chain_if("atanh", if inside { increasing(&self.value, at) } else { None }, derivative)
+    }
+
+    fn log(self, base: Self) -> Self {
+        self.ln() / base.ln()
+    }
+
+    fn log2(self) -> Self {
+        self.ln() / Self::ln_2()
+    }
+
+    fn log10(self) -> Self {
+        self.ln() / Self::ln_10()
+    }
+
+    fn ln(self) -> Self {
+        self.chain_if("ln", self.value.ln(), self.value.recip())
+    }
+
+    fn ln_1p(self) -> Self {
+        self.chain_if("ln_1p", self.value.ln_1p(), self.value.add(&Interval::ONE).recip())
+    }
+
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        let derivative = value.and_then(|root| root.add(&root).recip());
+        self.chain_if("sqrt", value, derivative)
+    }
+
+    fn exp(self) -> Self {
+        self.chain(self.value.exp(), self.value.exp())
+    }
+
+    fn exp2(self) -> Self {
+        (self * Self::ln_2()).exp()
+    }
+
+    fn exp_m1(self) -> Self {
+        self.chain(self.value.exp_m1(), self.value.exp())
+    }
+
+    fn powi(self, n: i32) -> Self {
+        let derivative = match n.checked_sub(1) {
+            _ if n == 0 => Some(Interval::zero()),
+            Some(less) => self.value.powi(less).map(|power| number(f64::from(n)).mul(&power)),
+            None => None,
+        };
+        self.chain_if("powi", self.value.powi(n), if n == 1 { Some(Interval::ONE) } else { derivative })
+    }
+
+    /// For an exponent that is an integer, the power; else `exp(n ln x)`.
+    fn powf(self, n: Self) -> Self {
+        let exponent = n.value.lo();
+        if n.value.is_point() && n.slope.is_zero() && exponent.fract() == 0.0 && exponent.abs() < f64::from(i32::MAX) {
+            return self.powi(exponent as i32);
+        }
+        (n * self.ln()).exp()
+    }
+
+    fn powc(self, n: Self) -> Self {
+        self.powf(n)
+    }
+
+    fn cbrt(self) -> Self {
+        let value = self.value.cbrt();
+        let derivative = value.powi(2).and_then(|square| number(3.0).mul(&square).recip());
+        self.chain_if("cbrt", Some(value), derivative)
+    }
+
+    /// The real numbers of an interval are finite.
+    fn is_finite(&self) -> bool {
+        true
+    }
+
+    fn try_sqrt(self) -> Option<Self> {
+        if self < Self::zero() {
+            return None;
+        }
+        // Those of the values that are not negative, which is what this branch is for.
+        let value = Interval::new(self.value.lo().max(0.0), self.value.hi())?;
+        Some(Self { value, ..self }.sqrt())
+    }
+}
+
+impl RealField for IntervalDual {
+    fn is_sign_positive(&self) -> bool {
+        *self >= Self::zero()
+    }
+
+    fn is_sign_negative(&self) -> bool {
+        *self < Self::zero()
+    }
+
+    fn copysign(self, sign: Self) -> Self {
+        Signed::abs(&self) * Signed::signum(&sign)
+    }
+
+    fn max(self, other: Self) -> Self {
+        let (x, y) = (&self.value, &other.value);
+        if x.lo() >= y.hi() {
+            self
+        } else if y.lo() >= x.hi() {
+            other
+        } else {
+            // The bounds of an interval that contains a real number, as x and y do.
+            let value = Interval::new(x.lo().max(y.lo()), x.hi().max(y.hi())).unwrap_or(Interval::UNBOUNDED);
+            Self::either(value, &self, &other)
+        }
+    }
+
+    fn min(self, other: Self) -> Self {
+        -RealField::max(-self, -other)
+    }
+
+    fn clamp(self, min: Self, max: Self) -> Self {
+        RealField::min(RealField::max(self, min), max)
+    }
+
+    fn atan2(self, other: Self) -> Self {
+        let (y, x) = (self, other);
+        if x.value.lo() > 0.0 {
+            (y / x).atan()
+        } else if y.value.lo() > 0.0 {
+            Self::frac_pi_2() - (x / y).atan()
+        } else if y.value.hi() < 0.0 {
+            -Self::frac_pi_2() - (x / y).atan()
+        } else {
+            // It jumps across the negative half axis and is not differentiable at the origin.
+            Self::undefined("atan2")
+        }
+    }
+
+    fn min_value() -> Option<Self> {
+        Some(exactly(f64::MIN))
+    }
+
+    fn max_value() -> Option<Self> {
+        Some(exactly(f64::MAX))
+    }
+
+    fn pi() -> Self {
+        Self::constant(Interval::PI)
+    }
+
+    fn two_pi() -> Self {
+        about(core::f64::consts::TAU)
+    }
+
+    fn frac_pi_2() -> Self {
+        about(core::f64::consts::FRAC_PI_2)
+    }
+
+    fn frac_pi_3() -> Self {
+        about(core::f64::consts::FRAC_PI_3)
+    }
+
+    fn frac_pi_4() -> Self {
+        about(core::f64::consts::FRAC_PI_4)
+    }
+
+    fn frac_pi_6() -> Self {
+        about(core::f64::consts::FRAC_PI_6)
+    }
+
+    fn frac_pi_8() -> Self {
+        about(core::f64::consts::FRAC_PI_8)
+    }
+
+    fn frac_1_pi() -> Self {
+        about(core::f64::consts::FRAC_1_PI)
+    }
+
+    fn frac_2_pi() -> Self {
+        about(core::f64::consts::FRAC_2_PI)
+    }
+
+    fn frac_2_sqrt_pi() -> Self {
+        about(core::f64::consts::FRAC_2_SQRT_PI)
+    }
+
+    fn e() -> Self {
+        about(core::f64::consts::E)
+    }
+
+    fn log2_e() -> Self {
+        about(core::f64::consts::LOG2_E)
+    }
+
+    fn log10_e() -> Self {
+        about(core::f64::consts::LOG10_E)
+    }
+
+    fn ln_2() -> Self {
+        about(core::f64::consts::LN_2)
+    }
+
+    fn ln_10() -> Self {
+        about(core::f64::consts::LN_10)
+    }
+}

@@ -1,0 +1,289 @@
+//! Bisection of the box: first until every part has a finite enclosure, then where the extremes of an entry are.
+
+use luenberger_plants::Plant;
+use luenberger_proof::{Interval, Matrix};
+
+use super::paths::Undefined;
+use super::region::{Axis, Region};
+use super::{EnclosureError, Entry, Evaluation, Failure, IntervalDual, JacobianEnclosure, Place};
+
+/// How often one coordinate is halved in search of a finite enclosure: a part that is 2^-48 of the box names its point well enough.
+const HALVINGS: u32 = 48;
+
+/// How many parts may be examined in search of a finite enclosure everywhere.
+const PARTS: usize = 20_000;
+
+/// An excess over the samples below this share of an entry's range is not worth a bisection.
+const WORTHWHILE: f64 = 0.01;
+
+/// A part of the box, with how often each coordinate was halved.
+#[derive(Clone)]
+struct Cell {
+    axes: Vec<Interval>,
+    halvings: Vec<u32>,
+}
+
+impl Cell {
+    /// The two halves along a coordinate; none where there is no number in between.
+    fn halves(&self, k: usize) -> Option<[Self; 2]> {
+        let axis = &self.axes[k];
+        let middle = middle(axis);
+        if !(axis.lo() < middle && middle < axis.hi()) {
+            return None;
+        }
+        let part = |lo, hi| {
+            let mut cell = self.clone();
+            cell.axes[k] = Interval::new(lo, hi)?;
+            cell.halvings[k] += 1;
+            Some(cell)
+        };
+        Some([part(axis.lo(), middle)?, part(middle, axis.hi())?])
+    }
+
+    /// The single point in the middle.
+    fn centre(&self) -> Vec<Interval> {
+        self.axes.iter().map(|axis| Interval::new(middle(axis), middle(axis)).unwrap_or(*axis)).collect()
+    }
+
+    fn place(&self, size: luenberger_plants::Dimensions) -> Place {
+        let coordinate = |(k, axis): (usize, &Interval)| {
+            let x = match (axis.contains(0.0), axis.lo().is_finite(), axis.hi().is_finite()) {
+                (true, ..) => 0.0,
+                (_, true, false) => axis.lo(),
+                (_, false, true) => axis.hi(),
+                _ => middle(axis),
+            };
+            (Axis::of(k, size), x)
+        };
+        Place {
+            point: self.axes.iter().enumerate().map(coordinate).collect(),
+            part: self.axes.iter().map(|axis| (axis.lo(), axis.hi())).collect(),
+        }
+    }
+}
+
+/// A number inside: the middle, or twice the finite end of a half line, so that 48 halvings reach 1e14.
+fn middle(axis: &Interval) -> f64 {
+    match (axis.lo().is_finite(), axis.hi().is_finite()) {
+        (true, true) => axis.lo() / 2.0 + axis.hi() / 2.0,
+        (true, false) => (2.0 * axis.lo()).max(1.0).min(f64::MAX),
+        (false, true) => (2.0 * axis.hi()).min(-1.0).max(f64::MIN),
+        (false, false) => 0.0,
+    }
+}
+
+/// A part with its Jacobians.
+struct Leaf {
+    cell: Cell,
+    entries: Vec<Interval>,
+}
+
+/// The enclosure over the whole box.
+pub(super) fn enclose<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    region: &Region,
+) -> Result<JacobianEnclosure, EnclosureError> {
+    let size = evaluation.size;
+    let axes = region.axes(size)?;
+    let whole = Cell { halvings: vec![0; axes.len()], axes };
+    let mut leaves = finite_parts(evaluation, &whole)?;
+    let seen = refine(evaluation, &whole, &mut leaves, region.budget());
+    let (n, p) = (size.states, size.outputs);
+    let hull = united(&leaves);
+    let excess = hull.iter().zip(&seen).map(|(outer, inner)| largest_excess(outer, inner).0).fold(0.0, f64::max);
+    Ok(JacobianEnclosure {
+        a: Matrix::from_fn(n, n, |i, j| hull[i * n + j]),
+        c: Matrix::from_fn(p, n, |i, j| hull[(n + i) * n + j]),
+        parts: leaves.len(),
+        excess,
+    })
+}
+
+/// Entry by entry, the hull over all parts.
+fn united(leaves: &[Leaf]) -> Vec<Interval> {
+    let mut leaves = leaves.iter();
+    let mut hull = leaves.next().map(|leaf| leaf.entries.clone()).unwrap_or_default();
+    for leaf in leaves {
+        for (all, one) in hull.iter_mut().zip(&leaf.entries) {
+            *all = all.hull(one);
+        }
+    }
+    hull
+}
+
+/// What became of one part.
+enum Outcome {
+    Finite(Vec<Interval>),
+    Unbounded(usize),
+    Undefined(Undefined, &'static str),
+}
+
+fn examine<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    cell: &[Interval],
+) -> Result<Outcome, EnclosureError> {
+    match evaluation.jacobians(cell) {
+        Ok(entries) => Ok(match entries.iter().position(|entry| !entry.is_bounded()) {
+            Some(entry) => Outcome::Unbounded(entry),
+            None => Outcome::Finite(entries),
+        }),
+        Err(Failure::Undefined(why, side)) => Ok(Outcome::Undefined(why, side)),
+        Err(Failure::Wrong(error)) => Err(error),
+    }
+}
+
+/// Halves the box until every part has a finite enclosure, depth first, so that a point without one is found soon.
+fn finite_parts<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    whole: &Cell,
+) -> Result<Vec<Leaf>, EnclosureError> {
+    let mut leaves = Vec::new();
+    let mut examined = 1;
+    let mut open = vec![(whole.clone(), examine(evaluation, &whole.axes)?)];
+    while let Some((cell, outcome)) = open.pop() {
+        let failure = match outcome {
+            Outcome::Finite(entries) => {
+                leaves.push(Leaf { cell, entries });
+                continue;
+            }
+            failure => failure,
+        };
+        let exhausted = cell.halvings.iter().any(|halvings| *halvings >= HALVINGS);
+        // The coordinate along which the fewest halves fail; among equals the one that was halved least.
+        let mut best: Option<(usize, u32, Vec<(Cell, Outcome)>)> = None;
+        for k in 0..if exhausted { 0 } else { cell.axes.len() } {
+            let Some(halves) = cell.halves(k) else { continue };
+            let mut parts = Vec::with_capacity(2);
+            for half in halves {
+                let outcome = examine(evaluation, &half.axes)?;
+                parts.push((half, outcome));
+            }
+            examined += 2;
+            let failures = parts.iter().filter(|(_, outcome)| !matches!(outcome, Outcome::Finite(_))).count();
+            let rank = (failures, cell.halvings[k]);
+            if best.as_ref().is_none_or(|(failures, halvings, _)| rank < (*failures, *halvings)) {
+                best = Some((rank.0, rank.1, parts));
+            }
+        }
+        let Some((_, _, parts)) = best else { return Err(located(evaluation, &cell, &failure)) };
+        if examined > PARTS {
+            return Err(EnclosureError::Effort { parts: examined, place: cell.place(evaluation.size) });
+        }
+        open.extend(parts);
+    }
+    Ok(leaves)
+}
+
+/// The error for a part that stays without a finite enclosure.
+fn located<S>(evaluation: &Evaluation<'_, S>, cell: &Cell, outcome: &Outcome) -> EnclosureError {
+    let (n, place) = (evaluation.size.states, cell.place(evaluation.size));
+    match *outcome {
+        Outcome::Undefined(Undefined::Operation(operation), side) => {
+            EnclosureError::Undefined { operation, side, place }
+        }
+        Outcome::Undefined(Undefined::TooManyBranches, side) => EnclosureError::TooManyBranches { side, place },
+        Outcome::Unbounded(entry) => {
+            let (row, column) = (entry / n, entry % n);
+            let entry = Entry { of_output: row >= n, row: if row >= n { row - n } else { row }, column };
+            EnclosureError::Unbounded { entry, place }
+        }
+        // Not called for one.
+        Outcome::Finite(_) => EnclosureError::Effort { parts: 1, place },
+    }
+}
+
+/// The larger of the excesses at the two ends relative to the range or size of the entry, and whether it is at the upper end.
+fn largest_excess(outer: &Interval, inner: &Interval) -> (f64, bool) {
+    let size = (inner.hi() - inner.lo()).max(inner.magnitude() * WORTHWHILE).max(f64::MIN_POSITIVE);
+    let (below, above) = ((inner.lo() - outer.lo()).max(0.0) / size, (outer.hi() - inner.hi()).max(0.0) / size);
+    // Where samples and enclosure differ by rounding, there is nothing to gain.
+    let rounding = 64.0 * f64::EPSILON * outer.magnitude() / size;
+    let excess = below.max(above);
+    (if excess <= rounding { 0.0 } else { excess }, above > below)
+}
+
+/// Halves parts that hold the extremes of an entry, while the samples leave room. Returns the range of the samples.
+fn refine<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    whole: &Cell,
+    leaves: &mut Vec<Leaf>,
+    budget: usize,
+) -> Vec<Interval> {
+    let mut seen: Option<Vec<Interval>> = None;
+    let mut sample = |point: &[Interval]| {
+        if let Ok(Outcome::Finite(entries)) = examine(evaluation, point) {
+            match seen.as_mut() {
+                None => seen = Some(entries),
+                Some(seen) => seen.iter_mut().zip(&entries).for_each(|(all, one)| *all = all.hull(one)),
+            }
+        }
+        seen.clone()
+    };
+    let mut inner = sample(&whole.centre());
+    for corner in corners(&whole.axes) {
+        inner = sample(&corner);
+    }
+    let mut closed = vec![[false; 2]; leaves.first().map_or(0, |leaf| leaf.entries.len())];
+    for _ in 0..budget {
+        let Some(seen) = &inner else { break };
+        let hull = united(leaves);
+        // The entry and the end with the largest excess.
+        let worst = (0..hull.len())
+            .map(|entry| (largest_excess(&hull[entry], &seen[entry]), entry))
+            .filter(|((excess, upper), entry)| *excess > WORTHWHILE && !closed[*entry][usize::from(*upper)])
+            .max_by(|x, y| x.0.0.total_cmp(&y.0.0));
+        let Some(((_, upper), entry)) = worst else { break };
+        let bound = |entries: &[Interval]| if upper { entries[entry].hi() } else { -entries[entry].lo() };
+        // Among the parts that hold it, the smallest: one attained value is enough to close the gap.
+        let Some(at) = (0..leaves.len()).max_by(|&i, &j| {
+            let depth = |k: usize| leaves[k].cell.halvings.iter().sum::<u32>();
+            bound(&leaves[i].entries).total_cmp(&bound(&leaves[j].entries)).then(depth(i).cmp(&depth(j)))
+        }) else {
+            break;
+        };
+        let mut best: Option<(f64, u32, [Leaf; 2])> = None;
+        for k in 0..leaves[at].cell.axes.len() {
+            if leaves[at].cell.halvings[k] >= HALVINGS {
+                continue;
+            }
+            let Some(halves) = leaves[at].cell.halves(k) else { continue };
+            let [Some(first), Some(second)] = halves.map(|cell| match examine(evaluation, &cell.axes) {
+                Ok(Outcome::Finite(entries)) => Some(Leaf { cell, entries }),
+                _ => None,
+            }) else {
+                continue;
+            };
+            let rank = (bound(&first.entries).max(bound(&second.entries)), leaves[at].cell.halvings[k]);
+            if best.as_ref().is_none_or(|(bound, halvings, _)| rank < (*bound, *halvings)) {
+                best = Some((rank.0, rank.1, [first, second]));
+            }
+        }
+        let Some((_, _, [first, second])) = best else {
+            closed[entry][usize::from(upper)] = true;
+            continue;
+        };
+        for leaf in [&first, &second] {
+            inner = sample(&leaf.cell.centre());
+        }
+        leaves[at] = first;
+        leaves.push(second);
+    }
+    inner.unwrap_or_else(|| united(leaves))
+}
+
+/// The corners of the bounded coordinates, with the middles of the others; of at most 10 coordinates that are not single numbers, since there are
+/// 2^k of them.
+fn corners(axes: &[Interval]) -> Vec<Vec<Interval>> {
+    let varying: Vec<usize> =
+        (0..axes.len()).filter(|&k| axes[k].is_bounded() && !axes[k].is_point()).take(10).collect();
+    let end = |x: f64, axis: &Interval| Interval::new(x, x).unwrap_or(*axis);
+    (0..1usize << varying.len())
+        .map(|which| {
+            let corner = |(k, axis): (usize, &Interval)| match varying.iter().position(|v| *v == k) {
+                Some(bit) => end(if which >> bit & 1 == 1 { axis.hi() } else { axis.lo() }, axis),
+                None => end(middle(axis), axis),
+            };
+            axes.iter().enumerate().map(corner).collect()
+        })
+        .collect()
+}

@@ -1,0 +1,293 @@
+//! The LPV, or mean-value-theorem, design: one constant gain for a nonlinear plant on a box, with a proof.
+//!
+//! The observer `xhat' = f(t, xhat, u) + L (y - h(t, xhat))` has the error equation `e' = (Fbar - L Hbar) e`, with the mean Jacobians of f and h over the segment from xhat to x. As
+//! long as x and xhat stay in a box, so does the segment, and `(Fbar, Hbar)` lies in the convex hull of finitely many pairs `(A_k, C_k)`: the vertices of an
+//! [enclosure](crate::enclosure) of Df and Dh over the box. The inequality
+//! ```text
+//!     (A_k - L C_k)'P + P (A_k - L C_k) + 2 rate P < 0        for all k,   P > 0                  (1)
+//! ```
+//! is linear in (A, C), so that it holds on the hull, and `V = e'Pe` decreases at least like `exp(-2 rate t)`:
+//! ```text
+//!     |x(t) - xhat(t)| <= sqrt(cond P) |x(0) - xhat(0)| exp(-rate t).                            (2)
+//! ```
+//! With `Y = P L` (1) is linear in (P, Y) also where the outputs are nonlinear. The enclosure is outward rounded and (1) is decided by `luenberger-proof` for boxes
+//! around the vertices, so that a proved certificate covers every point of the box and not only samples of it.
+//!
+//! The hull forgets that entries of a Jacobian vary together; a refutation is one of the method and not of observers in general. Where (1) is infeasible
+//! the error says what stands in the way: a direction that no output sees at some point of the polytope, or vertices that exclude each other.
+//!
+//! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to H-infinity performance analysis, Systems and Control Letters 57,
+//! 2008 (the mean value theorem and the polytope); S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory, SIAM 1994, section 5.1.
+
+mod obstacle;
+mod polytope;
+
+use core::fmt;
+
+use luenberger_linalg::{lambda_max, lambda_min, spectral_abscissa, symmetric_eigenvalues};
+use luenberger_lmi::{Infeasibility, Problem, greatest_parameter, he};
+use luenberger_observers::NonlinearLuenbergerObserver;
+use luenberger_plants::{Plant, Size};
+use luenberger_proof::{Doubt, Verdict};
+use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
+
+pub use obstacle::{Conflict, HiddenMode};
+pub use polytope::{MAX_VARYING, Polytope, VaryingEntries, Vertex};
+
+use crate::certificate::{Certificate, Fact};
+use crate::check;
+use crate::enclosure::{IntervalDual, Region, enclose};
+use crate::error::DesignError;
+use crate::gain_lmi::{self, Gain};
+
+/// The relative width to which [`LpvDesign::certify`] finds the greatest rate.
+const RELATIVE_RATE: f64 = 1e-3;
+
+/// A nonlinear Luenberger observer with the proof of its rate on a box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LpvDesign<S, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer, ready to run.
+    pub observer: NonlinearLuenbergerObserver<S, f64, N, M, P>,
+    /// P of (1), n x n.
+    pub p: DMatrix<f64>,
+    /// The rate that (1) is stated with.
+    pub rate: f64,
+    /// The vertices, and the enclosure that they cover.
+    pub polytope: Polytope,
+    /// For each vertex the greatest rate that this P and L give it, in floating point.
+    pub vertex_rates: Vec<f64>,
+    /// The vertex that limits the rate, from 0: the one with the least of [`vertex_rates`](Self::vertex_rates).
+    pub limiting: usize,
+    /// Where the search for the greatest rate ended: the least rate tried for which nothing was proved, and why. None for a rate that was given, and
+    /// where the ceiling itself was reached.
+    pub stopped: Option<(f64, Box<DesignError>)>,
+    /// The box.
+    pub region: Region,
+    /// `P > 0` and (1) at every vertex.
+    pub certificate: Certificate,
+}
+
+impl<S, N: Dim, M: Dim, P: Dim> LpvDesign<S, N, M, P>
+where
+    S: Plant<f64, State = OVector<f64, N>, Input = OVector<f64, M>, Output = OVector<f64, P>> + Plant<IntervalDual>,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The gain with the largest margin for which every error in the box decays at least like `exp(-rate t)`.
+    ///
+    /// Cost: the enclosure, and one SDP of `n(n+1)/2 + np` unknowns with one inequality for each of the 2^k vertices, k the number of varying entries.
+    ///
+    /// ```
+    /// use luenberger_design::{LpvDesign, Region};
+    /// use luenberger_plants::flexible_joint;
+    /// let design = LpvDesign::new(flexible_joint::classical(), &Region::everywhere(4), 1.0)?;
+    /// assert_eq!(design.polytope.vertices.len(), 2);
+    /// assert!(design.certificate.is_proved());
+    /// println!("{design}");
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point; [`DesignError::TooManyVertices`]; [`DesignError::BadRate`];
+    /// [`DesignError::HiddenMode`] names a direction that no output sees, [`DesignError::Conflict`] the vertices that exclude each other;
+    /// [`DesignError::Undecided`].
+    pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, DesignError> {
+        check::rate(rate)?;
+        let polytope = Polytope::new(enclose(&plant, region)?)?;
+        let solution = pose(&polytope, rate).solve()?;
+        if !solution.verdict.is_proved() {
+            return Err(obstacle::explain(&polytope, rate, solution.verdict));
+        }
+        let gain = gain_lmi::gain_of(&solution)?;
+        Self::certified(plant, region, polytope, gain, rate, None)
+    }
+
+    /// The gain with the greatest rate that can be proved in `[0, ceiling]`, to within `tolerance`.
+    ///
+    /// A ceiling has to be given: for many plants every rate is possible, with gains that grow without bound. [`stopped`](Self::stopped) says what
+    /// stands in the way of a greater rate.
+    ///
+    /// Cost: that of [`new`](Self::new) for each of `2 + log2(ceiling / tolerance)` steps.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) at the rate 0; a ceiling or tolerance that is not positive and finite.
+    pub fn fastest(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, DesignError> {
+        check::positive("ceiling", ceiling)?;
+        check::positive("tolerance", tolerance)?;
+        let polytope = Polytope::new(enclose(&plant, region)?)?;
+        let bisection = greatest_parameter(0.0, ceiling, tolerance, |rate| pose(&polytope, rate))?;
+        let stopped = bisection.stopped.map(|(rate, verdict)| (rate, obstacle::explain(&polytope, rate, verdict)));
+        match (bisection.proved, stopped) {
+            (Some((rate, solution)), stopped) => {
+                let gain = gain_lmi::gain_of(&solution)?;
+                let stopped = stopped.map(|(rate, error)| (rate, Box::new(error)));
+                Self::certified(plant, region, polytope, gain, rate, stopped)
+            }
+            (None, Some((_, error))) => Err(error),
+            (None, None) => Err(not_tried()),
+        }
+    }
+
+    /// The greatest rate that some P proves for a given gain L (n x p), to within 0.1 % of what the eigenvalues at the vertices allow.
+    ///
+    /// # Errors
+    /// [`DesignError::Matrix`] for the shape and entries of L; [`DesignError::UnstableVertex`] names a vertex at which `A - L C` is not Hurwitz;
+    /// [`DesignError::Conflict`] when no P serves all vertices; the errors of the enclosure.
+    pub fn certify(plant: S, region: &Region, l: &DMatrix<f64>) -> Result<Self, DesignError> {
+        let polytope = Polytope::new(enclose(&plant, region)?)?;
+        let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
+        check::matrix("L", l, (n, outputs))?;
+        let mut high = f64::INFINITY;
+        for (vertex, pair) in polytope.vertices.iter().enumerate() {
+            let abscissa = spectral_abscissa(&(&pair.a - l * &pair.c))?;
+            if abscissa >= 0.0 {
+                return Err(DesignError::UnstableVertex { vertex, place: pair.to_string(), abscissa });
+            }
+            high = high.min(-abscissa);
+        }
+        let bisection = greatest_parameter(0.0, high, RELATIVE_RATE * high, |rate| pose_for(&polytope, l, rate))?;
+        let stopped = bisection.stopped.map(|(rate, verdict)| (rate, for_this_gain(&polytope, rate, verdict)));
+        match (bisection.proved, stopped) {
+            (Some((rate, solution)), stopped) => {
+                let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
+                let stopped = stopped.map(|(rate, error)| (rate, Box::new(error)));
+                Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
+            }
+            (None, Some((_, error))) => Err(error),
+            (None, None) => Err(not_tried()),
+        }
+    }
+
+    fn certified(
+        plant: S,
+        region: &Region,
+        polytope: Polytope,
+        gain: Gain,
+        rate: f64,
+        stopped: Option<(f64, Box<DesignError>)>,
+    ) -> Result<Self, DesignError> {
+        let Gain { l, p } = gain;
+        let mut facts = vec![Fact::positive("P", &p)?];
+        let mut vertex_rates = Vec::with_capacity(polytope.vertices.len());
+        for (k, vertex) in polytope.vertices.iter().enumerate() {
+            facts.push(Fact::decay_around(
+                &format!(" at vertex {} ({vertex})", k + 1),
+                &polytope.around(k),
+                &l,
+                &p,
+                rate,
+            )?);
+            vertex_rates.push(greatest_rate(&(&vertex.a - &l * &vertex.c), &p)?);
+        }
+        let limiting =
+            (0..vertex_rates.len()).min_by(|&i, &j| vertex_rates[i].total_cmp(&vertex_rates[j])).unwrap_or(0);
+        let size = Plant::<f64>::dimensions(&plant);
+        let l =
+            OMatrix::<f64, N, P>::from_fn_generic(N::from_usize(size.states), P::from_usize(size.outputs), |i, j| {
+                l[(i, j)]
+            });
+        let observer = NonlinearLuenbergerObserver::new(plant, l)?;
+        let certificate = Certificate { facts, deployed: None };
+        Ok(Self { observer, p, rate, polytope, vertex_rates, limiting, stopped, region: region.clone(), certificate })
+    }
+}
+
+impl<S, N: Dim, M: Dim, P: Dim> LpvDesign<S, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// `sqrt(cond P)` of the bound (2), to rounding.
+    pub fn overshoot(&self) -> f64 {
+        // P was proved positive definite, so that both exist.
+        match (lambda_max(&self.p), lambda_min(&self.p)) {
+            (Ok(largest), Ok(smallest)) if smallest > 0.0 => (largest / smallest).sqrt(),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// How far each component of the error can ever be from 0 when it starts at `e0` (n entries): `|e_i(t)| <= sqrt((P^-1)_ii e0'P e0)`, to rounding; none
+    /// for another length.
+    ///
+    /// This closes the hypothesis: where x(t) is known to stay at these distances inside the box, xhat(t) stays in the box.
+    pub fn excursion(&self, e0: &DVector<f64>) -> Option<DVector<f64>> {
+        let inverse = self.p.clone().cholesky()?.inverse();
+        (e0.len() == self.p.nrows()).then(|| {
+            let value = e0.dot(&(&self.p * e0));
+            inverse.diagonal().map(|entry| (entry * value).sqrt())
+        })
+    }
+
+    /// What a proved certificate says, with its hypothesis.
+    pub fn statement(&self) -> String {
+        let hypothesis = match self.region.to_string().as_str() {
+            "everywhere" => "From every x(0) and xhat(0)".to_owned(),
+            bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
+        };
+        format!("{hypothesis}, |x(t) - xhat(t)| <= {:.4e} |x(0) - xhat(0)| exp(-{} t).", self.overshoot(), self.rate)
+    }
+}
+
+impl<S, N: Dim, M: Dim, P: Dim> fmt::Display for LpvDesign<S, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.statement())?;
+        if let (Some(rate), Some(vertex)) =
+            (self.vertex_rates.get(self.limiting), self.polytope.vertices.get(self.limiting))
+        {
+            writeln!(f, "Vertex {} limits the rate, to {rate:.6}: {vertex}.", self.limiting + 1)?;
+        }
+        if let Some((rate, why)) = &self.stopped {
+            writeln!(f, "Nothing was proved at the rate {rate:.6}: {why}.")?;
+        }
+        write!(f, "{}", self.certificate)
+    }
+}
+
+/// (1) for P and Y.
+fn pose(polytope: &Polytope, rate: f64) -> Problem {
+    let mut lmi = Problem::new();
+    gain_lmi::pose(&mut lmi, polytope.vertices.iter().enumerate().map(|(k, v)| (k, &v.a, &v.c)), rate);
+    lmi
+}
+
+/// (1) for P, the gain being given.
+fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64) -> Problem {
+    let mut lmi = Problem::new();
+    let p = lmi.symmetric("P", l.nrows());
+    lmi.constrain("P > 0", &p >> 0.0);
+    for (k, vertex) in polytope.vertices.iter().enumerate() {
+        let flow = &vertex.a - l * &vertex.c;
+        lmi.constrain(&gain_lmi::decrease_at(k), (he(&p * flow) + (2.0 * rate) * &p) << 0.0);
+    }
+    lmi
+}
+
+/// Why no P serves all vertices with a given gain, each of which is Hurwitz.
+fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
+    match verdict {
+        Verdict::Refuted { witness } => DesignError::Conflict(Box::new(Conflict::of(polytope, rate, witness))),
+        Verdict::Undecided { why, best } => DesignError::Undecided { what: GIVEN, why, best },
+        Verdict::Proved { .. } => not_tried(),
+    }
+}
+
+const GIVEN: &str = "P > 0, (A - LC)'P + P(A - LC) + 2 rate P < 0 at all vertices";
+
+fn not_tried() -> DesignError {
+    DesignError::Undecided { what: GIVEN, why: Doubt::NoProposal { status: "nothing was tried" }, best: 0.0 }
+}
+
+/// The greatest r with `F'P + PF + 2 r P <= 0`, in floating point: half the smallest eigenvalue of `-R^-T (F'P + PF) R^-1` for `P = R'R`.
+fn greatest_rate(f: &DMatrix<f64>, p: &DMatrix<f64>) -> Result<f64, DesignError> {
+    let half = p * f;
+    let slope = -(&half + half.transpose());
+    let Some(cholesky) = p.clone().cholesky() else { return Ok(f64::NAN) };
+    let lower = cholesky.l();
+    let left = lower.solve_lower_triangular(&slope).unwrap_or_else(|| slope.clone());
+    let both = lower.solve_lower_triangular(&left.transpose()).unwrap_or(left);
+    let both = (&both + both.transpose()) * 0.5;
+    Ok(symmetric_eigenvalues(&both)?.first().map_or(f64::NAN, |least| 0.5 * least))
+}

@@ -1,0 +1,162 @@
+//! Why there is no common gain: a direction that no output sees, or vertices that exclude each other.
+
+use core::fmt;
+
+use luenberger_linalg::detectability;
+use luenberger_lmi::{Infeasibility, Problem};
+use luenberger_proof::{Doubt, Verdict};
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::polytope::Polytope;
+use crate::error::DesignError;
+use crate::gain_lmi::{self, decrease_at};
+
+/// How many pairs of vertices are examined for one that is infeasible by itself.
+const PAIRS: usize = 200;
+
+/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay at the rate asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HiddenMode {
+    /// The rate asked for.
+    pub rate: f64,
+    /// Which pair: a vertex in words, or a point inside the polytope.
+    pub place: String,
+    /// A.
+    pub a: DMatrix<f64>,
+    /// C.
+    pub c: DMatrix<f64>,
+    /// The eigenvalue of A: the rate cannot exceed minus its real part.
+    pub eigenvalue: Complex<f64>,
+    /// The direction v, `A v = lambda v`, `C v = 0`, of length 1.
+    pub direction: DVector<Complex<f64>>,
+}
+
+impl fmt::Display for HiddenMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let entry = |z: &Complex<f64>| if z.im == 0.0 { format!("{:.4}", z.re) } else { format!("{z:.4}") };
+        let direction: Vec<String> = self.direction.iter().map(entry).collect();
+        write!(
+            f,
+            "no gain gives the rate {}: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
+            self.rate,
+            self.place,
+            direction.join(", "),
+            entry(&self.eigenvalue)
+        )
+    }
+}
+
+/// Vertices that together exclude a common P, each of them being possible alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conflict {
+    /// The rate asked for.
+    pub rate: f64,
+    /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the contradiction.
+    pub vertices: Vec<usize>,
+    /// Each of them in words.
+    pub places: Vec<String>,
+    /// Whether it is a pair. If not, no two of them were found to exclude each other alone.
+    pub is_pair: bool,
+    /// The multipliers of the contradiction, verified exactly.
+    pub witness: Infeasibility,
+}
+
+impl fmt::Display for Conflict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let several = if self.is_pair { "two vertices exclude" } else { "these vertices together exclude" };
+        let names: Vec<String> =
+            self.vertices.iter().zip(&self.places).map(|(k, place)| format!("{} ({place})", k + 1)).collect();
+        write!(f, "{several} each other at the rate {}: {}", self.rate, names.join("; "))
+    }
+}
+
+/// What is said when no gain was proved for the polytope at this rate.
+pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
+    let candidates = |weights: Option<&[f64]>| -> Option<HiddenMode> {
+        let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
+        let inside = |name: &str, (a, c): (DMatrix<f64>, DMatrix<f64>)| (name.to_owned(), a, c);
+        let mut pairs: Vec<_> = vertices.collect();
+        pairs.push(inside("the middle of the polytope", polytope.inner(false)));
+        pairs.push(inside("the point of the polytope where every entry that can vanish does", polytope.inner(true)));
+        pairs.extend(weights.map(|w| inside("a mean of the vertices", mean(polytope, w))));
+        pairs.into_iter().find_map(|(place, a, c)| hidden_mode(place, a, c, rate))
+    };
+    match verdict {
+        Verdict::Refuted { witness } => {
+            let weights: Vec<f64> = (0..polytope.vertices.len())
+                .map(|k| {
+                    witness.multipliers.iter().find(|m| m.constraint == decrease_at(k)).map_or(0.0, |m| m.z.trace())
+                })
+                .collect();
+            match candidates(Some(&weights)) {
+                Some(mode) => DesignError::HiddenMode(Box::new(mode)),
+                None => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights))),
+            }
+        }
+        Verdict::Undecided { why, best } => match candidates(None) {
+            Some(mode) => DesignError::HiddenMode(Box::new(mode)),
+            None => DesignError::Undecided { what: gain_lmi::WHAT, why, best },
+        },
+        Verdict::Proved { margin } => DesignError::Undecided {
+            what: gain_lmi::WHAT,
+            why: Doubt::NoProposal { status: "nothing was tried" },
+            best: margin,
+        },
+    }
+}
+
+/// The mean of the vertices with these weights. An entry that is a millionth of its range away from 0 is set to 0, if that is within: the weights come from a
+/// solver, and detectability makes a difference between 0 and almost 0.
+fn mean(polytope: &Polytope, weights: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (mut a, mut c) = polytope.inner(false);
+    let total: f64 = weights.iter().sum();
+    for (which, entry) in polytope.varying.0.iter().enumerate() {
+        let ends = polytope.vertices.iter().map(|vertex| vertex.at[which].1);
+        let (lo, hi) = ends.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let mean = ends.zip(weights).map(|(x, w)| x * w).sum::<f64>() / total;
+        let vanishes = lo <= 0.0 && hi >= 0.0 && mean.abs() <= 1e-6 * (hi - lo);
+        let matrix = if entry.of_output { &mut c } else { &mut a };
+        if mean.is_finite() {
+            matrix[(entry.row, entry.column)] = if vanishes { 0.0 } else { mean.clamp(lo, hi) };
+        }
+    }
+    (a, c)
+}
+
+fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Option<HiddenMode> {
+    let n = a.nrows();
+    let shifted = &a + DMatrix::identity(n, n) * rate;
+    let mode = detectability(&shifted, &c).ok()?.offending.into_iter().next()?;
+    let eigenvalue = mode.eigenvalue - Complex::new(rate, 0.0);
+    Some(HiddenMode { rate, place, a, c, eigenvalue, direction: mode.direction })
+}
+
+impl Conflict {
+    /// All vertices whose inequalities take part in the contradiction.
+    pub(super) fn of(polytope: &Polytope, rate: f64, witness: Infeasibility) -> Self {
+        let takes_part = |k: &usize| witness.multipliers.iter().any(|m| m.constraint == decrease_at(*k));
+        let vertices: Vec<usize> = (0..polytope.vertices.len()).filter(takes_part).collect();
+        let places = vertices.iter().map(|k| polytope.vertices[*k].to_string()).collect();
+        Self { rate, is_pair: vertices.len() == 2, vertices, places, witness }
+    }
+}
+
+/// Two of the vertices that take part, if two are infeasible by themselves; else all of them.
+fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f64]) -> Conflict {
+    let mut involved: Vec<usize> = (0..weights.len()).filter(|k| weights[*k] > 0.0).collect();
+    // The heaviest first: they carry the contradiction.
+    involved.sort_by(|i, j| weights[*j].total_cmp(&weights[*i]));
+    let pairs = (1..involved.len()).flat_map(|j| (0..j).map(move |i| (i, j))).take(PAIRS);
+    let pair = pairs.map(|(i, j)| [involved[i], involved[j]]).find_map(|pair| {
+        let mut lmi = Problem::new();
+        gain_lmi::pose(&mut lmi, pair.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c)), rate);
+        match lmi.solve().ok()?.verdict {
+            Verdict::Refuted { witness } => Some((pair.to_vec(), witness)),
+            _ => None,
+        }
+    });
+    let Some((mut vertices, witness)) = pair else { return Conflict::of(polytope, rate, witness) };
+    vertices.sort_unstable();
+    let places = vertices.iter().map(|k| polytope.vertices[*k].to_string()).collect();
+    Conflict { rate, vertices, places, is_pair: true, witness }
+}

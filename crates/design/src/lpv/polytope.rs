@@ -1,0 +1,132 @@
+//! The polytope of an enclosure: finitely many pairs `(A_k, C_k)` whose convex hull holds every pair of mean Jacobians.
+
+use core::fmt;
+
+use luenberger_proof::{Interval, Matrix, Ring};
+use nalgebra::DMatrix;
+
+use crate::enclosure::{Entry, JacobianEnclosure};
+use crate::error::DesignError;
+
+/// How many entries may vary: 2^8 = 256 vertices, which is as many inequalities as the solver takes in seconds.
+pub const MAX_VARYING: usize = 8;
+
+/// An entry known to this relative width does not count as varying. Its interval goes into the proof, and the vertices have its middle.
+const NARROW: f64 = 1e-9;
+
+/// A corner of the polytope.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vertex {
+    /// `A_k`, n x n.
+    pub a: DMatrix<f64>,
+    /// `C_k`, p x n.
+    pub c: DMatrix<f64>,
+    /// The varying entries, at the end where this vertex has them.
+    pub at: Vec<(Entry, f64)>,
+}
+
+impl fmt::Display for Vertex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ends: Vec<String> = self.at.iter().map(|(entry, end)| format!("{entry} = {end:.6}")).collect();
+        f.write_str(&if ends.is_empty() { "the only vertex".to_owned() } else { ends.join(", ") })
+    }
+}
+
+/// The entries of the Jacobians that vary over the box.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VaryingEntries(pub Vec<Entry>);
+
+impl fmt::Display for VaryingEntries {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        f.write_str(&names.join(", "))
+    }
+}
+
+/// The convex hull of the pairs `(A_k, C_k)`, with the enclosure that it covers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polytope {
+    /// Every mean Jacobian lies in these intervals.
+    pub enclosure: JacobianEnclosure,
+    /// The entries that vary; there are 2^(their number) vertices.
+    pub varying: VaryingEntries,
+    /// The vertices.
+    pub vertices: Vec<Vertex>,
+}
+
+impl Polytope {
+    /// The vertices of the interval hull: every varying entry at either of its ends.
+    ///
+    /// # Errors
+    /// [`DesignError::TooManyVertices`] when more than [`MAX_VARYING`] entries vary.
+    pub fn new(enclosure: JacobianEnclosure) -> Result<Self, DesignError> {
+        let (n, p) = (enclosure.a.rows(), enclosure.c.rows());
+        let entries = (0..n + p).flat_map(|row| (0..n).map(move |column| (row, column))).map(|(row, column)| Entry {
+            of_output: row >= n,
+            row: if row >= n { row - n } else { row },
+            column,
+        });
+        let varying: Vec<Entry> = entries.filter(|entry| !is_narrow(interval(&enclosure, *entry))).collect();
+        if varying.len() > MAX_VARYING {
+            return Err(DesignError::TooManyVertices {
+                varying: varying.len(),
+                allowed: MAX_VARYING,
+                entries: VaryingEntries(varying),
+            });
+        }
+        let (a, c) = (floats(&enclosure.a), floats(&enclosure.c));
+        let vertices = (0..1usize << varying.len())
+            .map(|which| {
+                let end = |(bit, entry): (usize, &Entry)| {
+                    let interval = interval(&enclosure, *entry);
+                    (*entry, if which >> bit & 1 == 1 { interval.hi() } else { interval.lo() })
+                };
+                let at: Vec<(Entry, f64)> = varying.iter().enumerate().map(end).collect();
+                let mut vertex = Vertex { a: a.clone(), c: c.clone(), at };
+                for (entry, end) in &vertex.at {
+                    let matrix = if entry.of_output { &mut vertex.c } else { &mut vertex.a };
+                    matrix[(entry.row, entry.column)] = *end;
+                }
+                vertex
+            })
+            .collect();
+        Ok(Self { enclosure, varying: VaryingEntries(varying), vertices })
+    }
+
+    /// The pairs around vertex k: the varying entries at its ends, the others in their whole interval. The hull of these boxes over all k
+    /// is the enclosure.
+    pub(crate) fn around(&self, k: usize) -> (Matrix<Interval>, Matrix<Interval>) {
+        let (mut a, mut c) = (self.enclosure.a.clone(), self.enclosure.c.clone());
+        for (entry, end) in &self.vertices[k].at {
+            let matrix = if entry.of_output { &mut c } else { &mut a };
+            matrix[(entry.row, entry.column)] = Interval::from_f64(*end).unwrap_or(Interval::UNBOUNDED);
+        }
+        (a, c)
+    }
+
+    /// A pair in the enclosure: its middle, with 0 wherever a varying entry may vanish if asked so.
+    pub(crate) fn inner(&self, vanishing: bool) -> (DMatrix<f64>, DMatrix<f64>) {
+        let middle = |interval: &Interval| {
+            if vanishing && interval.contains(0.0) { 0.0 } else { float(interval) }
+        };
+        let of = |m: &Matrix<Interval>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| middle(&m[(i, j)]));
+        (of(&self.enclosure.a), of(&self.enclosure.c))
+    }
+}
+
+fn interval(enclosure: &JacobianEnclosure, entry: Entry) -> &Interval {
+    if entry.of_output { &enclosure.c[(entry.row, entry.column)] } else { &enclosure.a[(entry.row, entry.column)] }
+}
+
+fn is_narrow(interval: &Interval) -> bool {
+    interval.width() <= NARROW * interval.magnitude()
+}
+
+/// The middle of a bounded interval, as the entries of an enclosure are.
+fn float(interval: &Interval) -> f64 {
+    interval.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
+}
+
+fn floats(m: &Matrix<Interval>) -> DMatrix<f64> {
+    DMatrix::from_fn(m.rows(), m.cols(), |i, j| float(&m[(i, j)]))
+}
