@@ -10,8 +10,8 @@
 //!
 //! # What is enclosed
 //! The Jacobians of f and h in real arithmetic, with the constants that the plant stores. Where a right-hand side branches, all branches that the box leaves open are
-//! taken. A function that is continuous across its branches is Lipschitz and all is well; if values on two branches are found apart, that is an error, but
-//! continuity is a hypothesis and not a result. About the library's elementary functions see [`luenberger_proof::interval`].
+//! taken. That f and h are continuous where they change branches is a hypothesis and not a result: the places of change are searched for values that are apart, which is an
+//! error, but the search ends in finitely many places. About the library's elementary functions see [`luenberger_proof::interval`].
 //!
 //! Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 5, 6 and 11; A. Griewank and A. Walther, Evaluating Derivatives,
 //! SIAM 2008, ch. 3.
@@ -123,12 +123,12 @@ impl fmt::Display for Entry {
     }
 }
 
-/// A point of the box, with a part of the box around it that the search ended in.
+/// A point of the box, with a part of the box around it that the search ended in. Coordinates that make no difference are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
-    /// Each coordinate with its value: 0 where the part contains 0, else its middle; for an unbounded part its finite end.
+    /// The coordinates with their values: 0 where the part contains 0, else its middle; for an unbounded part its finite end.
     pub point: Vec<(Axis, f64)>,
-    /// The part: lower and upper bounds.
+    /// The part: lower and upper bounds of these coordinates.
     pub part: Vec<(f64, f64)>,
 }
 
@@ -181,6 +181,12 @@ struct Evaluation<'a, S> {
     size: Dimensions,
 }
 
+/// Df row by row, then Dh row by row, over one box; and whether the box left a branch open.
+struct Jacobians {
+    entries: Vec<Interval>,
+    branched: bool,
+}
+
 /// Why one box has no result.
 enum Failure {
     Undefined(Undefined, &'static str),
@@ -188,14 +194,15 @@ enum Failure {
 }
 
 impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
-    /// Df row by row, then Dh row by row, over one box; entries may be unbounded.
-    fn jacobians(&self, cell: &[Interval]) -> Result<Vec<Interval>, Failure> {
+    /// The Jacobians over one box; entries may be unbounded.
+    fn jacobians(&self, cell: &[Interval]) -> Result<Jacobians, Failure> {
         let (n, m, p) = (self.size.states, self.size.inputs, self.size.outputs);
         let constant = |x: &Interval| IntervalDual::new(*x, Interval::zero());
         let u: Vec<IntervalDual> = cell[n..n + m].iter().map(constant).collect();
         let u = column::<S::Input>("inputs", &u, m)?;
         let t = constant(&cell[n + m]);
         let mut entries = vec![Interval::zero(); (n + p) * n];
+        let mut branched = false;
         for j in 0..n {
             let x: Vec<IntervalDual> = (0..n)
                 .map(|i| IntervalDual::new(cell[i], if i == j { Interval::ONE } else { Interval::zero() }))
@@ -203,12 +210,13 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
             let x = column::<S::State>("states", &x, n)?;
             let f = paths::explore(|| self.plant.derivative(t, &x, &u).as_slice().to_vec());
             let h = paths::explore(|| self.plant.output(t, &x).as_slice().to_vec());
+            branched |= [&f, &h].iter().any(|ways| ways.as_ref().is_ok_and(|ways| ways.len() > 1));
             let slopes = united("f", n, f)?.into_iter().chain(united("h", p, h)?);
             for (i, slope) in slopes.enumerate() {
                 entries[i * n + j] = slope;
             }
         }
-        Ok(entries)
+        Ok(Jacobians { entries, branched })
     }
 }
 

@@ -1,11 +1,11 @@
 //! Bisection of the box: first until every part has a finite enclosure, then where the extremes of an entry are.
 
-use luenberger_plants::Plant;
+use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix};
 
 use super::paths::Undefined;
 use super::region::{Axis, Region};
-use super::{EnclosureError, Entry, Evaluation, Failure, IntervalDual, JacobianEnclosure, Place};
+use super::{EnclosureError, Entry, Evaluation, Failure, IntervalDual, JacobianEnclosure, Jacobians, Place};
 
 /// How often one coordinate is halved in search of a finite enclosure: a part that is 2^-48 of the box names its point well enough.
 const HALVINGS: u32 = 48;
@@ -45,19 +45,18 @@ impl Cell {
         self.axes.iter().map(|axis| Interval::new(middle(axis), middle(axis)).unwrap_or(*axis)).collect()
     }
 
-    fn place(&self, size: luenberger_plants::Dimensions) -> Place {
-        let coordinate = |(k, axis): (usize, &Interval)| {
-            let x = match (axis.contains(0.0), axis.lo().is_finite(), axis.hi().is_finite()) {
-                (true, ..) => 0.0,
-                (_, true, false) => axis.lo(),
-                (_, false, true) => axis.hi(),
-                _ => middle(axis),
-            };
-            (Axis::of(k, size), x)
+    /// The coordinates chosen, in words for an error.
+    fn place(&self, size: Dimensions, chosen: impl Fn(usize) -> bool) -> Place {
+        let value = |axis: &Interval| match (axis.contains(0.0), axis.lo().is_finite(), axis.hi().is_finite()) {
+            (true, ..) => 0.0,
+            (_, true, false) => axis.lo(),
+            (_, false, true) => axis.hi(),
+            _ => middle(axis),
         };
+        let axes: Vec<(usize, &Interval)> = self.axes.iter().enumerate().filter(|(k, _)| chosen(*k)).collect();
         Place {
-            point: self.axes.iter().enumerate().map(coordinate).collect(),
-            part: self.axes.iter().map(|axis| (axis.lo(), axis.hi())).collect(),
+            point: axes.iter().map(|(k, axis)| (Axis::of(*k, size), value(axis))).collect(),
+            part: axes.iter().map(|(_, axis)| (axis.lo(), axis.hi())).collect(),
         }
     }
 }
@@ -76,6 +75,7 @@ fn middle(axis: &Interval) -> f64 {
 struct Leaf {
     cell: Cell,
     entries: Vec<Interval>,
+    branched: bool,
 }
 
 /// The enclosure over the whole box.
@@ -87,6 +87,7 @@ pub(super) fn enclose<S: Plant<IntervalDual>>(
     let axes = region.axes(size)?;
     let whole = Cell { halvings: vec![0; axes.len()], axes };
     let mut leaves = finite_parts(evaluation, &whole)?;
+    search_jumps(evaluation, &whole, &leaves)?;
     let seen = refine(evaluation, &whole, &mut leaves, region.budget());
     let (n, p) = (size.states, size.outputs);
     let hull = united(&leaves);
@@ -113,7 +114,7 @@ fn united(leaves: &[Leaf]) -> Vec<Interval> {
 
 /// What became of one part.
 enum Outcome {
-    Finite(Vec<Interval>),
+    Finite(Jacobians),
     Unbounded(usize),
     Undefined(Undefined, &'static str),
 }
@@ -123,9 +124,9 @@ fn examine<S: Plant<IntervalDual>>(
     cell: &[Interval],
 ) -> Result<Outcome, EnclosureError> {
     match evaluation.jacobians(cell) {
-        Ok(entries) => Ok(match entries.iter().position(|entry| !entry.is_bounded()) {
+        Ok(jacobians) => Ok(match jacobians.entries.iter().position(|entry| !entry.is_bounded()) {
             Some(entry) => Outcome::Unbounded(entry),
-            None => Outcome::Finite(entries),
+            None => Outcome::Finite(jacobians),
         }),
         Err(Failure::Undefined(why, side)) => Ok(Outcome::Undefined(why, side)),
         Err(Failure::Wrong(error)) => Err(error),
@@ -142,8 +143,8 @@ fn finite_parts<S: Plant<IntervalDual>>(
     let mut open = vec![(whole.clone(), examine(evaluation, &whole.axes)?)];
     while let Some((cell, outcome)) = open.pop() {
         let failure = match outcome {
-            Outcome::Finite(entries) => {
-                leaves.push(Leaf { cell, entries });
+            Outcome::Finite(Jacobians { entries, branched }) => {
+                leaves.push(Leaf { cell, entries, branched });
                 continue;
             }
             failure => failure,
@@ -165,18 +166,78 @@ fn finite_parts<S: Plant<IntervalDual>>(
                 best = Some((rank.0, rank.1, parts));
             }
         }
-        let Some((_, _, parts)) = best else { return Err(located(evaluation, &cell, &failure)) };
+        let Some((_, _, parts)) = best else { return Err(located(evaluation, whole, &cell, &failure)) };
         if examined > PARTS {
-            return Err(EnclosureError::Effort { parts: examined, place: cell.place(evaluation.size) });
+            return Err(EnclosureError::Effort { parts: examined, place: cell.place(evaluation.size, |_| true) });
         }
         open.extend(parts);
     }
     Ok(leaves)
 }
 
-/// The error for a part that stays without a finite enclosure.
-fn located<S>(evaluation: &Evaluation<'_, S>, cell: &Cell, outcome: &Outcome) -> EnclosureError {
-    let (n, place) = (evaluation.size.states, cell.place(evaluation.size));
+/// How many places of change between branches are searched for a jump.
+const SEARCHES: usize = 4;
+
+/// How often each coordinate is halved there: a jump is seen when it is larger than what f varies over a 2^-32 of the box.
+const SEARCH_HALVINGS: u32 = 32;
+
+/// Halves parts that leave a branch open, each time keeping a half that does, down to a point where the branches meet. If f jumps there, the values on
+/// the two branches come apart on the way, and stay so.
+fn search_jumps<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    whole: &Cell,
+    leaves: &[Leaf],
+) -> Result<(), EnclosureError> {
+    let branched: Vec<&Leaf> = leaves.iter().filter(|leaf| leaf.branched).collect();
+    for leaf in branched.iter().step_by(branched.len().div_ceil(SEARCHES).max(1)) {
+        let mut cell = leaf.cell.clone();
+        let mut failure = None;
+        // Each coordinate in turn, the least halved first.
+        while let Some(k) = (0..cell.axes.len())
+            .filter(|&k| cell.halvings[k] < SEARCH_HALVINGS && cell.halves(k).is_some())
+            .min_by_key(|&k| cell.halvings[k])
+        {
+            let Some(halves) = cell.halves(k) else { break };
+            let mut next = None;
+            for half in halves {
+                match examine(evaluation, &half.axes)? {
+                    Outcome::Finite(Jacobians { branched: false, .. }) => {}
+                    Outcome::Finite(_) | Outcome::Unbounded(_) => {
+                        next.get_or_insert((half, None));
+                    }
+                    // Where values are apart is where to look further.
+                    undefined @ Outcome::Undefined(..) => next = Some((half, Some(undefined))),
+                }
+            }
+            failure = None;
+            let Some((half, undefined)) = next else { break };
+            cell = half;
+            failure = undefined;
+        }
+        if let Some(failure) = failure {
+            return Err(located(evaluation, whole, &cell, &failure));
+        }
+    }
+    Ok(())
+}
+
+/// The error for a part that stays without a finite enclosure. A coordinate makes no difference if there is none at other values of it either.
+fn located<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    whole: &Cell,
+    cell: &Cell,
+    outcome: &Outcome,
+) -> EnclosureError {
+    let matters = |k: usize| {
+        let axis = &whole.axes[k];
+        let others = [axis.lo(), axis.hi(), middle(axis), middle(axis) / 3.0 + axis.lo() / 1.5];
+        others.into_iter().filter(|x| axis.contains(*x)).filter_map(|x| Interval::new(x, x)).any(|other| {
+            let mut axes = cell.axes.clone();
+            axes[k] = other;
+            matches!(examine(evaluation, &axes), Ok(Outcome::Finite(_)))
+        })
+    };
+    let (n, place) = (evaluation.size.states, cell.place(evaluation.size, matters));
     match *outcome {
         Outcome::Undefined(Undefined::Operation(operation), side) => {
             EnclosureError::Undefined { operation, side, place }
@@ -211,7 +272,7 @@ fn refine<S: Plant<IntervalDual>>(
 ) -> Vec<Interval> {
     let mut seen: Option<Vec<Interval>> = None;
     let mut sample = |point: &[Interval]| {
-        if let Ok(Outcome::Finite(entries)) = examine(evaluation, point) {
+        if let Ok(Outcome::Finite(Jacobians { entries, .. })) = examine(evaluation, point) {
             match seen.as_mut() {
                 None => seen = Some(entries),
                 Some(seen) => seen.iter_mut().zip(&entries).for_each(|(all, one)| *all = all.hull(one)),
@@ -248,7 +309,7 @@ fn refine<S: Plant<IntervalDual>>(
             }
             let Some(halves) = leaves[at].cell.halves(k) else { continue };
             let [Some(first), Some(second)] = halves.map(|cell| match examine(evaluation, &cell.axes) {
-                Ok(Outcome::Finite(entries)) => Some(Leaf { cell, entries }),
+                Ok(Outcome::Finite(Jacobians { entries, branched })) => Some(Leaf { cell, entries, branched }),
                 _ => None,
             }) else {
                 continue;

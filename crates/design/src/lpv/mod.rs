@@ -242,7 +242,18 @@ where
         if let Some((rate, why)) = &self.stopped {
             writeln!(f, "Nothing was proved at the rate {rate:.6}: {why}.")?;
         }
-        write!(f, "{}", self.certificate)
+        // Of many vertices, those that matter: what is not proved, and the least margin.
+        let least = |fact: &&Fact| fact.verdict.margin().unwrap_or(f64::NEG_INFINITY);
+        match self.certificate.facts.split_first() {
+            Some((positive, vertices)) if vertices.len() > 8 => {
+                writeln!(f, "{positive}")?;
+                let proved = vertices.iter().filter(|fact| fact.verdict.is_proved()).count();
+                writeln!(f, "{proved} of the {} inequalities at the vertices are proved. The least:", vertices.len())?;
+                let least = vertices.iter().min_by(|x, y| least(x).total_cmp(&least(y)));
+                least.map_or(Ok(()), |fact| writeln!(f, "{fact}"))
+            }
+            _ => write!(f, "{}", self.certificate),
+        }
     }
 }
 

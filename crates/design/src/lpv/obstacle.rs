@@ -8,6 +8,7 @@ use luenberger_proof::{Doubt, Verdict};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::polytope::Polytope;
+use crate::enclosure::Entry;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, decrease_at};
 
@@ -74,11 +75,18 @@ impl fmt::Display for Conflict {
 pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
     let candidates = |weights: Option<&[f64]>| -> Option<HiddenMode> {
         let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
-        let inside = |name: &str, (a, c): (DMatrix<f64>, DMatrix<f64>)| (name.to_owned(), a, c);
+        let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
+            let at = |entry: &Entry| {
+                let matrix = if entry.of_output { &c } else { &a };
+                format!("{entry} = {:.6}", matrix[(entry.row, entry.column)])
+            };
+            let entries: Vec<String> = polytope.varying.0.iter().map(at).collect();
+            (format!("the point inside the polytope with {}", entries.join(", ")), a, c)
+        };
         let mut pairs: Vec<_> = vertices.collect();
-        pairs.push(inside("the middle of the polytope", polytope.inner(false)));
-        pairs.push(inside("the point of the polytope where every entry that can vanish does", polytope.inner(true)));
-        pairs.extend(weights.map(|w| inside("a mean of the vertices", mean(polytope, w))));
+        pairs.push(inside(polytope.inner(false)));
+        pairs.push(inside(polytope.inner(true)));
+        pairs.extend(weights.map(|w| inside(mean(polytope, w))));
         pairs.into_iter().find_map(|(place, a, c)| hidden_mode(place, a, c, rate))
     };
     match verdict {

@@ -254,8 +254,8 @@ impl Interval {
 
 /// `x^n` by repeated squaring, in enclosures throughout.
 fn repeated(x: &Interval, n: u32) -> Interval {
-    if *x == Interval::ONE {
-        return *x;
+    if x.is_point() && x.magnitude() == 1.0 {
+        return if n % 2 == 0 { Interval::ONE } else { *x };
     }
     let (mut result, mut square, mut left): (Option<Interval>, Interval, u32) = (None, *x, n);
     while left > 0 {
