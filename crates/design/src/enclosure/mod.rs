@@ -16,6 +16,7 @@
 //! Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 5, 6 and 11; A. Griewank and A. Walther, Evaluating Derivatives,
 //! SIAM 2008, ch. 3.
 
+mod linear;
 mod paths;
 mod region;
 mod scalar;

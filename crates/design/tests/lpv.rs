@@ -1,0 +1,264 @@
+//! The LPV design: known answers, obstacles by name, units, and bad input.
+
+use luenberger_design::lpv::MAX_VARYING;
+use luenberger_design::{DesignError, LpvDesign, Region};
+use luenberger_plants::{Chaotic, Dimensions, DynamicPlant, Plant, flexible_joint};
+use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, convert, dmatrix, dvector};
+
+const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+fn number<T: RealField>(x: f64) -> T {
+    convert(x)
+}
+
+macro_rules! plant {
+    ($name:ident { $($field:ident),* }, $n:literal, $p:literal, |$s:ident, $x:ident| $f:expr, $h:expr) => {
+        #[derive(Debug, Clone, Copy, Default)]
+        struct $name { $($field: f64),* }
+
+        impl<T: RealField + Copy> Plant<T> for $name {
+            type State = SVector<T, $n>;
+            type Input = SVector<T, 0>;
+            type Output = SVector<T, $p>;
+
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: $n, inputs: 0, outputs: $p }
+            }
+
+            fn derivative(&self, _t: T, $x: &SVector<T, $n>, _u: &SVector<T, 0>) -> SVector<T, $n> {
+                let $s: &Self = self;
+                let _ = $s;
+                $f
+            }
+
+            fn output(&self, _t: T, $x: &SVector<T, $n>) -> SVector<T, $p> {
+                $h
+            }
+        }
+    };
+}
+
+// A pendulum with the speed in units of its own, and time too.
+plant!(
+    Pendulum { unit, pace },
+    2,
+    1,
+    |s, x| Vector2::new(number::<T>(s.pace / s.unit) * x[1], number::<T>(-s.pace * s.unit) * x[0].sin()),
+    Vector1::new(x[0])
+);
+
+// The same with the angle measured by its sine.
+plant!(SineOfTheAngle {}, 2, 1, |s, x| Vector2::new(x[1], -x[0].sin()), Vector1::new(x[0].sin()));
+
+// A spring that stiffens, lightly damped and not measured, beside a state that is.
+plant!(
+    Aside { damping },
+    3,
+    1,
+    |s, x| {
+        let force = -number::<T>(2.0) * x[0] - number::<T>(1.5) * x[0].sin();
+        Vector3::new(x[1], force - number::<T>(s.damping) * x[1], -x[2])
+    },
+    Vector1::new(x[2])
+);
+
+plant!(Single {}, 1, 1, |s, x| Vector1::new(x[0] + number::<T>(0.5) * x[0].sin()), Vector1::new(x[0]));
+
+// An unmeasured state that decays like exp(-2t) by itself, whatever the gain.
+plant!(Slow {}, 2, 1, |s, x| Vector2::new(x[0].sin(), -number::<T>(2.0) * x[1]), Vector1::new(x[0]));
+
+// Nine entries that vary.
+plant!(
+    Full {},
+    3,
+    1,
+    |s, x| {
+        let sum = x[0].sin() + x[1].sin() + x[2].sin();
+        Vector3::new(sum, sum * number(2.0), sum * number(3.0))
+    },
+    Vector1::new(x[0])
+);
+
+// A coefficient that is a quotient, and so known to an interval only.
+plant!(
+    Quotient { stiffness, mass },
+    2,
+    1,
+    |s, x| {
+        let ratio = number::<T>(s.stiffness) / number::<T>(s.mass);
+        Vector2::new(x[1], -ratio * x[0] - x[1].tanh())
+    },
+    Vector1::new(x[0])
+);
+
+#[test]
+fn both_flexible_joints_have_a_gain_everywhere() {
+    for rate in [0.0, 1.0, 5.0] {
+        let classical = LpvDesign::new(flexible_joint::classical(), &Region::everywhere(4), rate).unwrap();
+        let printed = LpvDesign::new(flexible_joint::printed(), &Region::everywhere(4), rate).unwrap();
+        for (certificate, polytope, rates) in [
+            (&classical.certificate, &classical.polytope, &classical.vertex_rates),
+            (&printed.certificate, &printed.polytope, &printed.vertex_rates),
+        ] {
+            assert_eq!((polytope.vertices.len(), certificate.facts.len()), (2, 3));
+            assert!(certificate.is_proved(), "{certificate}");
+            assert!(rates.iter().all(|r| *r > rate), "{rates:?}");
+        }
+        assert_eq!(
+            classical.vertex_rates[classical.limiting],
+            classical.vertex_rates.iter().copied().fold(9e9, f64::min)
+        );
+        assert!(classical.statement().starts_with("From every x(0) and xhat(0)"));
+        assert!(classical.stopped.is_none() && classical.overshoot() >= 1.0);
+    }
+}
+
+/// x1 multiplies x3 in the second row: where x1 can vanish x3 is not seen, and by itself it stays what it is.
+#[test]
+fn the_chaotic_plant_needs_x1_away_from_0() {
+    for x1 in [(-3.0, 3.0), (-3.0, 2.0), (-0.3, 0.1), (0.0, 3.0)] {
+        let region = Region::new(&[x1, (-3.0, 3.0), (-3.0, 3.0)]);
+        for error in [
+            LpvDesign::new(Chaotic, &region, 0.0).unwrap_err(),
+            LpvDesign::fastest(Chaotic, &region, 10.0, 0.1).unwrap_err(),
+        ] {
+            let DesignError::HiddenMode(mode) = &error else { panic!("{x1:?}: {error}") };
+            assert!(mode.eigenvalue.norm() < 1e-9, "{error}");
+            assert!((mode.direction[2].norm() - 1.0).abs() < 1e-9, "{error}");
+            assert!((&mode.c * mode.direction.map(|v| v.re)).norm() < 1e-9);
+            assert!(error.to_string().contains("(0.0000, 0.0000, 1.0000)"), "{error}");
+        }
+    }
+    for x1 in [(-3.0, -0.3), (0.3, 3.0)] {
+        let region = Region::new(&[x1, (-3.0, 3.0), (-3.0, 3.0)]);
+        let design = LpvDesign::new(Chaotic, &region, 0.5).unwrap();
+        assert_eq!(design.polytope.vertices.len(), 64);
+        assert!(design.certificate.is_proved());
+        assert!(design.statement().contains(&format!("stay in the box (x1 in [{}, {}]", x1.0, x1.1)));
+    }
+}
+
+#[test]
+fn a_mode_of_its_own_limits_the_rate() {
+    let region = Region::everywhere(2);
+    assert!(LpvDesign::new(Slow {}, &region, 1.9).unwrap().certificate.is_proved());
+    let error = LpvDesign::new(Slow {}, &region, 2.5).unwrap_err();
+    let DesignError::HiddenMode(mode) = &error else { panic!("{error}") };
+    assert!((mode.eigenvalue.re + 2.0).abs() < 1e-12 && mode.direction[1].norm() > 1.0 - 1e-12);
+    let design = LpvDesign::fastest(Slow {}, &region, 10.0, 1e-3).unwrap();
+    assert!(design.rate < 2.0 && design.rate > 1.99 && design.certificate.is_proved(), "{}", design.rate);
+    let (rate, why) = design.stopped.as_ref().unwrap();
+    assert!(*rate - design.rate <= 1e-3 && matches!(**why, DesignError::HiddenMode(_)), "{design}");
+}
+
+/// Every spring between the two is stable, but switching between them pumps energy into a lightly damped one: no common P. For a damping d and
+/// stiffnesses between a and b there is one iff d > sqrt b - sqrt a (circle criterion).
+#[test]
+fn vertices_that_exclude_each_other_are_named() {
+    let (region, threshold) = (Region::everywhere(3), 3.5f64.sqrt() - 0.5f64.sqrt());
+    let error = LpvDesign::new(Aside { damping: 0.99 * threshold }, &region, 0.0).unwrap_err();
+    let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
+    assert!(conflict.is_pair && conflict.vertices == [0, 1], "{error}");
+    assert!(error.to_string().contains("df2/dx1 = -3.5") && error.to_string().contains("df2/dx1 = -0.5"), "{error}");
+    assert!(LpvDesign::new(Aside { damping: 1.01 * threshold }, &region, 0.0).unwrap().certificate.is_proved());
+    let error = LpvDesign::certify(Aside { damping: 0.1 }, &region, &DMatrix::zeros(3, 1)).unwrap_err();
+    assert!(matches!(&error, DesignError::Conflict(conflict) if conflict.vertices == [0, 1]), "{error}");
+}
+
+/// The gain that the paper takes from its reference [16], l42 read as 8.4967, on the joint as printed.
+#[test]
+fn a_given_gain_gets_its_greatest_rate() {
+    let l = dmatrix![0.5409, -0.6315, 0.2392; -10.3506, 21.2355, 22.8782; 1.8370, 3.4444, 10.6638; 15.5282, 8.4967, 62.7550];
+    let design = LpvDesign::certify(flexible_joint::printed(), &Region::everywhere(4), &l).unwrap();
+    assert!(design.certificate.is_proved());
+    assert!((3.0..3.02).contains(&design.rate), "{}", design.rate);
+    // No rate beyond what the eigenvalues at a vertex allow, and none far below what the search was stopped at.
+    let (stopped, why) = design.stopped.as_ref().unwrap();
+    assert!(*stopped > design.rate && *stopped < design.rate * 1.01, "{why}");
+    let error = LpvDesign::certify(flexible_joint::classical(), &Region::everywhere(4), &l).unwrap_err();
+    assert!(matches!(error, DesignError::Matrix(_)), "{error}");
+    let error =
+        LpvDesign::certify(flexible_joint::printed(), &Region::everywhere(4), &DMatrix::zeros(4, 3)).unwrap_err();
+    assert!(matches!(error, DesignError::UnstableVertex { abscissa, .. } if abscissa > 0.0), "{error}");
+    let nan = l.map(|x| if x == 8.4967 { f64::NAN } else { x });
+    assert!(LpvDesign::certify(flexible_joint::printed(), &Region::everywhere(4), &nan).is_err());
+}
+
+/// Units of 1e12 for the speed, or for time, change nothing but the numbers.
+#[test]
+fn units_do_not_matter() {
+    for (unit, pace) in [(1.0, 1.0), (1e12, 1.0), (1e-12, 1.0), (1.0, 1e12), (1.0, 1e-12), (1e6, 1e-6)] {
+        let design = LpvDesign::new(Pendulum { unit, pace }, &Region::everywhere(2), pace).unwrap();
+        assert!(design.certificate.is_proved(), "{unit:e} {pace:e}: {}", design.certificate);
+    }
+}
+
+/// The sine of the angle tells the angle as long as the cosine does not vanish, and C is a vertex matrix like A.
+#[test]
+fn nonlinear_outputs_are_vertices_too() {
+    let design = LpvDesign::new(SineOfTheAngle {}, &Region::new(&[(-1.0, 1.0), ANY]), 0.5).unwrap();
+    assert_eq!(design.polytope.vertices.len(), 4);
+    assert!(design.certificate.is_proved());
+    let values: Vec<f64> = design.polytope.vertices.iter().map(|vertex| vertex.c[(0, 0)]).collect();
+    assert!(values.iter().any(|c| (c - 1f64.cos()).abs() < 1e-12) && values.contains(&1.0), "{values:?}");
+    // At the angle pi/2 the output does not move.
+    let error = LpvDesign::new(SineOfTheAngle {}, &Region::new(&[(-2.0, 2.0), ANY]), 0.0).unwrap_err();
+    let DesignError::HiddenMode(mode) = &error else { panic!("{error}") };
+    assert_eq!(mode.c[(0, 0)], 0.0);
+}
+
+#[test]
+fn one_state_is_a_plant() {
+    let design = LpvDesign::fastest(Single {}, &Region::everywhere(1), 100.0, 1.0).unwrap();
+    assert!(design.certificate.is_proved() && design.stopped.is_none() && design.rate == 100.0);
+    assert!(design.observer.l()[(0, 0)] > 101.5);
+    assert_eq!(design.overshoot(), 1.0);
+    assert_eq!(design.excursion(&dvector![2.0]).unwrap().len(), 1);
+    assert!((design.excursion(&dvector![2.0]).unwrap()[0] - 2.0).abs() < 1e-12);
+    assert!(design.excursion(&dvector![2.0, 1.0]).is_none());
+}
+
+/// 0.3/0.7 is known to two units in the last place: that is no varying entry, and the proof is for the interval.
+#[test]
+fn rounded_coefficients_make_no_vertices() {
+    let plant = Quotient { stiffness: 0.3, mass: 0.7 };
+    let design = LpvDesign::new(plant, &Region::everywhere(2), 1.0).unwrap();
+    assert_eq!(design.polytope.vertices.len(), 2);
+    let entry = design.polytope.enclosure.a[(1, 0)];
+    assert!(!entry.is_point() && entry.width() < 1e-15);
+    assert!(design.certificate.is_proved());
+}
+
+#[test]
+fn a_linear_plant_has_one_vertex() {
+    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let design = LpvDesign::new(&plant, &Region::everywhere(2), 2.0).unwrap();
+    assert_eq!(design.polytope.vertices.len(), 1);
+    assert!(design.certificate.is_proved() && design.to_string().contains("the only vertex"));
+}
+
+#[test]
+fn too_many_varying_entries_are_listed() {
+    let error = LpvDesign::new(Full {}, &Region::everywhere(3), 1.0).unwrap_err();
+    let DesignError::TooManyVertices { varying: 9, allowed: MAX_VARYING, entries } = &error else { panic!("{error}") };
+    assert_eq!(entries.0.len(), 9);
+    assert!(error.to_string().ends_with("df3/dx1, df3/dx2, df3/dx3"), "{error}");
+    // Fewer on a smaller box.
+    assert!(LpvDesign::new(Full {}, &Region::new(&[(1.0, 1.0), (0.0, 1.0), (2.0, 2.0)]), 0.0).is_err());
+}
+
+#[test]
+fn bad_numbers_are_refused() {
+    let (plant, region) = (flexible_joint::classical(), Region::everywhere(4));
+    for rate in [f64::NAN, -1.0, f64::INFINITY] {
+        assert!(matches!(LpvDesign::new(plant, &region, rate).unwrap_err(), DesignError::BadRate { .. }));
+    }
+    for (ceiling, tolerance) in
+        [(0.0, 0.1), (f64::NAN, 0.1), (f64::INFINITY, 0.1), (1.0, 0.0), (1.0, f64::NAN), (1.0, -1.0)]
+    {
+        assert!(matches!(LpvDesign::fastest(plant, &region, ceiling, tolerance), Err(DesignError::NotPositive { .. })));
+    }
+    for region in [Region::everywhere(3), Region::new(&[(f64::NAN, 1.0); 4]), Region::new(&[(2.0, 1.0); 4])] {
+        assert!(matches!(LpvDesign::new(plant, &region, 1.0).unwrap_err(), DesignError::Enclosure(_)));
+    }
+}
