@@ -5,9 +5,10 @@
 //! a sampling period; [`FeedbackDesign`] puts the
 //! observer in the loop. [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
+//! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
 //!
-//! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` of the repository.
+//! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` and `docs/theory-mvt.md` of the repository.
 #![deny(missing_docs)]
 
 pub mod certificate;

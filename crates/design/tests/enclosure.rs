@@ -214,6 +214,8 @@ scalar_plant!(Leaking, |x, _t| convert(if x[0].to_subset().is_some_and(|x: f64| 
     x[0].to_subset_unchecked()
 }));
 
+scalar_plant!(Defaulting, |x, _t| convert(x[0].to_subset().unwrap_or(0.0)));
+
 fn at(error: &EnclosureError) -> Vec<f64> {
     match error {
         EnclosureError::Unbounded { place, .. }
@@ -298,8 +300,13 @@ fn unbounded_boxes_work_where_the_jacobian_is_bounded() {
 fn loops_and_leaks_are_errors() {
     let error = enclose(&Looping, &Region::everywhere(2)).unwrap_err();
     assert!(matches!(error, EnclosureError::TooManyBranches { .. } | EnclosureError::Undefined { .. }), "{error}");
-    let error = enclose(&Leaking, &Region::new(&[(-1.0, 1.0), (0.0, 1.0)])).unwrap_err();
-    assert!(matches!(error, EnclosureError::Undefined { operation: "conversion to a single number", .. }), "{error}");
+    let region = Region::new(&[(-1.0, 1.0), (0.0, 1.0)]);
+    for error in [enclose(&Leaking, &region).unwrap_err(), enclose(&Defaulting, &region).unwrap_err()] {
+        assert!(
+            matches!(error, EnclosureError::Undefined { operation: "conversion to a single number", .. }),
+            "{error}"
+        );
+    }
 }
 
 #[test]

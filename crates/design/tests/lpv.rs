@@ -3,7 +3,7 @@
 use luenberger_design::lpv::MAX_VARYING;
 use luenberger_design::{DesignError, LpvDesign, Region};
 use luenberger_plants::{Chaotic, Dimensions, DynamicPlant, Plant, flexible_joint};
-use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, convert, dmatrix, dvector};
+use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
@@ -67,16 +67,30 @@ plant!(Single {}, 1, 1, |s, x| Vector1::new(x[0] + number::<T>(0.5) * x[0].sin()
 // An unmeasured state that decays like exp(-2t) by itself, whatever the gain.
 plant!(Slow {}, 2, 1, |s, x| Vector2::new(x[0].sin(), -number::<T>(2.0) * x[1]), Vector1::new(x[0]));
 
-// Nine entries that vary.
+// Sixteen entries that vary.
 plant!(
     Full {},
-    3,
+    4,
     1,
     |s, x| {
-        let sum = x[0].sin() + x[1].sin() + x[2].sin();
-        Vector3::new(sum, sum * number(2.0), sum * number(3.0))
+        let sum = x[0].sin() + x[1].sin() + x[2].sin() + x[3].sin();
+        Vector4::new(sum, sum * number(2.0), sum * number(3.0), sum * number(4.0))
     },
     Vector1::new(x[0])
+);
+
+// Ten entries that vary, in a chain of which every second link is measured.
+plant!(
+    Chain {},
+    4,
+    2,
+    |s, x| Vector4::new(
+        x[1] + x[0].sin() + x[2].cos(),
+        -x[1] + x[0].sin() * number(0.3) + x[1].sin() * number(0.5) + x[2].sin() + x[3].sin() * number(0.2),
+        x[3] + x[2].sin() + x[0].tanh(),
+        -x[3] + x[2].sin() * number(0.3) + x[3].sin() * number(0.5),
+    ),
+    Vector2::new(x[0], x[2])
 );
 
 // A coefficient that is a quotient, and so known to an interval only.
@@ -239,12 +253,26 @@ fn a_linear_plant_has_one_vertex() {
 
 #[test]
 fn too_many_varying_entries_are_listed() {
-    let error = LpvDesign::new(Full {}, &Region::everywhere(3), 1.0).unwrap_err();
-    let DesignError::TooManyVertices { varying: 9, allowed: MAX_VARYING, entries } = &error else { panic!("{error}") };
-    assert_eq!(entries.0.len(), 9);
-    assert!(error.to_string().ends_with("df3/dx1, df3/dx2, df3/dx3"), "{error}");
-    // Fewer on a smaller box.
-    assert!(LpvDesign::new(Full {}, &Region::new(&[(1.0, 1.0), (0.0, 1.0), (2.0, 2.0)]), 0.0).is_err());
+    let error = LpvDesign::new(Full {}, &Region::everywhere(4), 1.0).unwrap_err();
+    let DesignError::TooManyVertices { varying: 16, allowed: MAX_VARYING, entries } = &error else { panic!("{error}") };
+    assert_eq!(entries.0.len(), 16);
+    assert!(error.to_string().ends_with("df4/dx1, df4/dx2, df4/dx3, df4/dx4"), "{error}");
+    // At a single point nothing varies.
+    let point = Region::new(&[(0.0, 0.0); 4]);
+    assert!(!matches!(LpvDesign::new(Full {}, &point, 0.0), Err(DesignError::TooManyVertices { .. })));
+}
+
+/// A thousand vertices are proved, though the solver saw a few of them.
+#[test]
+fn many_vertices_are_proved_one_by_one() {
+    let region = Region::everywhere(4);
+    let design = LpvDesign::new(Chain {}, &region, 0.1).unwrap();
+    assert_eq!((design.polytope.vertices.len(), design.certificate.facts.len()), (1024, 1025));
+    assert!(design.certificate.is_proved(), "{design}");
+    assert!(design.to_string().contains("1024 of the 1024 inequalities"), "{design}");
+    let l = DMatrix::from_fn(4, 2, |i, j| design.observer.l()[(i, j)]);
+    let certified = LpvDesign::certify(Chain {}, &region, &l).unwrap();
+    assert!(certified.certificate.is_proved() && certified.rate > 0.1, "{certified}");
 }
 
 #[test]

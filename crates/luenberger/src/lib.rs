@@ -44,7 +44,7 @@ pub use luenberger_sim as sim;
 pub mod prelude {
     pub use luenberger_design::{
         Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, LipschitzPlant,
-        SampledCubicDesign, Sector, Wish,
+        LpvDesign, Region, SampledCubicDesign, Sector, Wish,
     };
     pub use luenberger_observers::{
         Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, Mean, MeanValueObserver,

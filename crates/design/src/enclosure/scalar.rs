@@ -295,15 +295,17 @@ impl SubsetOf<Self> for IntervalDual {
 macro_rules! supersets {
     ($($float:ident),*) => {$(
         impl SupersetOf<$float> for IntervalDual {
+            /// What is decided or computed from a single number is not so for the box, and is noted.
             fn is_in_subset(&self) -> bool {
-                self.value.is_point() && self.slope.is_zero()
-            }
-
-            /// What is computed from a single number is not computed from the box.
-            fn to_subset_unchecked(&self) -> $float {
-                if !SupersetOf::<$float>::is_in_subset(self) {
+                let constant = self.value.is_point() && self.slope.is_zero();
+                if !constant {
                     note_undefined("conversion to a single number");
                 }
+                constant
+            }
+
+            fn to_subset_unchecked(&self) -> $float {
+                SupersetOf::<$float>::is_in_subset(self);
                 self.value.lo() as $float
             }
 

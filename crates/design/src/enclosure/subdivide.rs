@@ -65,11 +65,14 @@ impl Cell {
 fn middle(axis: &Interval) -> f64 {
     match (axis.lo().is_finite(), axis.hi().is_finite()) {
         (true, true) => axis.lo() / 2.0 + axis.hi() / 2.0,
-        (true, false) => (2.0 * axis.lo()).max(1.0).min(f64::MAX),
-        (false, true) => (2.0 * axis.hi()).min(-1.0).max(f64::MIN),
+        (true, false) => (2.0 * axis.lo()).clamp(1.0, f64::MAX),
+        (false, true) => (2.0 * axis.hi()).clamp(f64::MIN, -1.0),
         (false, false) => 0.0,
     }
 }
+
+/// Two halves, with how many of them failed and how often the coordinate was halved before.
+type Ranked<T> = ((usize, u32), T);
 
 /// A part with its Jacobians.
 struct Leaf {
@@ -151,7 +154,7 @@ fn finite_parts<S: Plant<IntervalDual>>(
         };
         let exhausted = cell.halvings.iter().any(|halvings| *halvings >= HALVINGS);
         // The coordinate along which the fewest halves fail; among equals the one that was halved least.
-        let mut best: Option<(usize, u32, Vec<(Cell, Outcome)>)> = None;
+        let mut best: Option<Ranked<Vec<(Cell, Outcome)>>> = None;
         for k in 0..if exhausted { 0 } else { cell.axes.len() } {
             let Some(halves) = cell.halves(k) else { continue };
             let mut parts = Vec::with_capacity(2);
@@ -162,11 +165,11 @@ fn finite_parts<S: Plant<IntervalDual>>(
             examined += 2;
             let failures = parts.iter().filter(|(_, outcome)| !matches!(outcome, Outcome::Finite(_))).count();
             let rank = (failures, cell.halvings[k]);
-            if best.as_ref().is_none_or(|(failures, halvings, _)| rank < (*failures, *halvings)) {
-                best = Some((rank.0, rank.1, parts));
+            if best.as_ref().is_none_or(|(least, _)| rank < *least) {
+                best = Some((rank, parts));
             }
         }
-        let Some((_, _, parts)) = best else { return Err(located(evaluation, whole, &cell, &failure)) };
+        let Some((_, parts)) = best else { return Err(located(evaluation, whole, &cell, &failure)) };
         if examined > PARTS {
             return Err(EnclosureError::Effort { parts: examined, place: cell.place(evaluation.size, |_| true) });
         }

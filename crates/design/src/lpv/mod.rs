@@ -25,7 +25,7 @@ mod polytope;
 use core::fmt;
 
 use luenberger_linalg::{lambda_max, lambda_min, spectral_abscissa, symmetric_eigenvalues};
-use luenberger_lmi::{Infeasibility, Problem, greatest_parameter, he};
+use luenberger_lmi::{Infeasibility, Problem, Solution, greatest_parameter, he};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::{Doubt, Verdict};
@@ -77,7 +77,8 @@ where
 {
     /// The gain with the largest margin for which every error in the box decays at least like `exp(-rate t)`.
     ///
-    /// Cost: the enclosure, and one SDP of `n(n+1)/2 + np` unknowns with one inequality for each of the 2^k vertices, k the number of varying entries.
+    /// Cost: the enclosure, a few SDPs of `n(n+1)/2 + np` unknowns with an inequality for each vertex that matters, and one proof for each of the 2^k vertices, k the
+    /// number of varying entries.
     ///
     /// ```
     /// use luenberger_design::{LpvDesign, Region};
@@ -257,23 +258,80 @@ where
     }
 }
 
-/// (1) for P and Y.
+/// (1) for P and Y at as many vertices as matter.
 fn pose(polytope: &Polytope, rate: f64) -> Problem {
-    let mut lmi = Problem::new();
-    gain_lmi::pose(&mut lmi, polytope.vertices.iter().enumerate().map(|(k, v)| (k, &v.a, &v.c)), rate);
-    lmi
+    let at = |active: &[usize]| {
+        let mut lmi = Problem::new();
+        let vertices = active.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c));
+        gain_lmi::pose(&mut lmi, vertices, rate);
+        lmi
+    };
+    let half = |solution: &Solution, vertex: &Vertex| {
+        let (p, y) = (solution.named("P")?, solution.named("Y")?);
+        Some(p * &vertex.a - y * &vertex.c + p * rate)
+    };
+    growing(polytope, at, half)
 }
 
 /// (1) for P, the gain being given.
 fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64) -> Problem {
-    let mut lmi = Problem::new();
-    let p = lmi.symmetric("P", l.nrows());
-    lmi.constrain("P > 0", &p >> 0.0);
-    for (k, vertex) in polytope.vertices.iter().enumerate() {
-        let flow = &vertex.a - l * &vertex.c;
-        lmi.constrain(&gain_lmi::decrease_at(k), (he(&p * flow) + (2.0 * rate) * &p) << 0.0);
+    let at = |active: &[usize]| {
+        let mut lmi = Problem::new();
+        let p = lmi.symmetric("P", l.nrows());
+        lmi.constrain("P > 0", &p >> 0.0);
+        for &k in active {
+            let flow = &polytope.vertices[k].a - l * &polytope.vertices[k].c;
+            lmi.constrain(&gain_lmi::decrease_at(k), (he(&p * flow) + (2.0 * rate) * &p) << 0.0);
+        }
+        lmi
+    };
+    let half = |solution: &Solution, vertex: &Vertex| {
+        let p = solution.named("P")?;
+        Some(p * (&vertex.a - l * &vertex.c) + p * rate)
+    };
+    growing(polytope, at, half)
+}
+
+/// Up to this many vertices, all inequalities are posed at once.
+const AT_ONCE: usize = 16;
+
+/// How many vertices are added in a round.
+const ADDED: usize = 4;
+
+/// The problem at a set of vertices that grows until its solution serves all of them with half its margin, or until it has none: what is infeasible for a few vertices
+/// is so for all. `half` is X of the left-hand side X + X' of (1). A proposal in floating point, like the solver's: the proof looks at every vertex.
+fn growing(
+    polytope: &Polytope,
+    at: impl Fn(&[usize]) -> Problem,
+    half: impl Fn(&Solution, &Vertex) -> Option<DMatrix<f64>>,
+) -> Problem {
+    let count = polytope.vertices.len();
+    if count <= AT_ONCE {
+        return at(&(0..count).collect::<Vec<_>>());
     }
-    lmi
+    // Opposite corners, twice.
+    let alternating = 0x5555_5555 & (count - 1);
+    let mut active = vec![0, count - 1, alternating, count - 1 - alternating];
+    // Every round adds a vertex, so that there are at most as many rounds as vertices.
+    loop {
+        let problem = at(&active);
+        let Ok(solution) = problem.solve() else { return problem };
+        let Some(margin) = solution.verdict.margin() else { return problem };
+        let slope = |k: &usize| {
+            let half = half(&solution, &polytope.vertices[*k])?;
+            lambda_max(&(&half + half.transpose())).ok()
+        };
+        let mut violated: Vec<(usize, f64)> = (0..count)
+            .filter(|k| !active.contains(k))
+            .map(|k| (k, slope(&k).unwrap_or(f64::INFINITY)))
+            .filter(|(_, slope)| *slope > -0.5 * margin)
+            .collect();
+        if violated.is_empty() {
+            return problem;
+        }
+        violated.sort_by(|x, y| y.1.total_cmp(&x.1));
+        active.extend(violated.iter().take(ADDED).map(|(k, _)| *k));
+    }
 }
 
 /// Why no P serves all vertices with a given gain, each of which is Hurwitz.

@@ -8,8 +8,8 @@ use nalgebra::DMatrix;
 use crate::enclosure::{Entry, JacobianEnclosure};
 use crate::error::DesignError;
 
-/// How many entries may vary: 2^8 = 256 vertices, which is as many inequalities as the solver takes in seconds.
-pub const MAX_VARYING: usize = 8;
+/// How many entries may vary: 2^12 = 4096 vertices, each with a proof of its own.
+pub const MAX_VARYING: usize = 12;
 
 /// An entry known to this relative width does not count as varying. Its interval goes into the proof, and the vertices have its middle.
 const NARROW: f64 = 1e-9;

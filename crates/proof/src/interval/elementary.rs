@@ -101,7 +101,7 @@ impl Interval {
     }
 
     fn power(&self, n: u32) -> Self {
-        let base = if n % 2 == 0 { self.abs() } else { *self };
+        let base = if n.is_multiple_of(2) { self.abs() } else { *self };
         // Monotone on what is left, so that the powers of the two ends are the ends.
         let end = |x: f64, unbounded: Self| if x.is_finite() { repeated(&Self::point(x), n) } else { unbounded };
         if n == 0 {
@@ -109,7 +109,7 @@ impl Interval {
         }
         let lo = end(base.lo, Self { lo: f64::NEG_INFINITY, hi: f64::MAX });
         let hi = end(base.hi, Self { lo: f64::MIN, hi: f64::INFINITY });
-        Self { lo: if n % 2 == 0 { lo.lo.max(0.0) } else { lo.lo }, hi: hi.hi }
+        Self { lo: if n.is_multiple_of(2) { lo.lo.max(0.0) } else { lo.lo }, hi: hi.hi }
     }
 
     /// The square root; `None` when a negative number is inside.
@@ -255,7 +255,7 @@ impl Interval {
 /// `x^n` by repeated squaring, in enclosures throughout.
 fn repeated(x: &Interval, n: u32) -> Interval {
     if x.is_point() && x.magnitude() == 1.0 {
-        return if n % 2 == 0 { Interval::ONE } else { *x };
+        return if n.is_multiple_of(2) { Interval::ONE } else { *x };
     }
     let (mut result, mut square, mut left): (Option<Interval>, Interval, u32) = (None, *x, n);
     while left > 0 {
