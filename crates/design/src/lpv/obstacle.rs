@@ -168,3 +168,54 @@ fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f
     let places = vertices.iter().map(|k| polytope.vertices[*k].to_string()).collect();
     Conflict { rate, vertices, places, is_pair: true, witness }
 }
+
+#[cfg(test)]
+mod tests {
+    use luenberger_proof::{Interval, Matrix};
+    use nalgebra::dmatrix;
+
+    use super::*;
+    use crate::enclosure::JacobianEnclosure;
+    use crate::lpv::{VaryingEntries, Vertex};
+
+    /// `[-1, kappa; 0, -1]` turned by 0, 120 and 240 degrees, beside a state that is measured. If a P serves all three, so does its mean over the turns, a multiple of
+    /// the identity; hence kappa < 2 is needed. Two of them alone allow more.
+    fn turned(kappa: f64) -> Polytope {
+        let vertex = |k: u32| {
+            let (s, c) = (f64::from(k) * std::f64::consts::TAU / 3.0).sin_cos();
+            let turn = dmatrix![c, -s, 0.0; s, c, 0.0; 0.0, 0.0, 1.0];
+            let a = dmatrix![-1.0, kappa, 0.0; 0.0, -1.0, 0.0; 0.0, 0.0, -1.0];
+            Vertex { a: &turn * a * turn.transpose(), c: dmatrix![0.0, 0.0, 1.0], at: Vec::new() }
+        };
+        let vertices: Vec<Vertex> = (0..3).map(vertex).collect();
+        let hull = |i: usize, j: usize| {
+            let entries = vertices.iter().map(|v| v.a[(i, j)]);
+            let (lo, hi) = entries.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            Interval::new(lo, hi).unwrap()
+        };
+        let a = Matrix::from_fn(3, 3, hull);
+        let c = Matrix::from_fn(1, 3, |_, j| Interval::new(vertices[0].c[j], vertices[0].c[j]).unwrap());
+        let enclosure = JacobianEnclosure { a, c, parts: 1, excess: 0.0 };
+        Polytope { enclosure, varying: VaryingEntries(Vec::new()), vertices }
+    }
+
+    fn verdict(polytope: &Polytope) -> Verdict<Infeasibility> {
+        let mut lmi = Problem::new();
+        gain_lmi::pose(&mut lmi, polytope.vertices.iter().enumerate().map(|(k, v)| (k, &v.a, &v.c)), 0.0);
+        lmi.solve().unwrap().verdict
+    }
+
+    #[test]
+    fn three_vertices_of_which_no_two_exclude_each_other() {
+        assert!(verdict(&turned(1.9)).is_proved());
+        let polytope = turned(2.1);
+        let error = explain(&polytope, 0.0, verdict(&polytope));
+        let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
+        assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
+        assert!(error.to_string().starts_with("these vertices together exclude each other at the rate 0: 1 ("));
+        // Two of them are possible without the third.
+        let mut pair = polytope.clone();
+        pair.vertices.pop();
+        assert!(verdict(&pair).is_proved());
+    }
+}
