@@ -4,7 +4,7 @@ use luenberger_design::enclosure::{Axis, EnclosureError, Entry, enclose};
 use luenberger_design::{JacobianEnclosure, Region};
 use luenberger_observers::mean_value::integral::integral_mean;
 use luenberger_plants::{Chaotic, Differentiable, Dimensions, Plant, flexible_joint, state_jacobian};
-use nalgebra::{DMatrix, DVector, RealField, SVector, Vector1, Vector2, convert};
+use nalgebra::{DMatrix, DVector, RealField, RowVector2, SVector, Vector1, Vector2, convert};
 use proptest::prelude::*;
 
 /// `f_i` is a sum of terms `c g(x_a) k(z)` with z a state, the input or time; `h_i = x_i + c sin x_a`. Two inputs of the zoo are not smooth.
@@ -141,6 +141,34 @@ proptest! {
         }
     }
 
+    /// Every function that a scalar offers, against dual numbers; their derivatives here are below 2e4 and rounded a few times.
+    #[test]
+    fn every_function_encloses_its_derivative(
+        (a, b) in (0.05f64..0.95, 0.05f64..0.95), (c, d) in (1.05f64..3.0, 1.05f64..3.0), shares in prop::array::uniform2(0.0f64..=1.0),
+    ) {
+        let bounds = [(a.min(b), a.max(b)), (c.min(d), c.max(d))];
+        let x = Vector2::from_fn(|k, _| (bounds[k].0 + shares[k] * (bounds[k].1 - bounds[k].0)).clamp(bounds[k].0, bounds[k].1));
+        for which in 0..ELEMENTARY {
+            // num-dual has no floor.
+            let of_the_rest = which + 1 < ELEMENTARY;
+            let enclosure = enclose(&Elementary(which), &Region::new(&bounds).subdivisions(0)).unwrap();
+            let expected = if of_the_rest {
+                state_jacobian(&Elementary(which), 0.0, &x, &SVector::zeros()).row(0).into_owned()
+            } else {
+                RowVector2::new(-std::f64::consts::LN_10, std::f64::consts::FRAC_PI_2)
+            };
+            for j in 0..2 {
+                let (interval, entry) = (enclosure.a[(0, j)], expected[j]);
+                let slack = 64.0 * f64::EPSILON * entry.abs().max(1.0);
+                prop_assert!(interval.lo() - slack <= entry && entry <= interval.hi() + slack, "{which}: {entry} {interval:?}");
+                // Over a single point there is nothing to enclose but rounding.
+                let at = [(x[0], x[0]), (x[1], x[1])];
+                let point = enclose(&Elementary(which), &Region::new(&at)).unwrap().a[(0, j)];
+                prop_assert!(point.width() <= 1e-9 * point.magnitude().max(1.0), "{which}: {point:?}");
+            }
+        }
+    }
+
     /// So does the integral mean between two points of the box; its quadrature errs by far less than the two rules differ.
     #[test]
     fn the_mean_jacobian_is_inside(plant in random(true), boxes in boxes()) {
@@ -160,6 +188,60 @@ proptest! {
             let slack = 1e-12 * outer.magnitude();
             prop_assert!(outer.lo() - slack <= inner.lo() && inner.hi() <= outer.hi() + slack);
         }
+    }
+}
+
+/// `x1'` is one of the functions that a scalar offers, of x1 in (0, 1) and x2 in (1, 3), where all of them are defined.
+struct Elementary(usize);
+
+const ELEMENTARY: usize = 28;
+
+impl<T: RealField + Copy> Plant<T> for Elementary {
+    type State = Vector2<T>;
+    type Input = SVector<T, 0>;
+    type Output = Vector1<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+
+    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
+        let (x, y) = (x[0], x[1]);
+        let f = match self.0 {
+            0 => x.tan(),
+            1 => x.asin(),
+            2 => x.acos(),
+            3 => (-y).sinh(),
+            4 => (-y).cosh(),
+            5 => x.atanh(),
+            6 => y.acosh(),
+            7 => (-y).asinh(),
+            8 => y.log(y + x),
+            9 => x.log2(),
+            10 => x.log10(),
+            11 => (x - y).exp2(),
+            12 => (x - y).exp_m1(),
+            13 => (-x).ln_1p(),
+            14 => (-y).cbrt(),
+            15 => x.hypot(y),
+            16 => x.atan2(y),
+            17 => y.atan2(-x),
+            18 => x.powf(y),
+            19 => y.powf(convert(3.0)),
+            20 => (-y).powi(-3),
+            21 => (x - y).recip(),
+            22 => x.mul_add(y, x / y),
+            23 => x.abs() * (x - y).signum() + (-y).modulus_squared(),
+            24 => RealField::min(x, y - T::one()),
+            25 => x.sin_cos().0 * x.sinh_cosh().1 * y.tanh(),
+            26 => x.try_sqrt().unwrap_or(y),
+            _ => x.floor() + y * T::frac_pi_2() - T::ln_10() * x.fract(),
+        };
+        Vector2::new(f, -y)
+    }
+
+    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+        Vector1::new(x[0])
     }
 }
 
