@@ -16,6 +16,7 @@
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
+//! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
 //!
 //! In all of them `y~ = y - C xhat` is the innovation and `e = x - xhat` the error, so that `y~ = C e`.
 
@@ -26,6 +27,7 @@ pub mod cubic;
 pub mod cubic_sampled;
 pub mod error;
 pub mod kalman;
+pub mod kkl;
 pub mod linear;
 pub mod mean_value;
 pub mod nonlinear_luenberger;
@@ -35,6 +37,7 @@ pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;
 pub use error::{ObserverError, Point};
 pub use kalman::{Belief, ExtendedKalmanFilter, Noises};
+pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use linear::LinearObserver;
 pub use mean_value::{Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver};
 pub use nonlinear_luenberger::NonlinearLuenbergerObserver;

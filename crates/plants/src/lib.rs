@@ -14,6 +14,7 @@
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
+//! | [`oscillators`] | the reverse Duffing oscillator and Van der Pol's |
 
 #![no_std]
 #![deny(missing_docs)]
@@ -29,6 +30,7 @@ pub mod error;
 pub mod flexible_joint;
 pub mod jacobian;
 pub mod linear;
+pub mod oscillators;
 pub mod plant;
 pub mod size;
 pub mod third_order;
@@ -43,5 +45,6 @@ pub use jacobian::{Differentiable, state_jacobian};
 #[cfg(feature = "alloc")]
 pub use linear::DynamicPlant;
 pub use linear::{LinearPlant, StaticPlant};
+pub use oscillators::{ReverseDuffing, VanDerPol};
 pub use plant::{Dimensions, Plant};
 pub use size::Size;
