@@ -144,4 +144,12 @@ pub enum ObserverError {
     /// A filter that is to take no step between samples.
     #[error("a filter needs at least one step of integration between two samples")]
     Substeps,
+    /// A gain, pole or rate that is not a positive number.
+    #[error("{what} is {value}; it must be positive and finite")]
+    NotPositive {
+        /// Name of the number.
+        what: &'static str,
+        /// The number given.
+        value: f64,
+    },
 }

@@ -273,7 +273,7 @@ where
 ///
 /// Products of n terms are symmetric up to n epsilon of the largest entry, and as much is let pass; elimination without
 /// pivoting, which a semidefinite matrix does not need, leaves n^2 epsilon of it undecided.
-fn covariance<T: RealField + Copy, D: Dim>(
+pub(crate) fn covariance<T: RealField + Copy, D: Dim>(
     what: &'static str,
     mut matrix: OMatrix<T, D, D>,
     order: usize,

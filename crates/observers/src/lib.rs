@@ -26,6 +26,8 @@
 pub mod cubic;
 pub mod cubic_sampled;
 pub mod error;
+pub mod estimator;
+pub mod filters;
 pub mod kalman;
 pub mod kkl;
 pub mod linear;

@@ -1,0 +1,173 @@
+//! The adjugate and the determinant, `adj(A) A = A adj(A) = det(A) I`, without an inverse.
+//!
+//! Both exist for every square matrix, also a singular one, for which there is nothing to divide by: adj A has rank 1 when A has rank n - 1, and is 0
+//! below that.
+//!
+//! Method: elimination with complete pivoting, `A = P L U Q`, and `adj A = det(PQ) Q' adj(U) L^-1 P'`. The recursion for adj U divides by all pivots but
+//! the last, and complete pivoting leaves a zero before the last one only where adj A = 0. n^3 operations, bounded.
+//! Source: G. W. Stewart, On the adjugate matrix, Linear Algebra and its Applications 283, 1998.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
+
+/// `adj A` and `det A`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adjugate<T: RealField + Copy, Q: Dim>
+where
+    DefaultAllocator: Allocator<Q, Q>,
+{
+    /// `adj A`, q x q.
+    pub adjugate: OMatrix<T, Q, Q>,
+    /// `det A`.
+    pub determinant: T,
+}
+
+/// `adj A` and `det A` of a square matrix. The matrix of no rows has determinant 1; an entry that is not finite gives a determinant that is NaN.
+///
+/// ```
+/// use luenberger_observers::estimator::adjugate::adjugate;
+/// use nalgebra::Matrix2;
+/// let answer = adjugate(&Matrix2::new(1.0, 2.0, 2.0, 4.0));
+/// assert_eq!((answer.determinant, answer.adjugate), (0.0, Matrix2::new(4.0, -2.0, -2.0, 1.0)));
+/// ```
+pub fn adjugate<T: RealField + Copy, Q: Dim>(a: &OMatrix<T, Q, Q>) -> Adjugate<T, Q>
+where
+    DefaultAllocator: Allocator<Q, Q> + Allocator<Q>,
+{
+    let (order, n) = (a.shape_generic().0, a.nrows());
+    let (zero, one) = (T::zero(), T::one());
+    if n == 0 {
+        return Adjugate { adjugate: a.clone(), determinant: one };
+    }
+    if a.iter().any(|entry| !entry.is_finite()) {
+        let determinant = zero / zero;
+        return Adjugate { adjugate: OMatrix::repeat_generic(order, order, determinant), determinant };
+    }
+    // Elimination of U, with L^-1 P' gathered in `left` and the order of the columns in `columns`.
+    let mut u = a.clone();
+    let mut left = OMatrix::<T, Q, Q>::identity_generic(order, order);
+    let mut columns = OVector::<usize, Q>::from_fn_generic(order, U1, |i, _| i);
+    let mut sign = one;
+    for k in 0..n {
+        let (mut row, mut column) = (k, k);
+        for j in k..n {
+            for i in k..n {
+                if u[(i, j)].abs() > u[(row, column)].abs() {
+                    (row, column) = (i, j);
+                }
+            }
+        }
+        if row != k {
+            u.swap_rows(k, row);
+            left.swap_rows(k, row);
+            sign = -sign;
+        }
+        if column != k {
+            u.swap_columns(k, column);
+            columns.swap_rows(k, column);
+            sign = -sign;
+        }
+        let pivot = u[(k, k)];
+        if pivot == zero {
+            if k + 1 < n {
+                // Two zero pivots: rank n - 2 or less.
+                return Adjugate { adjugate: OMatrix::zeros_generic(order, order), determinant: zero };
+            }
+            break;
+        }
+        for i in k + 1..n {
+            let factor = u[(i, k)] / pivot;
+            for j in 0..n {
+                if j >= k {
+                    let reduced = u[(i, j)] - factor * u[(k, j)];
+                    u[(i, j)] = reduced;
+                }
+                let gathered = left[(i, j)] - factor * left[(k, j)];
+                left[(i, j)] = gathered;
+            }
+        }
+    }
+    let determinant = (0..n).fold(sign, |product, k| product * u[(k, k)]);
+    // adj U: upper triangular, its diagonal the products of the other pivots; rows above the diagonal by U adj(U) = det(U) I.
+    let mut middle = OMatrix::<T, Q, Q>::zeros_generic(order, order);
+    for j in 0..n {
+        middle[(j, j)] = (0..n).filter(|&k| k != j).fold(sign, |product, k| product * u[(k, k)]);
+        for i in (0..j).rev() {
+            let sum = (i + 1..=j).fold(zero, |sum, k| sum + u[(i, k)] * middle[(k, j)]);
+            middle[(i, j)] = -sum / u[(i, i)];
+        }
+    }
+    let product = middle * left;
+    let mut adjugate = OMatrix::zeros_generic(order, order);
+    for (k, &column) in columns.iter().enumerate() {
+        adjugate.set_row(column, &product.row(k));
+    }
+    Adjugate { adjugate, determinant }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::adjugate;
+    use nalgebra::{Const, DefaultAllocator, DimMin, Matrix3, SMatrix};
+    use proptest::prelude::*;
+
+    /// The cofactors by their definition, as an independent answer.
+    fn by_minors(a: &Matrix3<f64>) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| {
+            let sign = if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+            sign * a.remove_row(j).remove_column(i).determinant()
+        })
+    }
+
+    fn check<const N: usize>(a: SMatrix<f64, N, N>) -> Result<(), TestCaseError>
+    where
+        Const<N>: DimMin<Const<N>, Output = Const<N>>,
+        DefaultAllocator: nalgebra::allocator::Allocator<Const<N>>,
+    {
+        let answer = adjugate(&a);
+        let deviation = a * answer.adjugate - SMatrix::<f64, N, N>::identity() * answer.determinant;
+        // Backward stable elimination with complete pivoting (growth below 2 at these orders), and n products of n factors.
+        let bound = 64.0
+            * (N * N * N) as f64
+            * f64::EPSILON
+            * a.norm()
+            * answer.adjugate.norm().max(a.norm().powi(N as i32 - 1));
+        prop_assert!(deviation.amax() <= bound, "{deviation} {bound:e}");
+        let determinant = a.determinant();
+        prop_assert!((answer.determinant - determinant).abs() <= bound.max(f64::MIN_POSITIVE), "{determinant}");
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn adjugate_times_matrix_is_the_determinant(entries in prop::array::uniform25(-3.0..3.0f64)) {
+            check(SMatrix::<f64, 5, 5>::from_column_slice(&entries))?;
+            check(SMatrix::<f64, 2, 2>::from_column_slice(&entries[..4]))?;
+            check(SMatrix::<f64, 1, 1>::new(entries[0]))?;
+        }
+
+        /// Rank 2 and rank 1 of order 3: the adjugate is a matrix of rank 1, and 0, up to rounding of the entries' products.
+        #[test]
+        fn singular_matrices_have_an_adjugate(v in prop::array::uniform6(-3i32..=3), w in prop::array::uniform6(-3i32..=3)) {
+            let rows = SMatrix::<f64, 3, 2>::from_fn(|i, j| f64::from(v[i + 3 * j]));
+            let columns = SMatrix::<f64, 2, 3>::from_fn(|i, j| f64::from(w[i + 2 * j]));
+            let a = rows * columns;
+            let answer = adjugate(&a);
+            // Cofactors of integers below 18 in magnitude are exact in by_minors.
+            let rounding = 256.0 * f64::EPSILON * a.norm().powi(2);
+            prop_assert!((answer.adjugate - by_minors(&a)).amax() <= rounding, "{}", answer.adjugate - by_minors(&a));
+            prop_assert!(answer.determinant.abs() <= rounding * a.norm());
+        }
+    }
+
+    #[test]
+    fn the_extremes_are_what_they_are() {
+        assert_eq!(adjugate(&SMatrix::<f64, 0, 0>::zeros()).determinant, 1.0);
+        assert_eq!(adjugate(&SMatrix::<f64, 1, 1>::zeros()).adjugate[0], 1.0);
+        assert_eq!(adjugate(&Matrix3::<f64>::zeros()).adjugate, Matrix3::zeros());
+        assert!(adjugate(&SMatrix::<f64, 1, 1>::new(f64::NAN)).determinant.is_nan());
+        // Units that differ by 24 decades: elimination is by ratios.
+        let a = SMatrix::<f64, 2, 2>::new(1e-12, 0.0, 0.0, 1e12);
+        assert_eq!(adjugate(&a).adjugate, SMatrix::<f64, 2, 2>::new(1e12, 0.0, 0.0, 1e-12));
+    }
+}
