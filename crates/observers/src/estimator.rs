@@ -65,7 +65,7 @@ where
     OVector::from_fn_generic(like.shape_generic().1, nalgebra::U1, |i, _| state[i])
 }
 
-/// The rate, or 0 where it has overflown: a parameter stands still rather than become NaN.
-fn standing<T: RealField + Copy>(rate: T) -> T {
+/// The rate, or 0 where it has overflown: a state stands still rather than become NaN.
+pub(crate) fn standing<T: RealField + Copy>(rate: T) -> T {
     if rate.is_finite() { rate } else { T::zero() }
 }

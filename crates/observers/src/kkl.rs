@@ -52,13 +52,16 @@ where
     /// Lengths of the columns; `state` is the length of xi.
     fn dimensions(&self) -> ObserverDimensions;
 
-    /// `Lambda(t, u, y)`, square of the order of xi.
+    /// `Lambda(t, u, y)`, square of the order of xi; zero unless told, which is what a PEBO has ([`pebo`](crate::pebo)).
     fn lambda(
         &self,
-        t: T,
-        u: &OVector<T, Self::Inputs>,
-        y: &OVector<T, Self::Outputs>,
-    ) -> OMatrix<T, Self::Xi, Self::Xi>;
+        _t: T,
+        _u: &OVector<T, Self::Inputs>,
+        _y: &OVector<T, Self::Outputs>,
+    ) -> OMatrix<T, Self::Xi, Self::Xi> {
+        let order = Self::Xi::from_usize(self.dimensions().state);
+        OMatrix::zeros_generic(order, order)
+    }
 
     /// `B(t, xi, u, y)`; entry i may read `xi[j]` for j < i only.
     fn injection(

@@ -25,15 +25,18 @@
 
 pub mod cubic;
 pub mod cubic_sampled;
+pub mod diagnosis;
 pub mod error;
 pub mod estimator;
 pub mod filters;
 pub mod kalman;
 pub mod kkl;
+pub mod kkl_peb;
 pub mod linear;
 pub mod mean_value;
 pub mod nonlinear_luenberger;
 pub mod observer;
+pub mod pebo;
 
 pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;

@@ -54,6 +54,14 @@ pub enum PlantError {
         /// Number of outputs.
         outputs: usize,
     },
+    /// A physical parameter that is not a positive number.
+    #[error("{what} is {value}; it must be positive and finite")]
+    NotPositive {
+        /// Name of the parameter.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+    },
 }
 
 /// Checks that `matrix` is `expected.0` x `expected.1` and that its entries are finite.

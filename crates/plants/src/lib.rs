@@ -14,6 +14,7 @@
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
+//! | [`cuk`], [`exponential_cascade`] | the plants of the [KKL+PEB]-observer paper: the Cuk converter with its controller, and Proposition 6's |
 //! | [`oscillators`] | the reverse Duffing oscillator and Van der Pol's |
 
 #![no_std]
@@ -25,8 +26,10 @@ extern crate alloc;
 pub mod chaotic;
 pub mod column;
 pub mod coordinates;
+pub mod cuk;
 pub mod double_integrator;
 pub mod error;
+pub mod exponential_cascade;
 pub mod flexible_joint;
 pub mod jacobian;
 pub mod linear;
@@ -38,8 +41,10 @@ pub mod third_order;
 pub use chaotic::Chaotic;
 pub use column::Column;
 pub use coordinates::InCoordinates;
+pub use cuk::CukConverter;
 pub use double_integrator::double_integrator;
 pub use error::PlantError;
+pub use exponential_cascade::ExponentialCascade;
 pub use flexible_joint::FlexibleJoint;
 pub use jacobian::{Differentiable, state_jacobian};
 #[cfg(feature = "alloc")]
