@@ -152,4 +152,19 @@ pub enum ObserverError {
         /// The number given.
         value: f64,
     },
+    /// A state of a high-gain observer that belongs to no chain.
+    #[error(
+        "state {state} is at position {position} of the chain of output {output}: that output must exist, positions begin with 1, and \
+         the chain must have one state at position 1, not {heads}"
+    )]
+    Chain {
+        /// Index of the state, from 0.
+        state: usize,
+        /// Index of the output, from 0.
+        output: usize,
+        /// The position.
+        position: usize,
+        /// States at position 1 of that chain.
+        heads: usize,
+    },
 }

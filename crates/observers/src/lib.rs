@@ -29,6 +29,8 @@ pub mod diagnosis;
 pub mod error;
 pub mod estimator;
 pub mod filters;
+pub mod high_gain;
+pub mod immersion_invariance;
 pub mod kalman;
 pub mod kkl;
 pub mod kkl_peb;
@@ -37,6 +39,7 @@ pub mod mean_value;
 pub mod nonlinear_luenberger;
 pub mod observer;
 pub mod pebo;
+pub mod pseudo_inverse;
 
 pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;

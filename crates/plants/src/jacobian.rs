@@ -118,6 +118,9 @@ where
 }
 
 #[cfg(feature = "dual")]
+pub use dual::{along, apart};
+
+#[cfg(feature = "dual")]
 mod dual {
     use nalgebra::allocator::Allocator;
     use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
@@ -127,16 +130,16 @@ mod dual {
     use crate::plant::Plant;
     use crate::size::Size;
 
-    /// `x + v d`.
-    fn along<T: DualNumFloat + RealField, N: Dim>(x: &OVector<T, N>, v: &OVector<T, N>) -> OVector<Dual<T>, N>
+    /// `x + v d`: what a map over dual numbers is given for its derivative along v.
+    pub fn along<T: DualNumFloat + RealField, N: Dim>(x: &OVector<T, N>, v: &OVector<T, N>) -> OVector<Dual<T>, N>
     where
         DefaultAllocator: Allocator<N>,
     {
         x.zip_map(v, Dual::new)
     }
 
-    /// The real parts and the derivatives.
-    fn apart<T: DualNumFloat + RealField, N: Dim>(y: &OVector<Dual<T>, N>) -> (OVector<T, N>, OVector<T, N>)
+    /// The real parts and the derivatives: what such a map has answered.
+    pub fn apart<T: DualNumFloat + RealField, N: Dim>(y: &OVector<Dual<T>, N>) -> (OVector<T, N>, OVector<T, N>)
     where
         DefaultAllocator: Allocator<N>,
     {

@@ -1,0 +1,301 @@
+//! Immersion-and-invariance observers with an extension of any length: eq. (18), (19) of the [KKL+PEB] paper.
+//!
+//! ```text
+//! chi' = -[D_chi beta]+ ((D_y beta) Dh(xhat) - Dphi(xhat)) f(xhat, u) + [D_chi beta]+ rho + (I - [D_chi beta]+ D_chi beta) Q
+//! xhat = phi^L(beta(y, chi), y)
+//! ```
+//!
+//! The manifold `beta(h(x), chi) = phi(x)` is invariant where D_chi beta has full rank (A4), because the distance `d = beta(y, chi) - phi(x)` from it moves with what x and
+//! xhat differ in, eq. (16), and xhat = x on it. Whether it attracts (A5) is the design of beta.
+//!
+//! Nobody types a Jacobian: beta and phi are written once for every scalar, and their derivatives along the directions that (18) needs come from dual numbers (feature
+//! `dual`), or by hand ([`DifferentiableImmersion`]). The pseudo-inverse is that of [`pseudo_inverse`]: where D_chi beta loses
+//! rank the lost direction stands still, and [`Diagnose`] reports it with the singular values.
+//!
+//! rho, of the length of beta, is zero in the paper, and then the proof of Proposition 5 fails: with (21) to (23) the observer does not reproduce the parameter
+//! estimator of a [KKL+PEB]O, because (18) makes beta follow phi(xhat), and an estimate that is still moving is something else. `rho = (0, d theta_hat/dt)` repairs
+//! that. Q is a column of the length of chi (not a matrix).
+//!
+//! Source: D. Karagiannis, D. Carnevale and A. Astolfi, IEEE Transactions on Automatic Control 53, 2008; A. Astolfi, D. Karagiannis and R. Ortega, Nonlinear
+//! and Adaptive Control with Applications, Springer 2008, ch. 5.
+
+use luenberger_plants::{Differentiable, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
+
+use crate::diagnosis::{Diagnose, Diagnosis};
+use crate::observer::{Observer, ObserverDimensions};
+use crate::pseudo_inverse::{PseudoInverse, pseudo_inverse};
+
+/// Every shape that an I&I observer forms can be stored. Never implement it yourself.
+pub trait ImmersionSize<N: Dim, M: Dim, P: Dim, Z: Dim, C: Dim, E: Dim>:
+    Size<N, M, P> + Allocator<Z> + Allocator<C> + Allocator<E> + Allocator<Z, C> + Allocator<C, Z> + Allocator<Z, Z>
+{
+}
+
+impl<N: Dim, M: Dim, P: Dim, Z: Dim, C: Dim, E: Dim> ImmersionSize<N, M, P, Z, C, E> for DefaultAllocator where
+    DefaultAllocator: Size<N, M, P>
+        + Allocator<Z>
+        + Allocator<C>
+        + Allocator<E>
+        + Allocator<Z, C>
+        + Allocator<C, Z>
+        + Allocator<Z, Z>
+{
+}
+
+/// The maps beta, phi and phi^L, and the freedom Q, over the scalar `T`.
+pub trait Immersion<T: RealField + Copy>
+where
+    DefaultAllocator:
+        ImmersionSize<Self::States, Self::Inputs, Self::Outputs, Self::Manifold, Self::Extension, Self::Estimate>,
+{
+    /// Number n of plant states.
+    type States: Dim;
+    /// Number m of inputs.
+    type Inputs: Dim;
+    /// Number p of outputs.
+    type Outputs: Dim;
+    /// Length n_z of beta and phi.
+    type Manifold: Dim;
+    /// Length n_chi >= n_z of chi.
+    type Extension: Dim;
+    /// Length of the estimate.
+    type Estimate: Dim;
+
+    /// Lengths of the columns; `state` is the length of chi.
+    fn dimensions(&self) -> ObserverDimensions;
+
+    /// `beta(y, chi)`.
+    fn beta(&self, y: &OVector<T, Self::Outputs>, chi: &OVector<T, Self::Extension>) -> OVector<T, Self::Manifold>;
+
+    /// `phi(x)`.
+    fn phi(&self, x: &OVector<T, Self::States>) -> OVector<T, Self::Manifold>;
+
+    /// `phi^L(z, y)`, with `phi^L(phi(x), h(x)) = x`: all n states.
+    fn left_inverse(&self, z: &OVector<T, Self::Manifold>, y: &OVector<T, Self::Outputs>) -> OVector<T, Self::States>;
+
+    /// What of xhat is the estimate: all of it, or the states that are not measured.
+    fn estimate(&self, xhat: &OVector<T, Self::States>) -> OVector<T, Self::Estimate>;
+
+    /// A chi that makes the estimate what is wished.
+    fn start(
+        &self,
+        estimate: &OVector<T, Self::Estimate>,
+        y: &OVector<T, Self::Outputs>,
+    ) -> OVector<T, Self::Extension>;
+
+    /// `Q(y, chi, u)`, which matters in the directions of chi that beta does not see; 0 unless told.
+    fn freedom(
+        &self,
+        _y: &OVector<T, Self::Outputs>,
+        chi: &OVector<T, Self::Extension>,
+        _u: &OVector<T, Self::Inputs>,
+    ) -> OVector<T, Self::Extension> {
+        OVector::zeros_generic(chi.shape_generic().0, U1)
+    }
+
+    /// `rho(y, chi, u)`: by how much beta is to move beside phi(xhat). `None`, that is 0, unless told.
+    fn rho(
+        &self,
+        _y: &OVector<T, Self::Outputs>,
+        _chi: &OVector<T, Self::Extension>,
+        _u: &OVector<T, Self::Inputs>,
+    ) -> Option<OVector<T, Self::Manifold>> {
+        None
+    }
+}
+
+/// Maps whose derivatives along any direction can be evaluated.
+///
+/// With the feature `dual`, implemented for all maps that are maps over `T` and over dual numbers of `T`.
+pub trait DifferentiableImmersion<T: RealField + Copy>: Immersion<T>
+where
+    DefaultAllocator: ImmersionSize<
+            <Self as Immersion<T>>::States,
+            <Self as Immersion<T>>::Inputs,
+            <Self as Immersion<T>>::Outputs,
+            <Self as Immersion<T>>::Manifold,
+            <Self as Immersion<T>>::Extension,
+            <Self as Immersion<T>>::Estimate,
+        >,
+{
+    /// The derivative of `beta(y, chi)` along `(dy, dchi)`.
+    fn beta_directional(
+        &self,
+        y: &OVector<T, Self::Outputs>,
+        chi: &OVector<T, Self::Extension>,
+        dy: &OVector<T, Self::Outputs>,
+        dchi: &OVector<T, Self::Extension>,
+    ) -> OVector<T, Self::Manifold>;
+
+    /// The derivative of `phi(x)` along `dx`.
+    fn phi_directional(
+        &self,
+        x: &OVector<T, Self::States>,
+        dx: &OVector<T, Self::States>,
+    ) -> OVector<T, Self::Manifold>;
+}
+
+/// The observer (18), (19) of the plant `S` with the maps `I`; see the [module](self).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImmersionInvarianceObserver<S, I> {
+    plant: S,
+    map: I,
+}
+
+impl<S, I> ImmersionInvarianceObserver<S, I> {
+    /// The observer of `plant` with these maps.
+    pub fn new(plant: S, map: I) -> Self {
+        Self { plant, map }
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The maps.
+    pub fn map(&self) -> &I {
+        &self.map
+    }
+}
+
+impl<S, I> ImmersionInvarianceObserver<S, I> {
+    /// `D_chi beta(y, chi)`, n_z x n_chi, with its pseudo-inverse.
+    fn jacobian<T>(
+        &self,
+        y: &OVector<T, I::Outputs>,
+        chi: &OVector<T, I::Extension>,
+    ) -> (OMatrix<T, I::Manifold, I::Extension>, PseudoInverse<T, I::Manifold, I::Extension>)
+    where
+        T: RealField + Copy,
+        I: DifferentiableImmersion<T>,
+        DefaultAllocator: ImmersionSize<I::States, I::Inputs, I::Outputs, I::Manifold, I::Extension, I::Estimate>,
+    {
+        let still = OVector::zeros_generic(y.shape_generic().0, U1);
+        let columns = chi.shape_generic().0;
+        let rows = self.map.beta(y, chi).shape_generic().0;
+        let mut jacobian = OMatrix::zeros_generic(rows, columns);
+        let mut direction = OVector::zeros_generic(columns, U1);
+        for j in 0..chi.nrows() {
+            direction[j] = T::one();
+            jacobian.set_column(j, &self.map.beta_directional(y, chi, &still, &direction));
+            direction[j] = T::zero();
+        }
+        let inverse = pseudo_inverse(&jacobian);
+        (jacobian, inverse)
+    }
+}
+
+impl<T, S, I> Observer<T> for ImmersionInvarianceObserver<S, I>
+where
+    T: RealField + Copy,
+    I: DifferentiableImmersion<T>,
+    S: Differentiable<T, I::States, I::Inputs, I::Outputs>,
+    DefaultAllocator: ImmersionSize<I::States, I::Inputs, I::Outputs, I::Manifold, I::Extension, I::Estimate>,
+{
+    type State = OVector<T, I::Extension>;
+    type Input = OVector<T, I::Inputs>;
+    type Output = OVector<T, I::Outputs>;
+    type Estimate = OVector<T, I::Estimate>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        self.map.dimensions()
+    }
+
+    fn derivative(&self, t: T, chi: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let xhat = self.map.left_inverse(&self.map.beta(y, chi), y);
+        let f = self.plant.derivative(t, &xhat, u);
+        let output_rate = self.plant.output_directional(t, &xhat, &f).1;
+        let still = OVector::zeros_generic(chi.shape_generic().0, U1);
+        let mut wanted = self.map.phi_directional(&xhat, &f) - self.map.beta_directional(y, chi, &output_rate, &still);
+        if let Some(rho) = self.map.rho(y, chi, u) {
+            wanted += rho;
+        }
+        let (jacobian, inverse) = self.jacobian(y, chi);
+        let free = self.map.freedom(y, chi, u);
+        let seen = &jacobian * &free;
+        free + inverse.inverse * (wanted - seen)
+    }
+
+    fn estimate(&self, _t: T, chi: &Self::State, _u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        self.map.estimate(&self.map.left_inverse(&self.map.beta(y, chi), y))
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {
+        self.map.start(estimate, y)
+    }
+}
+
+impl<T, S, I> Diagnose<T> for ImmersionInvarianceObserver<S, I>
+where
+    T: RealField + Copy,
+    I: DifferentiableImmersion<T>,
+    S: Differentiable<T, I::States, I::Inputs, I::Outputs>,
+    DefaultAllocator: ImmersionSize<I::States, I::Inputs, I::Outputs, I::Manifold, I::Extension, I::Estimate>,
+{
+    /// D_chi beta without full row rank (A4), or a right-hand side that is not finite.
+    fn diagnose(&self, t: T, chi: &Self::State, u: &Self::Input, y: &Self::Output) -> Diagnosis<T> {
+        let (jacobian, PseudoInverse { rank, smallest, largest, .. }) = self.jacobian(y, chi);
+        let needed = jacobian.nrows();
+        if rank < needed {
+            return Diagnosis::RankDeficient { rank, needed, smallest, largest };
+        }
+        let slope = self.derivative(t, chi, u, y);
+        match slope.iter().position(|entry| !entry.is_finite()) {
+            Some(entry) => Diagnosis::Overflow { entry },
+            None => Diagnosis::Sound,
+        }
+    }
+}
+
+#[cfg(feature = "dual")]
+mod dual {
+    use luenberger_plants::jacobian::{along, apart};
+    use nalgebra::{DefaultAllocator, OVector, RealField};
+    use num_dual::{Dual, DualNum, DualNumFloat};
+
+    use super::{DifferentiableImmersion, Immersion, ImmersionSize};
+
+    impl<I, T> DifferentiableImmersion<T> for I
+    where
+        T: DualNumFloat + DualNum<Primitive = T> + RealField,
+        I: Immersion<T>
+            + Immersion<
+                Dual<T>,
+                States = <I as Immersion<T>>::States,
+                Inputs = <I as Immersion<T>>::Inputs,
+                Outputs = <I as Immersion<T>>::Outputs,
+                Manifold = <I as Immersion<T>>::Manifold,
+                Extension = <I as Immersion<T>>::Extension,
+                Estimate = <I as Immersion<T>>::Estimate,
+            >,
+        DefaultAllocator: ImmersionSize<
+                <I as Immersion<T>>::States,
+                <I as Immersion<T>>::Inputs,
+                <I as Immersion<T>>::Outputs,
+                <I as Immersion<T>>::Manifold,
+                <I as Immersion<T>>::Extension,
+                <I as Immersion<T>>::Estimate,
+            >,
+    {
+        fn beta_directional(
+            &self,
+            y: &OVector<T, <I as Immersion<T>>::Outputs>,
+            chi: &OVector<T, <I as Immersion<T>>::Extension>,
+            dy: &OVector<T, <I as Immersion<T>>::Outputs>,
+            dchi: &OVector<T, <I as Immersion<T>>::Extension>,
+        ) -> OVector<T, <I as Immersion<T>>::Manifold> {
+            apart(&Immersion::<Dual<T>>::beta(self, &along(y, dy), &along(chi, dchi))).1
+        }
+
+        fn phi_directional(
+            &self,
+            x: &OVector<T, <I as Immersion<T>>::States>,
+            dx: &OVector<T, <I as Immersion<T>>::States>,
+        ) -> OVector<T, <I as Immersion<T>>::Manifold> {
+            apart(&Immersion::<Dual<T>>::phi(self, &along(x, dx))).1
+        }
+    }
+}
