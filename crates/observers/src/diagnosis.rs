@@ -53,6 +53,13 @@ pub enum Diagnosis<T> {
         /// The largest singular value.
         largest: T,
     },
+    /// Something that is divided by is too small; the bound is divided by instead.
+    Division {
+        /// The divisor.
+        divisor: T,
+        /// The bound it is held at.
+        bound: T,
+    },
     /// The right-hand side has overflown; the entry stands still.
     Overflow {
         /// Index of the entry of the state, from 0.

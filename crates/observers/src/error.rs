@@ -167,4 +167,12 @@ pub enum ObserverError {
         /// States at position 1 of that chain.
         heads: usize,
     },
+    /// An output that does not exist.
+    #[error("there is no output {output}: there are {outputs}, counted from 0")]
+    Output {
+        /// The output asked for, from 0.
+        output: usize,
+        /// How many there are.
+        outputs: usize,
+    },
 }

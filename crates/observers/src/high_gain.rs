@@ -18,6 +18,7 @@ use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
 
+use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::error::ObserverError;
 use crate::filters::{all_positive, positive};
 use crate::observer::{Observer, ObserverDimensions};
@@ -84,6 +85,11 @@ where
         u: &OVector<T, Self::Inputs>,
         y: &OVector<T, Self::Outputs>,
     ) -> OVector<T, Self::Estimate>;
+
+    /// What is divided by, and the value below which it is held, where the maps divide.
+    fn divisor(&self, _t: T, _u: &OVector<T, Self::Inputs>, _y: &OVector<T, Self::Outputs>) -> Option<(T, T)> {
+        None
+    }
 
     /// A state with that estimate and with the heads of the chains at y.
     fn start(
@@ -203,6 +209,24 @@ where
         match &self.fixed_start {
             Some(xi) => xi.clone(),
             None => self.map.start(t, estimate, u, y),
+        }
+    }
+}
+
+impl<H, T: RealField + Copy, Z: Dim> Diagnose<T> for HighGainObserver<H, T, Z>
+where
+    H: HighGainMap<T, Xi = Z>,
+    DefaultAllocator: HighGainSize<Z, H::Inputs, H::Outputs, H::Estimate>,
+{
+    /// A divisor at its bound, or a right-hand side that is not finite.
+    fn diagnose(&self, t: T, xi: &Self::State, u: &Self::Input, y: &Self::Output) -> Diagnosis<T> {
+        match self.map.divisor(t, u, y) {
+            Some((divisor, bound)) if divisor <= bound => return Diagnosis::Division { divisor, bound },
+            _ => {}
+        }
+        match self.derivative(t, xi, u, y).iter().position(|entry| !entry.is_finite()) {
+            Some(entry) => Diagnosis::Overflow { entry },
+            None => Diagnosis::Sound,
         }
     }
 }

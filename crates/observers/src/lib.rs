@@ -23,11 +23,14 @@
 #![no_std]
 #![deny(missing_docs)]
 
+pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
+pub mod cuk;
 pub mod diagnosis;
 pub mod error;
 pub mod estimator;
+pub mod exponential_cascade;
 pub mod filters;
 pub mod high_gain;
 pub mod immersion_invariance;

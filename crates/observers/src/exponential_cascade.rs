@@ -1,0 +1,107 @@
+//! The [KKL+PEB]O of Proposition 6: x2 by the KKL part, x3 by estimating `Theta = exp(x3(0) - xi2(0))`.
+//!
+//! ```text
+//! xi1' = -xi1 + y^2 + sin y,  xi2' = u y + 1/(y^2 + 1)                                    (32), (33)
+//! Theta_hat' = gamma psi (Y - psi Theta_hat)                                              (34)
+//! Y = W[y] + F[y^3],  psi = F[exp(xi2)]                                                   (37)
+//! x2hat = xi1,  x3hat = xi2 + ln Theta_hat                                                (35), (36)
+//! ```
+//!
+//! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta monotonically, and noise cannot take it below [`LOWEST`],
+//! where it is held; [`Diagnose`](crate::diagnosis::Diagnose) reports that, and beforehand that it is about to happen. psi(0) = 0, not positive as the
+//! paper has it: the regression is then exact from the start (psi(0) > 0 adds a transient to it that decays with the filter).
+
+use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
+
+use crate::error::ObserverError;
+use crate::estimator::gradient::Gradient;
+use crate::kkl::KklMap;
+use crate::kkl_peb::KklPebObserver;
+use crate::observer::ObserverDimensions;
+use crate::pebo::Regression;
+
+/// The least Theta_hat: x3hat is not taken more than 27.6 below xi2.
+pub const LOWEST: f64 = 1e-12;
+
+/// `phi = (x2, x3)`, `Lambda = diag(-1, 0)`, `B = (y^2 + sin y, u y + 1/(y^2 + 1))`, and the regression `y' = -y^3 + exp(xi2) Theta`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CascadeMaps;
+
+/// The observer of Proposition 6, with a state of length 6: xi of length 2, w, F[-y^3], psi, Theta_hat.
+pub type ExponentialCascadeObserver<T> = KklPebObserver<CascadeMaps, Gradient<T, U1>, T>;
+
+/// The observer with filter pole `-alpha` and gain `gamma`; Theta_hat(0) = 1.
+///
+/// ```
+/// use luenberger_observers::{Observer, exponential_cascade};
+/// use nalgebra::{Vector1, Vector2};
+/// let observer = exponential_cascade::observer(1.0, 5.0)?;
+/// let (u, y) = (Vector1::new(-0.5), Vector1::new(0.5));
+/// let state = observer.initial(0.0, &Vector2::zeros(), &u, &y);
+/// assert_eq!(state.as_slice(), [0.0, 0.0, 0.5, 0.0, 0.0, 1.0]);
+/// assert_eq!(observer.estimate(0.0, &state, &u, &y), Vector2::zeros());
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+/// # Errors
+/// [`ObserverError::NotPositive`], [`ObserverError::NotDefinite`] for gains that are not positive.
+pub fn observer<T: RealField + Copy>(alpha: T, gamma: T) -> Result<ExponentialCascadeObserver<T>, ObserverError> {
+    KklPebObserver::new(CascadeMaps, Gradient::new(Matrix1::new(gamma))?, alpha)?.starting_at(T::one())
+}
+
+impl<T: RealField + Copy> KklMap<T> for CascadeMaps {
+    type Xi = U2;
+    type Inputs = U1;
+    type Outputs = U1;
+    type Estimate = U2;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix2<T> {
+        Matrix2::from_diagonal(&Vector2::new(-T::one(), T::zero()))
+    }
+
+    fn injection(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
+        let square = y[0] * y[0];
+        Vector2::new(square + y[0].sin(), u[0] * y[0] + T::one() / (square + T::one()))
+    }
+
+    fn left_inverse(&self, _t: T, xi: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
+        *xi
+    }
+
+    fn image(&self, _t: T, xhat: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
+        *xhat
+    }
+}
+
+impl<T: RealField + Copy> Regression<T> for CascadeMaps {
+    type Rows = U1;
+    type Parameters = U1;
+
+    fn rows_and_parameters(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn signal(&self, _t: T, y: &Vector1<T>) -> Vector1<T> {
+        *y
+    }
+
+    fn known(&self, _t: T, _xi: &Vector2<T>, _u: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> {
+        Vector1::new(-y[0] * y[0] * y[0])
+    }
+
+    fn regressor(&self, _t: T, xi: &Vector2<T>, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix1<T> {
+        Matrix1::new(xi[1].exp())
+    }
+
+    /// `(0, ln Theta)`. Called with parameters inside their domain.
+    fn missing(&self, theta: &Vector1<T>) -> Vector2<T> {
+        Vector2::new(T::zero(), theta[0].ln())
+    }
+
+    fn lower_bound(&self, _parameter: usize) -> Option<T> {
+        Some(convert(LOWEST))
+    }
+}
