@@ -516,12 +516,12 @@ impl<T: RealField + Copy> Plant<T> for Seventh {
 fn the_class_of_proposition_7_is_observed() {
     let map = CascadeMap::new::<f64>(Seventh).unwrap();
     let gradient =
-        KklPebObserver::new(map, Monitored::new(Gradient::new(Matrix2::identity() * 20.0).unwrap(), 0.0).unwrap(), 5.0)
+        KklPebObserver::new(map, Monitored::new(Gradient::new(Matrix2::identity() * 2.0).unwrap(), 0.0).unwrap(), 5.0)
             .unwrap();
     let filters = LtiFilters::new(Vector1::new(1.0)).unwrap();
     let square = KklPebObserver::new(map, Drem::new(Vector2::repeat(200.0), filters).unwrap(), 5.0).unwrap();
     let gram =
-        KklPebObserver::new(map, Drem::new(Vector2::repeat(200.0), Kreisselmeier::new(0.5).unwrap()).unwrap(), 5.0)
+        KklPebObserver::new(map, Drem::new(Vector2::repeat(10.0), Kreisselmeier::new(0.5).unwrap()).unwrap(), 5.0)
             .unwrap();
     // 4 for xi, 4 for the filters, 2 for theta_hat; then the Gramian, 3 for one filter of (Y, M), 6 for (Z, Phi).
     assert_eq!([gradient.dimensions().state, square.dimensions().state, gram.dimensions().state], [14, 13, 16]);
@@ -531,6 +531,7 @@ fn the_class_of_proposition_7_is_observed() {
         .partial_observer("gradient", &gradient, &[0.0; 4], &[2, 3, 4, 5])
         .partial_observer("filters", &square, &[0.0; 4], &[2, 3, 4, 5])
         .partial_observer("Kreisselmeier", &gram, &[0.0; 4], &[2, 3, 4, 5])
+        .tolerances(1e-8, 1e-9)
         .until(30.0, 301)
         .run()
         .unwrap();

@@ -232,7 +232,7 @@ fn estimators_of_dynamic_size_are_the_same() {
     assert!((DVector::from_vec(rate) - expected).amax() <= 64.0 * f64::EPSILON * 50.0);
 
     let drem = Drem::new(DVector::repeat(5, 1.0), Kreisselmeier::new(1.0).unwrap()).unwrap();
-    let past = DMatrix::from_fn(6, 5, |i, j| ((2 + 5 * i + 3 * j * j) as f64).cos());
+    let past = DMatrix::from_fn(6, 5, |i, j| (((i + 1) * (j + 2)) as f64).cos());
     let phi: DMatrix<f64> = past.transpose() * &past;
     let mut state = vec![0.0; 5];
     state.extend((&phi * &theta).iter().chain(phi.iter()));
