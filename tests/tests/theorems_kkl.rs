@@ -47,17 +47,17 @@ fn unmeasured(x: &Vector4<f64>) -> Vector2<f64> {
 fn estimate_rate<O>(
     observer: &O,
     state: &O::State,
-    u: &Vector1<f64>,
+    u: Vector1<f64>,
     y: &Vector2<f64>,
     y_rate: &Vector2<f64>,
 ) -> Vector2<f64>
 where
     O: Observer<f64, Input = Vector1<f64>, Output = Vector2<f64>, Estimate = Vector2<f64>>,
 {
-    let slope = observer.derivative(0.0, state, u, y);
+    let slope = observer.derivative(0.0, state, &u, y);
     let moved: Vec<f64> = state.as_slice().iter().zip(slope.as_slice()).map(|(z, rate)| z + rate).collect();
     let moved = O::State::from_slice(&moved);
-    observer.estimate(0.0, &moved, u, &(y + y_rate)) - observer.estimate(0.0, state, u, y)
+    observer.estimate(0.0, &moved, &u, &(y + y_rate)) - observer.estimate(0.0, state, &u, y)
 }
 
 /// Rounding of the largest terms of the converter's equations: 100 V over 10 mH, a few A over 22 uF, and products of these with 1/C4.
@@ -72,7 +72,7 @@ proptest! {
         let observer = cuk::kklo(plant).unwrap();
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
         let e = observer.estimate(0.0, &xi, &u, &y) - unmeasured(&x);
-        let e_rate = estimate_rate(&observer, &xi, &u, &y, &plant.output(0.0, &x_rate)) - unmeasured(&x_rate);
+        let e_rate = estimate_rate(&observer, &xi, u, &y, &plant.output(0.0, &x_rate)) - unmeasured(&x_rate);
         let poles = Vector2::new(-(1.0 - u[0]) / plant.l1, -plant.g / plant.c4);
         // xhat1 is xi2/L1: 100 times larger.
         let claimed = e.component_mul(&poles);
@@ -93,7 +93,7 @@ proptest! {
         let observer = cuk::immersion_invariance(plant, &Tuning { g1, g2, ..Tuning::default() }).unwrap();
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
         let e = observer.estimate(0.0, &chi, &u, &y) - unmeasured(&x);
-        let e_rate = estimate_rate(&observer, &chi, &u, &y, &plant.output(0.0, &x_rate)) - unmeasured(&x_rate);
+        let e_rate = estimate_rate(&observer, &chi, u, &y, &plant.output(0.0, &x_rate)) - unmeasured(&x_rate);
         let claimed = e.component_mul(&Vector2::new(-g1 * (1.0 - u[0]), -(plant.g / plant.c4 + g2)));
         prop_assert!((e_rate - claimed).amax() <= ROUNDING, "{} {}", e_rate, claimed);
     }
@@ -107,8 +107,8 @@ proptest! {
         let y = plant.output(0.0, &x);
         let y_rate = plant.output(0.0, &plant.derivative(0.0, &x, &u));
         let rates = [
-            estimate_rate(&linear, &linear.initial(0.0, &estimate, &u, &y), &u, &y, &y_rate),
-            estimate_rate(&immersed, &immersed.initial(0.0, &estimate, &u, &y), &u, &y, &y_rate),
+            estimate_rate(&linear, &linear.initial(0.0, &estimate, &u, &y), u, &y, &y_rate),
+            estimate_rate(&immersed, &immersed.initial(0.0, &estimate, &u, &y), u, &y, &y_rate),
         ];
         prop_assert!((rates[0] - rates[1]).amax() <= 100.0 * ROUNDING, "{} {}", rates[0], rates[1]);
     }
@@ -250,7 +250,7 @@ fn paper_run(tuning: &Tuning<f64>) -> Trajectory {
     Scenario::new(plant)
         .initial_state(plant.equilibrium(5.0).as_slice())
         .input(Signal::law(move |view, u| {
-            u[0] = plant.control(&Vector4::from_column_slice(view.x), set_point(view.t), 0.2)
+            u[0] = plant.control(&Vector4::from_column_slice(view.x), set_point(view.t), 0.2);
         }))
         .breakpoints(&[0.2, 0.4, 0.6, 0.8, 1.0])
         .partial_observer("KKLO", kklo, &starts[0], &unmeasured)

@@ -161,31 +161,28 @@ impl<S, I> ImmersionInvarianceObserver<S, I> {
     }
 }
 
-impl<S, I> ImmersionInvarianceObserver<S, I> {
-    /// `D_chi beta(y, chi)`, n_z x n_chi, with its pseudo-inverse.
-    fn jacobian<T>(
-        &self,
-        y: &OVector<T, I::Outputs>,
-        chi: &OVector<T, I::Extension>,
-    ) -> (OMatrix<T, I::Manifold, I::Extension>, PseudoInverse<T, I::Manifold, I::Extension>)
-    where
-        T: RealField + Copy,
-        I: DifferentiableImmersion<T>,
-        DefaultAllocator: ImmersionSize<I::States, I::Inputs, I::Outputs, I::Manifold, I::Extension, I::Estimate>,
-    {
-        let still = OVector::zeros_generic(y.shape_generic().0, U1);
-        let columns = chi.shape_generic().0;
-        let rows = self.map.beta(y, chi).shape_generic().0;
-        let mut jacobian = OMatrix::zeros_generic(rows, columns);
-        let mut direction = OVector::zeros_generic(columns, U1);
-        for j in 0..chi.nrows() {
-            direction[j] = T::one();
-            jacobian.set_column(j, &self.map.beta_directional(y, chi, &still, &direction));
-            direction[j] = T::zero();
-        }
-        let inverse = pseudo_inverse(&jacobian);
-        (jacobian, inverse)
+/// `D_chi beta(y, chi)`, n_z x n_chi.
+fn jacobian<T, I>(
+    map: &I,
+    y: &OVector<T, I::Outputs>,
+    chi: &OVector<T, I::Extension>,
+) -> OMatrix<T, I::Manifold, I::Extension>
+where
+    T: RealField + Copy,
+    I: DifferentiableImmersion<T>,
+    DefaultAllocator: ImmersionSize<I::States, I::Inputs, I::Outputs, I::Manifold, I::Extension, I::Estimate>,
+{
+    let still = OVector::zeros_generic(y.shape_generic().0, U1);
+    let columns = chi.shape_generic().0;
+    let rows = map.beta(y, chi).shape_generic().0;
+    let mut jacobian = OMatrix::zeros_generic(rows, columns);
+    let mut direction = OVector::zeros_generic(columns, U1);
+    for j in 0..chi.nrows() {
+        direction[j] = T::one();
+        jacobian.set_column(j, &map.beta_directional(y, chi, &still, &direction));
+        direction[j] = T::zero();
     }
+    jacobian
 }
 
 impl<T, S, I> Observer<T> for ImmersionInvarianceObserver<S, I>
@@ -213,10 +210,10 @@ where
         if let Some(rho) = self.map.rho(y, chi, u) {
             wanted += rho;
         }
-        let (jacobian, inverse) = self.jacobian(y, chi);
+        let jacobian = jacobian(&self.map, y, chi);
         let free = self.map.freedom(y, chi, u);
         let seen = &jacobian * &free;
-        free + inverse.inverse * (wanted - seen)
+        free + pseudo_inverse(&jacobian).inverse * (wanted - seen)
     }
 
     fn estimate(&self, _t: T, chi: &Self::State, _u: &Self::Input, y: &Self::Output) -> Self::Estimate {
@@ -237,7 +234,8 @@ where
 {
     /// D_chi beta without full row rank (A4), or a right-hand side that is not finite.
     fn diagnose(&self, t: T, chi: &Self::State, u: &Self::Input, y: &Self::Output) -> Diagnosis<T> {
-        let (jacobian, PseudoInverse { rank, smallest, largest, .. }) = self.jacobian(y, chi);
+        let jacobian = jacobian(&self.map, y, chi);
+        let PseudoInverse { rank, smallest, largest, .. } = pseudo_inverse(&jacobian);
         let needed = jacobian.nrows();
         if rank < needed {
             return Diagnosis::RankDeficient { rank, needed, smallest, largest };

@@ -116,6 +116,10 @@ where
     pub estimator: &'s [T],
 }
 
+/// Y and M.
+type RegressionOf<K, T> =
+    (OVector<T, <K as Regression<T>>::Rows>, OMatrix<T, <K as Regression<T>>::Rows, <K as Regression<T>>::Parameters>);
+
 type PartsOf<'s, K, T> =
     Parts<'s, T, <K as KklMap<T>>::Xi, <K as Regression<T>>::Rows, <K as Regression<T>>::Parameters>;
 
@@ -165,12 +169,7 @@ where
     }
 
     /// The regression `Y = M theta` at this instant.
-    pub fn regression(
-        &self,
-        t: T,
-        state: &StateOf<K, E, T>,
-        y: &OVector<T, K::Outputs>,
-    ) -> (OVector<T, K::Rows>, OMatrix<T, K::Rows, K::Parameters>) {
+    pub fn regression(&self, t: T, state: &StateOf<K, E, T>, y: &OVector<T, K::Outputs>) -> RegressionOf<K, T> {
         let parts = self.parts(state);
         (self.filter.washout(&parts.w, &self.map.signal(t, y)) - parts.known, parts.regressor)
     }
@@ -238,10 +237,11 @@ where
         let (r, q) = self.map.rows_and_parameters();
         let offset = self.map.dimensions().state + r * (q + 2);
         for i in 0..q {
-            if let Some(bound) = self.map.lower_bound(i) {
-                if state[offset + i] <= bound && slope[offset + i] < T::zero() {
-                    slope[offset + i] = T::zero();
-                }
+            if let Some(bound) = self.map.lower_bound(i)
+                && state[offset + i] <= bound
+                && slope[offset + i] < T::zero()
+            {
+                slope[offset + i] = T::zero();
             }
         }
         slope

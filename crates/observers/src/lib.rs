@@ -17,8 +17,16 @@
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
+//! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
+//! | [`filters`], [`estimator`] | their parts: filters; gradient, DREM, excitation |
+//! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
+//! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
+//! | [`cuk`] | the Cuk converter's six observers of the [KKL+PEB] paper, and an exact high-gain one |
+//! | [`exponential_cascade`], [`cascade`] | the [KKL+PEB]O of Proposition 6, and the class of Proposition 7 |
+//! | [`diagnosis`] | what an observer knows about its own trouble |
 //!
-//! In all of them `y~ = y - C xhat` is the innovation and `e = x - xhat` the error, so that `y~ = C e`.
+//! Where an observer has an innovation it is `y~ = y - C xhat`, and the error is `e = x - xhat`, so that `y~ = C e`; the files from [`kkl`] on have the
+//! paper's `e = xhat - x`, and say so.
 
 #![no_std]
 #![deny(missing_docs)]
@@ -46,10 +54,15 @@ pub mod pseudo_inverse;
 
 pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;
+pub use diagnosis::{Diagnose, Diagnosis};
 pub use error::{ObserverError, Point};
+pub use high_gain::{HighGainMap, HighGainObserver};
+pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use kalman::{Belief, ExtendedKalmanFilter, Noises};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
+pub use kkl_peb::KklPebObserver;
 pub use linear::LinearObserver;
 pub use mean_value::{Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver};
 pub use nonlinear_luenberger::NonlinearLuenbergerObserver;
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
+pub use pebo::{PeboObserver, Regression};

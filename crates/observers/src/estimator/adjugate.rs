@@ -40,7 +40,7 @@ where
         return Adjugate { adjugate: a.clone(), determinant: one };
     }
     if a.iter().any(|entry| !entry.is_finite()) {
-        let determinant = zero / zero;
+        let determinant = nalgebra::convert::<f64, T>(f64::NAN);
         return Adjugate { adjugate: OMatrix::repeat_generic(order, order, determinant), determinant };
     }
     // Elimination of U, with L^-1 P' gathered in `left` and the order of the columns in `columns`.
