@@ -75,9 +75,9 @@ impl<T: RealField + Copy> Default for Tuning<T> {
 
 /// The KKLO.
 pub type CukKklo = KklObserver<CukKkl>;
-/// The PEBO, with a state of length 12: xi, w, F[g] of length 2, F[m] 2 x 2, theta_hat.
+/// The PEBO, with a state of length 12: xi, w and `F[g]` of length 2, `F[m]` 2 x 2, theta_hat.
 pub type CukPebo<T> = KklPebObserver<CukPeb, Gradient<T, U2>, T>;
-/// The [KKL+PEB]O, with a state of length 6: xi of length 2, w, F[g], F[m], theta_hat.
+/// The [KKL+PEB]O, with a state of length 6: xi of length 2, w, `F[g]`, `F[m]`, theta_hat.
 pub type CukKklPebo<T> = KklPebObserver<CukKklPeb, Gradient<T, U1>, T>;
 /// The I&IO.
 pub type CukImmersionInvariance = ImmersionInvarianceObserver<CukConverter, CukImmersion>;

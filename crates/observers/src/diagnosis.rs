@@ -1,12 +1,19 @@
 //! What an observer knows about its own trouble.
 //!
 //! A right-hand side returns no error; where something can leave its domain it is kept finite instead, and [`Diagnose`] says so, with numbers. On a
-//! target: call it beside the step, as often as there is time for. In a simulation: the states are in the trajectory,
+//! target: call it beside the step, as often as there is time for. After a simulation: the trajectory has the observer's own states, and u and y of the same rows,
+//!
 //! ```text
-//! let run = scenario.observer("name", &observer, &xhat0).run()?;
-//! for (k, t) in run.times.iter().enumerate() { observer.diagnose(*t, &Column::from_slice(&run.observer("name")?.states[k]), &u, &y) .. }
+//! let run = scenario.partial_observer("name", &observer, &xhat0, &states).run()?;
+//! let own = &run.observer("name")?.state;
+//! for k in 0..run.t.len() {
+//!     let row = |matrix: &DMatrix<f64>| matrix.row(k).transpose();
+//!     let (z, u, y) = (row(own), row(&run.u), row(&run.y));
+//!     observer.diagnose(run.t[k], &Column::from_slice(z.as_slice()), &Column::from_slice(u.as_slice()), &Column::from_slice(y.as_slice()));
+//! }
 //! ```
-//! with u and y of the same row of the trajectory.
+//!
+//! (scenarios take observers by reference, so that it is still there). With noise the observer saw another y than the row has.
 
 use crate::observer::Observer;
 

@@ -27,7 +27,7 @@ pub const LOWEST: f64 = 1e-12;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CascadeMaps;
 
-/// The observer of Proposition 6, with a state of length 6: xi of length 2, w, F[-y^3], psi, Theta_hat.
+/// The observer of Proposition 6, with a state of length 6: xi of length 2, w, `F[-y^3]`, psi, Theta_hat.
 pub type ExponentialCascadeObserver<T> = KklPebObserver<CascadeMaps, Gradient<T, U1>, T>;
 
 /// The observer with filter pole `-alpha` and gain `gamma`; Theta_hat(0) = 1.

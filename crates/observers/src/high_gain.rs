@@ -103,6 +103,49 @@ where
 
 /// A high-gain observer with the maps `H` and `Z` states; see the [module](self).
 ///
+/// The velocity of a cart from its position, `x1' = x2`, `x2' = u - x2|x2|`:
+/// ```
+/// use luenberger_observers::high_gain::{HighGainMap, HighGainObserver, Place};
+/// use luenberger_observers::{Observer, ObserverDimensions, ObserverError};
+/// use nalgebra::{U1, U2, Vector1, Vector2};
+///
+/// #[derive(Debug)]
+/// struct Cart;
+///
+/// impl HighGainMap<f64> for Cart {
+///     type Xi = U2;
+///     type Inputs = U1;
+///     type Outputs = U1;
+///     type Estimate = U1;
+///     fn dimensions(&self) -> ObserverDimensions {
+///         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 1 }
+///     }
+///     fn place(&self, i: usize) -> Place {
+///         Place { output: 0, position: i + 1 }
+///     }
+///     fn drift(&self, _t: f64, xi: &Vector2<f64>, u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+///         Vector2::new(xi[1], u[0] - xi[1] * xi[1].abs())
+///     }
+///     fn estimate(&self, _t: f64, xi: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+///         Vector1::new(xi[1])
+///     }
+///     fn start(&self, _t: f64, estimate: &Vector1<f64>, _u: &Vector1<f64>, y: &Vector1<f64>) -> Vector2<f64> {
+///         Vector2::new(y[0], estimate[0])
+///     }
+/// }
+///
+/// let observer = HighGainObserver::new(Cart, Vector2::new(2.0, 1.0), 0.125)?;
+/// // alpha_1/r, alpha_2/r^2: a double pole at -8.
+/// assert_eq!(*observer.gain(), Vector2::new(16.0, 64.0));
+/// let slope = observer.derivative(0.0, &Vector2::new(0.0, 1.0), &Vector1::new(0.5), &Vector1::new(0.25));
+/// assert_eq!(slope, Vector2::new(1.0 + 4.0, 0.5 - 1.0 + 16.0));
+/// assert_eq!(
+///     HighGainObserver::new(Cart, Vector2::new(2.0, 1.0), 0.0).unwrap_err(),
+///     ObserverError::NotPositive { what: "r", value: 0.0 }
+/// );
+/// # Ok::<(), ObserverError>(())
+/// ```
+///
 /// Fields are read through methods, because the constructor has checked them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HighGainObserver<H, T: RealField + Copy, Z: Dim>

@@ -138,6 +138,55 @@ where
 }
 
 /// The observer (18), (19) of the plant `S` with the maps `I`; see the [module](self).
+///
+/// For Van der Pol's oscillator, `x2' = mu (1 - y^2) x2 - y`, with `phi = x2` and `beta = chi + k y`: the error obeys
+/// `e' = (mu (1 - y^2) - k) e`. Only the maps are written down.
+/// ```
+/// # #[cfg(feature = "dual")] {
+/// use luenberger_observers::{Immersion, ImmersionInvarianceObserver, Observer, ObserverDimensions};
+/// use luenberger_plants::{Plant, VanDerPol};
+/// use nalgebra::{RealField, SVector, U0, U1, U2, Vector1, Vector2, convert};
+///
+/// struct Shifted;
+///
+/// impl<T: RealField + Copy> Immersion<T> for Shifted {
+///     type States = U2;
+///     type Inputs = U0;
+///     type Outputs = U1;
+///     type Manifold = U1;
+///     type Extension = U1;
+///     type Estimate = U1;
+///     fn dimensions(&self) -> ObserverDimensions {
+///         ObserverDimensions { state: 1, inputs: 0, outputs: 1, estimate: 1 }
+///     }
+///     fn beta(&self, y: &Vector1<T>, chi: &Vector1<T>) -> Vector1<T> {
+///         chi + y * convert::<f64, T>(3.0)
+///     }
+///     fn phi(&self, x: &Vector2<T>) -> Vector1<T> {
+///         Vector1::new(x[1])
+///     }
+///     fn left_inverse(&self, z: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
+///         Vector2::new(y[0], z[0])
+///     }
+///     fn estimate(&self, xhat: &Vector2<T>) -> Vector1<T> {
+///         Vector1::new(xhat[1])
+///     }
+///     fn start(&self, estimate: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> {
+///         estimate - y * convert::<f64, T>(3.0)
+///     }
+/// }
+///
+/// let plant = VanDerPol { mu: 1.0 };
+/// let observer = ImmersionInvarianceObserver::new(plant, Shifted);
+/// let (x, e, u) = (Vector2::new(2.0, 0.5), 0.25, SVector::<f64, 0>::zeros());
+/// let y = plant.output(0.0, &x);
+/// let chi = observer.initial(0.0, &Vector1::new(x[1] + e), &u, &y);
+/// // chi' + 3 y' - x2' = (1 - 4 - 3) e.
+/// let rate = plant.derivative(0.0, &x, &u);
+/// let change: f64 = observer.derivative(0.0, &chi, &u, &y)[0] + 3.0 * rate[0] - rate[1];
+/// assert_eq!(change, -6.0 * e);
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImmersionInvarianceObserver<S, I> {
     plant: S,

@@ -31,6 +31,68 @@ use crate::kkl::{KklMap, KklSize};
 use crate::kkl_peb::KklPebObserver;
 
 /// A parameter-estimation-based observer: a [KKL+PEB]O whose Lambda is zero.
+///
+/// For `x1' = x2 + u`, `x2' = x1^2`, `y = x1`: `phi = x2`, `xi' = y^2`, and `y' = xi + u + theta`:
+/// ```
+/// use luenberger_observers::estimator::gradient::Gradient;
+/// use luenberger_observers::{KklMap, Observer, ObserverDimensions, PeboObserver, Regression};
+/// use nalgebra::{Matrix1, U1, Vector1};
+///
+/// struct Squared;
+///
+/// impl KklMap<f64> for Squared {
+///     type Xi = U1;
+///     type Inputs = U1;
+///     type Outputs = U1;
+///     type Estimate = U1;
+///     fn dimensions(&self) -> ObserverDimensions {
+///         ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
+///     }
+///     fn injection(&self, _t: f64, _xi: &Vector1<f64>, _u: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
+///         Vector1::new(y[0] * y[0])
+///     }
+///     fn left_inverse(&self, _t: f64, xi: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+///         *xi
+///     }
+///     fn image(&self, _t: f64, xhat: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+///         *xhat
+///     }
+/// }
+///
+/// impl Regression<f64> for Squared {
+///     type Rows = U1;
+///     type Parameters = U1;
+///     fn rows_and_parameters(&self) -> (usize, usize) {
+///         (1, 1)
+///     }
+///     fn signal(&self, _t: f64, y: &Vector1<f64>) -> Vector1<f64> {
+///         *y
+///     }
+///     fn known(&self, _t: f64, xi: &Vector1<f64>, u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+///         xi + u
+///     }
+///     fn regressor(&self, _t: f64, _xi: &Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Matrix1<f64> {
+///         Matrix1::new(1.0)
+///     }
+///     fn missing(&self, theta: &Vector1<f64>) -> Vector1<f64> {
+///         *theta
+///     }
+/// }
+///
+/// let observer = PeboObserver::new(Squared, Gradient::new(Matrix1::new(3.0))?, 10.0)?;
+/// let (u, mut x) = (Vector1::new(-0.2), [0.1, 0.3]);
+/// let mut state = observer.initial(0.0, &Vector1::new(-1.0), &u, &Vector1::new(x[0]));
+/// // Euler with 1 ms over 4 s, plant and observer.
+/// for k in 0..4000 {
+///     let y = Vector1::new(x[0]);
+///     state += observer.derivative(f64::from(k) * 1e-3, &state, &u, &y) * 1e-3;
+///     x = [x[0] + 1e-3 * (x[1] + u[0]), x[1] + 1e-3 * x[0] * x[0]];
+/// }
+/// let xhat = observer.estimate(4.0, &state, &u, &Vector1::new(x[0]));
+/// // It started 1.3 off; gamma int F[1]^2 is 11.5, and exp(-11.5) = 1e-5.
+/// assert!((xhat[0] - x[1]).abs() < 1e-4);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
 pub type PeboObserver<K, E, T> = KklPebObserver<K, E, T>;
 
 /// `d s(y)/dt = g + m theta`, and the way from theta to what is missing in xi.
