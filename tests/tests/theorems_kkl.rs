@@ -17,10 +17,11 @@ use luenberger_observers::kkl::KklMap;
 use luenberger_observers::kkl_peb::KklPebObserver;
 use luenberger_observers::pebo::Regression;
 use luenberger_observers::{Observer, ObserverDimensions, exponential_cascade};
-use luenberger_plants::{Column, CukConverter, Dimensions, ExponentialCascade, Plant};
+use luenberger_plants::{Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, Plant, state_jacobian};
 use luenberger_sim::{Integrand, Scenario, Signal, Trajectory};
 use nalgebra::{
-    Matrix1, Matrix2, Matrix4, RealField, SVector, U1, U2, U4, U6, Vector1, Vector2, Vector3, Vector4, Vector6, convert,
+    Matrix1, Matrix2, Matrix4, RealField, SVector, U0, U1, U2, U3, U4, U6, Vector1, Vector2, Vector3, Vector4, Vector6,
+    convert,
 };
 use proptest::prelude::*;
 
@@ -733,5 +734,77 @@ fn the_observers_run_in_single_precision() {
     for (single, double) in single.iter().zip(&double) {
         // Terms of up to 20 V/C4 cancel to what is seen.
         assert!((f64::from(*single) - double).abs() <= 16.0 * f64::from(f32::EPSILON) * 1e6, "{single} {double}");
+    }
+}
+
+/// `phi = x3 + x1^2` and `beta = chi1 + chi2 y1 + sin chi3 + y2^2` for the chaotic plant: an extension longer than the manifold, nonlinear in everything, with a Q.
+#[derive(Clone, Copy, Debug)]
+struct Winding;
+
+impl<T: RealField + Copy> Immersion<T> for Winding {
+    type States = U3;
+    type Inputs = U0;
+    type Outputs = U2;
+    type Manifold = U1;
+    type Extension = U3;
+    type Estimate = U1;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 3, inputs: 0, outputs: 2, estimate: 1 }
+    }
+    fn beta(&self, y: &Vector2<T>, chi: &Vector3<T>) -> Vector1<T> {
+        Vector1::new(chi[0] + chi[1] * y[0] + chi[2].sin() + y[1] * y[1])
+    }
+    fn phi(&self, x: &Vector3<T>) -> Vector1<T> {
+        Vector1::new(x[2] + x[0] * x[0])
+    }
+    fn left_inverse(&self, z: &Vector1<T>, y: &Vector2<T>) -> Vector3<T> {
+        Vector3::new(y[0], y[1], z[0] - y[0] * y[0])
+    }
+    fn estimate(&self, xhat: &Vector3<T>) -> Vector1<T> {
+        Vector1::new(xhat[2])
+    }
+    fn start(&self, estimate: &Vector1<T>, y: &Vector2<T>) -> Vector3<T> {
+        Vector3::new(estimate[0] + y[0] * y[0] - y[1] * y[1], T::zero(), T::zero())
+    }
+    fn freedom(&self, y: &Vector2<T>, chi: &Vector3<T>, _u: &SVector<T, 0>) -> Vector3<T> {
+        Vector3::new(chi[1], y[0], -chi[2])
+    }
+}
+
+proptest! {
+    /// Proposition 4, eq. (16), with every derivative taken by hand: the distance from the manifold moves with what x and xhat differ in, and with nothing else, whatever Q.
+    #[test]
+    fn the_distance_from_the_manifold_obeys_16(x in prop::array::uniform3(-2.0..2.0f64), chi in prop::array::uniform3(-2.0..2.0f64)) {
+        let (x, chi, u) = (Vector3::from(x), Vector3::from(chi), SVector::<f64, 0>::zeros());
+        let observer = ImmersionInvarianceObserver::new(Chaotic, Winding);
+        let y = Chaotic.output(0.0, &x);
+        let slope: Vector3<f64> = observer.derivative(0.0, &chi, &u, &y);
+        let xhat = Vector3::new(y[0], y[1], observer.estimate(0.0, &chi, &u, &y)[0]);
+        let (f, fhat) = (Chaotic.derivative(0.0, &x, &u), Chaotic.derivative(0.0, &xhat, &u));
+        let beta_rate = slope[0] + slope[1] * y[0] + chi[1] * f[0] + chi[2].cos() * slope[2] + 2.0 * y[1] * f[1];
+        let phi_rate = |f: &Vector3<f64>| f[2] + 2.0 * x[0] * f[0];
+        let moved = beta_rate - phi_rate(&f);
+        let claimed = chi[1] * (f[0] - fhat[0]) + 2.0 * y[1] * (f[1] - fhat[1]) - phi_rate(&f) + phi_rate(&fhat);
+        // f up to 20 here, multiplied by 4.
+        prop_assert!((moved - claimed).abs() <= 256.0 * f64::EPSILON * 80.0, "{moved} {claimed}");
+        // On the manifold it stays.
+        let on = observer.initial(0.0, &Vector1::new(x[2]), &u, &y);
+        prop_assert!((observer.estimate(0.0, &on, &u, &y)[0] - x[2]).abs() <= 16.0 * f64::EPSILON * 8.0);
+    }
+
+    /// The Jacobian of the converter by dual numbers: it is linear in the state, `A(u)`.
+    #[test]
+    fn the_converter_is_bilinear(x in state(), u in duty()) {
+        let (plant, w) = (CukConverter::default(), 1.0 - u[0]);
+        let claimed = Matrix4::new(
+            0.0, -w / plant.l1, 0.0, 0.0, //
+            w / plant.c2, 0.0, u[0] / plant.c2, 0.0, //
+            0.0, -u[0] / plant.l3, 0.0, -1.0 / plant.l3, //
+            0.0, 0.0, 1.0 / plant.c4, -plant.g / plant.c4,
+        );
+        let jacobian = state_jacobian(&plant, 0.0, &x, &u);
+        // A few operations per entry, of the entry's own size.
+        prop_assert!((jacobian - claimed).abs().iter().zip(claimed.abs().iter()).all(|(d, entry)| *d <= 8.0 * f64::EPSILON * entry));
     }
 }
