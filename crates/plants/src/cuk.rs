@@ -170,3 +170,17 @@ impl<T: RealField + Copy> Plant<T> for CukConverter {
         Vector2::new(x[1], x[2])
     }
 }
+
+/// Without dual numbers: f is affine in x, so that its derivative along v is `f(v) - f(0)`.
+#[cfg(not(feature = "dual"))]
+impl<T: RealField + Copy> crate::jacobian::Differentiable<T, nalgebra::U4, nalgebra::U1, nalgebra::U2>
+    for CukConverter
+{
+    fn directional(&self, t: T, x: &Vector4<T>, u: &Vector1<T>, v: &Vector4<T>) -> (Vector4<T>, Vector4<T>) {
+        (self.derivative(t, x, u), self.derivative(t, v, u) - self.derivative(t, &Vector4::zeros(), u))
+    }
+
+    fn output_directional(&self, t: T, x: &Vector4<T>, v: &Vector4<T>) -> (Vector2<T>, Vector2<T>) {
+        (self.output(t, x), self.output(t, v))
+    }
+}

@@ -55,3 +55,15 @@ impl<T: RealField + Copy> Immersion<T> for CukImmersion {
         estimate - self.output_part(y)
     }
 }
+
+/// Without dual numbers: beta and phi are linear, and their own derivatives.
+#[cfg(not(feature = "dual"))]
+impl<T: RealField + Copy> crate::immersion_invariance::DifferentiableImmersion<T> for CukImmersion {
+    fn beta_directional(&self, _y: &Vector2<T>, _chi: &Vector2<T>, dy: &Vector2<T>, dchi: &Vector2<T>) -> Vector2<T> {
+        self.beta(dy, dchi)
+    }
+
+    fn phi_directional(&self, _x: &Vector4<T>, dx: &Vector4<T>) -> Vector2<T> {
+        self.phi(dx)
+    }
+}
