@@ -31,7 +31,7 @@ pub enum Diagnosis<T> {
         /// The bound it is held at.
         bound: T,
     },
-    /// A parameter is about to leave its domain: at its present rate it does so within the time that it is worth (`-value/rate` in `time`).
+    /// A parameter is about to leave its domain: at its present rate it does so within the time constant of the observer's filters.
     LeavingDomain {
         /// Index of the parameter, from 0.
         parameter: usize,

@@ -38,7 +38,7 @@ pub struct KklPebObserver<K, E, T> {
     map: K,
     estimator: E,
     filter: Filter<T>,
-    /// theta_hat(0), the same for all parameters unless the maps are one's own: see `starting_at`.
+    /// theta_hat(0), the same for every parameter: xi(0) makes up for it.
     theta: T,
     wanted: Option<T>,
 }
