@@ -175,4 +175,34 @@ pub enum ObserverError {
         /// How many there are.
         outputs: usize,
     },
+    /// A table of coefficients whose size or indices do not fit.
+    #[error("{what}: found {found}, which does not fit {expected}")]
+    Table {
+        /// Which table, or which index in it.
+        what: &'static str,
+        /// What would fit: an exact length, a length to be a multiple of, or a bound.
+        expected: usize,
+        /// What was found.
+        found: usize,
+    },
+    /// A number in a table that is NaN or infinite.
+    #[error("{what}: number {index} is {value}")]
+    TableNotFinite {
+        /// Which table.
+        what: &'static str,
+        /// Its position.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
+    /// A box without interior.
+    #[error("axis {axis} of the box runs from {lower} to {upper}")]
+    Box {
+        /// The axis, from 0.
+        axis: usize,
+        /// Where it begins.
+        lower: f64,
+        /// Where it ends.
+        upper: f64,
+    },
 }

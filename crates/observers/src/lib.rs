@@ -24,6 +24,7 @@
 //! | [`cuk`] | the Cuk converter's six observers of the [KKL+PEB] paper, and an exact high-gain one |
 //! | [`exponential_cascade`], [`cascade`] | the [KKL+PEB]O of Proposition 6, and the class of Proposition 7 |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
+//! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
 //! Where an observer has an innovation it is `y~ = y - C xhat`, and the error is `e = x - xhat`, so that `y~ = C e`; the files from [`kkl`] on have the
 //! paper's `e = xhat - x`, and say so.
@@ -48,6 +49,7 @@ pub mod kkl_peb;
 pub mod linear;
 pub mod mean_value;
 pub mod nonlinear_luenberger;
+pub mod numerical_kkl;
 pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
