@@ -30,6 +30,9 @@ pub enum DesignError {
     /// A statement could not be handed to the prover.
     #[error(transparent)]
     Proof(#[from] ProofError),
+    /// T or its left inverse could not be computed.
+    #[error(transparent)]
+    NumericalKkl(#[from] crate::numerical_kkl::NumericalKklError),
     /// A scalar that must be positive is not.
     #[error("{what} must be positive and finite; it is {value}")]
     NotPositive {

@@ -7,6 +7,8 @@
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
+//! The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known: its
+//! evidence is measured.
 //!
 //! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` and `docs/theory-mvt.md` of the repository.
 #![deny(missing_docs)]
@@ -24,6 +26,7 @@ pub mod linear;
 pub mod lipschitz;
 pub mod lpv;
 pub mod mean_value;
+pub mod numerical_kkl;
 pub mod robust;
 pub mod sampled;
 pub mod weights;
@@ -38,5 +41,6 @@ pub use joint::joint_design;
 pub use linear::{Decrease, LinearDesign, Wish};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::LpvDesign;
+pub use numerical_kkl::NumericalKklDesign;
 pub use sampled::SampledCubicDesign;
 pub use weights::{theta_from_cost_shares, theta_from_importance};

@@ -1,0 +1,132 @@
+//! What can stand between a plant and its numerical KKL observer.
+
+use thiserror::Error;
+
+/// Why a transformation was not computed, or not inverted. Every variant names the quantity and its value.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NumericalKklError {
+    /// No target states, no plant states or no outputs.
+    #[error("n = {states} states, p = {outputs} outputs, n_z = {targets} target states: each must be at least 1")]
+    Empty {
+        /// n.
+        states: usize,
+        /// p.
+        outputs: usize,
+        /// n_z.
+        targets: usize,
+    },
+    /// The poles of the target, one set per output, do not fill it.
+    #[error("{poles} poles for each of {outputs} outputs do not make {targets} target states")]
+    PoleCount {
+        /// Poles given.
+        poles: usize,
+        /// p.
+        outputs: usize,
+        /// n_z.
+        targets: usize,
+    },
+    /// An order of the Bessel prototype that is not offered.
+    #[error("a Bessel prototype of order {order}: orders 1 to {largest} are offered")]
+    BesselOrder {
+        /// The order.
+        order: usize,
+        /// The largest offered.
+        largest: usize,
+    },
+    /// (D, B) is not controllable: some target states never see the output, and say nothing of x.
+    #[error("(D, B) is not controllable: the eigenvalues of its Gramian have the ratio {ratio:e}")]
+    Uncontrollable {
+        /// Smallest eigenvalue of the controllability Gramian over the largest.
+        ratio: f64,
+    },
+    /// A box without interior, or with a bound that is not finite.
+    #[error("axis {axis} of the box runs from {lower} to {upper}")]
+    Box {
+        /// The axis, from 0.
+        axis: usize,
+        /// Where it begins.
+        lower: f64,
+        /// Where it ends.
+        upper: f64,
+    },
+    /// A number of the settings that is out of its range.
+    #[error("{what} is {value}; it must be from {least} to {most}")]
+    Setting {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its least value.
+        least: f64,
+        /// Its largest value.
+        most: f64,
+    },
+    /// A grid larger than is computed.
+    #[error("a grid of {points} points; at most {most} are computed")]
+    GridTooLarge {
+        /// Points asked for.
+        points: f64,
+        /// The cap.
+        most: usize,
+    },
+    /// T varies more than the grid can show: it is rough (D too slow for the backward expansion of the plant), or the grid coarse.
+    #[error(
+        "the spline misses T by {error:.2e} of its width (at most {most} is accepted): take faster poles, a finer grid or a smaller box"
+    )]
+    Unresolved {
+        /// The largest error at the held-out points, in units of the width of T(box).
+        error: f64,
+        /// The largest that is accepted.
+        most: f64,
+    },
+    /// f or h is NaN or infinite somewhere.
+    #[error("the plant is not finite {time} before {from:?}")]
+    NotFinite {
+        /// Where the trajectory began.
+        from: Vec<f64>,
+        /// Time backward from there.
+        time: f64,
+    },
+    /// A trajectory that leaves everything backward in time; slowing the plant outside the box keeps it.
+    #[error(
+        "the plant escapes backward in time: from {from:?}, {norm:e} half-widths of the box are passed {time} earlier"
+    )]
+    Escapes {
+        /// Where the trajectory began.
+        from: Vec<f64>,
+        /// Time backward from there.
+        time: f64,
+        /// Distance from the centre reached, in half-widths of the box.
+        norm: f64,
+    },
+    /// A trajectory that the integrator cannot follow within its cap of steps.
+    #[error("the integration from {from:?} stands still after {steps} steps, at time {time}, with steps of {step:e}")]
+    Stalled {
+        /// Where the trajectory began.
+        from: Vec<f64>,
+        /// How far it came.
+        time: f64,
+        /// The last step size.
+        step: f64,
+        /// Attempted steps.
+        steps: usize,
+    },
+    /// Two states of the box that T maps to one point, to the accuracy of T: y does not tell them apart.
+    #[error(
+        "T is not injective on the box: {first:?} and {second:?}, {distance:e} apart, have images {gap:e} apart, \
+         and T is known to {accuracy:e}"
+    )]
+    NotInjective {
+        /// One state.
+        first: Vec<f64>,
+        /// The other.
+        second: Vec<f64>,
+        /// `|x - x'|`.
+        distance: f64,
+        /// `|T(x) - T(x')|`.
+        gap: f64,
+        /// How accurately T is known.
+        accuracy: f64,
+    },
+}

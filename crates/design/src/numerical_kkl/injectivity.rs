@@ -1,0 +1,140 @@
+//! Whether y tells the states of the box apart: numbers for the injectivity of T.
+//!
+//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: what noise in z costs in x is at most one over the
+//! former, and locally one over the latter. A singular value of zero is no proof against injectivity (x^3 is injective); two states with one
+//! image are, and they are searched: from the worst distant pairs, `T(x'') = T(x)` is solved for x'' beginning at x', first on the spline, then by
+//! Gauss-Newton steps on T itself.
+
+use luenberger_observers::numerical_kkl::TensorSpline;
+use luenberger_observers::numerical_kkl::least_squares::nearest;
+use luenberger_plants::Differentiable;
+use nalgebra::{Const, DMatrix, SVector};
+
+use crate::error::DesignError;
+use crate::numerical_kkl::{Coordinates, NumericalKklError, Progress, Transform};
+
+/// How well T separates the states of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Injectivity<const N: usize> {
+    /// The smallest `|T(x) - T(x')| / |x - x'|` over the pairs of the grid.
+    pub smallest_ratio: f64,
+    /// The pair that has it.
+    pub pair: (SVector<f64, N>, SVector<f64, N>),
+    /// The largest such ratio: T's Lipschitz constant, as far as the grid sees.
+    pub largest_ratio: f64,
+    /// The smallest singular value of DT on the grid.
+    pub smallest_singular_value: f64,
+    /// Where it is attained.
+    pub flattest: SVector<f64, N>,
+    /// Points of the grid.
+    pub points: usize,
+}
+
+/// Two states are distant when they are this many half-widths of the box apart.
+const DISTANT: f64 = 0.25;
+/// Distant pairs from which a second preimage is searched.
+const SUSPECTS: usize = 12;
+
+/// Gauss-Newton steps on T itself.
+const POLISH: usize = 12;
+
+/// The numbers over a grid of `per_axis` points per axis; `spline` is T in `coordinates`.
+pub(crate) fn injectivity<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
+    transform: &Transform<'_, S, N, M, P, Z>,
+    (spline, coordinates): (&TensorSpline<f64, Vec<f64>, N, Z>, &Coordinates<f64, Z>),
+    per_axis: usize,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Injectivity<N>, DesignError>
+where
+    S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+{
+    let domain = transform.domain();
+    let count = per_axis.pow(N as u32);
+    let mut grid = Vec::with_capacity(count);
+    let (mut smallest_singular_value, mut flattest) = (f64::INFINITY, domain.centre());
+    for index in 0..count {
+        let x = domain.point(|i| (index / per_axis.pow(i as u32) % per_axis) as f64 / (per_axis - 1) as f64);
+        let (z, jacobian) = transform.with_jacobian(&x)?;
+        let dynamic = DMatrix::from_column_slice(Z, N, jacobian.as_slice());
+        // Fewer target states than states: some direction is lost everywhere.
+        let sigma = if Z < N { 0.0 } else { dynamic.singular_values().min() };
+        if sigma < smallest_singular_value {
+            (smallest_singular_value, flattest) = (sigma, x);
+        }
+        grid.push((x, z));
+        progress(Progress { stage: "injectivity", done: index + 1, total: count });
+    }
+    let half = domain.half_width();
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
+    let mut pair = (grid[0].0, grid[0].0);
+    let mut suspects: Vec<(f64, usize, usize)> = Vec::new();
+    for i in 0..grid.len() {
+        for j in 0..i {
+            let apart = grid[i].0 - grid[j].0;
+            let ratio = (grid[i].1 - grid[j].1).norm() / apart.norm();
+            largest = largest.max(ratio);
+            if ratio < smallest {
+                (smallest, pair) = (ratio, (grid[i].0, grid[j].0));
+            }
+            if apart.component_div(&half).norm() >= DISTANT
+                && (suspects.len() < SUSPECTS || ratio < suspects[SUSPECTS - 1].0)
+            {
+                suspects.push((ratio, i, j));
+                suspects.sort_by(|a, b| a.0.total_cmp(&b.0));
+                suspects.truncate(SUSPECTS);
+            }
+        }
+    }
+    // An integration of some hundred steps, each within the tolerance.
+    let accuracy = 1e3 * transform.tolerance() * transform.output_scale();
+    for (_, i, j) in suspects {
+        let (x, z) = grid[i];
+        let near = nearest(spline, &coordinates.white(&z), &grid[j].0, 60).x;
+        let (second, gap) = second_preimage(transform, &z, near)?;
+        let apart = second - x;
+        if gap <= accuracy && apart.component_div(&half).norm() >= 0.5 * DISTANT {
+            return Err(NumericalKklError::NotInjective {
+                first: x.iter().copied().collect(),
+                second: second.iter().copied().collect(),
+                distance: apart.norm(),
+                gap,
+                accuracy,
+            }
+            .into());
+        }
+    }
+    Ok(Injectivity {
+        smallest_ratio: smallest,
+        pair,
+        largest_ratio: largest,
+        smallest_singular_value,
+        flattest,
+        points: count,
+    })
+}
+
+/// `T(x) = z` by Gauss-Newton steps from x, in the box; the best point, and how far its image is from z.
+fn second_preimage<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
+    transform: &Transform<'_, S, N, M, P, Z>,
+    z: &SVector<f64, Z>,
+    mut x: SVector<f64, N>,
+) -> Result<(SVector<f64, N>, f64), DesignError>
+where
+    S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+{
+    let (lower, upper) = (transform.domain().lower(), transform.domain().upper());
+    let mut best = (x, f64::INFINITY);
+    for _ in 0..POLISH {
+        let (value, jacobian) = transform.with_jacobian(&x)?;
+        let residual = DMatrix::from_column_slice(Z, 1, (z - value).as_slice());
+        if residual.norm() >= best.1 {
+            break;
+        }
+        best = (x, residual.norm());
+        let svd = DMatrix::from_column_slice(Z, N, jacobian.as_slice()).svd(true, true);
+        // Directions that T does not see take no part.
+        let Ok(step) = svd.solve(&residual, 1e-8 * svd.singular_values.max()) else { break };
+        x = SVector::from_fn(|i, _| (x[i] + step[i]).clamp(lower[i], upper[i]));
+    }
+    Ok(best)
+}

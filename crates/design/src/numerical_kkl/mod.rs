@@ -1,0 +1,445 @@
+//! The numerical Kazantzis-Kravaris-Luenberger observer: for a plant `x' = f(x)`, `y = h(x)` whose T has no closed form.
+//!
+//! `z' = D z + B y` ([`Target`]); T by simulation backward in time ([`Transform`]) over a box ([`Domain`]); T^-L in two forms, both
+//! of `luenberger-observers`:
+//!
+//! - *embedded*: xhat straight from z by a tree of small polynomials, for a microcontroller;
+//! - *interpolated*: T by cubic splines, xhat by Gauss-Newton steps on `min |T(x) - z|`.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `target` | D and B from poles or a Bessel prototype |
+//! | `domain` | the box, and the plant slowed outside |
+//! | `extrapolation` | the integrator of the many short trajectories |
+//! | `transform` | T and DT by simulation |
+//! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
+//! | `injectivity` | whether y tells the states apart |
+//! | `report` | errors where nothing was fitted, and costs |
+//!
+//! The plant has no input, or a constant one, which T then belongs to.
+//!
+//! What is proved: nothing. Every number in [`Report`] is measured, at points that the fit has not seen.
+
+mod domain;
+mod error;
+mod extrapolation;
+mod injectivity;
+mod interpolation;
+mod regression;
+mod report;
+mod target;
+mod transform;
+
+use luenberger_observers::kkl::{KklObserver, LeftInverse, LinearKkl};
+use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
+use luenberger_observers::numerical_kkl::{
+    Coordinates, InterpolatedInverse, Node, NumericalKklObserver, PolynomialInverse, Search, TensorSpline,
+};
+use luenberger_plants::Differentiable;
+use nalgebra::{Const, DMatrix, SMatrix, SVector};
+
+use crate::error::DesignError;
+use domain::within;
+use regression::{Budget, Samples};
+
+pub use domain::{Domain, Escape};
+pub use error::NumericalKklError;
+pub use injectivity::Injectivity;
+pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
+pub use target::Target;
+pub use transform::Transform;
+
+/// How far a design has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Steps of it that are done.
+    pub done: usize,
+    /// Steps that it has.
+    pub total: usize,
+}
+
+/// What a numerical KKL design may spend.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<const N: usize> {
+    /// Accuracy of T by simulation, relative to the size of y; 1e-11 unless told.
+    pub tolerance: f64,
+    /// Grid points per axis of the spline of T, 4 to 1024; 65 unless told.
+    pub points: [usize; N],
+    /// Total degree of the polynomials of the embedded form, 1 to 12; 4 unless told.
+    pub degree: usize,
+    /// Leaves of its tree, 1 to 4096; 64 unless told. One leaf is the ordinary polynomial regression.
+    pub leaves: usize,
+    /// Samples of the box that the embedded form is fitted to, 100 to a million; 20000 unless told.
+    pub samples: usize,
+    /// Ridge of the regression, relative; 1e-8 unless told. More of it makes estimates less sensitive to noise in z.
+    pub ridge: f64,
+    /// Cap on the evaluations of T per iteration of the interpolated form; 40 unless told.
+    pub max_evaluations: usize,
+    /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64; 9 unless told.
+    pub fallback: usize,
+    /// Grid points per axis of the injectivity check, 3 to 64; 17 unless told.
+    pub injectivity_points: usize,
+    /// Points at which the fit is judged, 10 to 100000; 500 unless told.
+    pub held_out: usize,
+    /// Where the sequences of sample points begin.
+    pub seed: u64,
+}
+
+impl<const N: usize> Default for Settings<N> {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-11,
+            points: [65; N],
+            degree: 4,
+            leaves: 64,
+            samples: 20_000,
+            ridge: 1e-8,
+            max_evaluations: 40,
+            fallback: 9,
+            injectivity_points: 17,
+            held_out: 500,
+            seed: 0,
+        }
+    }
+}
+
+/// The embedded form, as designed.
+pub type Embedded<const N: usize, const Z: usize> = PolynomialInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>;
+/// The interpolated form, as designed.
+pub type Interpolated<const N: usize, const Z: usize> = InterpolatedInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>;
+
+/// Both observers, and the evidence.
+#[derive(Clone, Debug)]
+pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, const Z: usize> {
+    /// The observer for a microcontroller.
+    pub embedded: NumericalKklObserver<Embedded<N, Z>, f64, N, M, P, Z>,
+    /// The accurate one.
+    pub interpolated: NumericalKklObserver<Interpolated<N, Z>, f64, N, M, P, Z>,
+    /// What was measured.
+    pub report: Report<N>,
+}
+
+impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z> {
+    /// The observers of `plant` at the constant input `input` on `domain`, with the target `target`.
+    ///
+    /// `progress` is told how far it is, often. The result depends on the arguments alone.
+    ///
+    /// The reverse Duffing oscillator, x1' = x2^3, x2' = -x1, of which x1 is measured:
+    /// ```
+    /// use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, Target};
+    /// use luenberger_observers::Observer;
+    /// use luenberger_plants::ReverseDuffing;
+    /// use nalgebra::{SVector, Vector2};
+    /// let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?;
+    /// let settings = Settings { points: [33; 2], leaves: 16, samples: 4000, injectivity_points: 9, ..Settings::default() };
+    /// let target = Target::<1, 3>::bessel(2.0)?;
+    /// let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| ())?;
+    /// println!("{}", design.report);
+    /// // From x to T(x) and back.
+    /// let (x, u, y) = (Vector2::new(0.5, 0.5), SVector::zeros(), SVector::zeros());
+    /// let z = design.interpolated.initial(0.0, &x, &u, &y);
+    /// assert!((design.interpolated.estimate(0.0, &z, &u, &y) - x).norm() < 1e-9);
+    /// assert!((design.embedded.estimate(0.0, &z, &u, &y) - x).norm() < 1e-2);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded
+    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`]; [`NumericalKklError::Setting`] and
+    /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T.
+    pub fn new<S>(
+        plant: &S,
+        target: &Target<P, Z>,
+        domain: &Domain<N>,
+        input: SVector<f64, M>,
+        settings: &Settings<N>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Self, DesignError>
+    where
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+    {
+        check(settings)?;
+        let transform = Transform::new(plant, target, domain, input, settings.tolerance)?;
+        let (coordinates, spline) = tabulate(&transform, settings.points, progress)?;
+
+        // Held out: the far end of another sequence than the samples'.
+        let probes: Vec<SVector<f64, N>> = Spread::<N>::new(settings.seed ^ 0x5bd1_e995)
+            .take(settings.held_out)
+            .map(|share| domain.point(|i| share[i]))
+            .collect();
+        let mut judged = Judged::default();
+        let mut images = Vec::with_capacity(probes.len());
+        for (done, x) in probes.iter().enumerate() {
+            let z = transform.at(x)?;
+            let (w, slope) = spline.with_gradient(x);
+            judged.add_spline((w - coordinates.white(&z)).norm());
+            let defect = transform.defect_of(x, &coordinates.coloured(&w), &(coordinates.colour() * slope)).norm();
+            judged.add_defect(defect, (target.b() * plant.output(0.0, x)).norm());
+            if done < 20 {
+                judged.simulated = judged.simulated.max(transform.defect(x)?.norm());
+            }
+            images.push(z);
+            progress(Progress { stage: "held-out points", done: done + 1, total: probes.len() });
+        }
+        let (spline_error, residual, simulated_residual) = judged.relative();
+
+        let per_axis = settings.injectivity_points;
+        let injectivity = injectivity::injectivity(&transform, (&spline, &coordinates), per_axis, progress)?;
+        if spline_error.1.is_nan() || spline_error.1 > UNRESOLVED {
+            return Err(NumericalKklError::Unresolved { error: spline_error.1, most: UNRESOLVED }.into());
+        }
+
+        let embedded = embed(domain, &coordinates, &spline, settings, progress)?;
+        // The largest error seen, with a factor for the points not seen.
+        let search = Search {
+            max_evaluations: settings.max_evaluations,
+            tolerance: 4.0 * spline_error.1,
+            fallback: settings.fallback,
+        };
+        let interpolated = InterpolatedInverse::new(spline, embedded.clone(), search)?;
+        let report = Report {
+            horizon: transform.horizon(),
+            spline: spline_error,
+            residual,
+            simulated_residual,
+            injectivity,
+            embedded: inversion_errors(|z| embedded.state(z), &probes, &images),
+            interpolated: inversion_errors(|z| interpolated.state(z), &probes, &images),
+            evaluations: evaluations(&interpolated, &images),
+            embedded_footprint: embedded_footprint(&embedded),
+            interpolated_footprint: interpolated_footprint(&interpolated),
+        };
+        let (embedded, interpolated) = (observer(target, embedded)?, observer(target, interpolated)?);
+        Ok(Self { embedded, interpolated, report })
+    }
+}
+
+fn check<const N: usize>(settings: &Settings<N>) -> Result<(), DesignError> {
+    interpolation::check_grid(&settings.points)?;
+    within("the degree", settings.degree as f64, 1.0, 12.0)?;
+    within("the number of leaves", settings.leaves as f64, 1.0, 4096.0)?;
+    within("the number of samples", settings.samples as f64, 100.0, 1e6)?;
+    within("the ridge", settings.ridge, 0.0, 1.0)?;
+    within("the points per axis of other starts", settings.fallback as f64, 0.0, 64.0)?;
+    within("the points of other starts", (settings.fallback as f64).powf(N as f64), 0.0, 1e5)?;
+    within("the cap on evaluations", settings.max_evaluations as f64, 1.0, 1e4)?;
+    within("the points per axis of the injectivity check", settings.injectivity_points as f64, 3.0, 64.0)?;
+    let points = (settings.injectivity_points as f64).powf(N as f64);
+    // All pairs are compared.
+    within("the points of the injectivity check", points, 3.0, 4096.0)?;
+    within("the number of held-out points", settings.held_out as f64, 10.0, 1e5)
+}
+
+/// A spline on the heap.
+type Spline<const N: usize, const Z: usize> = TensorSpline<f64, Vec<f64>, N, Z>;
+
+/// T on the grid, white coordinates from its values, and its spline in them.
+fn tabulate<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
+    transform: &Transform<'_, S, N, M, P, Z>,
+    points: [usize; N],
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Coordinates<f64, Z>, Spline<N, Z>), DesignError>
+where
+    S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+{
+    let domain = transform.domain();
+    let count = interpolation::check_grid(&points)?;
+    let mut values = Vec::with_capacity(count);
+    for index in 0..count {
+        let mut rest = index;
+        let mut share = [0.0; N];
+        // The last axis runs fastest.
+        for axis in (0..N).rev() {
+            share[axis] = (rest % points[axis]) as f64 / (points[axis] - 1) as f64;
+            rest /= points[axis];
+        }
+        values.push(transform.at(&domain.point(|i| share[i]))?);
+        progress(Progress { stage: "T on the grid", done: index + 1, total: count });
+    }
+    let coordinates = white_coordinates(&values, transform.output_scale())?;
+    let table = values.iter().flat_map(|z| coordinates.white(z).data.0[0]).collect();
+    let spline = interpolation::interpolate(*domain.lower(), *domain.upper(), points, table)?;
+    Ok((coordinates, spline))
+}
+
+/// Coordinates in which these values have mean 0 and covariance I, up to directions of no extent.
+fn white_coordinates<const Z: usize>(
+    values: &[SVector<f64, Z>],
+    scale: f64,
+) -> Result<Coordinates<f64, Z>, DesignError> {
+    let mean: SVector<f64, Z> = values.iter().sum::<SVector<f64, Z>>() / values.len() as f64;
+    // Singular values of the data, not eigenvalues of the covariance: thin directions are not to be squared.
+    let data = DMatrix::from_fn(values.len(), Z, |i, j| values[i][j] - mean[j]);
+    let triangle = data.qr().r();
+    let svd = triangle.svd(false, true);
+    let directions = svd.v_t.unwrap_or_else(|| DMatrix::identity(Z, Z));
+    let rows = (values.len() as f64).sqrt();
+    let widths: Vec<f64> = (0..Z).map(|i| svd.singular_values.get(i).copied().unwrap_or(0.0) / rows).collect();
+    let widest = widths.iter().copied().fold(0.0f64, f64::max);
+    // Directions thinner than this are left out: what T is in them is noise of the simulation.
+    let floor = (THIN * widest).max(f64::MIN_POSITIVE.sqrt() * scale);
+    let holds = |i: usize| widths[i] > floor;
+    let whiten = SMatrix::from_fn(|i, j| if holds(i) { directions[(i, j)] / widths[i] } else { 0.0 });
+    let colour = SMatrix::from_fn(|i, j| if holds(j) { directions[(j, i)] * widths[j] } else { 0.0 });
+    Ok(Coordinates::new(mean, whiten, colour)?)
+}
+
+/// An interpolation error of this size, where T(box) is about one wide, is no interpolation.
+const UNRESOLVED: f64 = 0.2;
+
+/// Widths of T(box) below this share of the largest count as none.
+const THIN: f64 = 1e-6;
+
+/// The two trees, fitted to samples of the spline.
+fn embed<const N: usize, const Z: usize>(
+    domain: &Domain<N>,
+    coordinates: &Coordinates<f64, Z>,
+    spline: &TensorSpline<f64, Vec<f64>, N, Z>,
+    settings: &Settings<N>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Embedded<N, Z>, DesignError> {
+    let (mut states, mut images) = (Vec::new(), Vec::new());
+    for share in Spread::<N>::new(settings.seed).take(settings.samples) {
+        let x = domain.point(|i| share[i]);
+        states.push(<[f64; N]>::from(x));
+        images.push(<[f64; Z]>::from(spline.at(&x)));
+    }
+    let budget = Budget { degree: settings.degree, leaves: settings.leaves, ridge: settings.ridge };
+    let total = settings.leaves;
+    let inverse = regression::fit(
+        Samples { points: &images, values: &states, scale: domain.half_width().into() },
+        budget,
+        &mut |done| progress(Progress { stage: "regression", done, total }),
+    )?;
+    // T is smooth where its inverse is not: a quarter of the leaves is plenty.
+    let forward = regression::fit(
+        Samples { points: &states, values: &images, scale: [1.0; Z] },
+        Budget { leaves: settings.leaves.div_ceil(4), ..budget },
+        &mut |_| (),
+    )?;
+    Ok(PolynomialInverse::new(*coordinates, (*domain.lower(), *domain.upper()), inverse, forward)?)
+}
+
+/// The target with a left inverse.
+fn observer<I, const N: usize, const M: usize, const P: usize, const Z: usize>(
+    target: &Target<P, Z>,
+    inverse: I,
+) -> Result<NumericalKklObserver<I, f64, N, M, P, Z>, DesignError>
+where
+    I: LeftInverse<f64, Const<Z>, Const<P>, Const<N>>,
+{
+    Ok(KklObserver::new(LinearKkl::new(*target.d(), *target.b(), SMatrix::zeros(), inverse)?))
+}
+
+fn inversion_errors<const N: usize, const Z: usize>(
+    inverse: impl Fn(&SVector<f64, Z>) -> SVector<f64, N>,
+    probes: &[SVector<f64, N>],
+    images: &[SVector<f64, Z>],
+) -> Errors<N> {
+    Errors::of(probes.iter().zip(images).map(|(x, z)| x - inverse(z)))
+}
+
+/// Evaluations of T per estimate, mean and largest.
+fn evaluations<const N: usize, const Z: usize>(form: &Interpolated<N, Z>, images: &[SVector<f64, Z>]) -> (f64, usize) {
+    let (sum, most) = images.iter().fold((0, 0), |(sum, most), z| {
+        let found = form.solve(z, &form.start().state(z)).evaluations;
+        (sum + found, most.max(found))
+    });
+    (sum as f64 / images.len() as f64, most)
+}
+
+fn embedded_footprint<const N: usize, const Z: usize>(form: &Embedded<N, Z>) -> Footprint {
+    let tree = form.inverse();
+    let numbers = tree.numbers() + Z + Z * Z + 2 * N;
+    Footprint {
+        numbers,
+        // Two branches and an axis of 16 bits each beside a threshold, padded to four bytes more than two words.
+        bytes_f32: 4 * numbers + tree.nodes().len() * (size_of::<Node<f32>>() - 4),
+        multiply_adds: Z * Z + tree.multiply_adds(),
+        comparisons: tree.depth(),
+    }
+}
+
+fn interpolated_footprint<const N: usize, const Z: usize>(form: &Interpolated<N, Z>) -> Footprint {
+    let start = embedded_footprint(form.start());
+    let table = form.spline().coefficients().len();
+    // Value and gradient: for each of 4^N weights, N + 1 products of N factors and N + 1 times Z multiply-adds; then the normal equations.
+    let search = form.search();
+    let restarts = if search.fallback == 0 { 0 } else { RESTARTS };
+    let evaluations = (1 + restarts) * search.max_evaluations + search.fallback.pow(N as u32);
+    let once = 4usize.pow(N as u32) * (N + 1) * (N + Z) + N * (N + 1) * Z + N * N * N;
+    Footprint {
+        numbers: start.numbers + table,
+        bytes_f32: start.bytes_f32 + 4 * table,
+        multiply_adds: start.multiply_adds + evaluations * once,
+        comparisons: start.comparisons,
+    }
+}
+
+/// Running sums over the held-out points.
+#[derive(Default)]
+struct Judged {
+    count: usize,
+    spline: (f64, f64),
+    defect: (f64, f64),
+    injection: f64,
+    simulated: f64,
+}
+
+impl Judged {
+    fn add_spline(&mut self, error: f64) {
+        self.count += 1;
+        self.spline = (self.spline.0 + error * error, self.spline.1.max(error));
+    }
+
+    fn add_defect(&mut self, defect: f64, injection: f64) {
+        self.defect = (self.defect.0 + defect * defect, self.defect.1.max(defect));
+        self.injection = self.injection.max(injection);
+    }
+
+    /// Spline, residual and simulated residual; the last two relative to the largest `|B h|`.
+    fn relative(&self) -> ((f64, f64), (f64, f64), f64) {
+        let count = self.count as f64;
+        let unit = if self.injection > 0.0 { self.injection } else { 1.0 };
+        (
+            ((self.spline.0 / count).sqrt(), self.spline.1),
+            ((self.defect.0 / count).sqrt() / unit, self.defect.1 / unit),
+            self.simulated / unit,
+        )
+    }
+}
+
+/// Points that fill the unit cube evenly, in an order that fills it evenly from the start: multiples of the N-dimensional golden ratio.
+///
+/// Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018; for N = 1 the golden ratio's.
+struct Spread<const N: usize> {
+    now: [f64; N],
+    step: [f64; N],
+}
+
+impl<const N: usize> Spread<N> {
+    fn new(seed: u64) -> Self {
+        // g^(N+1) = g + 1 by fixed-point iteration, which contracts at least by half.
+        let golden = (0..64).fold(2.0f64, |g, _| (1.0 + g).powf(1.0 / (N as f64 + 1.0)));
+        let mut state = seed;
+        let now = std::array::from_fn(|_| {
+            // SplitMix64 (Steele, Lea, Flood 2014).
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut bits = state;
+            bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((bits ^ (bits >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        });
+        Self { now, step: std::array::from_fn(|i| golden.powf(-(i as f64 + 1.0))) }
+    }
+}
+
+impl<const N: usize> Iterator for Spread<N> {
+    type Item = [f64; N];
+
+    fn next(&mut self) -> Option<[f64; N]> {
+        self.now = std::array::from_fn(|i| (self.now[i] + self.step[i]).fract());
+        Some(self.now)
+    }
+}
