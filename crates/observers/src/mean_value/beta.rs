@@ -60,7 +60,9 @@ where
 /// change of sign is found (two roots in one cell, or an f that is not finite) beta_i is the grid point of least `|X_i|`, the
 /// ends 0 and 1 among them, and the residual says so.
 ///
-/// Costs 17 derivatives along e for the grid at most, about 10 per row for its root, and n per different beta for the Jacobian.
+/// `X_i(1/2)` counts as zero below the rounding of f at a rounded point, `|Df| |x|` times a few epsilon: so close to e = 0 the sign of X_i is noise.
+///
+/// Costs 17 derivatives along e for the grid at most, about 10 per row for its root, and n for the Jacobian at 1/2 and at each other beta.
 ///
 /// ```
 /// use luenberger_observers::mean_value::beta::mean_value;
@@ -103,20 +105,28 @@ where
         (start[i].abs() + end[i].abs() + (rise[i] - middle[i]).abs()) * four_epsilon
     });
 
+    // The ends of the segment are rounded themselves, and with them every term of f: |Df| |x| says how much that is, also where the terms cancel. Below
+    // it X(1/2) has no sign to be believed.
+    let centre = plant.state_jacobian(t, &(xhat + e * half), u);
+    let negligible = OVector::from_fn_generic(order, U1, |i, _| {
+        (0..n).fold(rounding[i], |sum, j| sum + centre[(i, j)].abs() * (xhat[j].abs() + e[j].abs()) * four_epsilon)
+    });
+    let settled = |i: usize, residual: T| middle[i].abs() <= negligible[i] || residual.abs() <= rounding[i];
+
     let mut beta = OVector::repeat_generic(order, U1, half);
     let mut residual = middle.clone();
     // The bracket of a row: (s, X_i(s)) on both sides.
     let mut brackets = OVector::<Option<Bracket<T>>, N>::repeat_generic(order, U1, None);
-    let (mut left, mut right) = (Side::new(half, middle.clone()), Side::new(half, middle));
+    let (mut left, mut right) = (Side::new(half, middle.clone()), Side::new(half, middle.clone()));
     for k in 1..=CELLS {
-        if (0..n).all(|i| brackets[i].is_some() || residual[i].abs() <= rounding[i]) {
+        if (0..n).all(|i| brackets[i].is_some() || settled(i, residual[i])) {
             break;
         }
         let distance = convert::<f64, T>(k as f64 / (2 * CELLS) as f64);
         for (side, s) in [(&mut right, half + distance), (&mut left, half - distance)] {
             let value = residual_at(s);
             for i in 0..n {
-                if brackets[i].is_none() && residual[i].abs() > rounding[i] {
+                if brackets[i].is_none() && !settled(i, residual[i]) {
                     if (side.value[i] < T::zero()) != (value[i] < T::zero()) {
                         brackets[i] = Some(Bracket { a: side.s, fa: side.value[i], b: s, fb: value[i] });
                     }
@@ -135,7 +145,7 @@ where
     }
 
     let mut jacobian = OMatrix::zeros_generic(order, order);
-    let mut at: Option<(T, OMatrix<T, N, N>)> = None;
+    let mut at = Some((half, centre));
     for i in 0..n {
         let here = match at.take() {
             Some((s, here)) if s == beta[i] => here,
