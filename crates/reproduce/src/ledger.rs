@@ -4,9 +4,10 @@ use crate::claim::{CheckError, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
 use crate::figure::{Figure, still};
-use crate::paper::{Drawing, Paper, Plate};
+use crate::paper::{Dataset, Drawing, Paper, Plate};
 use crate::progress::Progress;
 use crate::report;
+use crate::table::Table;
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,7 +40,7 @@ pub enum ReproduceError {
 pub struct Summary {
     /// Every claim.
     pub records: Vec<Record>,
-    /// What failed: checks and figures that returned errors, findings that no claim supports.
+    /// What failed: checks, figures and datasets that returned errors, findings that no claim supports.
     pub failures: Vec<Failure>,
     /// Where the output is.
     pub out: PathBuf,
@@ -50,7 +51,7 @@ pub struct Summary {
 /// Something that failed without stopping the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failure {
-    /// The claim, figure or finding.
+    /// The claim, figure, dataset or finding.
     pub id: String,
     /// Why.
     pub error: String,
@@ -75,19 +76,21 @@ pub(crate) struct Drawn {
     pub(crate) figure: Figure,
 }
 
-/// [`crate::run`] for the given papers: every claim in order, then every figure, then the report.
+/// [`crate::run`] for the given papers: every claim in order, every figure and dataset, then the report.
 /// # Errors
 /// As [`crate::run`]; and an id that occurs twice.
 pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceError> {
     let began = Instant::now();
     unique(papers.iter().flat_map(|p| &p.claims).map(|claim| claim.id))?;
-    unique(papers.iter().flat_map(|p| &p.figures).map(|drawing| drawing.id))?;
+    // Both write into one folder of numbers.
+    let figures = papers.iter().flat_map(|p| &p.figures).map(|drawing| drawing.id);
+    unique(figures.chain(papers.iter().flat_map(|p| &p.datasets).map(|dataset| dataset.id)))?;
     for folder in ["data", "figures"] {
         let path = out.join(folder);
         fs::create_dir_all(&path).map_err(|source| ReproduceError::Write { path, source })?;
     }
     let context = Context::new(out);
-    let mut progress = Progress::new(papers.iter().map(|p| p.claims.len() + p.figures.len()).sum());
+    let mut progress = Progress::new(papers.iter().map(|p| p.claims.len() + p.figures.len() + p.datasets.len()).sum());
     let mut summary =
         Summary { records: Vec::new(), failures: Vec::new(), out: out.to_path_buf(), elapsed: Duration::ZERO };
     let mut drawn = Vec::new();
@@ -114,6 +117,14 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
                 }
             }
         }
+        for dataset in &paper.datasets {
+            progress.begin(dataset.id);
+            let written = tabulate(dataset, &context);
+            progress.end(dataset.id, if written.is_ok() { "written" } else { "failed" });
+            if let Err(error) = written {
+                summary.failures.push(Failure { id: dataset.id.to_owned(), error: error.to_string() });
+            }
+        }
         for finding in &paper.findings {
             if let Some(error) = unsupported(finding.claims, &summary.records) {
                 summary.failures.push(Failure { id: finding.title.to_owned(), error });
@@ -133,13 +144,22 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
 /// Draws one figure and writes its three files.
 fn draw(drawing: &Drawing, context: &Context) -> Result<Figure, CheckError> {
     let Plate { figure, data } = (drawing.draw)(context)?;
-    let mut csv = Vec::new();
-    data.write_csv(&mut csv)?;
     let figures = context.out().join("figures");
-    write(&context.out().join("data").join(format!("{}.csv", drawing.id)), &csv)?;
+    write_numbers(drawing.id, &data, context)?;
     write(&figures.join(format!("{}.svg", drawing.id)), still::svg(&figure)?.as_bytes())?;
     write(&figures.join(format!("{}.png", drawing.id)), &still::png(&figure)?)?;
     Ok(figure)
+}
+
+/// Computes one dataset and writes its file.
+fn tabulate(dataset: &Dataset, context: &Context) -> Result<(), CheckError> {
+    write_numbers(dataset.id, &(dataset.tabulate)(context, dataset.id)?, context)
+}
+
+fn write_numbers(id: &str, data: &Table, context: &Context) -> Result<(), CheckError> {
+    let mut csv = Vec::new();
+    data.write_csv(&mut csv)?;
+    Ok(write(&context.out().join("data").join(format!("{id}.csv")), &csv)?)
 }
 
 /// Why the claims named by a finding do not support it, if they do not.

@@ -29,7 +29,7 @@ pub use context::Context;
 pub use evidence::{Evidence, Tolerance, Verdict};
 pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
 pub use ledger::{ReproduceError, Summary, run_papers};
-pub use paper::{Drawing, Finding, Paper, Plate};
+pub use paper::{Dataset, Drawing, Finding, Paper, Plate};
 pub use table::Table;
 pub use value::{Printed, Value};
 

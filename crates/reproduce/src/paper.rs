@@ -18,6 +18,8 @@ pub struct Paper {
     pub claims: Vec<Claim>,
     /// The figures, in the order of the report.
     pub figures: Vec<Drawing>,
+    /// Numbers without a picture, in the order of the report.
+    pub datasets: Vec<Dataset>,
     /// What does not hold as printed.
     pub findings: Vec<Finding>,
 }
@@ -29,6 +31,15 @@ pub struct Drawing {
     pub id: &'static str,
     /// Computes and describes it.
     pub draw: fn(&Context) -> Result<Plate, CheckError>,
+}
+
+/// Numbers to be written: trajectories that a reader may want to compute with.
+#[derive(Debug, Clone)]
+pub struct Dataset {
+    /// Name of the file: `mvt-ex1-eta1-e0` gives `data/mvt-ex1-eta1-e0.csv`.
+    pub id: &'static str,
+    /// Computes the columns; it is told the name.
+    pub tabulate: fn(&Context, &str) -> Result<Table, CheckError>,
 }
 
 /// A figure with the numbers behind it.

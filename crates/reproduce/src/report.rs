@@ -23,6 +23,7 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
     findings(&mut body, papers, &summary.records);
     claims(&mut body, papers, &summary.records);
     let pictures = figures(&mut body, papers, drawn)?;
+    datasets(&mut body, papers);
     let script_of_plotly = plotting_library();
     Ok(format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -239,6 +240,19 @@ fn figures(page: &mut String, papers: &[Paper], drawn: &[Drawn]) -> Result<Strin
     let _ = write!(page, "</section>");
     // "</script" within a string would end the element that holds it.
     Ok(serde_json::to_string(&pictures)?.replace("</", "<\\/"))
+}
+
+/// Links to the numbers that stand behind no figure.
+fn datasets(page: &mut String, papers: &[Paper]) {
+    let all: Vec<&str> = papers.iter().flat_map(|paper| &paper.datasets).map(|dataset| dataset.id).collect();
+    if all.is_empty() {
+        return;
+    }
+    let _ = write!(page, "<section id=\"data\"><h2>Data</h2><ul>");
+    for id in all {
+        let _ = write!(page, "<li><a href=\"data/{id}.csv\">{id}.csv</a></li>", id = escape(id));
+    }
+    let _ = write!(page, "</ul></section>");
 }
 
 fn escape(text: &str) -> String {

@@ -4,7 +4,7 @@
 #![allow(clippy::unnecessary_wraps)]
 
 use luenberger_reproduce::{
-    CheckError, Claim, Context, Drawing, Evidence, Figure, Finding, Outcome, Panel, Paper, Plate, Printed,
+    CheckError, Claim, Context, Dataset, Drawing, Evidence, Figure, Finding, Outcome, Panel, Paper, Plate, Printed,
     ReproduceError, Series, Summary, Table, Tolerance, Verdict, run_papers, terminal,
 };
 use serde_json::{Value as Json, json};
@@ -56,7 +56,7 @@ fn nothing(_: &Context) -> Result<Plate, CheckError> {
 }
 
 fn paper(claims: Vec<Claim>, figures: Vec<Drawing>, findings: Vec<Finding>) -> Paper {
-    Paper { key: "demo", title: "A paper", citation: "Nobody, 2000", claims, figures, findings }
+    Paper { key: "demo", title: "A paper", citation: "Nobody, 2000", claims, figures, datasets: vec![], findings }
 }
 
 /// Runs in a folder of its own, which is removed by the next run.
@@ -158,6 +158,26 @@ fn an_id_that_occurs_twice_is_refused() {
     let (twice, _) =
         run("twice", paper(vec![claim("demo.a", "1", right), claim("demo.a", "2", right)], vec![], vec![]));
     assert!(matches!(twice, Err(ReproduceError::Duplicate { id }) if id == "demo.a"));
+}
+
+fn numbers(_: &Context, id: &str) -> Result<Table, CheckError> {
+    if id == "demo-broken" { Err("no numbers".into()) } else { Ok(Table::new().column("t", [0.0, 0.5])) }
+}
+
+/// Datasets are written and linked; one that fails is listed; a figure and a dataset of one name would overwrite each other.
+#[test]
+fn numbers_without_a_picture_are_written_too() {
+    let with = |ids: &[&'static str]| Paper {
+        datasets: ids.iter().map(|&id| Dataset { id, tabulate: numbers }).collect(),
+        ..paper(vec![], vec![Drawing { id: "demo-fig1", draw: decay }], vec![])
+    };
+    let (summary, out) = run("numbers", with(&["demo-run", "demo-broken"]));
+    let failures = summary.unwrap().failures;
+    assert_eq!(failures.iter().map(|failure| failure.id.as_str()).collect::<Vec<_>>(), ["demo-broken"]);
+    assert_eq!(fs::read_to_string(out.join("data/demo-run.csv")).unwrap(), "t\n0.0\n0.5\n");
+    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("href=\"data/demo-run.csv\""));
+    let (twice, _) = run("numbers-twice", with(&["demo-fig1"]));
+    assert!(matches!(twice, Err(ReproduceError::Duplicate { id }) if id == "demo-fig1"));
 }
 
 /// The pages in docs/ name claims in brackets; each must be in the ledger.

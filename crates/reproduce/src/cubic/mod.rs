@@ -29,6 +29,7 @@ pub(crate) fn paper() -> Paper {
         claims: [example1::claims(), example2::claims(), example3::claims(), theorems::claims(), robustness::claims()]
             .concat(),
         figures: [example1::figures(), example2::figures(), example3::figures()].concat(),
+        datasets: Vec::new(),
         findings: findings::findings(),
     }
 }
