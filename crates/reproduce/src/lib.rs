@@ -17,6 +17,7 @@ mod cubic;
 pub mod evidence;
 pub mod figure;
 pub mod ledger;
+mod mvt;
 pub mod paper;
 mod progress;
 pub mod report;
@@ -37,7 +38,7 @@ use std::path::Path;
 
 /// Every paper, in the order of the report.
 pub fn papers() -> Vec<Paper> {
-    vec![cubic::paper()]
+    vec![cubic::paper(), mvt::paper()]
 }
 
 /// Checks every claim and draws every figure of every paper; writes `claims.json`, `data/`, `figures/` and `report.html`

@@ -180,15 +180,71 @@ fn numbers_without_a_picture_are_written_too() {
     assert!(matches!(twice, Err(ReproduceError::Duplicate { id }) if id == "demo-fig1"));
 }
 
-/// The pages in docs/ name claims in brackets; each must be in the ledger.
+/// The pages in docs/ name claims in code; each must be in the ledger.
 #[test]
 fn every_claim_that_the_docs_name_exists() {
-    let page = include_str!("../../../docs/theory-cubic.md");
     let papers = luenberger_reproduce::papers();
     let known: Vec<&str> = papers.iter().flat_map(|paper| paper.claims.iter().map(|claim| claim.id)).collect();
-    let named: Vec<&str> = page.split('`').filter(|word| word.starts_with("cubic.") && !word.contains(' ')).collect();
-    assert!(named.len() > 10, "{named:?}");
-    for id in named {
-        assert!(known.contains(&id), "{id} is in docs/theory-cubic.md and not in the ledger");
+    for (page, name, prefix) in [
+        (include_str!("../../../docs/theory-cubic.md"), "theory-cubic.md", "cubic."),
+        (include_str!("../../../docs/theory-mvt.md"), "theory-mvt.md", "mvt."),
+    ] {
+        let named: Vec<&str> = page.split('`').filter(|word| word.starts_with(prefix) && !word.contains(' ')).collect();
+        assert!(named.len() > 10, "{name}: {named:?}");
+        for id in named {
+            assert!(known.contains(&id), "{id} is in docs/{name} and not in the ledger");
+        }
     }
+}
+
+/// The numbers that the README gives.
+#[test]
+fn the_readme_counts_right() {
+    let papers = luenberger_reproduce::papers();
+    let claims: Vec<usize> = papers.iter().map(|paper| paper.claims.len()).collect();
+    let figures: usize = papers.iter().map(|paper| paper.figures.len()).sum();
+    let page = include_str!("../../../README.md");
+    let said = format!(
+        "has {} claims, {} of the cubic observer and {} of",
+        claims.iter().sum::<usize>(),
+        claims[0],
+        claims[1]
+    );
+    assert!(page.contains(&said), "{said}");
+    assert!(page.contains(&format!("{figures} figures")), "{figures}");
+}
+
+/// What others refer to keeps its name.
+#[test]
+fn the_claims_of_the_mean_value_theorem_paper_keep_their_names() {
+    let papers = luenberger_reproduce::papers();
+    let paper = papers.iter().find(|paper| paper.key == "mvt").unwrap();
+    for id in [
+        "mvt.ex1.e0-is-identity",
+        "mvt.ex1.e01-converges",
+        "mvt.ex1.beta-in-unit-interval",
+        "mvt.ex1.beta-unique",
+        "mvt.ex2.classical-e0",
+        "mvt.ex2.classical-e01",
+        "mvt.ex2.printed-e01",
+        "mvt.ex2.beta-in-unit-interval",
+        "mvt.ex2.gain-of-16",
+        "mvt.ex2.unstructured-lipschitz",
+        "mvt.ex2.polytopic",
+        "mvt.thm1.as-stated",
+        "mvt.thm1.internal-decrease",
+        "mvt.thm1.eta-half",
+        "mvt.thm1.counterexample-1",
+        "mvt.thm1.counterexample-2",
+        "mvt.thm1.counterexample-3",
+        "mvt.thm1.counterexample-4",
+        "mvt.thm1.counterexample-5",
+        "mvt.raising-eta",
+        "mvt.repair.ex1",
+        "mvt.repair.ex2-classical",
+        "mvt.repair.ex2-printed",
+    ] {
+        assert!(paper.claims.iter().any(|claim| claim.id == id), "{id}");
+    }
+    assert_eq!(paper.datasets.len(), 12);
 }

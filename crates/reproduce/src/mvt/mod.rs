@@ -1,0 +1,50 @@
+//! Paper 2: a nonlinear observer by the mean value theorem.
+//!
+//! What is true of it and what is not, with proofs, stands in `docs/theory-mvt.md` of the repository.
+
+mod eta;
+mod example1;
+mod example2;
+mod findings;
+mod peers;
+mod repair;
+mod runs;
+mod theorem1;
+
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::Tolerance;
+use crate::paper::Paper;
+use crate::value::Printed;
+
+/// The paper.
+pub(crate) fn paper() -> Paper {
+    Paper {
+        key: "mvt",
+        title: "A nonlinear observer by the mean value theorem and lsqnonlin",
+        citation: "R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018",
+        claims: [
+            theorem1::claims(),
+            eta::claims(),
+            example1::claims(),
+            example2::claims(),
+            peers::claims(),
+            repair::claims(),
+        ]
+        .concat(),
+        figures: [example1::figures(), example2::figures(), eta::figures(), peers::figures()].concat(),
+        datasets: runs::datasets(),
+        findings: findings::findings(),
+    }
+}
+
+/// A statement that the paper makes without a number.
+fn claim(
+    id: &'static str,
+    place: &'static str,
+    statement: &'static str,
+    assumptions: &'static [&'static str],
+    check: fn(&Context) -> Result<Outcome, CheckError>,
+) -> Claim {
+    Claim { id, place, statement, printed: Printed::Holds(true), tolerance: Tolerance::AsPrinted, assumptions, check }
+}
