@@ -22,7 +22,7 @@ use crate::integral::Integrand;
 use crate::integrate::Settings;
 use crate::metrics;
 use crate::noise::Noise;
-use crate::run::Scenario;
+use crate::scenario::Scenario;
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
 

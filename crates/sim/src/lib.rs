@@ -29,7 +29,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`run`], [`trajectory`] | scenarios; what a run leaves |
+//! | [`scenario`], [`trajectory`] | what is to be run; what a run leaves |
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`integral`] | integrals along a run, as extra states |
@@ -48,9 +48,11 @@ pub mod events;
 pub mod integral;
 pub mod integrate;
 pub mod metrics;
+mod model;
 pub mod noise;
 mod radau;
-pub mod run;
+mod run;
+pub mod scenario;
 pub mod signal;
 pub mod trajectory;
 pub mod view;
@@ -62,7 +64,7 @@ pub use events::{Crossing, Extremum, Trace};
 pub use integral::Integrand;
 pub use integrate::{Integrator, Settings, solve};
 pub use noise::Noise;
-pub use run::Scenario;
+pub use scenario::Scenario;
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
 pub use view::View;

@@ -1,0 +1,260 @@
+//! The checked scenario: the stacked right-hand side, and everything at one instant.
+//!
+//! The stacked state is (x, z_1, ..., z_k, q_1, ..., q_j): the plant, the observers in continuous time, the integrals.
+
+use luenberger_plants::Dimensions;
+
+use crate::erased::{AnyObserver, AnyPlant};
+use crate::error::{SimError, check, check_positive};
+use crate::integral::Integrand;
+use crate::integrate::Settings;
+use crate::noise::Noise;
+use crate::scenario::{Entry, Scenario};
+use crate::signal::Signal;
+use crate::trajectory::{Layout, ObserverLayout};
+use crate::view::View;
+
+/// The checked scenario: what evaluates the stacked right-hand side.
+pub(crate) struct Model<'a> {
+    pub(crate) plant: Box<dyn AnyPlant + 'a>,
+    pub(crate) size: Dimensions,
+    pub(crate) x0: Vec<f64>,
+    pub(crate) start: f64,
+    pub(crate) times: Vec<f64>,
+    pub(crate) input: Signal<'a>,
+    pub(crate) hold: Option<f64>,
+    pub(crate) noise: Option<Noise>,
+    pub(crate) names: Vec<String>,
+    pub(crate) observers: Vec<Fitted<'a>>,
+    pub(crate) integrals: Vec<(String, Integrand<'a>)>,
+    pub(crate) breakpoints: Vec<f64>,
+    pub(crate) settings: Settings,
+}
+
+pub(crate) struct Fitted<'a> {
+    pub(crate) observer: Box<dyn AnyObserver + 'a>,
+    pub(crate) initial: Vec<f64>,
+    pub(crate) states: Vec<usize>,
+    /// Length of its state.
+    pub(crate) length: usize,
+    pub(crate) period: Option<f64>,
+    /// Where its state begins in the stacked state, if it is integrated.
+    pub(crate) offset: usize,
+}
+
+/// Everything at one instant.
+#[derive(Clone, Default)]
+pub(crate) struct Instant {
+    pub(crate) u: Vec<f64>,
+    pub(crate) y: Vec<f64>,
+    /// Output with noise.
+    pub(crate) seen: Vec<f64>,
+    pub(crate) estimates: Vec<Vec<f64>>,
+    pub(crate) errors: Vec<Vec<f64>>,
+}
+
+/// What stands still between jumps.
+#[derive(Clone, Default)]
+pub(crate) struct Still {
+    pub(crate) noise: Vec<f64>,
+    pub(crate) held: Option<Vec<f64>>,
+    /// States of the sampled-data observers; empty for the others.
+    pub(crate) sampled: Vec<Vec<f64>>,
+}
+
+impl<'a> Model<'a> {
+    pub(crate) fn new(scenario: Scenario<'a>) -> Result<Self, SimError> {
+        scenario.plant.check()?;
+        let size = scenario.plant.dimensions();
+        let x0 = scenario.x0.unwrap_or_else(|| vec![0.0; size.states]);
+        check("the initial state", &x0, size.states)?;
+        if let Some(noise) = &scenario.noise {
+            noise.check(size.outputs)?;
+        }
+        let mut names: Vec<String> = Vec::new();
+        let mut observers = Vec::new();
+        let mut offset = size.states;
+        for Entry { name, observer, initial, states } in scenario.observers {
+            observer.check()?;
+            let own = observer.dimensions();
+            let expect = |what: &str, expected: usize, found: usize| {
+                let what = format!("{what} of observer {name:?}");
+                if expected == found { Ok(()) } else { Err(SimError::Length { what, expected, found }) }
+            };
+            expect("the input", size.inputs, own.inputs)?;
+            expect("the output", size.outputs, own.outputs)?;
+            check(&format!("the initial estimate of observer {name:?}"), &initial, own.estimate)?;
+            let states = states.unwrap_or_else(|| (0..size.states).collect());
+            expect("the estimate", states.len(), own.estimate)?;
+            if let Some(&index) = states.iter().find(|&&index| index >= size.states) {
+                return Err(SimError::Index { what: "plant state", index, count: size.states });
+            }
+            let period = observer.period();
+            if let Some(period) = period {
+                check_positive("the period of a sampled-data observer", period)?;
+            }
+            let length = own.state;
+            observers.push(Fitted { observer, initial, states, length, period, offset });
+            offset += if period.is_none() { length } else { 0 };
+            names.push(name);
+        }
+        let estimates: Vec<_> = names.iter().cloned().zip(observers.iter().map(|o| o.states.len())).collect();
+        scenario.input.check(size.states, size.inputs, &estimates)?;
+        for (_, integrand) in &scenario.integrals {
+            integrand.check(size.states, size.inputs, &estimates)?;
+        }
+        unique(&names.iter().collect::<Vec<_>>())?;
+        unique(&scenario.integrals.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
+        let mut breakpoints = scenario.breakpoints;
+        breakpoints.sort_by(f64::total_cmp);
+        Ok(Self {
+            plant: scenario.plant,
+            size,
+            x0,
+            start: scenario.start,
+            times: scenario.times,
+            input: scenario.input,
+            hold: scenario.hold,
+            noise: scenario.noise,
+            names,
+            observers,
+            integrals: scenario.integrals,
+            breakpoints,
+            settings: scenario.settings,
+        })
+    }
+
+    pub(crate) fn instant(&self) -> Instant {
+        let estimates: Vec<Vec<f64>> = self.observers.iter().map(|o| vec![0.0; o.states.len()]).collect();
+        Instant {
+            u: vec![0.0; self.size.inputs],
+            y: vec![0.0; self.size.outputs],
+            seen: vec![0.0; self.size.outputs],
+            errors: estimates.clone(),
+            estimates,
+        }
+    }
+
+    pub(crate) fn view<'v>(&'v self, t: f64, x: &'v [f64], now: &'v Instant) -> View<'v> {
+        View { t, x, u: &now.u, y: &now.y, names: &self.names, estimates: &now.estimates, errors: &now.errors }
+    }
+
+    /// State of observer `k`.
+    pub(crate) fn state<'s>(&self, k: usize, stacked: &'s [f64], still: &'s Still) -> &'s [f64] {
+        let observer = &self.observers[k];
+        match observer.period {
+            Some(_) => &still.sampled[k],
+            None => &stacked[observer.offset..observer.offset + observer.length],
+        }
+    }
+
+    pub(crate) fn estimates(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant) {
+        for (k, Fitted { observer, states, .. }) in self.observers.iter().enumerate() {
+            observer.estimate(t, self.state(k, stacked, still), &now.u, &now.seen, &mut now.estimates[k]);
+            for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
+                *error = stacked[i] - estimate;
+            }
+        }
+    }
+
+    /// Input, outputs and estimates at `t`.
+    pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant) {
+        let x = &stacked[..self.size.states];
+        self.see(t, x, still, now);
+        match &still.held {
+            Some(held) => now.u.copy_from_slice(held),
+            None => self.steer(t, stacked, still, now),
+        }
+        self.estimates(t, stacked, still, now);
+    }
+
+    /// The output and what the observers see of it.
+    pub(crate) fn see(&self, t: f64, x: &[f64], still: &Still, now: &mut Instant) {
+        self.plant.output(t, x, &mut now.y);
+        for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
+            *seen = y + noise;
+        }
+    }
+
+    /// The input by its law.
+    pub(crate) fn steer(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant) {
+        now.u.fill(0.0);
+        if self.input.reads_estimates() {
+            self.estimates(t, stacked, still, now);
+        }
+        self.law(t, stacked, now);
+    }
+
+    /// The input from the estimates there are.
+    pub(crate) fn law(&self, t: f64, stacked: &[f64], now: &mut Instant) {
+        let mut u = std::mem::take(&mut now.u);
+        let zero = vec![0.0; u.len()];
+        let view = View { u: &zero, ..self.view(t, &stacked[..self.size.states], now) };
+        self.input.write(&view, &mut u);
+        now.u = u;
+    }
+
+    pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant, slope: &mut [f64]) {
+        self.evaluate(t, stacked, still, now);
+        let (x, n) = (&stacked[..self.size.states], self.size.states);
+        self.plant.derivative(t, x, &now.u, &mut slope[..n]);
+        let mut end = n;
+        for (k, Fitted { observer, length, period, .. }) in self.observers.iter().enumerate() {
+            if period.is_none() {
+                let state = self.state(k, stacked, still);
+                observer.derivative(t, state, &now.u, &now.seen, &mut slope[end..end + length]);
+                end += length;
+            }
+        }
+        let view = self.view(t, x, now);
+        for ((_, integrand), slope) in self.integrals.iter().zip(&mut slope[end..]) {
+            *slope = integrand.value(&view);
+        }
+    }
+
+    pub(crate) fn stacked_length(&self) -> usize {
+        let integrated = self.observers.iter().filter(|o| o.period.is_none()).map(|o| o.length).sum::<usize>();
+        self.size.states + integrated + self.integrals.len()
+    }
+
+    pub(crate) fn layout(&self) -> Layout {
+        let Dimensions { states, inputs, outputs } = self.size;
+        let mut width = states + inputs + outputs;
+        let mut observers = Vec::new();
+        for fitted in &self.observers {
+            let estimate = width + fitted.length;
+            observers.push(ObserverLayout { estimate, states: fitted.states.clone() });
+            width = estimate + fitted.states.len();
+        }
+        Layout {
+            size: self.size,
+            names: self.names.clone(),
+            observers,
+            integrals: width,
+            width: width + self.integrals.len(),
+        }
+    }
+
+    /// Everything at `t` in one row: x, u, y, then state and estimate of each observer, then the integrals.
+    pub(crate) fn row(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant, row: &mut Vec<f64>) {
+        self.evaluate(t, stacked, still, now);
+        row.extend_from_slice(&stacked[..self.size.states]);
+        row.extend_from_slice(&now.u);
+        row.extend_from_slice(&now.y);
+        for k in 0..self.observers.len() {
+            row.extend_from_slice(self.state(k, stacked, still));
+            row.extend_from_slice(&now.estimates[k]);
+        }
+        row.extend_from_slice(&stacked[stacked.len() - self.integrals.len()..]);
+    }
+}
+
+/// Checks that no name occurs twice.
+fn unique(names: &[&String]) -> Result<(), SimError> {
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) {
+            return Err(SimError::DuplicateName { name: (*name).clone() });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,229 @@
+//! A scenario: one plant and any number of observers, an input, noise, and the times that are wanted.
+
+use luenberger_observers::{Observer, SampledObserver};
+use luenberger_plants::Plant;
+
+use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
+use crate::error::{SimError, check_finite, check_positive};
+use crate::integral::Integrand;
+use crate::integrate::{Integrator, Settings};
+use crate::model::Model;
+use crate::noise::Noise;
+use crate::run::Runner;
+use crate::signal::Signal;
+use crate::trajectory::Trajectory;
+
+/// A plant, observers, an input and all else that a run needs.
+///
+/// Nothing is checked before [`run`](Self::run), which reports the first thing that does not fit.
+pub struct Scenario<'a> {
+    pub(crate) plant: Box<dyn AnyPlant + 'a>,
+    pub(crate) x0: Option<Vec<f64>>,
+    pub(crate) start: f64,
+    pub(crate) times: Vec<f64>,
+    pub(crate) input: Signal<'a>,
+    pub(crate) hold: Option<f64>,
+    pub(crate) noise: Option<Noise>,
+    pub(crate) observers: Vec<Entry<'a>>,
+    pub(crate) integrals: Vec<(String, Integrand<'a>)>,
+    pub(crate) breakpoints: Vec<f64>,
+    pub(crate) settings: Settings,
+}
+
+pub(crate) struct Entry<'a> {
+    pub(crate) name: String,
+    pub(crate) observer: Box<dyn AnyObserver + 'a>,
+    pub(crate) initial: Vec<f64>,
+    /// Which plant states are estimated; the first ones unless told.
+    pub(crate) states: Option<Vec<usize>>,
+}
+
+impl<'a> Scenario<'a> {
+    /// A scenario with this plant, at rest in the origin, without input, from t = 0.
+    pub fn new(plant: impl Plant<f64> + 'a) -> Self {
+        Self {
+            plant: Box::new(Erased(plant)),
+            x0: None,
+            start: 0.0,
+            times: Vec::new(),
+            input: Signal::zero(),
+            hold: None,
+            noise: None,
+            observers: Vec::new(),
+            integrals: Vec::new(),
+            breakpoints: Vec::new(),
+            settings: Settings::default(),
+        }
+    }
+
+    /// The plant's state at the start.
+    #[must_use]
+    pub fn initial_state(mut self, x0: &[f64]) -> Self {
+        self.x0 = Some(x0.to_vec());
+        self
+    }
+
+    /// The time of the start, 0 unless told.
+    #[must_use]
+    pub fn start(mut self, t: f64) -> Self {
+        self.start = t;
+        self
+    }
+
+    /// The times at which the trajectory is wanted, increasing; the last one ends the run.
+    #[must_use]
+    pub fn times(mut self, times: &[f64]) -> Self {
+        self.times = times.to_vec();
+        self
+    }
+
+    /// From the start (0 unless [`start`](Self::start) was called before) to `end`, at so many equally spaced times.
+    #[must_use]
+    pub fn until(mut self, end: f64, samples: usize) -> Self {
+        let last = samples.max(2) - 1;
+        let time = |k: usize| if k == last { end } else { self.start + (end - self.start) * k as f64 / last as f64 };
+        self.times = (0..=last).map(time).collect();
+        self
+    }
+
+    /// The input.
+    #[must_use]
+    pub fn input(mut self, input: Signal<'a>) -> Self {
+        self.input = input;
+        self
+    }
+
+    /// The input is evaluated every `period` and held in between, as by a digital controller.
+    #[must_use]
+    pub fn hold_input(mut self, period: f64) -> Self {
+        self.hold = Some(period);
+        self
+    }
+
+    /// Times at which the input or the plant jumps, so that no step crosses them.
+    #[must_use]
+    pub fn breakpoints(mut self, times: &[f64]) -> Self {
+        self.breakpoints.extend_from_slice(times);
+        self
+    }
+
+    /// Noise on the outputs that the observers see.
+    #[must_use]
+    pub fn noise(mut self, noise: Noise) -> Self {
+        self.noise = Some(noise);
+        self
+    }
+
+    /// An observer in continuous time, and its estimate at the start.
+    #[must_use]
+    pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
+        self.entry(name, Box::new(Continuous(observer)), initial, None)
+    }
+
+    /// An observer of some states of the plant: entry i of its estimate is for the state `states[i]`, from 0.
+    #[must_use]
+    pub fn partial_observer(
+        self,
+        name: &str,
+        observer: impl Observer<f64> + 'a,
+        initial: &[f64],
+        states: &[usize],
+    ) -> Self {
+        self.entry(name, Box::new(Continuous(observer)), initial, Some(states.to_vec()))
+    }
+
+    /// A sampled-data observer, and its estimate at the start, which is its first sample.
+    ///
+    /// It assumes an input that is held between its samples; make it so with [`hold_input`](Self::hold_input).
+    #[must_use]
+    pub fn sampled_observer(self, name: &str, observer: impl SampledObserver<f64> + 'a, initial: &[f64]) -> Self {
+        self.entry(name, Box::new(Sampled(observer)), initial, None)
+    }
+
+    /// A sampled-data observer of some states of the plant.
+    #[must_use]
+    pub fn partial_sampled_observer(
+        self,
+        name: &str,
+        observer: impl SampledObserver<f64> + 'a,
+        initial: &[f64],
+        states: &[usize],
+    ) -> Self {
+        self.entry(name, Box::new(Sampled(observer)), initial, Some(states.to_vec()))
+    }
+
+    pub(crate) fn entry(
+        mut self,
+        name: &str,
+        observer: Box<dyn AnyObserver + 'a>,
+        initial: &[f64],
+        states: Option<Vec<usize>>,
+    ) -> Self {
+        self.observers.push(Entry { name: name.to_owned(), observer, initial: initial.to_vec(), states });
+        self
+    }
+
+    /// An integral along the run, 0 at the start.
+    #[must_use]
+    pub fn integral(mut self, name: &str, integrand: Integrand<'a>) -> Self {
+        self.integrals.push((name.to_owned(), integrand));
+        self
+    }
+
+    /// Method, tolerances and caps.
+    #[must_use]
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+
+    /// The method alone.
+    #[must_use]
+    pub fn integrator(mut self, integrator: Integrator) -> Self {
+        self.settings.integrator = integrator;
+        self
+    }
+
+    /// The tolerances alone.
+    #[must_use]
+    pub fn tolerances(mut self, rtol: f64, atol: f64) -> Self {
+        (self.settings.rtol, self.settings.atol) = (rtol, atol);
+        self
+    }
+
+    /// Runs.
+    ///
+    /// # Errors
+    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`], [`SimError::TimeSpan`],
+    /// [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`], [`SimError::Index`],
+    /// [`SimError::AlgebraicLoop`]. What happens on the way: [`SimError::BlowUp`], [`SimError::StepSize`],
+    /// [`SimError::TooManySteps`].
+    pub fn run(self) -> Result<Trajectory, SimError> {
+        let end = self.check_times()?;
+        let model = Model::new(self)?;
+        Runner::new(&model)?.run(end)
+    }
+
+    /// Checks everything about time, and returns the end.
+    fn check_times(&self) -> Result<f64, SimError> {
+        self.settings.check()?;
+        check_finite("the requested times", &self.times)?;
+        check_finite("the breakpoints", &self.breakpoints)?;
+        let end = self.times.last().copied().unwrap_or(self.start);
+        if !self.start.is_finite() || end <= self.start {
+            return Err(SimError::TimeSpan { start: self.start, end });
+        }
+        if self.times[0] < self.start {
+            return Err(SimError::Outside { time: self.times[0], start: self.start, end });
+        }
+        for (index, pair) in self.times.windows(2).enumerate() {
+            if pair[1] <= pair[0] {
+                return Err(SimError::TimesUnsorted { index: index + 1, previous: pair[0], next: pair[1] });
+            }
+        }
+        if let Some(period) = self.hold {
+            check_positive("the period of the held input", period)?;
+        }
+        Ok(end)
+    }
+}
