@@ -28,7 +28,7 @@ use nalgebra::DMatrix;
 
 use crate::conic::{ConicProgram, Ending};
 use program::Scaled;
-use schur::{assemble, refined, regularised};
+use schur::{assemble, joined, refined, regularised};
 use state::State;
 
 /// A pair of points; nothing about them is proved.
@@ -124,6 +124,7 @@ impl Path {
             for (number, y) in scaled.numbers.iter().zip(&y.numbers) {
                 number.assemble(y * y, &mut matrix);
             }
+            let matrix = joined(matrix);
             let Some(factor) = regularised(&matrix) else { break };
             let change = scaled.pencil(&refined(&factor, &matrix, &residual), false);
             for (y, change) in y.dense.iter_mut().zip(&change.dense) {

@@ -6,16 +6,29 @@ use faer::{Mat, MatRef, Side};
 use super::program::{Dense, Number, pair};
 
 impl Number {
-    /// Adds `factor c_i c_j` to every pair of unknowns.
+    /// Adds `factor c_i c_j` once for every pair of unknowns, in either triangle.
     pub(super) fn assemble(&self, factor: f64, b: &mut Mat<f64>) {
-        for &(i, c) in &self.terms {
-            for &(j, d) in &self.terms {
+        for (k, &(j, d)) in self.terms.iter().enumerate() {
+            for &(i, c) in &self.terms[k..] {
                 b[(i, j)] += c * d * factor;
             }
         }
     }
 }
-/// Adds `tr(F_i V F_j Y)` to B, both triangles.
+
+/// The symmetric matrix of which each entry off the diagonal was added up in two parts, one in each triangle.
+pub(super) fn joined(mut b: Mat<f64>) -> Mat<f64> {
+    for j in 0..b.ncols() {
+        for i in j + 1..b.nrows() {
+            let sum = b[(i, j)] + b[(j, i)];
+            b[(i, j)] = sum;
+            b[(j, i)] = sum;
+        }
+    }
+    b
+}
+
+/// Adds `tr(F_i V F_j Y)` once for every pair of unknowns, in either triangle.
 pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b: &mut Mat<f64>) {
     let n = block.order;
     // Entries of all constraints from the k-th on.
@@ -42,27 +55,39 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
         let selected = Mat::from_fn(n, rows.len(), |i, c| v[(i, rows[c])]);
         // The whole product costs n^2 a row, at the speed of a matrix product; single entries cost one operation a row each.
         let is_whole = 2 * rest[k] * 4 > n * n;
-        let whole = if is_whole { Some(&selected * g.transpose()) } else { None };
+        let whole = if is_whole { folded(&(&selected * g.transpose())) } else { Vec::new() };
         // Rows of the two factors side by side in memory.
         let (vt, gt) = if is_whole {
             (Mat::zeros(0, 0), Mat::zeros(0, 0))
         } else {
             (selected.transpose().to_owned(), g.transpose().to_owned())
         };
+        let column = b.col_as_slice_mut(*j);
         for (i, others) in &block.constraints[k..] {
-            let entry =
-                |r: usize, c: usize| -> f64 { vt.col(r).iter().zip(gt.col(c).iter()).map(|(x, y)| x * y).sum() };
-            let sum: f64 = match &whole {
-                Some(u) => others.iter().map(|e| pair(e, |r, c| u[(r, c)])).sum(),
-                None => others.iter().map(|e| pair(e, entry)).sum(),
+            column[*i] += if is_whole {
+                others.iter().map(|e| e.value * whole[e.column * n + e.row]).sum::<f64>()
+            } else {
+                let entry =
+                    |r: usize, c: usize| -> f64 { vt.col(r).iter().zip(gt.col(c).iter()).map(|(x, y)| x * y).sum() };
+                others.iter().map(|e| pair(e, entry)).sum::<f64>()
             };
-            b[(*i, *j)] += sum;
-            if i != j {
-                b[(*j, *i)] += sum;
-            }
         }
     }
 }
+
+/// The upper triangle of `U + U'`, with the diagonal of U, column by column: what an entry and its mirror image take from U, in one number.
+fn folded(u: &Mat<f64>) -> Vec<f64> {
+    let n = u.nrows();
+    let mut folded = vec![0.0; n * n];
+    for c in 0..n {
+        for r in 0..c {
+            folded[c * n + r] = u[(r, c)] + u[(c, r)];
+        }
+        folded[c * n + c] = u[(c, c)];
+    }
+    folded
+}
+
 /// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or the optimum is near, a
 /// touch of regularisation, which refinement takes back.
 pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Llt<f64>> {

@@ -6,7 +6,7 @@ use faer::{Mat, Par, Side};
 
 use super::RAY;
 use super::program::{Blocks, Scaled};
-use super::schur::{assemble, refined, regularised};
+use super::schur::{assemble, joined, refined, regularised};
 use crate::conic::Ending;
 
 /// Where the method stands.
@@ -113,7 +113,7 @@ impl State {
         for ((number, x), y) in scaled.numbers.iter().zip(&self.primal.numbers).zip(&self.dual.numbers) {
             number.assemble(y / x, &mut b);
         }
-        b
+        joined(b)
     }
 
     pub(super) fn direction(
