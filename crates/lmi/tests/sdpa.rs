@@ -89,6 +89,15 @@ fn dependent_constraints_leave_the_lower_bound_open() {
     assert!(found.lower <= 1.0, "{found:?}");
 }
 
+/// An unknown that occurs nowhere changes nothing; with a cost, it takes the optimum to minus infinity.
+#[test]
+fn an_unknown_that_occurs_nowhere() {
+    let found = bounds("2\n1\n2\n1 0\n0 1 1 2 -1\n1 1 1 1 1\n1 1 2 2 1\n");
+    assert!(found.upper >= 1.0 && found.upper < 1.0 + 1e-5 && found.lower <= 1.0, "{found:?}");
+    let found = bounds("2\n1\n2\n1 1\n0 1 1 2 -1\n1 1 1 1 1\n1 1 2 2 1\n");
+    assert_eq!(found.status, Status::DualInfeasible, "{found:?}");
+}
+
 /// Units: costs in 1e12, constants in 1e-9.
 #[test]
 fn units_change_nothing() {

@@ -91,10 +91,12 @@ fn folded(u: &Mat<f64>) -> Vec<f64> {
 /// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or the optimum is near, a
 /// touch of regularisation, which refinement takes back.
 pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Llt<f64>> {
+    let largest = (0..matrix.nrows()).map(|i| matrix[(i, i)]).fold(0.0, f64::max);
     [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {
         let mut regular = matrix.clone();
         for i in 0..regular.nrows() {
-            regular[(i, i)] *= 1.0 + share;
+            // The second term is for an unknown that occurs nowhere: its row is zero.
+            regular[(i, i)] += share * (regular[(i, i)] + 1e-3 * largest);
         }
         regular.llt(Side::Lower).ok()
     })
