@@ -1,4 +1,5 @@
-//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench lmi`.
+//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench lmi`,
+//! `cargo xtask bench proof`.
 //!
 //! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
 //! its exit code.
@@ -31,9 +32,12 @@ enum Command {
     /// Measure beside other tools (needs python3 and the network, for the other tools)
     Bench {
         what: Subject,
-        /// Only plants with at most so many states
+        /// Only plants with at most so many states (lmi)
         #[arg(long)]
         largest: Option<usize>,
+        /// The folder of `.dat-s` files, from the root of the workspace (proof)
+        #[arg(long, default_value = bench::proof::INSTANCES)]
+        instances: PathBuf,
     },
 }
 
@@ -41,13 +45,16 @@ enum Command {
 enum Subject {
     /// The joint design of the cubic observer, beside cvxpy with Clarabel and with SCS
     Lmi,
+    /// Proved bounds of semidefinite programs, beside the published optima
+    Proof,
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Reproduce { out } => reproduce(out.as_deref()),
         Command::Test => test(),
-        Command::Bench { what: Subject::Lmi, largest } => bench::lmi(largest),
+        Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
+        Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -12,7 +12,7 @@ use std::fs;
 const PACKAGES: [&str; 4] = ["cvxpy==1.9.3", "clarabel==0.11.1", "scs==3.3.1", "numpy==2.4.6"];
 
 /// The joint design on plants of 3 to 50 states. Writes `target/bench/lmi.json` and `lmi.md`.
-pub(crate) fn lmi(largest: Option<usize>) -> Result<(), Failure> {
+pub(crate) fn run(largest: Option<usize>) -> Result<(), Failure> {
     let folder = root().join("target/bench");
     let plants = folder.join("plants");
     let environment = root().join("target/bench-venv");

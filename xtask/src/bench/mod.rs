@@ -1,0 +1,4 @@
+//! What is measured beside others, or against what is published.
+
+pub(crate) mod lmi;
+pub(crate) mod proof;
