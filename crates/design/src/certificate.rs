@@ -137,7 +137,7 @@ pub(crate) fn deployed(
     p: &DMatrix<f64>,
     s: &DMatrix<f64>,
 ) -> Result<DeployedCubic, ProofError> {
-    statement::rounded_cubic_dissipation(
+    statement::deployed_cubic(
         &exact(&plant.a)?,
         &exact(l)?,
         &exact(&plant.c)?,

@@ -4,6 +4,7 @@
 //! the linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows, [`SampledCubicDesign`] does so for
 //! a sampling period; [`FeedbackDesign`] puts the
 //! observer in the loop. [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
+//! [`mean_value`] repairs the mean-value-theorem observer, and finds the coordinates in which it converges as printed.
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
@@ -41,6 +42,7 @@ pub use joint::joint_design;
 pub use linear::{Decrease, LinearDesign, Wish};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::LpvDesign;
+pub use mean_value::{ContractingCoordinates, LeastSquares, MeasuredFirst, RepairedDesign};
 pub use numerical_kkl::NumericalKklDesign;
 pub use sampled::SampledCubicDesign;
 pub use weights::{theta_from_cost_shares, theta_from_importance};

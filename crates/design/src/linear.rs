@@ -64,7 +64,7 @@ impl Decrease {
     fn matrix(&self, n: usize) -> Result<DMatrix<f64>, DesignError> {
         match self {
             Self::Scaled(rho) => {
-                check::positive("rho", *rho)?;
+                check::positive("rho, the factor of the identity in Decrease::Scaled,", *rho)?;
                 Ok(DMatrix::identity(n, n) * *rho)
             }
             Self::Matrix(q) => check::positive_definite("Q", q, n),

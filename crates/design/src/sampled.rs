@@ -52,7 +52,7 @@ impl SampledCubicDesign {
     /// [`DesignError::NotPositive`] for h or w; `NotPositiveSemidefinite` for theta; [`DesignError::DependentOutputs`]; the errors of placement when
     /// the period hides a mode.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, w: f64, h: f64) -> Result<Self, DesignError> {
-        check::positive("h", h)?;
+        check::positive("the sampling period h", h)?;
         let o = &linear.observer;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let wish: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
@@ -73,7 +73,7 @@ impl SampledCubicDesign {
         h: f64,
     ) -> Result<Self, DesignError> {
         let o = &linear.observer;
-        check::positive("h", h)?;
+        check::positive("the sampling period h", h)?;
         let noise = check::positive_semidefinite("W", noise, o.a.nrows())?;
         let measurement = check::positive_definite("V", measurement, o.c.nrows())?;
         let held = zero_order_hold(&o.a, &o.b, h)?;

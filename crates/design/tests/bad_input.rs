@@ -98,7 +98,7 @@ fn q_must_be_symmetric_and_positive_definite() {
     ));
     assert!(matches!(
         LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(-1.0)).unwrap_err(),
-        DesignError::NotPositive { what: "rho", value: -1.0 }
+        DesignError::NotPositive { what, value: -1.0 } if what.starts_with("rho")
     ));
 }
 

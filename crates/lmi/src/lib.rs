@@ -1,4 +1,17 @@
 //! Linear matrix inequalities, modelled as they are written and verified outside the solver.
+//!
+//! A [`Problem`] has unknown matrices, strict inequalities between expressions in them, and perhaps an objective. [`Problem::solve`] returns values with
+//! margins, and a verdict that `luenberger-proof` reached: nothing is believed because a solver said so.
+//!
+//! | file | subject |
+//! |---|---|
+//! | [`problem`], [`variable`], [`expression`], [`inequality`] | how a problem is written |
+//! | [`solution`] | values, margins, and the witness of infeasibility |
+//! | [`bisection`] | the greatest parameter for which a problem is proved feasible |
+//! | [`sdpa`] | semidefinite programs in SDPA's format, with proved bounds of their optimum |
+//! | `standard`, `margin`, `verify` | what is asked of the solver, and how its answer is proved |
+//! | `refute`, `equations`, `rational` | infeasibility by multipliers that are exact |
+//! | `interior` | the solver: a primal-dual interior-point method |
 #![deny(missing_docs)]
 
 pub mod bisection;

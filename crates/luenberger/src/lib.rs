@@ -44,15 +44,16 @@ pub use luenberger_sim as sim;
 pub mod prelude {
     pub use luenberger_design::{
         Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, LipschitzPlant,
-        LpvDesign, Region, SampledCubicDesign, Sector, Wish,
+        LpvDesign, NumericalKklDesign, Region, SampledCubicDesign, Sector, Wish, joint_design,
     };
     pub use luenberger_observers::{
-        Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, Mean, MeanValueObserver,
-        NonlinearLuenbergerObserver, Observer, SampledCubicObserver, SampledObserver,
+        CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainObserver, ImmersionInvarianceObserver, KklObserver,
+        KklPebObserver, LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer, PeboObserver,
+        SampledCubicObserver, SampledObserver,
     };
     pub use luenberger_plants::{Differentiable, DynamicPlant, LinearPlant, Plant};
     pub use luenberger_proof::Verdict;
-    pub use luenberger_sim::{Comparison, Integrand, Noise, Scenario, Signal, metrics};
+    pub use luenberger_sim::{Comparison, Integrand, Noise, Scenario, Signal, Trajectory, metrics};
 }
 
 /// The examples of the README and of `docs/`, compiled and run with the documentation's tests.

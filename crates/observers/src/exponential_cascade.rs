@@ -25,10 +25,10 @@ pub const LOWEST: f64 = 1e-12;
 
 /// `phi = (x2, x3)`, `Lambda = diag(-1, 0)`, `B = (y^2 + sin y, u y + 1/(y^2 + 1))`, and the regression `y' = -y^3 + exp(xi2) Theta`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CascadeMaps;
+pub struct ExponentialCascadeMap;
 
 /// The observer of Proposition 6, with a state of length 6: xi of length 2, w, `F[-y^3]`, psi, Theta_hat.
-pub type ExponentialCascadeObserver<T> = KklPebObserver<CascadeMaps, Gradient<T, U1>, T>;
+pub type ExponentialCascadeObserver<T> = KklPebObserver<ExponentialCascadeMap, Gradient<T, U1>, T>;
 
 /// The observer with filter pole `-alpha` and gain `gamma`; Theta_hat(0) = 1.
 ///
@@ -45,10 +45,10 @@ pub type ExponentialCascadeObserver<T> = KklPebObserver<CascadeMaps, Gradient<T,
 /// # Errors
 /// [`ObserverError::NotPositive`], [`ObserverError::NotDefinite`] for gains that are not positive.
 pub fn observer<T: RealField + Copy>(alpha: T, gamma: T) -> Result<ExponentialCascadeObserver<T>, ObserverError> {
-    KklPebObserver::new(CascadeMaps, Gradient::new(Matrix1::new(gamma))?, alpha)?.starting_at(T::one())
+    KklPebObserver::new(ExponentialCascadeMap, Gradient::new(Matrix1::new(gamma))?, alpha)?.starting_at(T::one())
 }
 
-impl<T: RealField + Copy> KklMap<T> for CascadeMaps {
+impl<T: RealField + Copy> KklMap<T> for ExponentialCascadeMap {
     type Xi = U2;
     type Inputs = U1;
     type Outputs = U1;
@@ -76,7 +76,7 @@ impl<T: RealField + Copy> KklMap<T> for CascadeMaps {
     }
 }
 
-impl<T: RealField + Copy> Regression<T> for CascadeMaps {
+impl<T: RealField + Copy> Regression<T> for ExponentialCascadeMap {
     type Rows = U1;
     type Parameters = U1;
 

@@ -2,7 +2,7 @@
 
 use luenberger_proof::statement::{
     DeployedCubic, Ellipsoid, Reach, accretive, cubic_dissipation, cubic_dissipation_structured, decay_rate,
-    feedback_block, hurwitz, lyapunov_decrease, positive, rounded_cubic_dissipation, stein_decrease,
+    deployed_cubic, feedback_block, hurwitz, lyapunov_decrease, positive, stein_decrease,
 };
 use luenberger_proof::{Direction, Exact, Matrix, ProofError, Ring, Verdict};
 use proptest::prelude::*;
@@ -141,12 +141,12 @@ fn an_output_matrix_without_full_rank_sees_less_of_s() {
 #[test]
 fn the_gain_as_stored_converges_from_everywhere() {
     let Example1 { a, l, c, p, n } = example1();
-    let deployed = rounded_cubic_dissipation(&a, &l, &c, &p, &n, &one(), &one()).expect("shapes agree");
+    let deployed = deployed_cubic(&a, &l, &c, &p, &n, &one(), &one()).expect("shapes agree");
     assert!(deployed.residual > 0.0 && deployed.residual < 1e-14);
     assert!(matches!(deployed.reach, Reach::Everywhere { moved } if moved > 0.0 && moved < 1e-12), "{deployed:?}");
     // With the sign of Example 3's misprint nothing is proved: the stored N is far from -P^-1 C'S.
     let wrong = n.map(|x| -x);
-    let deployed = rounded_cubic_dissipation(&a, &l, &c, &p, &wrong, &one(), &one()).expect("shapes agree");
+    let deployed = deployed_cubic(&a, &l, &c, &p, &wrong, &one(), &one()).expect("shapes agree");
     assert!(!matches!(deployed.reach, Reach::Everywhere { .. }), "{deployed:?}");
     assert!(deployed.residual > 1.9);
 }
@@ -161,8 +161,7 @@ fn without_room_in_s_an_ellipsoid_is_left() {
     let n = Matrix::from_rows([[-0.9 / det, 0.0], [0.1 / det, 0.0]]);
     let s = Matrix::from_rows([[1.0, 0.0], [0.0, 0.0]]);
     let theta = Matrix::from_rows([[1.0, 0.0], [0.0, 1.0]]);
-    let DeployedCubic { reach, residual, .. } =
-        rounded_cubic_dissipation(&a, &l, &c, &p, &n, &s, &theta).expect("shapes agree");
+    let DeployedCubic { reach, residual, .. } = deployed_cubic(&a, &l, &c, &p, &n, &s, &theta).expect("shapes agree");
     let Reach::Within(Ellipsoid { radius, level, ball }) = reach else {
         panic!("{reach:?} with residual {residual:e}")
     };
@@ -198,7 +197,7 @@ fn bad_input_names_the_quantity() {
     assert!(matches!(cubic_dissipation(&p, &c, &c), Err(ProofError::DimensionMismatch { what: "N", .. })));
     let square = Matrix::from_rows([[1.0, 0.0], [0.0, 1.0]]);
     assert!(matches!(
-        rounded_cubic_dissipation(&a, &l, &c, &p, &n, &square, &one()),
+        deployed_cubic(&a, &l, &c, &p, &n, &square, &one()),
         Err(ProofError::DimensionMismatch { what: "S", .. })
     ));
     assert!(matches!(accretive(&l), Err(ProofError::DimensionMismatch { what: "S", .. })));
@@ -269,7 +268,7 @@ proptest! {
         let right = Matrix::from_fn(n, outputs, |i, j| -(0..outputs).map(|k| c[(k, i)] * s[(k, j)]).sum::<f64>());
         let gain = solve(&p, &right);
         let theta = Matrix::from_fn(outputs, outputs, |i, j| if i == j { 1.0 } else { 0.0 });
-        let deployed = rounded_cubic_dissipation(&a, &l, &c, &p, &gain, &s, &theta).expect("shapes agree");
+        let deployed = deployed_cubic(&a, &l, &c, &p, &gain, &s, &theta).expect("shapes agree");
         prop_assert!(deployed.residual < 1e-12);
         prop_assert!(matches!(deployed.reach, Reach::Everywhere { moved } if moved < 1e-9), "{:?}", deployed);
     }

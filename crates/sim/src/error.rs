@@ -24,12 +24,18 @@ pub enum SimError {
         value: f64,
     },
     /// No time span to simulate.
-    #[error("a simulation from t = {start} to t = {end} has no length")]
+    #[error("a simulation from t = {start} to t = {end} has no length: say how long with `until` or `times`")]
     TimeSpan {
         /// Start.
         start: f64,
         /// End.
         end: f64,
+    },
+    /// Too few times to be a span.
+    #[error("{samples} equally spaced times do not span anything: at least 2 are needed, the start and the end")]
+    Samples {
+        /// How many were asked for.
+        samples: usize,
     },
     /// Requested times that do not increase.
     #[error("times must increase: entry {index} is {next} after {previous}")]

@@ -21,6 +21,8 @@ pub struct Scenario<'a> {
     pub(crate) x0: Option<Vec<f64>>,
     pub(crate) start: f64,
     pub(crate) times: Vec<f64>,
+    /// End and number of equally spaced times, if that is how they are wanted.
+    span: Option<(f64, usize)>,
     pub(crate) input: Signal<'a>,
     pub(crate) hold: Option<f64>,
     pub(crate) noise: Option<Noise>,
@@ -46,6 +48,7 @@ impl<'a> Scenario<'a> {
             x0: None,
             start: 0.0,
             times: Vec::new(),
+            span: None,
             input: Signal::zero(),
             hold: None,
             noise: None,
@@ -73,16 +76,14 @@ impl<'a> Scenario<'a> {
     /// The times at which the trajectory is wanted, increasing; the last one ends the run.
     #[must_use]
     pub fn times(mut self, times: &[f64]) -> Self {
-        self.times = times.to_vec();
+        (self.times, self.span) = (times.to_vec(), None);
         self
     }
 
-    /// From the start (0 unless [`start`](Self::start) was called before) to `end`, at so many equally spaced times.
+    /// From the start to `end`, at so many equally spaced times, both ends among them: at least 2.
     #[must_use]
     pub fn until(mut self, end: f64, samples: usize) -> Self {
-        let last = samples.max(2) - 1;
-        let time = |k: usize| if k == last { end } else { self.start + (end - self.start) * k as f64 / last as f64 };
-        self.times = (0..=last).map(time).collect();
+        self.span = Some((end, samples));
         self
     }
 
@@ -198,7 +199,10 @@ impl<'a> Scenario<'a> {
     /// [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`], [`SimError::Index`],
     /// [`SimError::AlgebraicLoop`]. What happens on the way: [`SimError::BlowUp`], [`SimError::StepSize`],
     /// [`SimError::TooManySteps`].
-    pub fn run(self) -> Result<Trajectory, SimError> {
+    pub fn run(mut self) -> Result<Trajectory, SimError> {
+        if let Some((end, samples)) = self.span {
+            self.times = equally_spaced(self.start, end, samples)?;
+        }
         let end = self.check_times()?;
         let model = Model::new(self)?;
         Runner::new(&model)?.run(end)
@@ -226,4 +230,13 @@ impl<'a> Scenario<'a> {
         }
         Ok(end)
     }
+}
+
+/// So many times from start to end.
+fn equally_spaced(start: f64, end: f64, samples: usize) -> Result<Vec<f64>, SimError> {
+    if samples < 2 {
+        return Err(SimError::Samples { samples });
+    }
+    let last = samples - 1;
+    Ok((0..=last).map(|k| if k == last { end } else { start + (end - start) * k as f64 / last as f64 }).collect())
 }

@@ -61,7 +61,7 @@ pub enum EnclosureError {
         hi: f64,
     },
     /// The box has another number of coordinates than the plant, or the plant another than it says.
-    #[error("the plant has {expected} {what} and the box, or a column of the plant, has {found}")]
+    #[error("the plant says that it has {expected} {what}; the box, or what the plant itself works with, has {found}")]
     Dimension {
         /// Of what.
         what: &'static str,

@@ -5,7 +5,7 @@
 //! inequality for the data as given is false, by about 1e-17. Three statements tell the truth about that:
 //! - [`cubic_dissipation`] decides the inequality for `N` as given, to the last bit;
 //! - [`cubic_dissipation_structured`] decides it for the real gain `N = -P^-1 C'S`, which is defined by `S`;
-//! - [`rounded_cubic_dissipation`](super::rounded_cubic_dissipation) proves convergence with `N` as given by other means.
+//! - [`deployed_cubic`](super::deployed_cubic) proves convergence with `N` as given by other means.
 
 use super::{Expression, embed, embed_symmetric};
 use crate::definite::{self, Direction, Sense};

@@ -85,7 +85,7 @@ pub struct Ellipsoid {
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` or `theta` that is not symmetric.
 /// ```
 /// use luenberger_proof::Matrix;
-/// use luenberger_proof::statement::{Reach, cubic_dissipation, rounded_cubic_dissipation};
+/// use luenberger_proof::statement::{Reach, cubic_dissipation, deployed_cubic};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
 /// // Example 1 of the paper: F'P + PF = -10 I, N = -P^-1 C' = -(42/85, 49/85), up to rounding.
 /// let a = Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]);
@@ -94,13 +94,13 @@ pub struct Ellipsoid {
 /// let n = Matrix::from_rows([[-42.0 / 85.0], [-49.0 / 85.0]]);
 /// let one = Matrix::from_rows([[1.0]]);
 /// assert!(cubic_dissipation(&p, &n, &c)?.is_refuted(), "by the rounding of N");
-/// let deployed = rounded_cubic_dissipation(&a, &l, &c, &p, &n, &one, &one)?;
+/// let deployed = deployed_cubic(&a, &l, &c, &p, &n, &one, &one)?;
 /// assert!(deployed.residual < 1e-14);
 /// assert!(matches!(deployed.reach, Reach::Everywhere { moved } if moved < 1e-12));
 /// # Ok(())
 /// # }
 /// ```
-pub fn rounded_cubic_dissipation(
+pub fn deployed_cubic(
     a: &Matrix<f64>,
     l: &Matrix<f64>,
     c: &Matrix<f64>,

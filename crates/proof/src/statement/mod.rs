@@ -6,19 +6,19 @@
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly: symmetrise what a
 //! solver returns), `F = A - LC`.
 
-mod cascade;
+mod contracting;
 mod cubic;
 mod deployed_cubic;
 mod feedback;
-mod lipschitz;
 mod lyapunov;
+mod sector;
 
-pub use cascade::cascade_decrease;
+pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
-pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, rounded_cubic_dissipation};
+pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use feedback::feedback_block;
-pub use lipschitz::{SectorTerm, sector_decrease};
 pub use lyapunov::{decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, positive, stein_decrease};
+pub use sector::{SectorTerm, sector_decrease};
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;

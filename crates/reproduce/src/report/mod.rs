@@ -13,8 +13,8 @@ use crate::value::{Value, short};
 use plotly::Plot;
 use std::fmt::Write;
 
-const STYLE: &str = include_str!("report/page.css");
-const SCRIPT: &str = include_str!("report/page.js");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
 
 /// The page.
 pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReproduceError> {
