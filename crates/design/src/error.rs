@@ -33,6 +33,9 @@ pub enum DesignError {
     /// T or its left inverse could not be computed.
     #[error(transparent)]
     NumericalKkl(#[from] crate::numerical_kkl::NumericalKklError),
+    /// A candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
+    #[error(transparent)]
+    Kkl(#[from] crate::kkl::KklError),
     /// A scalar that must be positive is not.
     #[error("{what} must be positive and finite; it is {value}")]
     NotPositive {

@@ -8,6 +8,7 @@
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
+//! [`KklCandidate`] checks a transformation of one's own to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
 //! The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known: its
 //! evidence is measured.
 //!
@@ -23,6 +24,8 @@ pub mod error;
 pub mod feedback;
 mod gain_lmi;
 mod joint;
+pub mod kkl;
+pub mod kkl_peb;
 pub mod linear;
 pub mod lipschitz;
 pub mod lpv;
@@ -30,6 +33,8 @@ pub mod mean_value;
 pub mod numerical_kkl;
 pub mod robust;
 pub mod sampled;
+mod separation;
+mod spread;
 pub mod weights;
 
 pub use certificate::{Certificate, Fact};
@@ -39,6 +44,8 @@ pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, Obstruction};
 pub use feedback::FeedbackDesign;
 pub use joint::joint_design;
+pub use kkl::{KklCandidate, KklDesign};
+pub use kkl_peb::KklPebDesign;
 pub use linear::{Decrease, LinearDesign, Wish};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::LpvDesign;

@@ -1,27 +1,34 @@
-//! Linear plants over boxes: their matrices are numbers, so that they are written for one scalar only, and this is the other.
+//! Linear plants over boxes: their matrices are numbers, so that they are written for one scalar only, and these are the others.
 
 use luenberger_plants::{Dimensions, LinearPlant, Plant, Size};
 use nalgebra::{DefaultAllocator, Dim, OVector, convert};
 
 use super::IntervalDual;
+use crate::kkl::Collected;
 
-impl<N: Dim, M: Dim, P: Dim> Plant<IntervalDual> for LinearPlant<f64, N, M, P>
-where
-    DefaultAllocator: Size<N, M, P>,
-{
-    type State = OVector<IntervalDual, N>;
-    type Input = OVector<IntervalDual, M>;
-    type Output = OVector<IntervalDual, P>;
+macro_rules! linear_plant_over {
+    ($($scalar:ident),*) => {$(
+        impl<N: Dim, M: Dim, P: Dim> Plant<$scalar> for LinearPlant<f64, N, M, P>
+        where
+            DefaultAllocator: Size<N, M, P>,
+        {
+            type State = OVector<$scalar, N>;
+            type Input = OVector<$scalar, M>;
+            type Output = OVector<$scalar, P>;
 
-    fn dimensions(&self) -> Dimensions {
-        Plant::<f64>::dimensions(self)
-    }
+            fn dimensions(&self) -> Dimensions {
+                Plant::<f64>::dimensions(self)
+            }
 
-    fn derivative(&self, _t: IntervalDual, x: &Self::State, u: &Self::Input) -> Self::State {
-        self.a.map(convert::<f64, IntervalDual>) * x + self.b.map(convert::<f64, IntervalDual>) * u
-    }
+            fn derivative(&self, _t: $scalar, x: &Self::State, u: &Self::Input) -> Self::State {
+                self.a.map(convert::<f64, $scalar>) * x + self.b.map(convert::<f64, $scalar>) * u
+            }
 
-    fn output(&self, _t: IntervalDual, x: &Self::State) -> Self::Output {
-        self.c.map(convert::<f64, IntervalDual>) * x
-    }
+            fn output(&self, _t: $scalar, x: &Self::State) -> Self::Output {
+                self.c.map(convert::<f64, $scalar>) * x
+            }
+        }
+    )*};
 }
+
+linear_plant_over!(IntervalDual, Collected);

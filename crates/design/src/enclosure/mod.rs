@@ -17,7 +17,7 @@
 //! SIAM 2008, ch. 3.
 
 mod linear;
-mod paths;
+pub(crate) mod paths;
 mod region;
 mod scalar;
 mod subdivide;

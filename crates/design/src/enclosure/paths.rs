@@ -87,7 +87,7 @@ pub(super) fn note_undefined(operation: &'static str) {
 ///
 /// # Errors
 /// The first operation without a result on the box, or too many runs.
-pub(super) fn explore<R>(mut f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
+pub(crate) fn explore<R>(mut f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
     let mut answers = Vec::new();
     let mut results = Vec::new();
     loop {

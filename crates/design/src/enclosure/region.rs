@@ -66,12 +66,12 @@ impl Region {
     }
 
     /// The bisections allowed.
-    pub(super) fn budget(&self) -> usize {
+    pub(crate) fn budget(&self) -> usize {
         self.subdivisions
     }
 
     /// One interval for each state, then each input, then time.
-    pub(super) fn axes(&self, size: Dimensions) -> Result<Vec<Interval>, EnclosureError> {
+    pub(crate) fn axes(&self, size: Dimensions) -> Result<Vec<Interval>, EnclosureError> {
         let unbounded = vec![(f64::NEG_INFINITY, f64::INFINITY); size.inputs];
         let inputs = self.inputs.as_ref().unwrap_or(&unbounded);
         for (what, expected, found) in
@@ -117,7 +117,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    pub(super) fn of(k: usize, size: Dimensions) -> Self {
+    pub(crate) fn of(k: usize, size: Dimensions) -> Self {
         if k < size.states {
             Self::State(k)
         } else if k < size.states + size.inputs {

@@ -12,6 +12,7 @@ use nalgebra::{Const, DMatrix, SVector};
 
 use crate::error::DesignError;
 use crate::numerical_kkl::{Coordinates, NumericalKklError, Progress, Transform};
+use crate::separation::{DISTANT, Ratios, ratios, second_preimage};
 
 /// How well T separates the states of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,14 +30,6 @@ pub struct Injectivity<const N: usize> {
     /// Points of the grid.
     pub points: usize,
 }
-
-/// Two states are distant when they are this many half-widths of the box apart.
-const DISTANT: f64 = 0.25;
-/// Distant pairs from which a second preimage is searched.
-const SUSPECTS: usize = 12;
-
-/// Gauss-Newton steps on T itself.
-const POLISH: usize = 12;
 
 /// The numbers over a grid of `per_axis` points per axis; `spline` is T in `coordinates`.
 pub(crate) fn injectivity<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
@@ -65,32 +58,18 @@ where
         progress(Progress { stage: "injectivity", done: index + 1, total: count });
     }
     let half = domain.half_width();
-    let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
-    let mut pair = (grid[0].0, grid[0].0);
-    let mut suspects: Vec<(f64, usize, usize)> = Vec::new();
-    for i in 0..grid.len() {
-        for j in 0..i {
-            let apart = grid[i].0 - grid[j].0;
-            let ratio = (grid[i].1 - grid[j].1).norm() / apart.norm();
-            largest = largest.max(ratio);
-            if ratio < smallest {
-                (smallest, pair) = (ratio, (grid[i].0, grid[j].0));
-            }
-            if apart.component_div(&half).norm() >= DISTANT
-                && (suspects.len() < SUSPECTS || ratio < suspects[SUSPECTS - 1].0)
-            {
-                suspects.push((ratio, i, j));
-                suspects.sort_by(|a, b| a.0.total_cmp(&b.0));
-                suspects.truncate(SUSPECTS);
-            }
-        }
-    }
+    let Ratios { smallest: (smallest, i, j), largest, suspects } = ratios(&grid, &half);
+    let pair = (grid[i].0, grid[j].0);
     // An integration of some hundred steps, each within the tolerance.
     let accuracy = 1e3 * transform.tolerance() * transform.output_scale();
     for (_, i, j) in suspects {
         let (x, z) = grid[i];
         let near = nearest(spline, &coordinates.white(&z), &grid[j].0, 60).x;
-        let (second, gap) = second_preimage(transform, &z, near)?;
+        let map = |x: &SVector<f64, N>| {
+            let (value, jacobian) = transform.with_jacobian(x)?;
+            Ok::<_, DesignError>((value, DMatrix::from_column_slice(Z, N, jacobian.as_slice())))
+        };
+        let (second, gap) = second_preimage(map, &z, near, (domain.lower(), domain.upper()))?;
         let apart = second - x;
         if gap <= accuracy && apart.component_div(&half).norm() >= 0.5 * DISTANT {
             return Err(NumericalKklError::NotInjective {
@@ -111,30 +90,4 @@ where
         flattest,
         points: count,
     })
-}
-
-/// `T(x) = z` by Gauss-Newton steps from x, in the box; the best point, and how far its image is from z.
-fn second_preimage<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
-    transform: &Transform<'_, S, N, M, P, Z>,
-    z: &SVector<f64, Z>,
-    mut x: SVector<f64, N>,
-) -> Result<(SVector<f64, N>, f64), DesignError>
-where
-    S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
-{
-    let (lower, upper) = (transform.domain().lower(), transform.domain().upper());
-    let mut best = (x, f64::INFINITY);
-    for _ in 0..POLISH {
-        let (value, jacobian) = transform.with_jacobian(&x)?;
-        let residual = DMatrix::from_column_slice(Z, 1, (z - value).as_slice());
-        if residual.norm() >= best.1 {
-            break;
-        }
-        best = (x, residual.norm());
-        let svd = DMatrix::from_column_slice(Z, N, jacobian.as_slice()).svd(true, true);
-        // Directions that T does not see take no part.
-        let Ok(step) = svd.solve(&residual, 1e-8 * svd.singular_values.max()) else { break };
-        x = SVector::from_fn(|i, _| (x[i] + step[i]).clamp(lower[i], upper[i]));
-    }
-    Ok(best)
 }

@@ -39,6 +39,7 @@ use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
 use crate::error::DesignError;
+use crate::spread::Spread;
 use domain::within;
 use regression::{Budget, Samples};
 
@@ -164,7 +165,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
         let (coordinates, spline) = tabulate(&transform, settings.points, progress)?;
 
         // Held out: the far end of another sequence than the samples'.
-        let probes: Vec<SVector<f64, N>> = Spread::<N>::new(settings.seed ^ 0x5bd1_e995)
+        let probes: Vec<SVector<f64, N>> = Spread::new(N, settings.seed ^ 0x5bd1_e995)
             .take(settings.held_out)
             .map(|share| domain.point(|i| share[i]))
             .collect();
@@ -300,7 +301,7 @@ fn embed<const N: usize, const Z: usize>(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Embedded<N, Z>, DesignError> {
     let (mut states, mut images) = (Vec::new(), Vec::new());
-    for share in Spread::<N>::new(settings.seed).take(settings.samples) {
+    for share in Spread::new(N, settings.seed).take(settings.samples) {
         let x = domain.point(|i| share[i]);
         states.push(<[f64; N]>::from(x));
         images.push(<[f64; Z]>::from(spline.at(&x)));
@@ -407,39 +408,5 @@ impl Judged {
             ((self.defect.0 / count).sqrt() / unit, self.defect.1 / unit),
             self.simulated / unit,
         )
-    }
-}
-
-/// Points that fill the unit cube evenly, in an order that fills it evenly from the start: multiples of the N-dimensional golden ratio.
-///
-/// Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018; for N = 1 the golden ratio's.
-struct Spread<const N: usize> {
-    now: [f64; N],
-    step: [f64; N],
-}
-
-impl<const N: usize> Spread<N> {
-    fn new(seed: u64) -> Self {
-        // g^(N+1) = g + 1 by fixed-point iteration, which contracts at least by half.
-        let golden = (0..64).fold(2.0f64, |g, _| (1.0 + g).powf(1.0 / (N as f64 + 1.0)));
-        let mut state = seed;
-        let now = std::array::from_fn(|_| {
-            // SplitMix64 (Steele, Lea, Flood 2014).
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut bits = state;
-            bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((bits ^ (bits >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-        });
-        Self { now, step: std::array::from_fn(|i| golden.powf(-(i as f64 + 1.0))) }
-    }
-}
-
-impl<const N: usize> Iterator for Spread<N> {
-    type Item = [f64; N];
-
-    fn next(&mut self) -> Option<[f64; N]> {
-        self.now = std::array::from_fn(|i| (self.now[i] + self.step[i]).fract());
-        Some(self.now)
     }
 }

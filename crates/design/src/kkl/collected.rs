@@ -1,0 +1,401 @@
+//! Right-hand sides collected by their monomials, so that what cancels is gone before anything is enclosed.
+//!
+//! The two sides of `Dphi f = Lambda phi + B` are large and their difference is nothing: over a box, interval arithmetic forgets that both contain the same `x1^2 + sin x1` and returns
+//! twice its width. Here a value is a polynomial in atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded coefficients.
+//! Equal atoms are one atom, equal monomials are added, and the difference that is left is what a box is put into. For a phi that solves the equation, nothing is
+//! left but the rounding of coefficients.
+//!
+//! An interval coefficient stands for one unknown number in it, and two that look the same need not be the same number. Functions of polynomials that have such coefficients are
+//! therefore one atom only where they were computed by the same operations from the same values.
+//!
+//! [`Collected`] is a scalar, so that a map that is written once for every scalar is collected by evaluating it. What cannot be (a branch, an absolute value, too
+//! many terms) is noted, and there is no result. A polynomial encloses the function wherever all atoms are defined.
+
+use core::cell::RefCell;
+use std::collections::HashMap;
+
+use luenberger_proof::{Interval, Ring};
+
+/// Most monomials of one polynomial.
+const MONOMIALS: usize = 2000;
+/// Most values on one sheet: 64 MB or so at worst.
+const VALUES: usize = 50_000;
+/// The largest exponent that is multiplied out.
+const POWER: u32 = 32;
+
+/// A value on the current sheet: a polynomial in atoms. Plants and maps see it as their scalar `T`.
+#[derive(Clone, Copy, Debug)]
+pub struct Collected(usize);
+
+/// Powers of atoms, by the atom.
+type Monomial = Vec<(usize, u32)>;
+
+/// Monomials in order, each once, none with the coefficient 0.
+pub(super) type Polynomial = Vec<(Monomial, Interval)>;
+
+/// The functions that have atoms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Function {
+    Recip,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Sqrt,
+    Atan,
+    Tanh,
+}
+
+impl Function {
+    fn at(self, x: &Interval) -> Option<Interval> {
+        match self {
+            Self::Recip => x.recip(),
+            Self::Exp => Some(x.exp()),
+            Self::Ln => x.ln(),
+            Self::Sin => Some(x.sin()),
+            Self::Cos => Some(x.cos()),
+            Self::Sqrt => x.sqrt(),
+            Self::Atan => Some(x.atan()),
+            Self::Tanh => Some(x.tanh()),
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Atom {
+    Variable(usize),
+    Of(Function, Argument),
+}
+
+/// The argument of a function, and the value of the sheet that it is, if it is one.
+#[derive(Clone, Debug)]
+struct Argument {
+    polynomial: Polynomial,
+    value: Option<usize>,
+}
+
+impl PartialEq for Argument {
+    /// Whether both are the same function for sure.
+    fn eq(&self, other: &Self) -> bool {
+        let exact = || self.polynomial.iter().all(|(_, coefficient)| coefficient.is_point());
+        let same_value = self.value.is_some() && self.value == other.value;
+        same_value || (self.polynomial == other.polynomial && exact())
+    }
+}
+
+/// How a value was made: operation and operands.
+type Origin = (u8, u64, u64);
+
+/// The polynomials of one evaluation.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sheet {
+    values: Vec<Polynomial>,
+    origins: HashMap<Origin, usize>,
+    atoms: Vec<Atom>,
+    failed: Option<&'static str>,
+    questions: usize,
+}
+
+thread_local! {
+    static SHEET: RefCell<Option<Sheet>> = const { RefCell::new(None) };
+}
+
+/// Puts the previous sheet back when it is dropped.
+struct Restore(Option<Sheet>);
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        SHEET.with(|cell| cell.replace(self.0.take()));
+    }
+}
+
+/// What `f` computes on a sheet of its own, with the sheet; or what it did that has no polynomial.
+pub(super) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Sheet), &'static str> {
+    let restore = Restore(SHEET.with(|cell| cell.replace(Some(Sheet::default()))));
+    let result = f();
+    let sheet = SHEET.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
+    drop(restore);
+    match sheet.failed {
+        Some(what) => Err(what),
+        None => Ok((result, sheet)),
+    }
+}
+
+/// The value of this origin on the current sheet; without a sheet (a thread of the map's own) nothing is computed.
+fn on_sheet(origin: Option<Origin>, f: impl FnOnce(&mut Sheet) -> Polynomial) -> Collected {
+    SHEET.with(|cell| {
+        let mut cell = cell.borrow_mut();
+        let Some(sheet) = cell.as_mut() else { return Collected(usize::MAX) };
+        if let Some(&known) = origin.as_ref().and_then(|origin| sheet.origins.get(origin)) {
+            return Collected(known);
+        }
+        let value = if sheet.failed.is_some() { Vec::new() } else { f(sheet) };
+        let kept = sheet.keep(value);
+        if let Some(origin) = origin {
+            sheet.origins.insert(origin, kept.0);
+        }
+        kept
+    })
+}
+
+/// Notes what has no polynomial.
+pub(super) fn fail(what: &'static str) -> Collected {
+    on_sheet(None, |sheet| sheet.fail(what))
+}
+
+/// A comparison that depends on more than constants. The answers alternate, so that loops end.
+pub(super) fn open_question() -> bool {
+    fail("a comparison");
+    SHEET.with(|cell| {
+        cell.borrow_mut().as_mut().is_some_and(|sheet| {
+            sheet.questions += 1;
+            sheet.questions % 2 == 0
+        })
+    })
+}
+
+impl Collected {
+    /// A number: the same one wherever the interval is a point, another one each time where it is not.
+    pub(super) fn constant(value: Interval) -> Self {
+        let origin = value.is_point().then(|| (0, value.lo().to_bits(), 0));
+        on_sheet(origin, |_| constant(value))
+    }
+
+    /// A number with a name, which is one number whenever it is asked for.
+    pub(super) fn named(name: u64, value: Interval) -> Self {
+        on_sheet(Some((1, name, 0)), |_| constant(value))
+    }
+
+    pub(super) fn variable(k: usize) -> Self {
+        on_sheet(Some((2, k as u64, 0)), |sheet| sheet.atom(Atom::Variable(k)))
+    }
+
+    pub(super) fn of(self, function: Function) -> Self {
+        on_sheet(Some((3, function as u64, self.0 as u64)), |sheet| {
+            let argument = Argument { polynomial: sheet.value(self), value: Some(self.0) };
+            sheet.apply(function, argument)
+        })
+    }
+
+    pub(super) fn plus(self, other: Self) -> Self {
+        on_sheet(Some((4, self.0 as u64, other.0 as u64)), |sheet| {
+            sum(&sheet.value(self), &sheet.value(other), false)
+        })
+    }
+
+    pub(super) fn minus(self, other: Self) -> Self {
+        on_sheet(Some((5, self.0 as u64, other.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(other), true))
+    }
+
+    pub(super) fn times(self, other: Self) -> Self {
+        on_sheet(Some((6, self.0 as u64, other.0 as u64)), |sheet| {
+            let (x, y) = (sheet.value(self), sheet.value(other));
+            sheet.product(&x, &y)
+        })
+    }
+
+    /// The number, where it is one.
+    pub(super) fn as_constant(self) -> Option<Interval> {
+        SHEET.with(|cell| cell.borrow().as_ref().and_then(|sheet| number(&sheet.value(self))))
+    }
+}
+
+fn constant(value: Interval) -> Polynomial {
+    if value.is_zero() { Vec::new() } else { vec![(Vec::new(), value)] }
+}
+
+fn number(p: &Polynomial) -> Option<Interval> {
+    match p.as_slice() {
+        [] => Some(Interval::zero()),
+        [(monomial, coefficient)] if monomial.is_empty() => Some(*coefficient),
+        _ => None,
+    }
+}
+
+/// `p + q`, or `p - q`.
+pub(super) fn sum(p: &Polynomial, q: &Polynomial, negated: bool) -> Polynomial {
+    let mut result = p.clone();
+    for (monomial, coefficient) in q {
+        let coefficient = if negated { coefficient.neg() } else { *coefficient };
+        match result.binary_search_by(|(other, _)| other.cmp(monomial)) {
+            Ok(at) => {
+                result[at].1 = result[at].1.add(&coefficient);
+                if result[at].1.is_zero() {
+                    result.remove(at);
+                }
+            }
+            Err(at) => result.insert(at, (monomial.clone(), coefficient)),
+        }
+    }
+    result
+}
+
+impl Sheet {
+    fn keep(&mut self, value: Polynomial) -> Collected {
+        if self.values.len() >= VALUES {
+            self.failed.get_or_insert("too many operations");
+            return Collected(usize::MAX);
+        }
+        self.values.push(value);
+        Collected(self.values.len() - 1)
+    }
+
+    fn fail(&mut self, what: &'static str) -> Polynomial {
+        self.failed.get_or_insert(what);
+        Vec::new()
+    }
+
+    /// The polynomial of a value of this sheet.
+    pub(super) fn value(&self, value: Collected) -> Polynomial {
+        self.values.get(value.0).cloned().unwrap_or_default()
+    }
+
+    fn atom(&mut self, atom: Atom) -> Polynomial {
+        let at = self.atoms.iter().position(|other| *other == atom).unwrap_or_else(|| {
+            self.atoms.push(atom);
+            self.atoms.len() - 1
+        });
+        vec![(vec![(at, 1)], Interval::ONE)]
+    }
+
+    fn apply(&mut self, function: Function, argument: Argument) -> Polynomial {
+        match number(&argument.polynomial) {
+            Some(x) => match function.at(&x) {
+                Some(value) => constant(value),
+                None => self.fail("a function outside its domain"),
+            },
+            None => self.atom(Atom::Of(function, argument)),
+        }
+    }
+
+    pub(super) fn product(&mut self, p: &Polynomial, q: &Polynomial) -> Polynomial {
+        if p.len() * q.len() > 10 * MONOMIALS {
+            return self.fail("too many terms");
+        }
+        let mut terms: Polynomial = Vec::with_capacity(p.len() * q.len());
+        for (left, x) in p {
+            for (right, y) in q {
+                let mut monomial = left.clone();
+                for &(atom, power) in right {
+                    match monomial.binary_search_by_key(&atom, |(atom, _)| *atom) {
+                        Ok(at) => monomial[at].1 += power,
+                        Err(at) => monomial.insert(at, (atom, power)),
+                    }
+                }
+                if monomial.iter().any(|(_, power)| *power > POWER) {
+                    return self.fail("a high power");
+                }
+                // No rounding where a factor is 1.
+                let coefficient = if *x == Interval::ONE { *y } else if *y == Interval::ONE { *x } else { x.mul(y) };
+                terms.push((monomial, coefficient));
+            }
+        }
+        terms.sort_by(|x, y| x.0.cmp(&y.0));
+        let mut result: Polynomial = Vec::with_capacity(terms.len());
+        for (monomial, coefficient) in terms {
+            match result.last_mut() {
+                Some(last) if last.0 == monomial => last.1 = last.1.add(&coefficient),
+                _ => result.push((monomial, coefficient)),
+            }
+        }
+        result.retain(|(_, coefficient)| !coefficient.is_zero());
+        if result.len() > MONOMIALS { self.fail("too many terms") } else { result }
+    }
+
+    /// The derivative of p along the field whose component at variable k is `field(k)`.
+    pub(super) fn along(&mut self, p: &Polynomial, field: &[Polynomial]) -> Polynomial {
+        let mut result = Vec::new();
+        let mut atoms: Vec<usize> = p.iter().flat_map(|(monomial, _)| monomial.iter().map(|(atom, _)| *atom)).collect();
+        atoms.sort_unstable();
+        atoms.dedup();
+        for atom in atoms {
+            if self.failed.is_some() {
+                break;
+            }
+            let rate = match self.atoms[atom].clone() {
+                Atom::Variable(k) => field.get(k).cloned().unwrap_or_default(),
+                Atom::Of(function, argument) => {
+                    // An argument holds older atoms only, so that this ends.
+                    let inner = self.along(&argument.polynomial, field);
+                    let outer = self.slope(function, atom, &argument);
+                    self.product(&outer, &inner)
+                }
+            };
+            let partial = self.product(&partial(p, atom), &rate);
+            result = sum(&result, &partial, false);
+        }
+        result
+    }
+
+    /// The derivative of a function, of which `atom` is the value at `argument`.
+    fn slope(&mut self, function: Function, atom: usize, argument: &Argument) -> Polynomial {
+        let one = constant(Interval::ONE);
+        let own = |power| vec![(vec![(atom, power)], Interval::ONE)];
+        let minus = |p: &Polynomial| sum(&Vec::new(), p, true);
+        match function {
+            Function::Recip => minus(&own(2)),
+            Function::Exp => own(1),
+            Function::Ln => self.apply(Function::Recip, argument.clone()),
+            Function::Sin => self.apply(Function::Cos, argument.clone()),
+            Function::Cos => minus(&self.apply(Function::Sin, argument.clone())),
+            Function::Sqrt => {
+                let polynomial = sum(&own(1), &own(1), false);
+                self.apply(Function::Recip, Argument { polynomial, value: None })
+            }
+            Function::Atan => {
+                let square = self.product(&argument.polynomial, &argument.polynomial);
+                self.apply(Function::Recip, Argument { polynomial: sum(&one, &square, false), value: None })
+            }
+            Function::Tanh => sum(&one, &own(2), true),
+        }
+    }
+
+    /// Whether something had no polynomial.
+    pub(super) fn failed(&self) -> Option<&'static str> {
+        self.failed
+    }
+
+    /// The atoms over a box of variables, or None where one of them is not defined on the whole box.
+    pub(super) fn atoms_over(&self, variables: &[Interval]) -> Option<Vec<Interval>> {
+        let mut values = Vec::with_capacity(self.atoms.len());
+        for atom in &self.atoms {
+            let value = match atom {
+                Atom::Variable(k) => *variables.get(*k)?,
+                Atom::Of(function, argument) => function.at(&evaluate(&argument.polynomial, &values)?)?,
+            };
+            values.push(value);
+        }
+        Some(values)
+    }
+}
+
+/// `dp/da`, a being an atom.
+fn partial(p: &Polynomial, atom: usize) -> Polynomial {
+    let mut result = Vec::new();
+    for (monomial, coefficient) in p {
+        let Some(at) = monomial.iter().position(|(other, _)| *other == atom) else { continue };
+        let mut monomial = monomial.clone();
+        let power = monomial[at].1;
+        if power == 1 {
+            monomial.remove(at);
+        } else {
+            monomial[at].1 -= 1;
+        }
+        let factor = Interval::from_f64(f64::from(power)).unwrap_or(Interval::UNBOUNDED);
+        result = sum(&result, &vec![(monomial, coefficient.mul(&factor))], false);
+    }
+    result
+}
+
+/// A polynomial at these values of the atoms; None for an atom that has no value.
+pub(super) fn evaluate(p: &Polynomial, atoms: &[Interval]) -> Option<Interval> {
+    let mut total = Interval::zero();
+    for (monomial, coefficient) in p {
+        let mut term = *coefficient;
+        for (atom, power) in monomial {
+            term = term.mul(&atoms.get(*atom)?.powi(i32::try_from(*power).ok()?)?);
+        }
+        total = total.add(&term);
+    }
+    Some(total)
+}

@@ -1,0 +1,458 @@
+//! Checks a Kazantzis-Kravaris-Luenberger observer of one's own: does phi solve its equation, does Lambda forget, can phi be inverted?
+//!
+//! Proposition 1 of Yi, Ortega and Zhang asks for phi, Lambda and B with
+//! ```text
+//!     Dphi(x) f(x, u) = Lambda phi(x) + B(h(x), u)          (4)          Lambda Hurwitz, (phi, h) injective
+//! ```
+//! and there is no general way to find them, so that people find them by hand, with the slips of hands. [`KklCandidate`] takes the plant and the very maps that are going to
+//! run, and answers for a whole box of states and inputs:
+//!
+//! | question | measured | decided |
+//! |---|---|---|
+//! | (4) | the largest residual over evenly spread points, beside its terms | bounded on the box by intervals; refuted at a point |
+//! | Lambda Hurwitz | eigenvalues | a Lyapunov matrix for every Lambda over the box, by `luenberger-proof` |
+//! | (phi, h) injective | ratios over pairs, singular values | proved by one matrix for all mean Jacobians; refuted by two states |
+//! | phi^L(phi(x), h(x)) = x | the largest difference | - |
+//!
+//! What is proved is a statement about real arithmetic with the constants that plant and maps store, about the box, and where both are smooth. phi is what [`KklMap::image`] says it is, of the states that the
+//! map estimates. Lambda may depend on t, u and y; B may read xi in cascade, and is then taken at `xi = phi(x)`.
+//!
+//! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`Collected`], which is to say that they are to be
+//! written once for every scalar.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `pieces` | plant and maps over any scalar |
+//! | `collected`, `scalar` | polynomials in atoms, in which the two sides of (4) cancel before they are enclosed |
+//! | `residual` | (4) over the box |
+//! | `stability` | Lambda over the box |
+//! | `injectivity` | (phi, h) over the box |
+//!
+//! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Propositions 1 and 3.
+
+mod collected;
+mod error;
+mod injectivity;
+mod pieces;
+mod residual;
+mod scalar;
+pub(crate) mod stability;
+
+use core::fmt;
+
+use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
+use luenberger_observers::ObserverDimensions;
+use luenberger_plants::{Column, Dimensions, Plant, PlantError};
+use luenberger_proof::{Interval, Matrix, Ring, Verdict};
+use nalgebra::{DefaultAllocator, Dim};
+
+use crate::enclosure::paths::explore;
+use crate::enclosure::{Axis, IntervalDual, Region};
+use crate::error::DesignError;
+use crate::spread::Spread;
+
+pub use collected::Collected;
+pub use error::KklError;
+pub use injectivity::{Injectivity, TwoStates};
+pub use pieces::Pieces;
+pub use residual::{Residual, Worst};
+pub use stability::Stability;
+
+/// A point of the box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// x.
+    pub state: Vec<f64>,
+    /// u.
+    pub input: Vec<f64>,
+    /// t.
+    pub time: f64,
+}
+
+impl Place {
+    /// The lower corner: of a point, the point.
+    fn of(axes: &[Interval], size: Dimensions) -> Self {
+        let lower: Vec<f64> = axes.iter().map(Interval::lo).collect();
+        let (state, rest) = lower.split_at(size.states);
+        let (input, time) = rest.split_at(size.inputs);
+        Self { state: state.to_vec(), input: input.to_vec(), time: time.first().copied().unwrap_or(0.0) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "x = {:?}", self.state)?;
+        if self.input.is_empty() { Ok(()) } else { write!(f, ", u = {:?}", self.input) }
+    }
+}
+
+/// How a candidate is checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KklSettings {
+    /// The residual may be this share of its terms, 0 to 1; the root of EPSILON unless told. A phi in closed form is far below it, and so is one whose coefficients come from a
+    /// well-posed Sylvester equation; a coefficient with four printed digits is far above.
+    pub tolerance: f64,
+    /// Points sampled beside the corners and the centre, 1 to 4096; 256 unless told. Pairs are formed of all of them.
+    pub samples: usize,
+    /// Where the sequence of points begins.
+    pub seed: u64,
+}
+
+impl Default for KklSettings {
+    fn default() -> Self {
+        Self { tolerance: f64::EPSILON.sqrt(), samples: 256, seed: 0 }
+    }
+}
+
+/// A plant, and the maps of a KKL observer for it; see the [module](self).
+#[derive(Clone, Debug, PartialEq)]
+pub struct KklCandidate<'a, S, K> {
+    plant: &'a S,
+    map: &'a K,
+    estimated: Vec<usize>,
+    order: usize,
+}
+
+/// What is known of a candidate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KklReport {
+    /// Of (4).
+    pub residual: Residual,
+    /// Of Lambda.
+    pub stability: Stability,
+    /// Of (phi, h).
+    pub injectivity: Injectivity,
+    /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths of the box, and where; None where phi^L has no
+    /// enclosure.
+    pub left_inverse: Option<(f64, Place)>,
+}
+
+impl<'a, S, K> KklCandidate<'a, S, K> {
+    /// `map` as a KKL observer of `plant`, estimating the states with the indices `estimated`, from 0, in this order.
+    ///
+    /// # Errors
+    /// [`DesignError::Matrix`] for a map with other numbers of inputs or outputs than the plant, [`KklError::Estimated`] for the indices.
+    pub fn new(plant: &'a S, map: &'a K, estimated: &[usize]) -> Result<Self, DesignError>
+    where
+        S: Plant<IntervalDual>,
+        K: KklMap<IntervalDual>,
+        DefaultAllocator: KklSize<K::Xi, K::Inputs, K::Outputs, K::Estimate>,
+    {
+        let (size, own) = (plant.dimensions(), map.dimensions());
+        let ObserverDimensions { state: order, inputs, outputs, estimate } = own;
+        for (what, fixed, expected) in [
+            ("x", S::State::fixed_len(), size.states),
+            ("u of the plant", S::Input::fixed_len(), size.inputs),
+            ("y of the plant", S::Output::fixed_len(), size.outputs),
+            ("u of the map", Some(K::Inputs::try_to_usize().unwrap_or(inputs)), size.inputs),
+            ("y of the map", Some(K::Outputs::try_to_usize().unwrap_or(outputs)), size.outputs),
+            ("u of the map", Some(inputs), size.inputs),
+            ("y of the map", Some(outputs), size.outputs),
+            ("xi", K::Xi::try_to_usize(), order),
+            ("the estimate", K::Estimate::try_to_usize(), estimate),
+        ] {
+            let found = fixed.unwrap_or(expected);
+            if found != expected {
+                return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) }.into());
+            }
+        }
+        if order == 0 || size.states == 0 {
+            let (expected, found) = ((1, 1), (order.min(size.states), 1));
+            return Err(PlantError::DimensionMismatch { what: "xi or x", expected, found }.into());
+        }
+        let mut sorted = estimated.to_vec();
+        sorted.sort_unstable();
+        sorted.dedup();
+        if estimated.len() != estimate || sorted.len() != estimate || sorted.last().is_some_and(|k| *k >= size.states) {
+            let (estimated, count, states) = (estimated.to_vec(), estimate, size.states);
+            return Err(KklError::Estimated { estimated, count, states }.into());
+        }
+        Ok(Self { plant, map, estimated: estimated.to_vec(), order })
+    }
+
+    /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate that does not do is a report, not an error.
+    ///
+    /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi = (x2, x3):
+    /// ```
+    /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
+    /// use luenberger_observers::exponential_cascade::CascadeMaps;
+    /// use luenberger_plants::ExponentialCascade;
+    /// let candidate = KklCandidate::new(&ExponentialCascade, &CascadeMaps, &[1, 2])?;
+    /// let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0), (-1.0, 1.0)]).inputs(&[(-3.0, 3.0)]);
+    /// let report = candidate.check(&region, &KklSettings::default())?;
+    /// assert_eq!(report.residual.bounds, [0.0, 0.0]);
+    /// assert!(report.residual.verdict.is_proved() && report.injectivity.verdict.is_proved());
+    /// // Lambda = diag(-1, 0): the second entry is only integrated, which is for a parameter estimator to make up for.
+    /// assert!(report.stability.is_proved() && report.stability.integrated == [1]);
+    /// println!("{report}");
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// Cost: an evaluation of the maps at each sample and for each part of the box, of which there are at most the region's
+    /// [subdivisions](Region::subdivisions) and one more; n evaluations of (phi, h) at each sample; a comparison of all pairs of samples.
+    ///
+    /// # Errors
+    /// [`KklError::Setting`], [`KklError::Unbounded`], [`KklError::Undefined`] where a map has no value; [`DesignError::Enclosure`] for the box.
+    pub fn check(&self, region: &Region, settings: &KklSettings) -> Result<KklReport, DesignError>
+    where
+        Self: Pieces<IntervalDual> + Pieces<Collected>,
+    {
+        for (what, value, least, most) in [
+            ("the tolerance of the residual", settings.tolerance, 0.0, 1.0),
+            ("the number of samples", settings.samples as f64, 1.0, 4096.0),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(KklError::Setting { what, value, least, most }.into());
+            }
+        }
+        let size = Pieces::<IntervalDual>::plant_dimensions(self);
+        let axes = region.axes(size)?;
+        let unbounded = axes[..size.states + size.inputs].iter().position(|axis| !axis.is_bounded());
+        if let Some(k) = unbounded {
+            let (axis, lo, hi) = (Axis::of(k, size), axes[k].lo(), axes[k].hi());
+            return Err(KklError::Unbounded { axis, lo, hi }.into());
+        }
+        let points = samples(&axes, settings);
+        let (tolerance, budget) = (settings.tolerance, region.budget());
+        let residual = residual::residual(self, (&points, &axes), tolerance, budget)?;
+        let stability = stability::stability(self.lambda_over(&axes, size)?)?;
+        let injectivity = injectivity::injectivity(self, self.order, (&points, &axes), budget)?;
+        Ok(KklReport { residual, stability, injectivity, left_inverse: self.left_inverse_over(&points, &axes, size) })
+    }
+
+    /// Lambda over a box.
+    fn lambda_over(&self, axes: &[Interval], size: Dimensions) -> Result<Matrix<Interval>, DesignError>
+    where
+        Self: Pieces<IntervalDual>,
+    {
+        let (x, u, t) = still(axes, size);
+        let order = self.order;
+        let ways = explore(|| {
+            let y = self.output(t, &x);
+            self.lambda(t, &u, &y).iter().map(IntervalDual::value).collect::<Vec<_>>()
+        });
+        let united = ways.ok().and_then(|ways| {
+            ways.into_iter().reduce(|all, one| all.iter().zip(&one).map(|(all, one)| all.hull(one)).collect())
+        });
+        // Without a value on the whole box nothing is known of it.
+        let entries = united.filter(|entries| entries.len() == order * order);
+        let entries = entries.unwrap_or_else(|| vec![Interval::UNBOUNDED; order * order]);
+        Ok(Matrix::from_fn(order, order, |i, j| entries[j * order + i]))
+    }
+
+    fn left_inverse_over(&self, points: &[Vec<Interval>], axes: &[Interval], size: Dimensions) -> Option<(f64, Place)>
+    where
+        Self: Pieces<IntervalDual>,
+    {
+        let mut worst: Option<(f64, Place)> = None;
+        for point in points {
+            let (x, _, t) = still(point, size);
+            let ways = explore(|| {
+                let y = self.output(t, &x);
+                self.left_inverse(t, &self.image(t, &x, &y), &y)
+            });
+            let estimate = ways.ok()?.into_iter().next()?;
+            for (k, found) in self.estimated.iter().zip(&estimate) {
+                let (middle, _) = found.value().midpoint_radius()?;
+                let half = 0.5 * axes[*k].width();
+                let missed = (middle - point[*k].lo()).abs() / if half > 0.0 { half } else { 1.0 };
+                if worst.as_ref().is_none_or(|(most, _)| missed > *most) {
+                    worst = Some((missed, Place::of(point, size)));
+                }
+            }
+        }
+        worst
+    }
+}
+
+/// States, inputs and time without derivatives.
+fn still(axes: &[Interval], size: Dimensions) -> (Vec<IntervalDual>, Vec<IntervalDual>, IntervalDual) {
+    let mut scalars = axes.iter().map(|axis| IntervalDual::new(*axis, Interval::zero()));
+    let x = scalars.by_ref().take(size.states).collect();
+    let u = scalars.by_ref().take(size.inputs).collect();
+    (x, u, scalars.next().unwrap_or(IntervalDual::new(Interval::zero(), Interval::zero())))
+}
+
+/// Corners are sampled of at most this many coordinates, since there are 2^k of them.
+const CORNERS: usize = 6;
+
+/// The centre, corners, and points in between. A time without bounds is 0, or its bound.
+fn samples(axes: &[Interval], settings: &KklSettings) -> Vec<Vec<Interval>> {
+    let at = |axis: &Interval, share: f64| {
+        let (lo, hi) = match (axis.lo().is_finite(), axis.hi().is_finite()) {
+            (true, true) => (axis.lo(), axis.hi()),
+            (true, false) => (axis.lo().max(0.0), axis.lo().max(0.0)),
+            (false, true) => (axis.hi().min(0.0), axis.hi().min(0.0)),
+            (false, false) => (0.0, 0.0),
+        };
+        let x = ((1.0 - share) * lo + share * hi).clamp(lo, hi);
+        Interval::from_f64(x).unwrap_or(*axis)
+    };
+    let varying: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].is_bounded() && !axes[k].is_point()).collect();
+    let cornered = &varying[..varying.len().min(CORNERS)];
+    let mut points = vec![axes.iter().map(|axis| at(axis, 0.5)).collect()];
+    for corner in 0..if varying.is_empty() { 0 } else { 1usize << cornered.len() } {
+        let share = |k| cornered.iter().position(|c| *c == k).map_or(0.5, |bit| (corner >> bit & 1) as f64);
+        points.push(axes.iter().enumerate().map(|(k, axis)| at(axis, share(k))).collect());
+    }
+    for shares in Spread::new(varying.len(), settings.seed).take(settings.samples) {
+        let share = |k| varying.iter().position(|v| *v == k).map_or(0.5, |at| shares[at]);
+        points.push(axes.iter().enumerate().map(|(k, axis)| at(axis, share(k))).collect());
+    }
+    points
+}
+
+impl KklReport {
+    /// Whether (4), Lambda and the injectivity are all proved, and nothing of Lambda is only integrated: `xi - phi(x)` then decays exponentially as long as the
+    /// plant stays in the box, up to what the tolerance allows.
+    pub fn is_proved(&self) -> bool {
+        self.residual.verdict.is_proved()
+            && self.stability.integrated.is_empty()
+            && self.stability.is_proved()
+            && self.injectivity.verdict.is_proved()
+    }
+}
+
+impl fmt::Display for KklReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { residual, stability, injectivity, left_inverse } = self;
+        let bounds: Vec<String> = residual.bounds.iter().map(|bound| format!("{bound:.1e}")).collect();
+        write!(f, "{:<9}  D phi f = Lambda phi + B (4): ", residual.verdict.word())?;
+        match &residual.verdict {
+            Verdict::Refuted { witness } => writeln!(f, "{witness}")?,
+            _ => writeln!(f, "residual at most {} by rows, over {} parts", bounds.join(", "), residual.parts)?,
+        }
+        for fact in &stability.facts {
+            writeln!(f, "{fact}")?;
+        }
+        if let Some(eigenvalue) = stability.eigenvalues.first() {
+            writeln!(f, "           Lambda: slowest eigenvalue {eigenvalue} in the middle of the box")?;
+        }
+        if !stability.integrated.is_empty() {
+            writeln!(f, "           only integrated: entries {:?} of xi, from 0", stability.integrated)?;
+        }
+        write!(f, "{:<9}  (phi, h) injective: ", injectivity.verdict.word())?;
+        match &injectivity.verdict {
+            Verdict::Refuted { witness } => writeln!(f, "{witness}")?,
+            _ => writeln!(
+                f,
+                "smallest ratio {:.3e} over {} states, smallest singular value {:.3e}",
+                injectivity.smallest_ratio, injectivity.points, injectivity.smallest_singular_value
+            )?,
+        }
+        match left_inverse {
+            Some((missed, place)) if *missed > 0.0 => {
+                writeln!(f, "measured   phi^L(phi(x), h(x)) = x up to {missed:.1e} half-widths, at {place}")
+            }
+            Some(_) => writeln!(f, "measured   phi^L(phi(x), h(x)) = x at every sample"),
+            None => writeln!(f, "           phi^L could not be evaluated"),
+        }
+    }
+}
+
+/// A KKL observer whose maps were checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KklDesign<K> {
+    /// The observer, ready to run.
+    pub observer: KklObserver<K>,
+    /// What is known of it.
+    pub report: KklReport,
+}
+
+impl<K> KklDesign<K> {
+    /// The observer with these maps, if (4) is proved on the box and Lambda is Hurwitz on it, and no two states with one image were found.
+    ///
+    /// Injectivity that is neither proved nor refuted is accepted: the report has the numbers.
+    ///
+    /// `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2`, with phi = x1, and a slip of the hand in Lambda:
+    /// ```
+    /// use luenberger_design::kkl::{KklError, KklSettings};
+    /// use luenberger_design::{DesignError, KklDesign, Region};
+    /// use luenberger_observers::{KklMap, ObserverDimensions};
+    /// use luenberger_plants::{Dimensions, Plant};
+    /// use nalgebra::{Matrix1, RealField, U1, Vector1, Vector2, convert};
+    ///
+    /// struct Chain;
+    /// impl<T: RealField + Copy> Plant<T> for Chain {
+    ///     type State = Vector2<T>;
+    ///     type Input = Vector1<T>;
+    ///     type Output = Vector1<T>;
+    ///     fn dimensions(&self) -> Dimensions {
+    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
+    ///     }
+    ///     fn derivative(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector2<T> {
+    ///         Vector2::new(u[0] + x[1] * x[1] - x[0], x[0] - x[1])
+    ///     }
+    ///     fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    ///         Vector1::new(x[1])
+    ///     }
+    /// }
+    ///
+    /// #[derive(Debug)]
+    /// struct First(f64);
+    /// impl<T: RealField + Copy> KklMap<T> for First {
+    ///     type Xi = U1;
+    ///     type Inputs = U1;
+    ///     type Outputs = U1;
+    ///     type Estimate = U1;
+    ///     fn dimensions(&self) -> ObserverDimensions {
+    ///         ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
+    ///     }
+    ///     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix1<T> {
+    ///         Matrix1::new(convert(self.0))
+    ///     }
+    ///     fn injection(&self, _t: T, _xi: &Vector1<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> {
+    ///         Vector1::new(u[0] + y[0] * y[0])
+    ///     }
+    ///     fn left_inverse(&self, _t: T, xi: &Vector1<T>, _y: &Vector1<T>) -> Vector1<T> {
+    ///         *xi
+    ///     }
+    ///     fn image(&self, _t: T, xhat: &Vector1<T>, _y: &Vector1<T>) -> Vector1<T> {
+    ///         *xhat
+    ///     }
+    /// }
+    ///
+    /// let region = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]).inputs(&[(-1.0, 1.0)]);
+    /// let design = KklDesign::new(&Chain, First(-1.0), &[0], &region, &KklSettings::default())?;
+    /// assert_eq!(design.report.residual.bounds, [0.0]);
+    /// let refused = KklDesign::new(&Chain, First(-2.0), &[0], &region, &KklSettings::default());
+    /// // The residual is x1.
+    /// assert!(matches!(refused, Err(DesignError::Kkl(KklError::NotASolution(worst))) if worst.at_least > 0.99));
+    /// # Ok::<(), DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`KklError::NotASolution`] has the point at which (4) fails, [`KklError::ResidualUndecided`]; [`KklError::NotHurwitz`] names the eigenvalue,
+    /// [`KklError::HurwitzUndecided`]; [`KklError::NotInjective`] has the two states; and as [`KklCandidate::check`].
+    pub fn new<S>(
+        plant: &S,
+        map: K,
+        estimated: &[usize],
+        region: &Region,
+        settings: &KklSettings,
+    ) -> Result<Self, DesignError>
+    where
+        S: Plant<IntervalDual>,
+        K: KklMap<IntervalDual>,
+        DefaultAllocator: KklSize<K::Xi, K::Inputs, K::Outputs, K::Estimate>,
+        for<'a> KklCandidate<'a, S, K>: Pieces<IntervalDual> + Pieces<Collected>,
+    {
+        let report = KklCandidate::new(plant, &map, estimated)?.check(region, settings)?;
+        match &report.residual.verdict {
+            Verdict::Refuted { witness } => return Err(KklError::NotASolution(witness.clone()).into()),
+            Verdict::Undecided { .. } => {
+                let allowed = |row: usize| settings.tolerance * report.residual.scales[row];
+                let bounds = &report.residual.bounds;
+                let excess = |row: usize| bounds[row] - allowed(row);
+                let row = (0..bounds.len()).max_by(|&i, &j| excess(i).total_cmp(&excess(j))).unwrap_or(0);
+                let bound = bounds.get(row).copied().unwrap_or(f64::INFINITY);
+                return Err(KklError::ResidualUndecided { row, bound, allowed: allowed(row) }.into());
+            }
+            Verdict::Proved { .. } => {}
+        }
+        report.stability.required()?;
+        if let Verdict::Refuted { witness } = &report.injectivity.verdict {
+            return Err(KklError::NotInjective(witness.clone()).into());
+        }
+        Ok(Self { observer: KklObserver::new(map), report })
+    }
+}

@@ -1,0 +1,97 @@
+//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box.
+
+use luenberger_linalg::{LinalgError, eigenvalues, lyapunov};
+use luenberger_proof::{Interval, Matrix, Ring, statement};
+use nalgebra::{Complex, DMatrix};
+
+use super::KklError;
+use crate::certificate::Fact;
+use crate::error::DesignError;
+
+/// What is known of Lambda over the box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stability {
+    /// Lambda, entry by entry, over the box of states and inputs.
+    pub lambda: Matrix<Interval>,
+    /// The entries of xi that are only integrated: their rows and columns of Lambda are 0 on the whole box. They are what a [KKL+PEB]O estimates.
+    pub integrated: Vec<usize>,
+    /// Eigenvalues of the rest of Lambda, in the middle of the enclosure; the one with the largest real part first.
+    pub eigenvalues: Vec<Complex<f64>>,
+    /// For a diagonal rest, the interval of each entry of it over the box; else none. Negative entries are what Proposition 1 asks for.
+    pub diagonal: Option<Vec<Interval>>,
+    /// `P > 0` and the Lyapunov inequality for the rest of Lambda; empty where there is no rest, or no P for the middle.
+    pub facts: Vec<Fact>,
+}
+
+impl Stability {
+    /// Whether the rest of Lambda is proved to forget: `|e|` decays exponentially, however Lambda moves in its enclosure.
+    pub fn is_proved(&self) -> bool {
+        let has_rest = self.integrated.len() < self.lambda.rows();
+        !has_rest || (!self.facts.is_empty() && self.facts.iter().all(|fact| fact.verdict.is_proved()))
+    }
+}
+
+/// `name > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the middle, the largest real part first. No facts
+/// where the middle is not Hurwitz.
+pub(crate) fn hurwitz(
+    (name, lyapunov_name): (&str, &str),
+    f: &Matrix<Interval>,
+) -> Result<(Vec<Complex<f64>>, Vec<Fact>), DesignError> {
+    let order = f.rows();
+    let middle = |entry: &Interval| entry.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
+    let matrix = DMatrix::from_fn(order, order, |i, j| middle(&f[(i, j)]));
+    let mut spectrum = eigenvalues(&matrix)?;
+    spectrum.sort_by(|x, y| y.re.total_cmp(&x.re));
+    if order == 0 || spectrum.first().is_some_and(|largest| largest.re >= 0.0) {
+        return Ok((spectrum, Vec::new()));
+    }
+    let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
+        Ok(solution) => (&solution.p + solution.p.transpose()) * 0.5,
+        // Hurwitz to rounding only.
+        Err(LinalgError::NearlySingular { .. }) => return Ok((spectrum, Vec::new())),
+        Err(error) => return Err(error.into()),
+    };
+    let positive = Fact::positive(lyapunov_name, &p)?;
+    let zero = |rows, columns| Matrix::from_fn(rows, columns, |_, _| 0.0);
+    let no_output = Matrix::from_fn(1, order, |_, _| Interval::zero());
+    let p = crate::certificate::exact(&p)?;
+    let verdict = statement::decay_rate_within(f, &zero(order, 1), &no_output, &p, 0.0)?;
+    let statement = format!("{name}'{lyapunov_name} + {lyapunov_name} {name} < 0");
+    Ok((spectrum, vec![positive, Fact { statement, verdict }]))
+}
+
+/// What is known of this Lambda.
+pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignError> {
+    let order = lambda.rows();
+    let nothing = |i: usize| (0..order).all(|j| lambda[(i, j)].is_zero() && lambda[(j, i)].is_zero());
+    let (integrated, rest): (Vec<usize>, Vec<usize>) = (0..order).partition(|&i| nothing(i));
+    let moving = Matrix::from_fn(rest.len(), rest.len(), |i, j| lambda[(rest[i], rest[j])]);
+    let bounded = moving.as_slice().iter().all(Interval::is_bounded);
+    let (eigenvalues, facts) =
+        if rest.is_empty() || !bounded { (Vec::new(), Vec::new()) } else { hurwitz(("Lambda", "P"), &moving)? };
+    let off_diagonal = |i: usize| (0..rest.len()).all(|j| i == j || moving[(i, j)].is_zero());
+    let is_diagonal = !rest.is_empty() && (0..rest.len()).all(off_diagonal);
+    let diagonal = is_diagonal.then(|| (0..rest.len()).map(|i| moving[(i, i)]).collect());
+    Ok(Stability { lambda, integrated, eigenvalues, diagonal, facts })
+}
+
+impl Stability {
+    /// An error that names the eigenvalue, unless the whole of Lambda is proved to forget.
+    pub(super) fn required(&self) -> Result<(), DesignError> {
+        let zero = Complex::new(0.0, 0.0);
+        if !self.integrated.is_empty() {
+            return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero }.into());
+        }
+        forgets("Lambda", &self.eigenvalues, &self.facts)
+    }
+}
+
+/// The error of a matrix with this spectrum, the largest real part first, unless these facts prove it Hurwitz.
+pub(crate) fn forgets(what: &'static str, spectrum: &[Complex<f64>], facts: &[Fact]) -> Result<(), DesignError> {
+    let eigenvalue = spectrum.first().copied().unwrap_or(Complex::new(f64::NAN, f64::NAN));
+    match facts.iter().find(|fact| !fact.verdict.is_proved()) {
+        Some(fact) => Err(KklError::HurwitzUndecided { what, eigenvalue, verdict: fact.verdict.clone() }.into()),
+        None if facts.is_empty() => Err(KklError::NotHurwitz { what, eigenvalue }.into()),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,483 @@
+//! Proposition 7 as a constructor: from the pieces of a plant to its [KKL+PEB] observer, with what could be checked of the hypotheses.
+//!
+//! ```text
+//! x1' = f1(x1, x2, x3, u) + S(x, u),  row k of S is b(x1, x2, x3, u)' x4       y = x1
+//! x2' = A2 x2 + f2(x1, u),  x3' = A3 x3 + f3(x1, x2, u),  x4' = f4(x1, x2, x3, u)                     (40), (41)
+//! ```
+//!
+//! The proposition assumes three things. That the plant is of this form: the pieces are compared with the plant at every sample of a run. That A2 and A3 are Hurwitz: proved. That the
+//! input keeps the trajectories bounded and b exciting,
+//! ```text
+//!     int_t^(t+T) b b' ds >= delta I      for all t >= 0,                                             (42)
+//! ```
+//! which is a property of a trajectory: it is measured along that run. The run is data and not simulated here: which input excites, and whether it is a feedback of the estimates,
+//! a program or a recording, is for `luenberger-sim` or a test bench to say.
+//!
+//! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
+
+use core::fmt;
+
+use luenberger_linalg::lambda_min;
+use luenberger_observers::ObserverError;
+use luenberger_observers::cascade::{Cascade, CascadeMap, CascadeSize};
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{Column, Plant, PlantError};
+use luenberger_proof::{Interval, Matrix, Ring};
+use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector, SymmetricEigen, U1};
+
+use crate::certificate::Certificate;
+use crate::error::DesignError;
+use crate::kkl::KklError;
+use crate::kkl::stability::{forgets, hurwitz};
+
+/// A run of the plant: a row of x and of u for each time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampledRun {
+    t: Vec<f64>,
+    x: DMatrix<f64>,
+    u: DMatrix<f64>,
+}
+
+impl SampledRun {
+    /// The states `x` (a row for each time) and the inputs `u` at the increasing times `t`, as a trajectory of `luenberger-sim` has them.
+    ///
+    /// # Errors
+    /// [`KklError::Samples`], [`KklError::Times`] for tables that are none; [`KklError::Unbounding`] has the time and the coordinate of the first value that is not finite.
+    pub fn new(t: &[f64], x: &DMatrix<f64>, u: &DMatrix<f64>) -> Result<Self, DesignError> {
+        if t.len() < 2 || x.nrows() != t.len() || u.nrows() != t.len() {
+            return Err(KklError::Samples { times: t.len(), states: x.nrows(), inputs: u.nrows() }.into());
+        }
+        for (before, pair) in t.windows(2).enumerate() {
+            let increases = pair[0] < pair[1] && pair[0].is_finite() && pair[1].is_finite();
+            if !increases {
+                return Err(KklError::Times { sample: before + 1, before: pair[0], after: pair[1] }.into());
+            }
+        }
+        for (row, &time) in t.iter().enumerate() {
+            for (what, table) in [("x", x), ("u", u)] {
+                if let Some((index, &value)) = table.row(row).iter().enumerate().find(|(_, value)| !value.is_finite()) {
+                    return Err(KklError::Unbounding { what, index, value, time }.into());
+                }
+            }
+        }
+        Ok(Self { t: t.to_vec(), x: x.clone(), u: u.clone() })
+    }
+}
+
+/// What is asked of the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excite {
+    /// T of (42), in the units of the run's times.
+    pub window: f64,
+    /// delta of (42) that is needed; 0 asks for more than the rounding error.
+    pub needed: f64,
+    /// How large |x_i| may become; infinite where there is no such number.
+    pub bound: f64,
+}
+
+impl Excite {
+    /// Any excitation over windows of this length, and any bounded run.
+    pub fn within(window: f64) -> Self {
+        Self { window, needed: 0.0, bound: f64::INFINITY }
+    }
+}
+
+/// (42) along the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Excitation {
+    /// T.
+    pub window: f64,
+    /// The least eigenvalue of `int b b'` over the windows examined, by the trapezoidal rule: delta.
+    pub delta: f64,
+    /// Where the worst window begins.
+    pub from: f64,
+    /// The direction of x4 that it shows least.
+    pub direction: Vec<f64>,
+    /// The largest eigenvalue over the windows: over delta it says how unlike the directions are seen.
+    pub greatest: f64,
+    /// By how much delta of the worst window differs when every second sample is left out, relative: whether the samples are dense enough.
+    pub quadrature: f64,
+    /// How many windows, evenly spread.
+    pub windows: usize,
+}
+
+/// What was checked of Proposition 7's hypotheses, and what was not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KklPebReport {
+    /// A2 and A3 Hurwitz: `P > 0` and `A'P + P A < 0` for each block that has states.
+    pub certificate: Certificate,
+    /// The eigenvalue of A2 or A3 with the largest real part; none where both are empty.
+    pub slowest: Option<Complex<f64>>,
+    /// (42) along the run.
+    pub excitation: Excitation,
+    /// The largest |x_i| along the run.
+    pub greatest: Vec<f64>,
+    /// The largest ratio, over the states, of the largest |x_i| of the second half to that of the first: a run that is bounded and long enough has about 1.
+    pub growth: f64,
+    /// The largest difference between a piece and the plant's own equation, relative to the largest value that the equation has along the run.
+    pub mismatch: f64,
+    /// Samples of the run.
+    pub samples: usize,
+}
+
+impl KklPebReport {
+    /// What Proposition 7 assumes and nothing here has looked at.
+    pub const NOT_CHECKED: [&'static str; 3] = [
+        "boundedness and (42) after the run, for other inputs and from other states",
+        "the Lipschitz constants of f1, f3, f4 and b in x2 and x3 on the set where the run lives",
+        "noise in y",
+    ];
+}
+
+impl fmt::Display for KklPebReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.certificate)?;
+        let Excitation { window, delta, from, greatest, windows, .. } = &self.excitation;
+        writeln!(
+            f,
+            "measured   int b b' >= {delta:.3e} I (42) over {window} s, worst from {from}, at most {greatest:.3e}; {windows} windows"
+        )?;
+        let largest: Vec<String> = self.greatest.iter().map(|x| format!("{x:.3}")).collect();
+        writeln!(f, "measured   |x| <= ({}), second half over first {:.2}", largest.join(", "), self.growth)?;
+        writeln!(f, "measured   the pieces are the plant's up to {:.1e}, at {} samples", self.mismatch, self.samples)?;
+        for what in Self::NOT_CHECKED {
+            writeln!(f, "not checked  {what}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The [KKL+PEB] observer of a plant of Proposition 7's class, with what was checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KklPebDesign<O> {
+    /// The observer, ready to run.
+    pub observer: O,
+    /// What was checked.
+    pub report: KklPebReport,
+}
+
+impl<O> KklPebDesign<O> {
+    /// The observer of `plant`, whose states are (x1, x2, x3, x4) and whose pieces are `cascade`; what is asked of `run` is `excite`. `make` chooses the estimator and the filters: it
+    /// is given the maps, once they are checked, and makes the observer of them, [`KklPebObserver`](luenberger_observers::KklPebObserver) as a rule.
+    ///
+    /// `x1' = -x1 + x4 sin t` with u = sin t: b = u, and x4 a constant.
+    /// ```
+    /// use luenberger_design::KklPebDesign;
+    /// use luenberger_design::kkl_peb::{Excite, SampledRun};
+    /// use luenberger_observers::KklPebObserver;
+    /// use luenberger_observers::cascade::Cascade;
+    /// use luenberger_observers::estimator::gradient::Gradient;
+    /// use luenberger_plants::{Dimensions, Plant};
+    /// use nalgebra::{DMatrix, Matrix1, OMatrix, SVector, U0, U1, Vector1, Vector2};
+    ///
+    /// #[derive(Clone, Copy)]
+    /// struct Gain;
+    /// type Nothing = SVector<f64, 0>;
+    /// impl Plant<f64> for Gain {
+    ///     type State = Vector2<f64>;
+    ///     type Input = Vector1<f64>;
+    ///     type Output = Vector1<f64>;
+    ///     fn dimensions(&self) -> Dimensions {
+    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
+    ///     }
+    ///     fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &Vector1<f64>) -> Vector2<f64> {
+    ///         Vector2::new(x[1] * u[0] - x[0], 0.0)
+    ///     }
+    ///     fn output(&self, _t: f64, x: &Vector2<f64>) -> Vector1<f64> {
+    ///         Vector1::new(x[0])
+    ///     }
+    /// }
+    /// impl Cascade<f64> for Gain {
+    ///     type Second = U0;
+    ///     type Third = U0;
+    ///     type Fourth = U1;
+    ///     type Inputs = U1;
+    ///     type Outputs = U1;
+    ///     fn blocks(&self) -> [usize; 3] {
+    ///         [0, 0, 1]
+    ///     }
+    ///     fn inputs_and_outputs(&self) -> (usize, usize) {
+    ///         (1, 1)
+    ///     }
+    ///     fn a2(&self) -> OMatrix<f64, U0, U0> {
+    ///         OMatrix::zeros()
+    ///     }
+    ///     fn a3(&self) -> OMatrix<f64, U0, U0> {
+    ///         OMatrix::zeros()
+    ///     }
+    ///     fn k(&self) -> usize {
+    ///         0
+    ///     }
+    ///     fn f1k(&self, y: &Vector1<f64>, _x2: &Nothing, _x3: &Nothing, _u: &Vector1<f64>) -> f64 {
+    ///         -y[0]
+    ///     }
+    ///     fn f2(&self, _y: &Vector1<f64>, _u: &Vector1<f64>) -> Nothing {
+    ///         Nothing::zeros()
+    ///     }
+    ///     fn f3(&self, _y: &Vector1<f64>, _x2: &Nothing, _u: &Vector1<f64>) -> Nothing {
+    ///         Nothing::zeros()
+    ///     }
+    ///     fn f4(&self, _y: &Vector1<f64>, _x2: &Nothing, _x3: &Nothing, _u: &Vector1<f64>) -> Vector1<f64> {
+    ///         Vector1::zeros()
+    ///     }
+    ///     fn b(&self, _y: &Vector1<f64>, _x2: &Nothing, _x3: &Nothing, u: &Vector1<f64>) -> Vector1<f64> {
+    ///         *u
+    ///     }
+    /// }
+    ///
+    /// // The run in closed form, x4 = 2: x1 = sin t - cos t solves x1' = -x1 + 2 sin t.
+    /// let t: Vec<f64> = (0..=1000).map(|k| f64::from(k) * 0.02).collect();
+    /// let x = DMatrix::from_fn(1001, 2, |row, state| if state == 0 { t[row].sin() - t[row].cos() } else { 2.0 });
+    /// let u = DMatrix::from_fn(1001, 1, |row, _| t[row].sin());
+    /// let run = SampledRun::new(&t, &x, &u)?;
+    /// let window = std::f64::consts::PI;
+    /// let estimator = Gradient::new(Matrix1::new(2.0))?;
+    /// let design =
+    ///     KklPebDesign::new(&Gain, Gain, &run, &Excite::within(window), |map| KklPebObserver::new(map, estimator, 5.0))?;
+    /// // The integral of sin^2 over half a period is pi/2; the window ends at the first sample after T, 0.01 later at most.
+    /// let excess = design.report.excitation.delta - 0.5 * window;
+    /// assert!(excess > -1e-3 && excess < 0.02);
+    /// println!("{}", design.report);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// Cost: two Lyapunov equations and their proofs; two evaluations of the pieces at each sample; at most 512 windows of `n4^2` operations for each of their samples.
+    ///
+    /// # Errors
+    /// [`KklError::NotHurwitz`] names the eigenvalue of A2 or A3; [`KklError::Mismatch`] the equation and the time at which pieces and plant differ;
+    /// [`KklError::NotExciting`] has the delta achieved, the window and the direction that it does not show; [`KklError::Unbounding`] the time; [`KklError::NothingToEstimate`];
+    /// [`KklError::Setting`]; [`DesignError::Matrix`], [`DesignError::Observer`] for shapes and entries, and what `make` returns.
+    pub fn new<S, C>(
+        plant: &S,
+        cascade: C,
+        run: &SampledRun,
+        excite: &Excite,
+        make: impl FnOnce(CascadeMap<C>) -> Result<O, ObserverError>,
+    ) -> Result<Self, DesignError>
+    where
+        S: Plant<f64>,
+        C: Cascade<f64>,
+        DefaultAllocator: CascadeSize<C::Second, C::Third, C::Fourth, C::Inputs, C::Outputs>,
+    {
+        let report = examine(plant, &cascade, run, excite)?;
+        Ok(Self { observer: make(CascadeMap::new::<f64>(cascade)?)?, report })
+    }
+}
+
+/// What can be said of the hypotheses.
+fn examine<S, C>(plant: &S, cascade: &C, run: &SampledRun, excite: &Excite) -> Result<KklPebReport, DesignError>
+where
+    S: Plant<f64>,
+    C: Cascade<f64>,
+    DefaultAllocator: CascadeSize<C::Second, C::Third, C::Fourth, C::Inputs, C::Outputs>,
+{
+    let [n2, n3, n4] = cascade.blocks();
+    if n4 == 0 {
+        return Err(KklError::NothingToEstimate.into());
+    }
+    let (inputs, outputs) = cascade.inputs_and_outputs();
+    let size = plant.dimensions();
+    let expected = (outputs + n2 + n3 + n4, inputs, outputs);
+    let (n, m, p) = expected;
+    let sizes = [
+        ("x", n, size.states, S::State::fixed_len()),
+        ("u", m, size.inputs, S::Input::fixed_len()),
+        ("y", p, size.outputs, S::Output::fixed_len()),
+        ("x of the run", n, run.x.ncols(), None),
+        ("u of the run", m, run.u.ncols(), None),
+        ("x2", n2, n2, C::Second::try_to_usize()),
+        ("x3", n3, n3, C::Third::try_to_usize()),
+        ("x4", n4, n4, C::Fourth::try_to_usize()),
+        ("u of the pieces", m, m, C::Inputs::try_to_usize()),
+        ("y of the pieces", p, p, C::Outputs::try_to_usize()),
+    ];
+    for (what, expected, found, fixed) in sizes {
+        let found = if found == expected { fixed.unwrap_or(found) } else { found };
+        if found != expected {
+            return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) }.into());
+        }
+    }
+    if cascade.k() >= p {
+        return Err(ObserverError::Output { output: cascade.k(), outputs: p }.into());
+    }
+    let length = run.t[run.t.len() - 1] - run.t[0];
+    for (what, value, least, most) in [
+        ("the window", excite.window, f64::MIN_POSITIVE, length),
+        ("the excitation needed", excite.needed, 0.0, f64::MAX),
+        ("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY),
+    ] {
+        if !(least..=most).contains(&value) {
+            return Err(KklError::Setting { what, value, least, most }.into());
+        }
+    }
+    let (mut facts, mut slowest) = (Vec::new(), None);
+    for (names, order, block) in [(["A2", "P2"], n2, dynamic(&cascade.a2())), (["A3", "P3"], n3, dynamic(&cascade.a3()))]
+    {
+        let [what, lyapunov] = names;
+        check_matrix(what, &block, (order, order))?;
+        if order == 0 {
+            continue;
+        }
+        let entries = Matrix::from_fn(order, order, |i, j| Interval::from_f64(block[(i, j)]).unwrap_or(Interval::UNBOUNDED));
+        let (spectrum, own) = hurwitz((what, lyapunov), &entries)?;
+        forgets(what, &spectrum, &own)?;
+        slowest = spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));
+        facts.extend(own);
+    }
+    let (greatest, growth) = bounded(run, excite.bound)?;
+    let (regressors, mismatch) = compare(plant, cascade, run)?;
+    let excitation = excitation(&run.t, &regressors, excite)?;
+    let certificate = Certificate { facts, deployed: None };
+    Ok(KklPebReport { certificate, slowest, excitation, greatest, growth, mismatch, samples: run.t.len() })
+}
+
+fn dynamic<R: Dim, Q: Dim>(m: &OMatrix<f64, R, Q>) -> DMatrix<f64>
+where
+    DefaultAllocator: nalgebra::allocator::Allocator<R, Q>,
+{
+    DMatrix::from_column_slice(m.nrows(), m.ncols(), m.as_slice())
+}
+
+/// The largest |x_i|, and their growth from the first to the second half.
+fn bounded(run: &SampledRun, bound: f64) -> Result<(Vec<f64>, f64), KklError> {
+    let half = 0.5 * (run.t[0] + run.t[run.t.len() - 1]);
+    let mut most = vec![[0.0f64; 2]; run.x.ncols()];
+    for (row, &time) in run.t.iter().enumerate() {
+        for (index, most) in most.iter_mut().enumerate() {
+            let value = run.x[(row, index)];
+            if value.abs() > bound {
+                return Err(KklError::Unbounding { what: "x", index, value, time });
+            }
+            let part = usize::from(time > half);
+            most[part] = most[part].max(value.abs());
+        }
+    }
+    let ratio = |[first, second]: &[f64; 2]| if *second > 0.0 { second / first } else { 0.0 };
+    let growth = most.iter().map(ratio).fold(0.0, f64::max);
+    Ok((most.iter().map(|[first, second]| first.max(*second)).collect(), growth))
+}
+
+/// An equation of the class at one sample: its name, by the pieces, by the plant.
+type Equation = (String, f64, f64);
+
+/// b at every sample, and the largest relative difference between the pieces and the plant.
+fn compare<S, C>(plant: &S, cascade: &C, run: &SampledRun) -> Result<(Vec<DVector<f64>>, f64), DesignError>
+where
+    S: Plant<f64>,
+    C: Cascade<f64>,
+    DefaultAllocator: CascadeSize<C::Second, C::Third, C::Fourth, C::Inputs, C::Outputs>,
+{
+    let [n2, n3, n4] = cascade.blocks();
+    let (_, p) = cascade.inputs_and_outputs();
+    let mut regressors = Vec::with_capacity(run.t.len());
+    let mut samples: Vec<Vec<Equation>> = Vec::with_capacity(run.t.len());
+    for (row, &time) in run.t.iter().enumerate() {
+        let x: Vec<f64> = run.x.row(row).iter().copied().collect();
+        let u: Vec<f64> = run.u.row(row).iter().copied().collect();
+        let (state, input) = (S::State::from_slice(&x), S::Input::from_slice(&u));
+        let (slope, output) = (plant.derivative(time, &state, &input), plant.output(time, &state));
+        let (slope, output) = (slope.as_slice(), output.as_slice());
+        let y = OVector::from_fn_generic(C::Outputs::from_usize(p), U1, |i, _| x[i]);
+        let x2 = OVector::from_fn_generic(C::Second::from_usize(n2), U1, |i, _| x[p + i]);
+        let x3 = OVector::from_fn_generic(C::Third::from_usize(n3), U1, |i, _| x[p + n2 + i]);
+        let x4 = &x[p + n2 + n3..];
+        let u = OVector::from_fn_generic(C::Inputs::from_usize(u.len()), U1, |i, _| u[i]);
+        let b: DVector<f64> = DVector::from_iterator(n4, cascade.b(&y, &x2, &x3, &u).iter().copied());
+        let seen = cascade.f1k(&y, &x2, &x3, &u) + b.iter().zip(x4).map(|(b, x4)| b * x4).sum::<f64>();
+        let second = cascade.a2() * &x2 + cascade.f2(&y, &u);
+        let third = cascade.a3() * &x3 + cascade.f3(&y, &x2, &u);
+        let fourth = cascade.f4(&y, &x2, &x3, &u);
+        let outputs = (0..p).map(|i| (format!("y({})", i + 1), x[i], output[i]));
+        let named = |block: usize, start: usize, entries: &[f64]| -> Vec<Equation> {
+            let equation = |(i, entry): (usize, &f64)| (format!("x{block}'({})", i + 1), *entry, slope[start + i]);
+            entries.iter().enumerate().map(equation).collect()
+        };
+        let equations: Vec<Equation> = outputs
+            .chain([(format!("x1'({})", cascade.k() + 1), seen, slope[cascade.k()])])
+            .chain(named(2, p, second.as_slice()))
+            .chain(named(3, p + n2, third.as_slice()))
+            .chain(named(4, p + n2 + n3, fourth.as_slice()))
+            .collect();
+        let undefined = equations.iter().any(|(_, piece, plant)| !(piece.is_finite() && plant.is_finite()));
+        if undefined || !b.iter().all(|entry| entry.is_finite()) {
+            let input = run.u.row(row).iter().copied().collect();
+            return Err(KklError::Undefined { operation: "a piece or the plant", state: x, input }.into());
+        }
+        regressors.push(b);
+        samples.push(equations);
+    }
+    // Every equation by its own size along the run: rounding is a share of it.
+    let count = samples.first().map_or(0, Vec::len);
+    let mut mismatch = 0.0f64;
+    for equation in 0..count {
+        let size = samples.iter().map(|sample| sample[equation].1.abs().max(sample[equation].2.abs())).fold(0.0, f64::max);
+        for (sample, &time) in samples.iter().zip(&run.t) {
+            let (name, piece, plant) = &sample[equation];
+            let difference = (piece - plant).abs();
+            if difference > f64::EPSILON.sqrt() * size {
+                return Err(KklError::Mismatch { equation: name.clone(), piece: *piece, plant: *plant, time }.into());
+            }
+            mismatch = mismatch.max(if difference > 0.0 { difference / size } else { 0.0 });
+        }
+    }
+    Ok((regressors, mismatch))
+}
+
+/// How many windows are examined.
+const WINDOWS: usize = 512;
+
+/// The least eigenvalue of `int b b'` over windows of the run.
+fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitation, DesignError> {
+    let Excite { window, needed, .. } = *excite;
+    let last = t[t.len() - 1];
+    // The windows that the run holds, from a sample to the first one that is T later.
+    let ends = |from: usize| t.iter().skip(from).position(|time| time - t[from] >= window).map(|steps| from + steps);
+    let starts: Vec<usize> = (0..t.len()).take_while(|&k| last - t[k] >= window).collect();
+    let stride = starts.len().div_ceil(WINDOWS).max(1);
+    let order = b.first().map_or(0, |b| b.len());
+    let gramian = |from: usize, to: usize, step: usize| {
+        let mut sum = DMatrix::zeros(order, order);
+        let mut k = from;
+        while k < to {
+            let next = (k + step).min(to);
+            let weight = 0.5 * (t[next] - t[k]);
+            sum += (&b[k] * b[k].transpose() + &b[next] * b[next].transpose()) * weight;
+            k = next;
+        }
+        sum
+    };
+    let mut worst: Option<(f64, Vec<f64>, usize, usize)> = None;
+    let (mut greatest, mut windows) = (0.0f64, 0);
+    // The last one too, whatever the stride.
+    let chosen = starts.iter().step_by(stride).chain(starts.last().filter(|_| (starts.len() - 1) % stride != 0));
+    for &from in chosen {
+        let Some(to) = ends(from) else { continue };
+        let gram = gramian(from, to, 1);
+        windows += 1;
+        greatest = greatest.max(gram.trace());
+        let (least, direction) = match SymmetricEigen::try_new(gram.clone(), f64::EPSILON, 1000) {
+            Some(eigen) => {
+                let k = eigen.eigenvalues.imin();
+                (eigen.eigenvalues[k], eigen.eigenvectors.column(k).iter().copied().collect())
+            }
+            None => (lambda_min(&gram)?, Vec::new()),
+        };
+        if worst.as_ref().is_none_or(|(most, ..)| least < *most) {
+            worst = Some((least, direction, from, to));
+        }
+    }
+    let Some((delta, direction, from, to)) = worst else {
+        // The window was checked to fit into the run.
+        let (least, most) = (f64::MIN_POSITIVE, last - t[0]);
+        return Err(KklError::Setting { what: "the window", value: window, least, most }.into());
+    };
+    // A sum of `to - from` terms of which none is larger than the trace, and the eigenvalue of a matrix of that size.
+    let rounding = (to - from + order) as f64 * f64::EPSILON * greatest;
+    if delta <= rounding.max(needed) {
+        let needed = rounding.max(needed);
+        return Err(KklError::NotExciting { delta, needed, window, from: t[from], direction }.into());
+    }
+    let coarse = lambda_min(&gramian(from, to, 2))?;
+    let quadrature = (coarse - delta).abs() / delta;
+    Ok(Excitation { window, delta, from: t[from], direction, greatest, quadrature, windows })
+}
