@@ -311,17 +311,20 @@ where
         }
     }
     let (mut facts, mut slowest) = (Vec::new(), None);
-    for (names, order, block) in [(["A2", "P2"], n2, dynamic(&cascade.a2())), (["A3", "P3"], n3, dynamic(&cascade.a3()))]
+    for (names, order, block) in
+        [(["A2", "P2"], n2, dynamic(&cascade.a2())), (["A3", "P3"], n3, dynamic(&cascade.a3()))]
     {
         let [what, lyapunov] = names;
         check_matrix(what, &block, (order, order))?;
         if order == 0 {
             continue;
         }
-        let entries = Matrix::from_fn(order, order, |i, j| Interval::from_f64(block[(i, j)]).unwrap_or(Interval::UNBOUNDED));
+        let entries =
+            Matrix::from_fn(order, order, |i, j| Interval::from_f64(block[(i, j)]).unwrap_or(Interval::UNBOUNDED));
         let (spectrum, own) = hurwitz((what, lyapunov), &entries)?;
         forgets(what, &spectrum, &own)?;
-        slowest = spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));
+        slowest =
+            spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));
         facts.extend(own);
     }
     let (greatest, growth) = bounded(run, excite.bound)?;
@@ -410,7 +413,8 @@ where
     let count = samples.first().map_or(0, Vec::len);
     let mut mismatch = 0.0f64;
     for equation in 0..count {
-        let size = samples.iter().map(|sample| sample[equation].1.abs().max(sample[equation].2.abs())).fold(0.0, f64::max);
+        let size =
+            samples.iter().map(|sample| sample[equation].1.abs().max(sample[equation].2.abs())).fold(0.0, f64::max);
         for (sample, &time) in samples.iter().zip(&run.t) {
             let (name, piece, plant) = &sample[equation];
             let difference = (piece - plant).abs();

@@ -25,10 +25,7 @@ pub(crate) struct Ratios {
 }
 
 /// The ratios over points `(x, T(x))` of a box with these half-widths.
-pub(crate) fn ratios<N: Dim, Z: Dim>(
-    points: &[(OVector<f64, N>, OVector<f64, Z>)],
-    half: &OVector<f64, N>,
-) -> Ratios
+pub(crate) fn ratios<N: Dim, Z: Dim>(points: &[(OVector<f64, N>, OVector<f64, Z>)], half: &OVector<f64, N>) -> Ratios
 where
     DefaultAllocator: Allocator<N> + Allocator<Z>,
 {

@@ -57,7 +57,9 @@ pub enum KklError {
     #[error("phi does not solve D phi f = Lambda phi + B: {0}")]
     NotASolution(Worst),
     /// It was not decided whether phi solves the equation (4).
-    #[error("it is undecided whether phi solves row {row} of D phi f = Lambda phi + B: its residual is proved below {bound:e} only, where {allowed:e} is allowed")]
+    #[error(
+        "it is undecided whether phi solves row {row} of D phi f = Lambda phi + B: its residual is proved below {bound:e} only, where {allowed:e} is allowed"
+    )]
     ResidualUndecided {
         /// Row, from 0.
         row: usize,
@@ -135,7 +137,9 @@ pub enum KklError {
     #[error("x4 has no entries: there is no parameter to estimate")]
     NothingToEstimate,
     /// A direction of x4 that b does not excite over some window of the run.
-    #[error("b is not exciting: over the {window} after {from}, int b b' has the least eigenvalue {delta:e}, where more than {needed:e} is needed; the direction of x4 that is not seen is {direction:?}")]
+    #[error(
+        "b is not exciting: over the {window} after {from}, int b b' has the least eigenvalue {delta:e}, where more than {needed:e} is needed; the direction of x4 that is not seen is {direction:?}"
+    )]
     NotExciting {
         /// The least eigenvalue achieved, delta of (42).
         delta: f64,

@@ -93,7 +93,9 @@ impl<C: Pieces<IntervalDual>> Images<'_, C> {
         let x: Option<Vec<IntervalDual>> = x
             .iter()
             .enumerate()
-            .map(|(i, x)| Some(IntervalDual::new(number(*x)?, if Some(i) == along { Interval::ONE } else { Interval::zero() })))
+            .map(|(i, x)| {
+                Some(IntervalDual::new(number(*x)?, if Some(i) == along { Interval::ONE } else { Interval::zero() }))
+            })
             .collect();
         let (x, t) = (x?, IntervalDual::new(number(t)?, Interval::zero()));
         let ways = explore(|| self.at(t, &x)).ok()?;

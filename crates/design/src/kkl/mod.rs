@@ -40,8 +40,8 @@ pub(crate) mod stability;
 
 use core::fmt;
 
-use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
 use luenberger_observers::ObserverDimensions;
+use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
 use luenberger_plants::{Column, Dimensions, Plant, PlantError};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
 use nalgebra::{DefaultAllocator, Dim};
@@ -215,15 +215,15 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
         let points = samples(&axes, settings);
         let (tolerance, budget) = (settings.tolerance, region.budget());
         let residual = residual::residual(self, (&points, &axes), tolerance, budget)?;
-        let stability = stability::stability(self.lambda_over(&axes, size)?)?;
+        let stability = stability::stability(self.lambda_over(&axes, size))?;
         let injectivity = injectivity::injectivity(self, self.order, (&points, &axes), budget)?;
         Ok(KklReport { residual, stability, injectivity, left_inverse: self.left_inverse_over(&points, &axes, size) })
     }
 
     /// Lambda over a box.
-    fn lambda_over(&self, axes: &[Interval], size: Dimensions) -> Result<Matrix<Interval>, DesignError>
+    fn lambda_over(&self, axes: &[Interval], size: Dimensions) -> Matrix<Interval>
     where
-        Self: Pieces<IntervalDual>,
+        Self: Pieces<IntervalDual> + Pieces<Collected>,
     {
         let (x, u, t) = still(axes, size);
         let order = self.order;
@@ -236,8 +236,23 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
         });
         // Without a value on the whole box nothing is known of it.
         let entries = united.filter(|entries| entries.len() == order * order);
-        let entries = entries.unwrap_or_else(|| vec![Interval::UNBOUNDED; order * order]);
-        Ok(Matrix::from_fn(order, order, |i, j| entries[j * order + i]))
+        let mut entries = entries.unwrap_or_else(|| vec![Interval::UNBOUNDED; order * order]);
+        // 1 + u^2 is never below 1, which only the collected form knows.
+        let form = collected::collect(|| {
+            let variables: Vec<Collected> = (0..axes.len()).map(Collected::variable).collect();
+            let (x, rest) = variables.split_at(size.states);
+            let (u, t) = (&rest[..size.inputs], rest[size.inputs]);
+            self.lambda(t, u, &self.output(t, x))
+        });
+        if let Ok((form, sheet)) = form
+            && let Some(atoms) = sheet.atoms_over(axes)
+        {
+            for (entry, form) in entries.iter_mut().zip(form) {
+                let form = collected::evaluate(&sheet.value(form), &atoms);
+                *entry = form.and_then(|form| entry.intersection(&form)).unwrap_or(*entry);
+            }
+        }
+        Matrix::from_fn(order, order, |i, j| entries[j * order + i])
     }
 
     fn left_inverse_over(&self, points: &[Vec<Interval>], axes: &[Interval], size: Dimensions) -> Option<(f64, Place)>

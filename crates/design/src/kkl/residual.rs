@@ -62,8 +62,10 @@ fn over<C: Pieces<IntervalDual>>(candidate: &C, cell: &[Interval]) -> Result<Vec
     let size = candidate.plant_dimensions();
     let still = |x: &Interval| IntervalDual::new(*x, Interval::zero());
     let ways = explore(|| {
-        let (x, u): (Vec<_>, Vec<_>) =
-            (cell[..size.states].iter().map(still).collect(), cell[size.states..][..size.inputs].iter().map(still).collect());
+        let (x, u): (Vec<_>, Vec<_>) = (
+            cell[..size.states].iter().map(still).collect(),
+            cell[size.states..][..size.inputs].iter().map(still).collect(),
+        );
         let time = cell[size.states + size.inputs];
         let field = candidate.field(still(&time), &x, &u);
         let moving: Vec<_> = x.iter().zip(&field).map(|(x, f)| IntervalDual::new(x.value(), f.value())).collect();
@@ -200,7 +202,8 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<Collected>>(
     let allowed: Vec<f64> = scales.iter().map(|scale| tolerance * scale).collect();
     // How far a part is from what is asked for: 1 or less is enough.
     let excess = |part: &Part| {
-        let shares = part.bounds.iter().zip(&allowed).map(|(bound, allowed)| if *bound == 0.0 { 0.0 } else { bound / allowed });
+        let shares =
+            part.bounds.iter().zip(&allowed).map(|(bound, allowed)| if *bound == 0.0 { 0.0 } else { bound / allowed });
         shares.fold(0.0, f64::max)
     };
     let mut parts = vec![part(axes.to_vec())];

@@ -25,7 +25,8 @@ fn about(x: f64) -> Collected {
 /// A constant of mathematics; asked for twice it is the same number.
 fn named(x: f64) -> Collected {
     let enclosure = Interval::new(x.next_down(), x.next_up());
-    enclosure.map_or_else(|| fail("a constant that is not finite"), |enclosure| Collected::named(x.to_bits(), enclosure))
+    enclosure
+        .map_or_else(|| fail("a constant that is not finite"), |enclosure| Collected::named(x.to_bits(), enclosure))
 }
 
 impl Add for Collected {

@@ -1,0 +1,49 @@
+//! A plant of Proposition 7's class, checked along a run, and observed: x' = -x + k u, where the gain k drifts with x.
+
+use luenberger::design::KklPebDesign;
+use luenberger::design::kkl_peb::{Excite, SampledRun};
+use luenberger::observers::KklPebObserver;
+use luenberger::observers::cascade::Cascade;
+use luenberger::observers::estimator::gradient::Gradient;
+use luenberger::prelude::*;
+use nalgebra::{Matrix1, OMatrix, SVector, U0, U1, Vector1, Vector2};
+
+#[derive(Clone, Copy)]
+struct Drifting;
+type V0 = SVector<f64, 0>;
+type V1 = Vector1<f64>;
+
+#[rustfmt::skip]
+impl Plant<f64> for Drifting {
+    type State = Vector2<f64>; type Input = V1; type Output = V1;
+    fn dimensions(&self) -> luenberger::plants::Dimensions { luenberger::plants::Dimensions { states: 2, inputs: 1, outputs: 1 } }
+    fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &V1) -> Vector2<f64> { Vector2::new(-x[0] + x[1] * u[0], -0.1 * x[0]) }
+    fn output(&self, _t: f64, x: &Vector2<f64>) -> V1 { V1::new(x[0]) }
+}
+
+#[rustfmt::skip]
+impl Cascade<f64> for Drifting {
+    type Second = U0; type Third = U0; type Fourth = U1; type Inputs = U1; type Outputs = U1;
+    fn blocks(&self) -> [usize; 3] { [0, 0, 1] }
+    fn inputs_and_outputs(&self) -> (usize, usize) { (1, 1) }
+    fn a2(&self) -> OMatrix<f64, U0, U0> { OMatrix::zeros() }
+    fn a3(&self) -> OMatrix<f64, U0, U0> { OMatrix::zeros() }
+    fn k(&self) -> usize { 0 }
+    fn f1k(&self, y: &V1, _: &V0, _: &V0, _: &V1) -> f64 { -y[0] }
+    fn f2(&self, _: &V1, _: &V1) -> V0 { V0::zeros() }
+    fn f3(&self, _: &V1, _: &V0, _: &V1) -> V0 { V0::zeros() }
+    fn f4(&self, y: &V1, _: &V0, _: &V0, _: &V1) -> V1 { y * -0.1 }
+    fn b(&self, _: &V1, _: &V0, _: &V0, u: &V1) -> V1 { *u }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let scenario = || Scenario::new(Drifting).initial_state(&[0.0, 2.0]).input(Signal::function(|t, u| u[0] = t.sin()));
+    let run = scenario().until(20.0, 2001).run()?;
+    let (samples, excite) = (SampledRun::new(&run.t, &run.x, &run.u)?, Excite::within(std::f64::consts::PI));
+    let gradient = Gradient::new(Matrix1::new(5.0))?;
+    let design =
+        KklPebDesign::new(&Drifting, Drifting, &samples, &excite, |map| KklPebObserver::new(map, gradient, 5.0))?;
+    let run = scenario().partial_observer("[KKL+PEB]O", &design.observer, &[0.0], &[1]).until(20.0, 5).run()?;
+    println!("{}k - khat = {:.4}", design.report, run.observer("[KKL+PEB]O")?.error.transpose());
+    Ok(())
+}
