@@ -93,7 +93,7 @@ pub struct Excitation {
     pub from: f64,
     /// The direction of x4 that it shows least.
     pub direction: Vec<f64>,
-    /// The largest eigenvalue over the windows: over delta it says how unlike the directions are seen.
+    /// The largest trace over the windows, not below any eigenvalue: over delta it says how unlike the directions are seen.
     pub greatest: f64,
     /// By how much delta of the worst window differs when every second sample is left out, relative: whether the samples are dense enough.
     pub quadrature: f64,
@@ -135,7 +135,7 @@ impl fmt::Display for KklPebReport {
         let Excitation { window, delta, from, greatest, windows, .. } = &self.excitation;
         writeln!(
             f,
-            "measured   int b b' >= {delta:.3e} I (42) over {window} s, worst from {from}, at most {greatest:.3e}; {windows} windows"
+            "measured   int b b' >= {delta:.3e} I (42) over {window} s, worst from {from}, trace at most {greatest:.3e}; {windows} windows"
         )?;
         let largest: Vec<String> = self.greatest.iter().map(|x| format!("{x:.3}")).collect();
         writeln!(f, "measured   |x| <= ({}), second half over first {:.2}", largest.join(", "), self.growth)?;
@@ -168,7 +168,7 @@ impl<O> KklPebDesign<O> {
     /// use luenberger_observers::cascade::Cascade;
     /// use luenberger_observers::estimator::gradient::Gradient;
     /// use luenberger_plants::{Dimensions, Plant};
-    /// use nalgebra::{DMatrix, Matrix1, OMatrix, SVector, U0, U1, Vector1, Vector2};
+    /// use nalgebra::{DMatrix, Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};
     ///
     /// #[derive(Clone, Copy)]
     /// struct Gain;
@@ -199,11 +199,11 @@ impl<O> KklPebDesign<O> {
     ///     fn inputs_and_outputs(&self) -> (usize, usize) {
     ///         (1, 1)
     ///     }
-    ///     fn a2(&self) -> OMatrix<f64, U0, U0> {
-    ///         OMatrix::zeros()
+    ///     fn a2(&self) -> SMatrix<f64, 0, 0> {
+    ///         SMatrix::<f64, 0, 0>::zeros()
     ///     }
-    ///     fn a3(&self) -> OMatrix<f64, U0, U0> {
-    ///         OMatrix::zeros()
+    ///     fn a3(&self) -> SMatrix<f64, 0, 0> {
+    ///         SMatrix::<f64, 0, 0>::zeros()
     ///     }
     ///     fn k(&self) -> usize {
     ///         0
@@ -438,7 +438,7 @@ fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitati
     let ends = |from: usize| t.iter().skip(from).position(|time| time - t[from] >= window).map(|steps| from + steps);
     let starts: Vec<usize> = (0..t.len()).take_while(|&k| last - t[k] >= window).collect();
     let stride = starts.len().div_ceil(WINDOWS).max(1);
-    let order = b.first().map_or(0, |b| b.len());
+    let order = b.first().map_or(0, DVector::len);
     let gramian = |from: usize, to: usize, step: usize| {
         let mut sum = DMatrix::zeros(order, order);
         let mut k = from;
@@ -453,7 +453,8 @@ fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitati
     let mut worst: Option<(f64, Vec<f64>, usize, usize)> = None;
     let (mut greatest, mut windows) = (0.0f64, 0);
     // The last one too, whatever the stride.
-    let chosen = starts.iter().step_by(stride).chain(starts.last().filter(|_| (starts.len() - 1) % stride != 0));
+    let chosen =
+        starts.iter().step_by(stride).chain(starts.last().filter(|_| !(starts.len() - 1).is_multiple_of(stride)));
     for &from in chosen {
         let Some(to) = ends(from) else { continue };
         let gram = gramian(from, to, 1);

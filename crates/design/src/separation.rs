@@ -24,8 +24,11 @@ pub(crate) struct Ratios {
     pub(crate) suspects: Vec<(f64, usize, usize)>,
 }
 
+/// A point with its image.
+pub(crate) type Imaged<N, Z> = (OVector<f64, N>, OVector<f64, Z>);
+
 /// The ratios over points `(x, T(x))` of a box with these half-widths.
-pub(crate) fn ratios<N: Dim, Z: Dim>(points: &[(OVector<f64, N>, OVector<f64, Z>)], half: &OVector<f64, N>) -> Ratios
+pub(crate) fn ratios<N: Dim, Z: Dim>(points: &[Imaged<N, Z>], half: &OVector<f64, N>) -> Ratios
 where
     DefaultAllocator: Allocator<N> + Allocator<Z>,
 {

@@ -5,18 +5,20 @@ use luenberger::design::kkl_peb::{Excite, SampledRun};
 use luenberger::observers::KklPebObserver;
 use luenberger::observers::cascade::Cascade;
 use luenberger::observers::estimator::gradient::Gradient;
+use luenberger::plants::Dimensions;
 use luenberger::prelude::*;
-use nalgebra::{Matrix1, OMatrix, SVector, U0, U1, Vector1, Vector2};
+use nalgebra::{Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};
 
 #[derive(Clone, Copy)]
 struct Drifting;
 type V0 = SVector<f64, 0>;
+type M0 = SMatrix<f64, 0, 0>;
 type V1 = Vector1<f64>;
 
 #[rustfmt::skip]
 impl Plant<f64> for Drifting {
     type State = Vector2<f64>; type Input = V1; type Output = V1;
-    fn dimensions(&self) -> luenberger::plants::Dimensions { luenberger::plants::Dimensions { states: 2, inputs: 1, outputs: 1 } }
+    fn dimensions(&self) -> Dimensions { Dimensions { states: 2, inputs: 1, outputs: 1 } }
     fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &V1) -> Vector2<f64> { Vector2::new(-x[0] + x[1] * u[0], -0.1 * x[0]) }
     fn output(&self, _t: f64, x: &Vector2<f64>) -> V1 { V1::new(x[0]) }
 }
@@ -26,8 +28,8 @@ impl Cascade<f64> for Drifting {
     type Second = U0; type Third = U0; type Fourth = U1; type Inputs = U1; type Outputs = U1;
     fn blocks(&self) -> [usize; 3] { [0, 0, 1] }
     fn inputs_and_outputs(&self) -> (usize, usize) { (1, 1) }
-    fn a2(&self) -> OMatrix<f64, U0, U0> { OMatrix::zeros() }
-    fn a3(&self) -> OMatrix<f64, U0, U0> { OMatrix::zeros() }
+    fn a2(&self) -> M0 { M0::zeros() }
+    fn a3(&self) -> M0 { M0::zeros() }
     fn k(&self) -> usize { 0 }
     fn f1k(&self, y: &V1, _: &V0, _: &V0, _: &V1) -> f64 { -y[0] }
     fn f2(&self, _: &V1, _: &V1) -> V0 { V0::zeros() }

@@ -90,13 +90,13 @@ macro_rules! assign {
 assign!(AddAssign add_assign add, SubAssign sub_assign sub, MulAssign mul_assign mul, DivAssign div_assign div, RemAssign rem_assign rem);
 
 /// Whether `x - y` is a number, and which.
-fn difference(x: &Collected, y: &Collected) -> Option<Interval> {
-    (*x - *y).as_constant()
+fn difference(x: Collected, y: Collected) -> Option<Interval> {
+    (x - y).as_constant()
 }
 
 impl PartialEq for Collected {
     fn eq(&self, other: &Self) -> bool {
-        match difference(self, other) {
+        match difference(*self, *other) {
             Some(d) if d.is_point() => d.is_zero(),
             Some(d) if !d.contains(0.0) => false,
             _ => open_question(),
@@ -106,7 +106,7 @@ impl PartialEq for Collected {
 
 impl PartialOrd for Collected {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(match difference(self, other) {
+        Some(match difference(*self, *other) {
             Some(d) if d.lo() > 0.0 => Ordering::Greater,
             Some(d) if d.hi() < 0.0 => Ordering::Less,
             Some(d) if d.is_point() => Ordering::Equal,
