@@ -24,11 +24,16 @@ fn settings() -> KklSettings {
     KklSettings::default()
 }
 
-/// Proposition 6 with a slip: the sign of sin y in B.
+/// Proposition 6 with a slip: B has `square y^2 + sine sin y` in its first row.
 #[derive(Debug)]
-struct WrongSign;
+struct Slip {
+    square: f64,
+    sine: f64,
+}
 
-impl<T: RealField + Copy> KklMap<T> for WrongSign {
+const WRONG_SIGN: Slip = Slip { square: 1.0, sine: -1.0 };
+
+impl<T: RealField + Copy> KklMap<T> for Slip {
     type Xi = U2;
     type Inputs = U1;
     type Outputs = U1;
@@ -40,7 +45,8 @@ impl<T: RealField + Copy> KklMap<T> for WrongSign {
         CascadeMaps.lambda(t, u, y)
     }
     fn injection(&self, t: T, xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
-        CascadeMaps.injection(t, xi, u, y) - Vector2::new(y[0].sin() + y[0].sin(), T::zero())
+        let first = y[0] * y[0] * number(self.square) + y[0].sin() * number(self.sine);
+        Vector2::new(first, CascadeMaps.injection(t, xi, u, y)[1])
     }
     fn left_inverse(&self, _t: T, xi: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
         *xi
@@ -83,7 +89,7 @@ fn proposition_6_is_proved_on_a_box() {
 
 #[test]
 fn a_wrong_sign_is_refuted_at_a_point() {
-    let candidate = KklCandidate::new(&ExponentialCascade, &WrongSign, &[1, 2]).unwrap();
+    let candidate = KklCandidate::new(&ExponentialCascade, &WRONG_SIGN, &[1, 2]).unwrap();
     let report = candidate.check(&sixth(), &settings()).unwrap();
     let Verdict::Refuted { witness } = &report.residual.verdict else { panic!("{report}") };
     // The residual is 2 sin x1 in row 1, by hand; the enclosure of a point is a few roundings of the terms, 16 at most, wide.
@@ -93,7 +99,7 @@ fn a_wrong_sign_is_refuted_at_a_point() {
     // |x1| = pi/2 has the largest, 2, and 300 points see it to a percent.
     assert!(truth > 1.98 && report.residual.bounds[0] >= 2.0, "{:?}", report.residual);
     assert!(report.residual.bounds[1] == 0.0);
-    let refused = KklDesign::new(&ExponentialCascade, WrongSign, &[1, 2], &sixth(), &settings());
+    let refused = KklDesign::new(&ExponentialCascade, WRONG_SIGN, &[1, 2], &sixth(), &settings());
     assert!(matches!(refused, Err(DesignError::Kkl(KklError::NotASolution(worst))) if worst == *witness));
     assert!(report.to_string().contains("Refuted"));
 }
@@ -335,6 +341,27 @@ proptest! {
         let phi = DMatrix::from_fn(n + 1, n, |i, j| if i < n { phi[(i, j)] } else { plant.c[(0, j)] });
         let expected = phi.singular_values().min();
         prop_assert!((sigma - expected).abs() <= 1e-9 * phi.norm(), "{sigma} {expected}");
+    }
+
+    /// Whatever B is, the bound is above the residual `(1 - square) x1^2 + (1 - sine) sin x1` of the first row everywhere, and not above the sum of what its terms can be; what
+    /// is said to be attained at the worst point is.
+    #[test]
+    fn no_point_exceeds_the_bound(square in -2.0..2.0f64, sine in -2.0..2.0f64, hi in 0.1..2.0f64, shares in prop::collection::vec(0.0..=1.0f64, 40)) {
+        let slip = Slip { square, sine };
+        let region = Region::new(&[(-1.0, hi), (-1.0, 1.0), (-1.0, 1.0)]).inputs(&[(-1.0, 1.0)]);
+        let report = KklCandidate::new(&ExponentialCascade, &slip, &[1, 2]).unwrap().check(&region, &settings()).unwrap();
+        let truth = |x: f64| ((1.0 - square) * x * x + (1.0 - sine) * x.sin()).abs();
+        let residual = &report.residual;
+        // The roundings of this closed form, on numbers up to 15.
+        let rounding = 1e-14;
+        for share in shares {
+            prop_assert!(truth(-1.0 + share * (hi + 1.0)) <= residual.bounds[0] + rounding);
+        }
+        let most = hi.max(1.0);
+        let sum = (1.0 - square).abs() * most * most + (1.0 - sine).abs() * most.sin().max(1f64.sin()).max(if most > 1.57 { 1.0 } else { 0.0 });
+        prop_assert!(residual.bounds[0] <= sum + rounding);
+        let worst = &residual.worst;
+        prop_assert!(worst.at_least <= truth(worst.place.state[0]) + rounding && worst.at_least <= residual.bounds[0]);
     }
 
     /// The bound is one: a Lambda off by `delta` leaves the residual `delta phi`, whose largest value over the box is known, and samples are below it.

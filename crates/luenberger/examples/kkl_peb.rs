@@ -1,10 +1,9 @@
 //! A plant of Proposition 7's class, checked along a run, and observed: x' = -x + k u, where the gain k drifts with x.
+//!
+//! `cargo run -p luenberger --example kkl_peb`
 
-use luenberger::design::KklPebDesign;
-use luenberger::design::kkl_peb::{Excite, SampledRun};
-use luenberger::observers::KklPebObserver;
-use luenberger::observers::cascade::Cascade;
-use luenberger::observers::estimator::gradient::Gradient;
+use luenberger::design::kkl_peb::{Excite, KklPebDesign, SampledRun};
+use luenberger::observers::{KklPebObserver, cascade::Cascade, estimator::gradient::Gradient};
 use luenberger::plants::Dimensions;
 use luenberger::prelude::*;
 use nalgebra::{Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};

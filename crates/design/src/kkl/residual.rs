@@ -40,7 +40,7 @@ pub struct Residual {
     pub scales: Vec<f64>,
     /// For each row, a number that the magnitude of the residual nowhere in the box exceeds: proved, infinite where nothing is.
     pub bounds: Vec<f64>,
-    /// Whether the two sides could be [collected](super::collected) before they were enclosed; else what stood in the way.
+    /// Whether the two sides could be collected before they were enclosed; else what stood in the way.
     pub collected: Result<(), &'static str>,
     /// Points sampled.
     pub points: usize,
