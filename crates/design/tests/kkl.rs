@@ -7,7 +7,7 @@ use luenberger_design::{DesignError, KklCandidate, KklDesign, KklPebDesign, Regi
 use luenberger_linalg::sylvester;
 use luenberger_observers::cascade::Cascade;
 use luenberger_observers::estimator::gradient::Gradient;
-use luenberger_observers::exponential_cascade::CascadeMaps;
+use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
 use luenberger_observers::{KklMap, KklPebObserver, Observer, ObserverDimensions, cuk};
 use luenberger_plants::{CukConverter, Dimensions, DynamicPlant, ExponentialCascade, Plant, PlantError};
 use luenberger_proof::Verdict;
@@ -39,14 +39,14 @@ impl<T: RealField + Copy> KklMap<T> for Slip {
     type Outputs = U1;
     type Estimate = U2;
     fn dimensions(&self) -> ObserverDimensions {
-        KklMap::<T>::dimensions(&CascadeMaps)
+        KklMap::<T>::dimensions(&ExponentialCascadeMap)
     }
     fn lambda(&self, t: T, u: &Vector1<T>, y: &Vector1<T>) -> Matrix2<T> {
-        CascadeMaps.lambda(t, u, y)
+        ExponentialCascadeMap.lambda(t, u, y)
     }
     fn injection(&self, t: T, xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
         let first = y[0] * y[0] * number(self.square) + y[0].sin() * number(self.sine);
-        Vector2::new(first, CascadeMaps.injection(t, xi, u, y)[1])
+        Vector2::new(first, ExponentialCascadeMap.injection(t, xi, u, y)[1])
     }
     fn left_inverse(&self, _t: T, xi: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
         *xi
@@ -63,8 +63,10 @@ fn sixth() -> Region {
 /// phi = (x2, x3), Lambda = diag(-1, 0) and the printed B: both sides of (4) are the same polynomials in the same atoms, and nothing is left.
 #[test]
 fn proposition_6_is_proved_on_a_box() {
-    let report =
-        KklCandidate::new(&ExponentialCascade, &CascadeMaps, &[1, 2]).unwrap().check(&sixth(), &settings()).unwrap();
+    let report = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, &[1, 2])
+        .unwrap()
+        .check(&sixth(), &settings())
+        .unwrap();
     let KklReport { residual, stability, injectivity, left_inverse } = &report;
     assert_eq!((residual.bounds.as_slice(), residual.parts, residual.collected), ([0.0, 0.0].as_slice(), 1, Ok(())));
     assert!(residual.verdict.is_proved());
@@ -81,7 +83,7 @@ fn proposition_6_is_proved_on_a_box() {
     assert_eq!(stability.diagonal.as_ref().unwrap()[0].lo(), -1.0);
     // The integrated entry is for a parameter estimator: this is no KKLO.
     assert!(!report.is_proved());
-    let refused = KklDesign::new(&ExponentialCascade, CascadeMaps, &[1, 2], &sixth(), &settings());
+    let refused = KklDesign::new(&ExponentialCascade, ExponentialCascadeMap, &[1, 2], &sixth(), &settings());
     assert!(
         matches!(refused, Err(DesignError::Kkl(KklError::NotHurwitz { what: "Lambda", eigenvalue })) if eigenvalue.re == 0.0)
     );
@@ -396,7 +398,7 @@ fn an_unobservable_linear_plant_is_not_injective() {
 
 #[test]
 fn bad_boxes_indices_and_settings_are_refused() {
-    let candidate = KklCandidate::new(&ExponentialCascade, &CascadeMaps, &[1, 2]).unwrap();
+    let candidate = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, &[1, 2]).unwrap();
     let states = [(-1.0, 1.0); 3];
     let with = |states: &[(f64, f64)], inputs: &[(f64, f64)]| {
         candidate.check(&Region::new(states).inputs(inputs), &settings()).unwrap_err()
@@ -420,10 +422,10 @@ fn bad_boxes_indices_and_settings_are_refused() {
         assert!(matches!(candidate.check(&region, &bad), Err(DesignError::Kkl(KklError::Setting { .. }))));
     }
     for indices in [&[][..], &[1], &[1, 1], &[1, 3], &[0, 1, 2]] {
-        let refused = KklCandidate::new(&ExponentialCascade, &CascadeMaps, indices);
+        let refused = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, indices);
         assert!(matches!(refused, Err(DesignError::Kkl(KklError::Estimated { .. }))), "{indices:?}");
     }
-    let misfit = KklCandidate::new(&CukConverter::default(), &CascadeMaps, &[1, 2]).map(|_| ());
+    let misfit = KklCandidate::new(&CukConverter::default(), &ExponentialCascadeMap, &[1, 2]).map(|_| ());
     assert!(matches!(misfit, Err(DesignError::Matrix(PlantError::DimensionMismatch { .. }))));
     let empty = LinearMap { d: DMatrix::zeros(0, 0), b: DMatrix::zeros(0, 1), t: DMatrix::zeros(0, 1) };
     let plant = DynamicPlant::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();

@@ -1,6 +1,4 @@
 //! A plant of Proposition 7's class, checked along a run, and observed: x' = -x + k u, where the gain k drifts with x.
-//!
-//! `cargo run -p luenberger --example kkl_peb`
 
 use luenberger::design::kkl_peb::{Excite, KklPebDesign, SampledRun};
 use luenberger::observers::{KklPebObserver, cascade::Cascade, estimator::gradient::Gradient};

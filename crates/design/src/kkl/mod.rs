@@ -175,9 +175,9 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi = (x2, x3):
     /// ```
     /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
-    /// use luenberger_observers::exponential_cascade::CascadeMaps;
+    /// use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
     /// use luenberger_plants::ExponentialCascade;
-    /// let candidate = KklCandidate::new(&ExponentialCascade, &CascadeMaps, &[1, 2])?;
+    /// let candidate = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, &[1, 2])?;
     /// let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0), (-1.0, 1.0)]).inputs(&[(-3.0, 3.0)]);
     /// let report = candidate.check(&region, &KklSettings::default())?;
     /// assert_eq!(report.residual.bounds, [0.0, 0.0]);
