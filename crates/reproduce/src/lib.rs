@@ -16,6 +16,7 @@ pub mod context;
 mod cubic;
 pub mod evidence;
 pub mod figure;
+mod kkl;
 pub mod ledger;
 mod mvt;
 pub mod paper;
@@ -38,7 +39,7 @@ use std::path::Path;
 
 /// Every paper, in the order of the report.
 pub fn papers() -> Vec<Paper> {
-    vec![cubic::paper(), mvt::paper()]
+    vec![cubic::paper(), mvt::paper(), kkl::paper()]
 }
 
 /// Checks every claim and draws every figure of every paper; writes `claims.json`, `data/`, `figures/` and `report.html`

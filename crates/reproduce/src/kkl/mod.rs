@@ -1,0 +1,36 @@
+//! Paper 3: KKL, PEB, [KKL+PEB] and I&I observers.
+//!
+//! What is true of the paper's theory and what is not stands in `docs/theory-kkl.md` of the repository.
+
+mod converter;
+mod findings;
+
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::Tolerance;
+use crate::paper::Paper;
+use crate::value::Printed;
+
+/// The paper.
+pub(crate) fn paper() -> Paper {
+    Paper {
+        key: "kkl",
+        title: "On state observers for nonlinear systems: a new design and a unifying framework",
+        citation: "B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018",
+        claims: [converter::claims()].concat(),
+        figures: [converter::figures()].concat(),
+        datasets: Vec::new(),
+        findings: findings::findings(),
+    }
+}
+
+/// A statement that the paper makes without a number.
+fn claim(
+    id: &'static str,
+    place: &'static str,
+    statement: &'static str,
+    assumptions: &'static [&'static str],
+    check: fn(&Context) -> Result<Outcome, CheckError>,
+) -> Claim {
+    Claim { id, place, statement, printed: Printed::Holds(true), tolerance: Tolerance::AsPrinted, assumptions, check }
+}
