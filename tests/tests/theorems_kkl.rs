@@ -207,6 +207,44 @@ proptest! {
     }
 }
 
+proptest! {
+    /// F3 of Proposition 6 does not survive a Lambda that depends on y and u: `e' = Lambda(y, u) e` with `Lambda <= diag(-1, 1 - c + u^2/12)`, and phi^L takes phi back.
+    #[test]
+    fn the_plant_of_proposition_6_has_a_kklo(
+        x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in pair(5.0), u in (-3.0..3.0f64).prop_map(Vector1::new), c in 0.1..10.0f64,
+    ) {
+        let plant = ExponentialCascade;
+        let (y, rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let observer = exponential_cascade::kklo(c).unwrap();
+        let map = observer.map();
+        let phi = map.image(0.0, &Vector2::new(x[1], x[2]), &y);
+        // d/dt (exp(x3) - c y - y^3), by hand.
+        let phi_rate = Vector2::new(rate[1], x[2].exp() * rate[2] - (c + 3.0 * y[0] * y[0]) * rate[0]);
+        let lambda = map.lambda(0.0, &u, &y);
+        let e_rate = map.slope(0.0, &xi, &u, &y) - phi_rate;
+        // Lambda up to 30, phi up to 40, k' y^3 up to 200.
+        prop_assert!((e_rate - lambda * (xi - phi)).amax() <= 64.0 * f64::EPSILON * 1400.0, "{} {}", e_rate, lambda * (xi - phi));
+        prop_assert!(lambda[(0, 0)] == -1.0 && lambda[(1, 1)] <= 1.0 - c + u[0] * u[0] / 12.0 + 1e-14);
+        // phi is up to 30 away from 0, exp(x3) only 0.1.
+        prop_assert!((map.left_inverse(0.0, &phi, &y) - Vector2::new(x[1], x[2])).amax() <= 8.0 * f64::EPSILON * 300.0);
+    }
+}
+
+/// Outputs that overflow make no NaN in that KKLO, and an estimate below the domain of the logarithm is held.
+#[test]
+fn the_kklo_of_proposition_6_stays_finite() {
+    let observer = exponential_cascade::kklo(2.0).unwrap();
+    for y in [1e200, -1e200, f64::MAX, 1e-320] {
+        let (u, y) = (Vector1::new(-y), Vector1::new(y));
+        let state = Vector2::new(1.0, -1e10);
+        assert!(!observer.derivative(0.0, &state, &u, &y).iter().any(|entry| entry.is_nan()), "{y}");
+        assert!(observer.estimate(0.0, &state, &u, &y).iter().all(|entry| entry.is_finite()), "{y}");
+    }
+    let held = observer.estimate(0.0, &Vector2::new(0.0, -1.0), &Vector1::new(0.0), &Vector1::new(0.0));
+    assert_eq!(held[1], LOWEST.ln());
+    assert!(exponential_cascade::kklo(0.0).is_err() && exponential_cascade::kklo(f64::NAN).is_err());
+}
+
 /// The set-point |Vd| at the time t: 15, 25, 10, 20, 10, 15 on successive 0.2 s.
 fn set_point(t: f64) -> f64 {
     const SEQUENCE: [f64; 6] = [15.0, 25.0, 10.0, 20.0, 10.0, 15.0];

@@ -10,12 +10,17 @@
 //! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta monotonically, and noise cannot take it below [`LOWEST`],
 //! where it is held; [`Diagnose`](crate::diagnosis::Diagnose) reports that, and beforehand that it is about to happen. psi(0) = 0, not positive as the
 //! paper has it: the regression is then exact from the start (psi(0) > 0 adds a transient to it that decays with the filter).
+//!
+//! F3, that the plant admits no KKLO, is true of a constant Lambda, and of one that depends on y. With a Lambda that depends on y and u, as the paper's own KKLO of the converter
+//! has, there is one: [`kklo`].
 
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
 use crate::error::ObserverError;
 use crate::estimator::gradient::Gradient;
-use crate::kkl::KklMap;
+use crate::estimator::standing;
+use crate::filters::positive;
+use crate::kkl::{KklMap, KklObserver};
 use crate::kkl_peb::KklPebObserver;
 use crate::observer::ObserverDimensions;
 use crate::pebo::Regression;
@@ -103,5 +108,81 @@ impl<T: RealField + Copy> Regression<T> for ExponentialCascadeMap {
 
     fn lower_bound(&self, _parameter: usize) -> Option<T> {
         Some(convert(LOWEST))
+    }
+}
+
+/// A KKLO of the same plant: in z = exp(x3) it is linear, `y' = z - y^3`, `z' = a z` with `a = 1/(y^2 + 1) + y u`, so that with any k
+///
+/// ```text
+/// phi = (x2, exp(x3) - k(y)),  Lambda = diag(-1, a - k'(y)),  B = (y^2 + sin y, (a - k') k + k' y^3)
+/// ```
+///
+/// solves (4), and `phi^L = (xi1, ln(xi2 + k))`. Here `k = c y + y^3`, and `a - k' = 1/(y^2 + 1) + y u - 3 y^2 - c <= 1 - c + u^2/12`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VaryingExponentialCascadeMap<T> {
+    c: T,
+}
+
+/// The observer of [`VaryingExponentialCascadeMap`], with a state of length 2.
+pub type ExponentialCascadeKklo<T> = KklObserver<VaryingExponentialCascadeMap<T>>;
+
+/// The KKLO of [`VaryingExponentialCascadeMap`] with the gain c, in 1/s: the error of `exp(x3)` decays at the rate `c - 1 - u^2/12` or faster, and at `c - 1` or faster where `u = -y`.
+///
+/// Its xi2 + k is an estimate of exp(x3), and may be negative on the way: x3hat is not taken below `ln` of [`LOWEST`].
+///
+/// ```
+/// use luenberger_observers::{KklMap, Observer, exponential_cascade};
+/// use nalgebra::{Vector1, Vector2};
+/// let observer = exponential_cascade::kklo(2.0)?;
+/// let (u, y) = (Vector1::new(-0.5), Vector1::new(0.5));
+/// let poles = observer.map().lambda(0.0, &u, &y).diagonal();
+/// assert_eq!(poles, Vector2::new(-1.0, 1.0 / 1.25 - 0.25 - 0.75 - 2.0));
+/// // x3hat = 0 is exp(x3hat) = 1.
+/// let state = observer.initial(0.0, &Vector2::zeros(), &u, &y);
+/// assert_eq!(state, Vector2::new(0.0, 1.0 - 1.0 - 0.125));
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+/// # Errors
+/// [`ObserverError::NotPositive`] unless c is positive and finite.
+pub fn kklo<T: RealField + Copy>(c: T) -> Result<ExponentialCascadeKklo<T>, ObserverError> {
+    positive("the gain c", c).map(|c| KklObserver::new(VaryingExponentialCascadeMap { c }))
+}
+
+impl<T: RealField + Copy> VaryingExponentialCascadeMap<T> {
+    /// `k(y)`, `k'(y)`, and `a - k'`.
+    fn parts(&self, u: T, y: T) -> [T; 3] {
+        let square = y * y;
+        let slope = self.c + square * convert(3.0);
+        [(self.c + square) * y, slope, standing(T::one() / (square + T::one()) + y * u - slope)]
+    }
+}
+
+impl<T: RealField + Copy> KklMap<T> for VaryingExponentialCascadeMap<T> {
+    type Xi = U2;
+    type Inputs = U1;
+    type Outputs = U1;
+    type Estimate = U2;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn lambda(&self, _t: T, u: &Vector1<T>, y: &Vector1<T>) -> Matrix2<T> {
+        Matrix2::from_diagonal(&Vector2::new(-T::one(), self.parts(u[0], y[0])[2]))
+    }
+
+    /// An entry that overflows is 0.
+    fn injection(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
+        let ([k, slope, pole], square) = (self.parts(u[0], y[0]), y[0] * y[0]);
+        Vector2::new(standing(square + y[0].sin()), standing(pole * k + slope * square * y[0]))
+    }
+
+    fn left_inverse(&self, _t: T, xi: &Vector2<T>, y: &Vector1<T>) -> Vector2<T> {
+        let exponential = standing(xi[1] + self.parts(T::zero(), y[0])[0]);
+        Vector2::new(xi[0], exponential.max(convert(LOWEST)).ln())
+    }
+
+    fn image(&self, _t: T, xhat: &Vector2<T>, y: &Vector1<T>) -> Vector2<T> {
+        Vector2::new(xhat[0], xhat[1].exp() - self.parts(T::zero(), y[0])[0])
     }
 }
