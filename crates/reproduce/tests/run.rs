@@ -248,3 +248,48 @@ fn the_claims_of_the_mean_value_theorem_paper_keep_their_names() {
     }
     assert_eq!(paper.datasets.len(), 12);
 }
+
+/// The pages on the third paper name claims too.
+#[test]
+fn every_claim_that_the_docs_name_of_the_third_paper_exists() {
+    let papers = luenberger_reproduce::papers();
+    let known: Vec<&str> = papers.iter().flat_map(|paper| paper.claims.iter().map(|claim| claim.id)).collect();
+    for (page, text) in [
+        ("theory-kkl.md", include_str!("../../../docs/theory-kkl.md")),
+        ("numerical-kkl.md", include_str!("../../../docs/numerical-kkl.md")),
+    ] {
+        let named: Vec<&str> =
+            text.split('`').filter(|word| word.starts_with("kkl.") && !word.contains([' ', '\n'])).collect();
+        assert!(!named.is_empty(), "{page} names no claim");
+        for id in named {
+            assert!(known.contains(&id), "{id} is in docs/{page} and not in the ledger");
+        }
+    }
+}
+
+/// The claims of the third paper beside its converter, which others refer to.
+#[test]
+fn the_examples_of_the_third_paper_are_in_the_ledger() {
+    let papers = luenberger_reproduce::papers();
+    let known: Vec<&str> = papers.iter().flat_map(|paper| paper.claims.iter().map(|claim| claim.id)).collect();
+    for id in [
+        "kkl.prop5.as-printed",
+        "kkl.prop5.repaired",
+        "kkl.set-relation",
+        "kkl.prop6.pde-residual",
+        "kkl.prop6.boundedness",
+        "kkl.prop6.x2-converges",
+        "kkl.prop6.x3-converges",
+        "kkl.prop6.theta-positive",
+        "kkl.prop6.psi-start",
+        "kkl.prop6.f3",
+        "kkl.prop7.gradient",
+        "kkl.prop7.error-equation",
+        "kkl.prop7.drem",
+        "kkl.prop7.not-exciting",
+        "kkl.duffing.numerical",
+        "kkl.duffing.pde-residual",
+    ] {
+        assert!(known.contains(&id), "{id}");
+    }
+}

@@ -3,7 +3,11 @@
 //! What is true of the paper's theory and what is not stands in `docs/theory-kkl.md` of the repository.
 
 mod converter;
+mod duffing;
 mod findings;
+mod prop5;
+mod prop6;
+mod prop7;
 
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
@@ -17,8 +21,8 @@ pub(crate) fn paper() -> Paper {
         key: "kkl",
         title: "On state observers for nonlinear systems: a new design and a unifying framework",
         citation: "B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018",
-        claims: [converter::claims()].concat(),
-        figures: [converter::figures()].concat(),
+        claims: [prop5::claims(), prop6::claims(), prop7::claims(), converter::claims(), duffing::claims()].concat(),
+        figures: [prop6::figures(), prop7::figures(), converter::figures(), duffing::figures()].concat(),
         datasets: Vec::new(),
         findings: findings::findings(),
     }

@@ -1,0 +1,362 @@
+//! Proposition 7: a plant of the class with two parameters, the gradient estimator beside DREM.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use luenberger_linalg::spectral_radius;
+use luenberger_observers::cascade::{Cascade, CascadeMap};
+use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
+use luenberger_observers::estimator::excitation::Monitored;
+use luenberger_observers::estimator::gradient::Gradient;
+use luenberger_observers::kkl_peb::KklPebObserver;
+use luenberger_observers::{Diagnose, Diagnosis, Observer, ObserverError};
+use luenberger_plants::{Column, Dimensions, Plant};
+use luenberger_sim::{Scenario, Settings, Signal, SimError, Trajectory, solve};
+use nalgebra::{DMatrix, Matrix1, Matrix2, SVector, U1, U2, Vector1, Vector2};
+
+use super::claim;
+use crate::claim::{CheckError, Claim, Outcome};
+use crate::context::Context;
+use crate::evidence::Evidence;
+use crate::figure::{Dash, Figure, Hue, Panel, Series};
+use crate::paper::{Drawing, Plate};
+use crate::table::Table;
+use crate::value::{Value, short};
+
+const PLANT: &str = "x11' = -x11 + x3 + b'x4, x12' = -2 x12 + x2, x2' = -x2 + sin x12, x3' = -3 x3 + x2 x11, x4' = -b x11/2, b = u, y = (x11, x12)";
+const EXCITED: &str = "u = (sin 2t, 1), for which (42) holds with T = π, δ = π/2; x(0) = (1, -1, 0.5, -0.5, 2, -1), α = 5, the estimates from 0";
+const STARTED: &str = "x̂2 and x̂3 begin right, so that the regression is exact and nothing but the estimators is seen";
+
+const START: [f64; 6] = [1.0, -1.0, 0.5, -0.5, 2.0, -1.0];
+const ALPHA: f64 = 5.0;
+const END: f64 = 30.0;
+/// Every 0.05.
+const SAMPLES: usize = 601;
+const GRADIENT: &str = "gradient";
+const FILTERS: &str = "DREM, filters";
+const KREISSELMEIER: &str = "DREM, Kreisselmeier";
+const NAMES: [&str; 3] = [GRADIENT, FILTERS, KREISSELMEIER];
+/// x2, x3, x4 in the state of the plant.
+const UNMEASURED: [usize; 4] = [2, 3, 4, 5];
+/// Ten times the absolute tolerance of the runs per step, which errors that decay forget.
+const INTEGRATION: f64 = 1e-10;
+
+pub(super) fn claims() -> Vec<Claim> {
+    vec![
+        claim(
+            "kkl.prop7.gradient",
+            "Proposition 7, (43) to (47)",
+            "the observer with the gradient estimator converges under persistent excitation (|x̂ - x| of x2, x3, x4 at T = 30)",
+            &[PLANT, EXCITED, "Γ = 2 I"],
+            gradient,
+        ),
+        claim(
+            "kkl.prop7.error-equation",
+            "proof of Proposition 7",
+            "θ̃' = Γ ψ̂ ψ̂' θ̃",
+            &[PLANT, EXCITED, STARTED, "Γ = 2 I"],
+            error_equation,
+        ),
+        claim(
+            "kkl.prop7.drem",
+            "remarks to Proposition 7",
+            "DREM can replace the gradient estimator: it converges, each parameter monotonically",
+            &[
+                PLANT,
+                EXCITED,
+                STARTED,
+                "extension by the filter 1/(p + 1) with γ = 200, and Kreisselmeier's with a = 0.5, γ = 10",
+            ],
+            drem,
+        ),
+        claim(
+            "kkl.prop7.not-exciting",
+            "Proposition 7, (iii)",
+            "(42) is needed: without it θ is not found (error of x4 at T = 30, and the excitation that the observer reports)",
+            &[PLANT, "u = (1, 0), otherwise as with excitation"],
+            not_exciting,
+        ),
+    ]
+}
+
+/// The plant of the assumptions, x = (x11, x12, x2, x3, x4).
+#[derive(Clone, Copy, Debug)]
+struct Example;
+
+impl Cascade<f64> for Example {
+    type Second = U1;
+    type Third = U1;
+    type Fourth = U2;
+    type Inputs = U2;
+    type Outputs = U2;
+
+    fn blocks(&self) -> [usize; 3] {
+        [1, 1, 2]
+    }
+    fn inputs_and_outputs(&self) -> (usize, usize) {
+        (2, 2)
+    }
+    fn a2(&self) -> Matrix1<f64> {
+        Matrix1::new(-1.0)
+    }
+    fn a3(&self) -> Matrix1<f64> {
+        Matrix1::new(-3.0)
+    }
+    fn k(&self) -> usize {
+        0
+    }
+    fn f1k(&self, y: &Vector2<f64>, _x2: &Vector1<f64>, x3: &Vector1<f64>, _u: &Vector2<f64>) -> f64 {
+        x3[0] - y[0]
+    }
+    fn f2(&self, y: &Vector2<f64>, _u: &Vector2<f64>) -> Vector1<f64> {
+        Vector1::new(y[1].sin())
+    }
+    fn f3(&self, y: &Vector2<f64>, x2: &Vector1<f64>, _u: &Vector2<f64>) -> Vector1<f64> {
+        x2 * y[0]
+    }
+    fn f4(&self, y: &Vector2<f64>, _x2: &Vector1<f64>, _x3: &Vector1<f64>, u: &Vector2<f64>) -> Vector2<f64> {
+        u * (-0.5 * y[0])
+    }
+    fn b(&self, _y: &Vector2<f64>, _x2: &Vector1<f64>, _x3: &Vector1<f64>, u: &Vector2<f64>) -> Vector2<f64> {
+        *u
+    }
+}
+
+impl Plant<f64> for Example {
+    type State = SVector<f64, 6>;
+    type Input = Vector2<f64>;
+    type Output = Vector2<f64>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 6, inputs: 2, outputs: 2 }
+    }
+    fn derivative(&self, t: f64, x: &SVector<f64, 6>, u: &Vector2<f64>) -> SVector<f64, 6> {
+        let (y, x2, x3, x4) = (self.output(t, x), Vector1::new(x[2]), Vector1::new(x[3]), Vector2::new(x[4], x[5]));
+        let (second, third) = (self.a2() * x2 + self.f2(&y, u), self.a3() * x3 + self.f3(&y, &x2, u));
+        let fourth = self.f4(&y, &x2, &x3, u);
+        let first = self.f1k(&y, &x2, &x3, u) + self.b(&y, &x2, &x3, u).dot(&x4);
+        SVector::from([first, x2[0] - 2.0 * y[1], second[0], third[0], fourth[0], fourth[1]])
+    }
+    fn output(&self, _t: f64, x: &SVector<f64, 6>) -> Vector2<f64> {
+        Vector2::new(x[0], x[1])
+    }
+}
+
+type Observed<E> = KklPebObserver<CascadeMap<Example>, E, f64>;
+type Monitor = Monitored<f64, Gradient<f64, U2>>;
+
+fn with_gradient() -> Result<Observed<Monitor>, ObserverError> {
+    let estimator = Monitored::new(Gradient::new(Matrix2::identity() * 2.0)?, 0.0)?;
+    Ok(KklPebObserver::new(CascadeMap::new::<f64>(Example)?, estimator, ALPHA)?.wanting_excitation(1.0))
+}
+
+fn with_filters() -> Result<Observed<Drem<f64, U2, LtiFilters<f64, U1>>>, ObserverError> {
+    let estimator = Drem::new(Vector2::repeat(200.0), LtiFilters::new(Vector1::new(1.0))?)?;
+    KklPebObserver::new(CascadeMap::new::<f64>(Example)?, estimator, ALPHA)
+}
+
+fn with_kreisselmeier() -> Result<Observed<Drem<f64, U2, Kreisselmeier<f64>>>, ObserverError> {
+    let estimator = Drem::new(Vector2::repeat(10.0), Kreisselmeier::new(0.5)?)?;
+    KklPebObserver::new(CascadeMap::new::<f64>(Example)?, estimator, ALPHA)
+}
+
+/// The three observers from this estimate of (x2, x3, x4), under this input.
+fn observe(estimate: &[f64; 4], input: Signal<'_>) -> Result<Trajectory, CheckError> {
+    Ok(Scenario::new(Example)
+        .initial_state(&START)
+        .input(input)
+        .partial_observer(GRADIENT, with_gradient()?, estimate, &UNMEASURED)
+        .partial_observer(FILTERS, with_filters()?, estimate, &UNMEASURED)
+        .partial_observer(KREISSELMEIER, with_kreisselmeier()?, estimate, &UNMEASURED)
+        .until(END, SAMPLES)
+        .run()?)
+}
+
+struct Runs {
+    /// x2hat and x3hat from 0.
+    zero: Trajectory,
+    /// x2hat and x3hat right from the start.
+    exact: Trajectory,
+}
+
+fn runs(context: &Context) -> Result<Arc<Runs>, CheckError> {
+    context.once("kkl.prop7", || {
+        let exciting = || Signal::function(|t, u| (u[0], u[1]) = ((2.0 * t).sin(), 1.0));
+        Ok(Runs { zero: observe(&[0.0; 4], exciting())?, exact: observe(&[START[2], START[3], 0.0, 0.0], exciting())? })
+    })
+}
+
+/// The size of theta~_i = x4hat_i - x4_i along a run.
+fn parameter_error(run: &Trajectory, name: &str, parameter: usize) -> Result<Vec<f64>, SimError> {
+    Ok(run.observer(name)?.error.column(2 + parameter).iter().map(|e| e.abs()).collect())
+}
+
+/// By how much the sequence ever exceeds what it was before.
+fn rise(sizes: &[f64]) -> f64 {
+    let (mut least, mut rise) = (f64::INFINITY, 0.0_f64);
+    for &size in sizes {
+        least = least.min(size);
+        rise = rise.max(size - least);
+    }
+    rise
+}
+
+fn gradient(context: &Context) -> Result<Outcome, CheckError> {
+    let runs = runs(context)?;
+    let found = runs.zero.observer(GRADIENT)?;
+    let (first, last) = (found.error.row(0).amax(), found.error.row(SAMPLES - 1));
+    let state = SVector::from_fn(|i, _| found.state[(SAMPLES - 1, i)]);
+    let excitation = with_gradient()?.excitation(&state).ok_or("the observer reports no excitation")?;
+    let multiplier = multiplier()?;
+    let size = |t: f64| -> Result<f64, SimError> {
+        Ok(runs.zero.error_trace(GRADIENT, 2)?.at(t)?.hypot(runs.zero.error_trace(GRADIENT, 3)?.at(t)?))
+    };
+    let claimed = multiplier.powi(5);
+    let found_ratio = size(END)? / size(END - 5.0 * PI)?;
+    // At T - 5π = 14 the errors of x2 and x3, e^-14, are a ten-thousandth of those of the parameters, and the second multiplier has had four periods.
+    let holds = multiplier < 1.0 && (found_ratio / claimed - 1.0).abs() < 0.02;
+    Ok(Outcome::new(Evidence::holds_by(holds, last.iter().map(|e| e.abs()).collect::<Vec<_>>())).note(format!(
+        "The largest error at the start is {}. θ̃' = -Γψψ'θ̃ has the largest Floquet multiplier {}, less than 1: exponential convergence, at the rate {}; over the last five periods the errors \
+         of the run shrink by {} where that says {}. The smallest eigenvalue of ∫ψψ' dt is {} or more at the end.",
+        short(first),
+        short(multiplier),
+        short(-multiplier.ln() / PI),
+        short(found_ratio),
+        short(claimed),
+        short(excitation)
+    )))
+}
+
+/// The largest Floquet multiplier of `theta~' = -2 psi psi' theta~` over the period π, for the psi = F[b] to which the filters tend.
+fn multiplier() -> Result<f64, CheckError> {
+    // F[sin 2t] = (alpha/|alpha + 2i|) sin(2t - arg(alpha + 2i)), F[1] = 1.
+    let (size, angle) = (ALPHA / ALPHA.hypot(2.0), 2.0_f64.atan2(ALPHA));
+    let flow = |t: f64, x: &[f64], slope: &mut [f64]| {
+        let psi = [size * (2.0 * t - angle).sin(), 1.0];
+        for (x, slope) in x.chunks(2).zip(slope.chunks_mut(2)) {
+            let seen = psi[0] * x[0] + psi[1] * x[1];
+            (slope[0], slope[1]) = (-2.0 * psi[0] * seen, -2.0 * psi[1] * seen);
+        }
+    };
+    let columns = solve(flow, 0.0, PI, &[1.0, 0.0, 0.0, 1.0], &Settings::default())?.at(PI)?;
+    Ok(spectral_radius(&DMatrix::from_column_slice(2, 2, &columns))?)
+}
+
+/// theta~, psi and d theta_hat/dt of the gradient estimator at sample k of a run.
+fn rates(run: &Trajectory, k: usize) -> Result<[Vector2<f64>; 3], CheckError> {
+    let (observer, found) = (with_gradient()?, run.observer(GRADIENT)?);
+    let state = SVector::from_fn(|i, _| found.state[(k, i)]);
+    let row = |matrix: &DMatrix<f64>| Vector2::new(matrix[(k, 0)], matrix[(k, 1)]);
+    let slope = observer.derivative(run.t[k], &state, &row(&run.u), &row(&run.y));
+    let parts = observer.parts(&state);
+    // xi (4), w, F[g], psi (2), theta_hat (2).
+    let error = Vector2::new(-found.error[(k, 2)], -found.error[(k, 3)]);
+    Ok([error, parts.regressor.transpose(), Vector2::new(slope[8], slope[9])])
+}
+
+fn error_equation(context: &Context) -> Result<Outcome, CheckError> {
+    let runs = runs(context)?;
+    let gain = 2.0;
+    let (mut printed, mut repaired, mut witness) = (0.0_f64, 0.0_f64, Vector2::zeros());
+    for k in 0..SAMPLES {
+        let [error, psi, rate] = rates(&runs.exact, k)?;
+        let claimed = psi * (gain * psi.dot(&error));
+        if (rate - claimed).amax() > printed {
+            (printed, witness) = ((rate - claimed).amax(), error);
+        }
+        repaired = repaired.max((rate + claimed).amax());
+    }
+    // With the minus sign the two sides differ by what the run is wrong by.
+    let bound = gain * INTEGRATION * 10.0;
+    if repaired > bound {
+        return Err(format!("θ̂' differs from -Γψψ'θ̃ by {repaired:e}, more than {bound:e}").into());
+    }
+    Ok(Outcome::new(Evidence::Counterexample {
+        what: "θ̃' = Γ ψ ψ' θ̃ along the run".to_owned(),
+        violation: printed - bound,
+        witness: Some(Value::from([witness[0], witness[1]])),
+    })
+    .note(format!(
+        "A minus sign is missing: θ̃' = -Γ ψ ψ' θ̃ holds along the whole run to {}. As printed no error could ever decrease.",
+        short(repaired)
+    )))
+}
+
+fn drem(context: &Context) -> Result<Outcome, CheckError> {
+    let runs = runs(context)?;
+    let mut truths = Vec::new();
+    let (mut largest, mut highest) = (0.0_f64, 0.0_f64);
+    for name in [FILTERS, KREISSELMEIER] {
+        for parameter in 0..2 {
+            let from_zero = parameter_error(&runs.zero, name, parameter)?;
+            let exact = parameter_error(&runs.exact, name, parameter)?;
+            let left = from_zero[SAMPLES - 1].max(exact[SAMPLES - 1]);
+            // Gains of 10 and 200 are moderate for Delta² of a hundredth: a thousandth of the start within the run.
+            truths.push(Some(left <= 1e-3 * exact[0]));
+            truths.push(Some(rise(&exact) <= INTEGRATION));
+            (largest, highest) = (largest.max(left), highest.max(rise(&exact)));
+        }
+    }
+    let gradient =
+        rise(&parameter_error(&runs.exact, GRADIENT, 0)?).max(rise(&parameter_error(&runs.exact, GRADIENT, 1)?));
+    Ok(Outcome::new(Evidence::cases(truths)).note(format!(
+        "Two extensions, two parameters, two cases each: it converges (also with x̂2 and x̂3 from 0), and it never grows. The largest error left is {}; the largest rise is {}, where \
+         with the gradient estimator a parameter's error rises by {}.",
+        short(largest),
+        short(highest),
+        short(gradient)
+    )))
+}
+
+fn not_exciting(_: &Context) -> Result<Outcome, CheckError> {
+    let run = observe(&[0.0; 4], Signal::constant(&[1.0, 0.0]))?;
+    let (observer, last) = (with_gradient()?, SAMPLES - 1);
+    let found = run.observer(GRADIENT)?;
+    let state = <Observed<Monitor> as Observer<f64>>::State::from_slice(
+        found.state.row(last).iter().copied().collect::<Vec<_>>().as_slice(),
+    );
+    let row = |matrix: &DMatrix<f64>| Vector2::new(matrix[(last, 0)], matrix[(last, 1)]);
+    let said = observer.diagnose(END, &state, &row(&run.u), &row(&run.y));
+    let Diagnosis::NotExciting { excitation, wanted } = said else {
+        return Err(format!("without excitation the observer says {said:?}").into());
+    };
+    let stays = |name: &str| -> Result<f64, CheckError> {
+        let error = parameter_error(&run, name, 1)?;
+        Ok(error.iter().map(|e| (e - error[0]).abs()).fold(0.0, f64::max))
+    };
+    let moved = stays(GRADIENT)?.max(stays(FILTERS)?).max(stays(KREISSELMEIER)?);
+    let seen = parameter_error(&run, GRADIENT, 0)?;
+    let error = [found.error[(last, 2)].abs(), found.error[(last, 3)].abs(), excitation];
+    Ok(Outcome::new(Evidence::holds_by(moved <= INTEGRATION && seen[last] <= 1e-6 * seen[0], error)).note(format!(
+        "The second parameter is not seen: its error moves by {} with each of the three estimators. The observer reports that its excitation is {excitation}, where {wanted} was asked \
+         for.",
+        short(moved)
+    )))
+}
+
+pub(super) fn figures() -> Vec<Drawing> {
+    vec![Drawing { id: "kkl-prop7", draw: parameters }]
+}
+
+fn parameters(context: &Context) -> Result<Plate, CheckError> {
+    let runs = runs(context)?;
+    let t = runs.exact.t.clone();
+    let mut figure = Figure::new("Proposition 7: the gradient estimator and DREM").caption(
+        "Errors of the two parameters. From an exact regression those of DREM decrease monotonically, one by one; those of the gradient estimator together only, so that one may \
+         overshoot on the way. Γ = 2 I, where more does not make it faster; DREM with γ = 200 (filters) and 10 (Kreisselmeier), whose Δ is of a smaller scale.",
+    );
+    let mut data = Table::new().column("t", t.clone());
+    for parameter in 0..2 {
+        let mut panel =
+            Panel::new("time t", format!("error of {}", ["θ₁", "θ₂"][parameter])).log_y().y_range(1e-8, 5.0);
+        for (place, (name, short)) in NAMES.into_iter().zip(["gradient", "filters", "kreisselmeier"]).enumerate() {
+            let error: Vec<f64> =
+                parameter_error(&runs.exact, name, parameter)?.into_iter().map(|e| e.max(1e-10)).collect();
+            let dash = [Dash::Solid, Dash::Dashed, Dash::DashDotted][place];
+            panel = panel.series(Series::line(name, &t, &error).hue(Hue::Palette(place)).dash(dash));
+            data = data.column(format!("theta{}_{short}", parameter + 1), error);
+        }
+        figure = figure.panel(panel);
+    }
+    Ok(Plate { figure, data })
+}
