@@ -215,7 +215,7 @@ fn field(context: &Context) -> Result<Plate, CheckError> {
     let decade = |e: f64| (e.log10().ceil().clamp(-7.0, -1.0) + 7.0) as usize;
     let names = ["≤ 10⁻⁷", "≤ 10⁻⁶", "≤ 10⁻⁵", "≤ 10⁻⁴", "≤ 10⁻³", "≤ 10⁻²", "> 10⁻²"];
     for (name, size) in [EMBEDDED, INTERPOLATED].into_iter().zip(&size) {
-        let mut panel = Panel::new("x₁", "x₂").title(name).x_range(-1.0, 1.0).y_range(-1.0, 1.0);
+        let mut panel = Panel::new("x₁", "x₂").title(format!("|x̂ - x|, {name}")).x_range(-1.0, 1.0).y_range(-1.0, 1.0);
         for (level, label) in names.into_iter().enumerate() {
             let chosen: Vec<usize> = (0..size.len()).filter(|&k| decade(size[k]) == level).collect();
             if chosen.is_empty() {
