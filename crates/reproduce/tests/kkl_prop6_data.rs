@@ -74,7 +74,7 @@ fn the_data_of_proposition_6_are_accurate() {
         .run()
         .unwrap();
     let found = loose.observer("observer").unwrap();
-    for k in 0..401 {
+    for (k, t) in t.iter().enumerate() {
         let row = [
             loose.x[(k, 0)],
             loose.x[(k, 1)],
@@ -85,7 +85,7 @@ fn the_data_of_proposition_6_are_accurate() {
         ];
         for (i, value) in row.into_iter().enumerate() {
             let written = data.columns()[1 + i].1[k];
-            assert!((written - value).abs() < 1e-9, "{} at {}: {written} {value}", names[1 + i], t[k]);
+            assert!((written - value).abs() < 1e-9, "{} at {t}: {written} {value}", names[1 + i]);
         }
     }
 }
