@@ -188,11 +188,35 @@ fn every_claim_that_the_docs_name_exists() {
     for (page, name, prefix) in [
         (include_str!("../../../docs/theory-cubic.md"), "theory-cubic.md", "cubic."),
         (include_str!("../../../docs/theory-mvt.md"), "theory-mvt.md", "mvt."),
+        (include_str!("../../../docs/theory-kkl.md"), "theory-kkl.md", "kkl."),
     ] {
         let named: Vec<&str> = page.split('`').filter(|word| word.starts_with(prefix) && !word.contains(' ')).collect();
         assert!(named.len() > 10, "{name}: {named:?}");
         for id in named {
             assert!(known.contains(&id), "{id} is in docs/{name} and not in the ledger");
+        }
+    }
+}
+
+/// The data of the converter's two runs: columns and times by which others find their way in them.
+#[test]
+fn the_data_of_the_converter_have_their_columns_and_times() {
+    let papers = luenberger_reproduce::papers();
+    let drawings: Vec<&Drawing> = papers.iter().flat_map(|paper| &paper.figures).collect();
+    let context = Context::new(env!("CARGO_TARGET_TMPDIR"));
+    let observers = ["kklo", "pebo", "kkl_peb", "iandi", "hgo_varying", "hgo_linear", "hgo_exact"];
+    let estimates = observers.iter().flat_map(|name| [format!("i1_{name}"), format!("v4_{name}")]);
+    let wanted: Vec<String> =
+        ["t", "u", "i1", "v2", "i3", "v4"].map(str::to_owned).into_iter().chain(estimates).collect();
+    for id in ["kkl-cuk-noise-free", "kkl-cuk-noise"] {
+        let drawing = drawings.iter().find(|drawing| drawing.id == id).unwrap();
+        let plate = (drawing.draw)(&context).unwrap();
+        plate.figure.check().unwrap();
+        let found: Vec<&str> = plate.data.columns().iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(found, wanted);
+        let t = &plate.data.columns()[0].1;
+        for time in [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.19, 0.205, 0.21, 0.25, 0.39, 1.2] {
+            assert!(t.contains(&time), "{id} lacks t = {time}");
         }
     }
 }

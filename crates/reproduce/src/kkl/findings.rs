@@ -8,7 +8,33 @@ pub(super) fn findings() -> Vec<Finding> {
 
 /// Section V.C.
 fn converter() -> Vec<Finding> {
-    Vec::new()
+    vec![
+        Finding {
+            title: "Four of the six observers of Table I do not converge as printed",
+            statement: "PEBO: M has -1/L3 without its filter and Y has G L3 y2/C4 inside its filter, where G y2/C4 has to stand. [KKL+PEB]O: ξ2 in Y for ξ1. \
+                        I&IO: + γ1 u y2 for - γ1 u y2, and x̂2 = ξ2 + L3 γ2 y2 for the minus of its own ξ2'. HGO with linear error dynamics: r1 for r2, and rates of the plant that \
+                        belong one equation higher. (The correction of ξ4 in the other HGO has the wrong sign too, which it survives.) Corrected, all converge.",
+            claims: &[
+                "kkl.cuk.pebo-as-printed",
+                "kkl.cuk.kkl-peb-as-printed",
+                "kkl.cuk.iandi-as-printed",
+                "kkl.cuk.hgo-linear-as-printed",
+            ],
+        },
+        Finding {
+            title: "The KKLO of the converter is an I&IO",
+            statement: "With g1 = 1/L1 and g2 = 0 the two are one observer; \"KKLO is linear, I&IO is nonlinear\" is no difference between them, and cannot be why one of them is better \
+                        under noise.",
+            claims: &["kkl.cuk.kklo-is-iandi"],
+        },
+        Finding {
+            title: "Which observer of the converter is best under noise depends on what is asked",
+            statement: "Over the switching run the KKLO has the smallest error of i1 among the six, and ties in v4. Between the jumps of the set-point the linear high-gain observer has the \
+                        smaller error of i1, and an exact high-gain observer, which is not in the paper, beats the KKLO everywhere. High gain is not what makes an observer noisy here: \
+                        the I&IO gets better up to twenty times its printed gain.",
+            claims: &["kkl.cuk.noise-ranking", "kkl.cuk.hgo-worst"],
+        },
+    ]
 }
 
 /// Propositions 4 to 7.

@@ -1,0 +1,140 @@
+//! The run with measurement noise, over and over: which observer is the best, and how that depends on its gain.
+
+use std::sync::Arc;
+use std::thread;
+
+use luenberger_observers::cuk::{self, Tuning};
+use luenberger_plants::CukConverter;
+use luenberger_sim::{Integrator, Settings, Trajectory};
+
+use super::runs::{self, OBSERVERS};
+use crate::claim::CheckError;
+use crate::context::Context;
+
+/// The seeds are 1, 2, ..., and the run with the first is the one in the figures.
+pub(super) const SEEDS: u64 = 20;
+/// The transients of the start are over after two set-points: the slowest is that of the time-varying high-gain observer, exp(-20 t).
+pub(super) const SETTLED: f64 = 0.4;
+/// For how long a value of the noise is held, in s.
+const PERIOD: f64 = 1e-4;
+
+/// Errors of integration stay a thousand times below the effect of the noise, 1e-3 A and 1e-2 V.
+fn settings() -> Settings {
+    Settings { integrator: Integrator::Explicit, rtol: 1e-7, atol: 1e-7, ..Settings::default() }
+}
+
+/// The run with the seven observers and noise from this seed.
+fn run(seed: u64, times: &[f64]) -> Result<Trajectory, CheckError> {
+    let noise = runs::noise(seed);
+    let scenario = runs::with_all(runs::converter(), Some(&noise))?;
+    Ok(scenario.noise(noise).settings(settings()).times(times).run()?)
+}
+
+/// When the noise takes a new value, until the end of the ensemble. That is after four set-points, where the figures show all six: the rate of the estimators
+/// grows, and with it the time that a run takes.
+fn holds() -> Vec<f64> {
+    (0..=8_000).map(|k| f64::from(k) / 10_000.0).collect()
+}
+
+/// The root mean squares of the errors in i1 and v4, of one observer in one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spread {
+    /// From [`SETTLED`] on, with the jumps of the set-point at 0.4 and 0.6 s.
+    pub(super) switching: [f64; 2],
+    /// In the second half of each set-point from there on.
+    pub(super) quiet: [f64; 2],
+}
+
+impl Spread {
+    pub(super) fn of(run: &Trajectory, observer: &str) -> Result<Self, CheckError> {
+        let error = &run.observer(observer)?.error;
+        let mean = |entry: usize, counts: &dyn Fn(f64) -> bool| {
+            let squares = run.t.iter().enumerate().filter(|(_, t)| counts(**t)).map(|(k, _)| error[(k, entry)].powi(2));
+            let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+            f64::sqrt(sum / count)
+        };
+        let settled = |t: f64| t >= SETTLED;
+        // In periods of the noise, whose multiples are whole numbers: 0.6 is less than three times 0.2 in binary.
+        let periods = |t: f64| (t / PERIOD).round() as u32;
+        let quiet = |t: f64| settled(t) && periods(t) % periods(runs::DWELL) >= periods(runs::DWELL) / 2;
+        Ok(Self { switching: [mean(0, &settled), mean(1, &settled)], quiet: [mean(0, &quiet), mean(1, &quiet)] })
+    }
+}
+
+/// One row for each seed, one entry for each observer.
+pub(super) type Ensemble = Vec<[Spread; OBSERVERS.len()]>;
+
+/// The spreads of all seeds. Two threads share the seeds, each of which is a run of its own: the result does not depend on them.
+pub(super) fn ensemble(context: &Context) -> Result<Arc<Ensemble>, CheckError> {
+    context.once("kkl.cuk.ensemble", || shared(SEEDS, one))
+}
+
+fn one(seed: u64) -> Result<[Spread; OBSERVERS.len()], CheckError> {
+    let run = run(seed, &holds())?;
+    let mut spreads = [Spread { switching: [0.0; 2], quiet: [0.0; 2] }; OBSERVERS.len()];
+    for (spread, (name, _)) in spreads.iter_mut().zip(OBSERVERS) {
+        *spread = Spread::of(&run, name)?;
+    }
+    Ok(spreads)
+}
+
+/// `f(1), ..., f(count)` by two threads.
+fn shared<T: Send>(count: u64, f: fn(u64) -> Result<T, CheckError>) -> Result<Vec<T>, CheckError> {
+    let (odd, even): (Vec<_>, Vec<_>) = thread::scope(|scope| {
+        let other = scope.spawn(|| (2..=count).step_by(2).map(f).collect());
+        let own = (1..=count).step_by(2).map(f).collect();
+        (own, other.join().unwrap_or_default())
+    });
+    let mut even = even.into_iter();
+    let results: Result<Vec<T>, _> = odd.into_iter().flat_map(|result| [Some(result), even.next()]).flatten().collect();
+    let results = results?;
+    if results.len() as u64 == count { Ok(results) } else { Err("a thread of the ensemble came to no end".into()) }
+}
+
+/// The run with noise of the figures.
+pub(super) fn shown(context: &Context) -> Result<Arc<Trajectory>, CheckError> {
+    context.once("kkl.cuk.noise", || run(1, &runs::milliseconds()))
+}
+
+/// The gains g1 of the sweep: 12 from 10 to 10000, equally spaced on a logarithmic scale.
+pub(super) fn gains() -> [f64; 12] {
+    std::array::from_fn(|k| 10.0 * 1000f64.powf(k as f64 / 11.0))
+}
+
+/// The root mean square of the error of i1 for each gain, then for the KKLO; one row for each of these seeds.
+pub(super) fn sweep(context: &Context) -> Result<Arc<Vec<Vec<f64>>>, CheckError> {
+    context.once("kkl.cuk.sweep", || shared(SWEEP_SEEDS, sweep_once))
+}
+
+/// How many runs the sweep of the gain is averaged over.
+pub(super) const SWEEP_SEEDS: u64 = 4;
+
+fn sweep_once(seed: u64) -> Result<Vec<f64>, CheckError> {
+    let (plant, noise) = (CukConverter::default(), runs::noise(seed));
+    let mut scenario = runs::with(runs::converter(), "kklo", cuk::kklo(plant)?, Some(&noise));
+    for (k, g1) in gains().into_iter().enumerate() {
+        let observer = cuk::immersion_invariance(plant, &Tuning { g1, ..Tuning::default() })?;
+        scenario = runs::with(scenario, &k.to_string(), observer, Some(&noise));
+    }
+    let run = scenario.noise(noise).settings(settings()).times(&holds()).run()?;
+    let spread = |name: &str| Spread::of(&run, name).map(|spread| spread.switching[0]);
+    (0..gains().len()).map(|k| spread(&k.to_string())).chain([spread("kklo")]).collect()
+}
+
+/// The largest difference between the estimates of the KKLO and of the I&IO with `g1 = 1/L1`, `g2 = 0`, in i1 and in v4, over a run with noise.
+pub(super) fn kklo_less_iandi() -> Result<[f64; 2], CheckError> {
+    let (plant, noise) = (CukConverter::default(), runs::noise(1));
+    let tuning = Tuning { g1: 1.0 / plant.l1, g2: 0.0, ..Tuning::default() };
+    let scenario = runs::with(runs::converter(), "kklo", cuk::kklo(plant)?, Some(&noise));
+    // Both start from the same estimate.
+    let start = runs::estimate_at_rest(&cuk::kklo(plant)?, Some(&noise));
+    let scenario = scenario.partial_observer(
+        "iandi",
+        cuk::immersion_invariance(plant, &tuning)?,
+        start.as_slice(),
+        &runs::ESTIMATED,
+    );
+    let run = scenario.noise(noise).tolerances(1e-11, 1e-12).integrator(Integrator::Explicit).until(0.4, 401).run()?;
+    let difference = &run.observer("kklo")?.estimate - &run.observer("iandi")?.estimate;
+    Ok([difference.column(0).amax(), difference.column(1).amax()])
+}
