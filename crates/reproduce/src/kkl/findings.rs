@@ -31,7 +31,7 @@ fn converter() -> Vec<Finding> {
             title: "Which observer of the converter is best under noise depends on what is asked",
             statement: "Over the switching run the KKLO has the smallest error of i1 among the six, and ties in v4. Between the jumps of the set-point the linear high-gain observer has the \
                         smaller error of i1, and an exact high-gain observer, which is not in the paper, beats the KKLO everywhere. High gain is not what makes an observer noisy here: \
-                        the I&IO gets better up to twenty times its printed gain.",
+                        the error of the I&IO falls until its gain is some ten times the printed one.",
             claims: &["kkl.cuk.noise-ranking", "kkl.cuk.hgo-worst"],
         },
     ]
