@@ -60,7 +60,7 @@ fn errors(run: &Trajectory, entry: usize, floor: f64, top: f64) -> Result<Panel,
     const INSIDE: u32 = 20;
     let at = |k: u32| f64::from(k) / f64::from(WINDOWS * INSIDE) * 1.2;
     let times: Vec<f64> = (0..WINDOWS).map(|k| at(k * INSIDE + INSIDE / 2)).collect();
-    let mut panel = Panel::new(TIME, ERRORS[entry]).log_y().y_range(floor, top);
+    let mut panel = Panel::new(TIME, ERRORS[entry]).log_y().x_range(0.0, 1.2).y_range(floor, top);
     for (k, (name, label)) in runs::OBSERVERS.into_iter().enumerate() {
         let trace = run.error_trace(name, entry)?;
         let mut largest = vec![floor; times.len()];
