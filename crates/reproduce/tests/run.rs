@@ -229,10 +229,11 @@ fn the_readme_counts_right() {
     let figures: usize = papers.iter().map(|paper| paper.figures.len()).sum();
     let page = include_str!("../../../README.md");
     let said = format!(
-        "has {} claims, {} of the cubic observer and {} of",
+        "has {} claims, {} of the cubic observer, {} of the mean-value-theorem observer and {} of",
         claims.iter().sum::<usize>(),
         claims[0],
-        claims[1]
+        claims[1],
+        claims[2]
     );
     assert!(page.contains(&said), "{said}");
     assert!(page.contains(&format!("{figures} figures")), "{figures}");
