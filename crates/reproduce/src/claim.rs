@@ -112,6 +112,25 @@ pub struct Record {
 }
 
 impl Claim {
+    /// A statement that the paper makes without a number: it is printed as true.
+    pub const fn holds(
+        id: &'static str,
+        place: &'static str,
+        statement: &'static str,
+        assumptions: &'static [&'static str],
+        check: fn(&Context) -> Result<Outcome, CheckError>,
+    ) -> Self {
+        Self {
+            id,
+            place,
+            statement,
+            printed: Printed::Holds(true),
+            tolerance: Tolerance::AsPrinted,
+            assumptions,
+            check,
+        }
+    }
+
     /// Runs the check and judges its evidence. A check that fails gives a record without a verdict.
     pub fn examine(&self, paper: &str, context: &Context) -> Record {
         let mut record = Record {

@@ -10,11 +10,7 @@ mod random;
 mod robustness;
 mod theorems;
 
-use crate::claim::{CheckError, Claim, Outcome};
-use crate::context::Context;
-use crate::evidence::Tolerance;
 use crate::paper::Paper;
-use crate::value::Printed;
 
 /// What every robust margin of this paper leaves out; it stands wherever one is reported.
 const FORCING: &str = "This is a margin of the error dynamics in the paper's proof. An observer that runs the nominal A on such a plant has the \
@@ -32,15 +28,4 @@ pub(crate) fn paper() -> Paper {
         datasets: Vec::new(),
         findings: findings::findings(),
     }
-}
-
-/// A statement that the paper makes without a number.
-fn claim(
-    id: &'static str,
-    place: &'static str,
-    statement: &'static str,
-    assumptions: &'static [&'static str],
-    check: fn(&Context) -> Result<Outcome, CheckError>,
-) -> Claim {
-    Claim { id, place, statement, printed: Printed::Holds(true), tolerance: Tolerance::AsPrinted, assumptions, check }
 }

@@ -18,28 +18,28 @@ const TWO_ERRORS: &str = "the error is that of the proof's dynamics, or x - x̂ 
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        super::claim(
+        Claim::holds(
             "cubic.thm4",
             "Theorem 4, (21)",
             "with a common P the estimation error is robustly stable: it tends to 0 for every A(ε)",
             &["an oscillator whose frequency is known to 10%", TWO_ERRORS],
             theorem4,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm5",
             "Theorem 5, (23)",
             "for ε below (23) the estimation error is robustly stable: it tends to 0",
             &["a plant that neither grows nor decays at A + ε I", TWO_ERRORS],
             theorem5,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm5.equality",
             "Theorem 5, (23)",
             "(23) may hold with equality (the error that is left)",
             &["A - LC = -I with two states and one output, Q = 2 P, so that (23) reads ε_max ≤ 1"],
             equality,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm5.tight",
             "Theorem 5; Section 3",
             "(23) can be tightened",

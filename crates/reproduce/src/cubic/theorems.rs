@@ -22,98 +22,98 @@ use crate::value::{Value, short};
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        super::claim(
+        Claim::holds(
             "cubic.eq9",
             "after (9)",
             "(9) has a solution P > 0 for every Q > 0 if (A, C) is observable",
             &["the plant of Example 3"],
             lyapunov_needs_a_stable_matrix,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm1.strict",
             "Theorem 1, (13)",
             "P N C + C'N'P < 0 can be fulfilled by an observer of fewer outputs than states",
             &["random plants with fewer outputs than states, every admissible form of S"],
             strict,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm1.nonstrict",
             "Theorem 1, read with (13')",
             "(12) and P N C + C'N'P ≤ 0 give global exponential stability",
             &["random plants with n = 1..5, p ≤ n, every admissible form of S"],
             nonstrict,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.lemma1",
             "Lemma 1",
             "if M + M' < 0, then v'Mv < 0 for all v (the value at v = 0)",
             &[],
             lemma1,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm2",
             "Theorem 2, (14)",
             "N = -γ P⁻¹ C' θ fulfils (11) and (13')",
             &["(13) is read as (13')", "random plants"],
             theorem2,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm2.arrow",
             "Theorem 2, (18)",
             "P(A - LC) ≤ 0 if and only if -γ C'θ C (A - LC)⁻¹ P⁻¹ C'θ C ≥ 0",
             &[],
             arrow,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm3",
             "Theorem 3, (19)",
             "at equal error norms V_c' ≤ V_l' (the largest V_c' - V_l' over random plants and errors)",
             &["Q = ρ I", "(13) is read as (13')"],
             theorem3,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm3.faster",
             "after Theorem 3",
             "from equal errors the cubic observer has a faster response",
             &["Example 1; faster is read as: settles earlier"],
             faster,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm3.cost",
             "beyond the paper",
             "for Q = ρ I the infinite-horizon cost of the cubic observer never exceeds the linear one's",
             &["random plants and errors; the proof stands in docs/theory-cubic.md"],
             cost,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.remark1",
             "Remark 1",
             "θ may be chosen from weights of the outputs or from their share of the linear observer's cost",
             &["random plants with two outputs"],
             remark1,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.remark2",
             "Remark 2",
             "V_CZ = 1 - exp(-e'Pe) lies in (0, 1) and decreases along the error",
             &["Example 1, with e(0) scaled to 1/10 so that V_CZ is not rounded to 1"],
             remark2,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.remark3",
             "Remark 3, (10)",
             "from equal errors V_c'(0) ≤ V_l'(0), by a term that grows with the fourth power of e(0) (factor for a doubled e(0))",
             &["random plants"],
             remark3,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.thm6",
             "Theorem 6, (25)",
             "with P of the observer and A - BK Hurwitz, some P1 > 0 fulfils (25)",
             &["random plants with LQR gains; P1 is the solution of a Lyapunov equation, scaled"],
             theorem6,
         ),
-        super::claim(
+        Claim::holds(
             "cubic.cor1",
             "Corollary 1",
             "the loop with the cubic observer is stable if the loop with the linear one is",

@@ -8,7 +8,6 @@ use luenberger_plants::ReverseDuffing;
 use luenberger_sim::{Scenario, Trajectory};
 use nalgebra::{SVector, Vector2};
 
-use super::claim;
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -33,14 +32,14 @@ const PUBLISHED: [f64; 2] = [6.9e-3, 1.1e-2];
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        claim(
+        Claim::holds(
             "kkl.duffing.numerical",
             "beyond the paper",
             "without a closed form of φ the states are estimated to root mean squares below 1e-4 and 1e-3 by the embedded form, below 1e-5 by the interpolated one (x1, x2 of each)",
             &[PLANT, TRIAL],
             numerical,
         ),
-        claim(
+        Claim::holds(
             "kkl.duffing.pde-residual",
             "beyond the paper, (4)",
             "T solves its PDE DT f = D T + B h on the box (largest residual relative to |B h|: by simulation, and of the spline)",

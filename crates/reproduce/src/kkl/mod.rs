@@ -9,11 +9,7 @@ mod prop5;
 mod prop6;
 mod prop7;
 
-use crate::claim::{CheckError, Claim, Outcome};
-use crate::context::Context;
-use crate::evidence::Tolerance;
 use crate::paper::Paper;
-use crate::value::Printed;
 
 /// The paper.
 pub(crate) fn paper() -> Paper {
@@ -26,15 +22,4 @@ pub(crate) fn paper() -> Paper {
         datasets: Vec::new(),
         findings: findings::findings(),
     }
-}
-
-/// A statement that the paper makes without a number.
-fn claim(
-    id: &'static str,
-    place: &'static str,
-    statement: &'static str,
-    assumptions: &'static [&'static str],
-    check: fn(&Context) -> Result<Outcome, CheckError>,
-) -> Claim {
-    Claim { id, place, statement, printed: Printed::Holds(true), tolerance: Tolerance::AsPrinted, assumptions, check }
 }

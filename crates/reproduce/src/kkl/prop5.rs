@@ -9,7 +9,6 @@ use luenberger_plants::CukConverter;
 use luenberger_sim::{Scenario, Signal, Trajectory};
 use nalgebra::{RealField, U1, U2, U4, U6, Vector1, Vector2, Vector4, Vector6};
 
-use super::claim;
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -32,21 +31,21 @@ const INTEGRATION: f64 = 1e-7;
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        claim(
+        Claim::holds(
             "kkl.prop5.as-printed",
             "Proposition 5, (21) to (23)",
             "with (21) to (23) the I&IO (18) coincides with the [KKL+PEB]O (the errors of i1 at 0.2 s agree)",
             &[CONVERTER],
             as_printed,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop5.repaired",
             "Proposition 5, repaired",
             "with ρ in (18) the I&IO coincides with the [KKL+PEB]O (largest difference of their estimates, in A and V)",
             &[CONVERTER, RHO],
             repaired,
         ),
-        claim(
+        Claim::holds(
             "kkl.set-relation",
             "Corollary 1, (30)",
             "PEBO, KKLO ⊂ [KKL+PEB]O ⊂ I&IO",

@@ -9,7 +9,6 @@ use luenberger_plants::{ExponentialCascade, Plant};
 use luenberger_sim::{Scenario, Signal, SimError, Trajectory};
 use nalgebra::{Matrix4, OVector, RealField, Vector1, Vector2, Vector3, convert};
 
-use super::claim;
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -41,49 +40,55 @@ const THETA_AT: usize = 5;
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        claim(
+        Claim::holds(
             "kkl.prop6.pde-residual",
             "Proposition 6, F4",
             "φ = (x2, x3), Λ = diag(-1, 0) and the printed B solve the PDE (4) (largest residual)",
             &[BOX],
             pde_residual,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop6.boundedness",
             "Section I; Proposition 6",
             "u is such that the trajectories of (31) are bounded",
             &["x(0) = (0.5, -1, 0.3); Proposition 6 names no u"],
             boundedness,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop6.x2-converges",
             "Proposition 6, F4, (32), (35)",
             "x̂2 - x2 tends to 0 (its size at T = 20)",
             &[RUN],
             x2_converges,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop6.x3-converges",
             "Proposition 6, F4, (33) to (36)",
             "x̂3 - x3 tends to 0 (its size at T = 20)",
             &[RUN, FILTERS],
             x3_converges,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop6.theta-positive",
             "Proposition 6, (36)",
             "x̂3 = ξ2 + ln Θ̂ is defined: Θ̂ stays positive",
             &["u = -y, α = 1, γ = 5, Θ̂(0) = 1"],
             theta_positive,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop6.psi-start",
             "Proposition 6, (37), and the end of its proof",
             "it takes ψ(0) > 0 for ψ not to be square integrable and Θ̂ to converge (|Θ̂ - Θ| at T = 20 for ψ(0) = 0, 0.1, 1, 10)",
             &[RUN],
             psi_start,
         ),
-        claim("kkl.prop6.f3", "Proposition 6, F3", "the system admits neither a KKLO nor a PEBO", &[BOX, RUN], f3),
+        Claim::holds(
+            "kkl.prop6.f3",
+            "Proposition 6, F3",
+            "the system admits neither a KKLO nor a PEBO",
+            &[BOX, RUN],
+            f3,
+        ),
     ]
 }
 

@@ -14,7 +14,6 @@ use luenberger_plants::{Column, Dimensions, Plant};
 use luenberger_sim::{Scenario, Settings, Signal, SimError, Trajectory, solve};
 use nalgebra::{DMatrix, Matrix1, Matrix2, SVector, U1, U2, Vector1, Vector2};
 
-use super::claim;
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -45,21 +44,21 @@ const INTEGRATION: f64 = 1e-10;
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        claim(
+        Claim::holds(
             "kkl.prop7.gradient",
             "Proposition 7, (43) to (47)",
             "the observer with the gradient estimator converges under persistent excitation (|x̂ - x| of x2, x3, x4 at T = 30)",
             &[PLANT, EXCITED, "Γ = 2 I"],
             gradient,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop7.error-equation",
             "proof of Proposition 7",
             "θ̃' = Γ ψ̂ ψ̂' θ̃",
             &[PLANT, EXCITED, STARTED, "Γ = 2 I"],
             error_equation,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop7.drem",
             "remarks to Proposition 7",
             "DREM can replace the gradient estimator: it converges, each parameter monotonically",
@@ -71,7 +70,7 @@ pub(super) fn claims() -> Vec<Claim> {
             ],
             drem,
         ),
-        claim(
+        Claim::holds(
             "kkl.prop7.not-exciting",
             "Proposition 7, (iii)",
             "(42) is needed: without it θ is not found (error of x4 at T = 30, and the excitation that the observer reports)",

@@ -15,7 +15,7 @@ use crate::value::short;
 const ETAS: [f64; 8] = [0.6, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
 pub(super) fn claims() -> Vec<Claim> {
-    vec![super::claim(
+    vec![Claim::holds(
         "mvt.raising-eta",
         "Theorem 1, (5)",
         "the larger η, the faster x̂ converges to x (rates of decay of x - x̂ - e from e01 for η = 1 and 2: Example 1, then Example 2 as printed)",

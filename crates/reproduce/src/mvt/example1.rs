@@ -35,7 +35,7 @@ pub(super) fn claims() -> Vec<Claim> {
                 Ok(Outcome::new(Evidence::value(e0)).note("Three lines before, the paper prints e0 with the minus."))
             },
         },
-        super::claim(
+        Claim::holds(
             "mvt.ex1.e0-is-identity",
             "Example 1, Fig. 4",
             "with e0 the observer's error and the real error coincide at all times (largest difference, η = 1 and 2)",
@@ -52,14 +52,14 @@ pub(super) fn claims() -> Vec<Claim> {
                 ))
             },
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex1.e01-converges",
             "Example 1, Fig. 4",
             "with e01 the observer's error converges to the real error: their difference falls below 5 %",
             &[SIGNS, ETA],
             e01,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex1.beta-in-unit-interval",
             "Example 1, Figs. 2, 3",
             "at every moment some β in [0, 1] makes X(β) = 0 (largest |X|)",
@@ -71,14 +71,14 @@ pub(super) fn claims() -> Vec<Claim> {
                     .note("X_i depends on β_i alone and its mean over [0, 1] is 0: one bracketed root per row, no least squares."))
             },
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex1.beta-unique",
             "Lemma 1; Example 1, Fig. 2",
             "β is determined by x̂ and e",
             &[SIGNS, ETA],
             unique,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.beta-must-be-determined",
             "Section 2.1",
             "to use the mean value theorem it is necessary to determine β at each iteration (largest difference to a run with the integral mean, \

@@ -57,28 +57,28 @@ pub(super) fn claims() -> Vec<Claim> {
                 )))
             },
         },
-        super::claim(
+        Claim::holds(
             "mvt.ex2.classical-e0",
             "Example 2, Fig. 8",
             "with e0 the observer's error follows the real error, and both vanish (|x - x̂| at T = 10 s, classical plant)",
             &[XHAT0, ETA, CLASSICAL],
             |context| follows_when_told(context, System::Classical),
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.printed-e0",
             "Example 2, Fig. 8",
             "with e0 the observer's error follows the real error, and both vanish (|x - x̂| at T = 2 s, plant as printed)",
             &[XHAT0, ETA, AS_PRINTED],
             |context| follows_when_told(context, System::Printed),
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.classical-e01",
             "Example 2, Fig. 8",
             "with e01 the observer's error follows the real error: their difference falls below 5 % (classical plant)",
             &[XHAT0, ETA, CLASSICAL],
             classical_e01,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.printed-e01",
             "Example 2, Fig. 8",
             "with e01 the observer's error follows the real error (their difference at T = 2 s; it is 0.5 at first; plant as printed)",
@@ -95,7 +95,7 @@ pub(super) fn claims() -> Vec<Claim> {
                 )))
             },
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.beta-in-unit-interval",
             "Example 2, Figs. 6, 7",
             "at every moment some β in [0, 1] makes X(β) = 0 (largest |X|)",
@@ -112,7 +112,7 @@ pub(super) fn claims() -> Vec<Claim> {
                 Ok(Evidence::holds_by(holds, largest).into())
             },
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.beta-continuous",
             "Lemma 1; Example 2, Fig. 6",
             "β is a variable that changes continuously with the ends of the segment",

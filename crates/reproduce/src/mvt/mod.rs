@@ -11,11 +11,7 @@ mod repair;
 mod runs;
 mod theorem1;
 
-use crate::claim::{CheckError, Claim, Outcome};
-use crate::context::Context;
-use crate::evidence::Tolerance;
 use crate::paper::Paper;
-use crate::value::Printed;
 
 /// The paper.
 pub(crate) fn paper() -> Paper {
@@ -36,15 +32,4 @@ pub(crate) fn paper() -> Paper {
         datasets: runs::datasets(),
         findings: findings::findings(),
     }
-}
-
-/// A statement that the paper makes without a number.
-fn claim(
-    id: &'static str,
-    place: &'static str,
-    statement: &'static str,
-    assumptions: &'static [&'static str],
-    check: fn(&Context) -> Result<Outcome, CheckError>,
-) -> Claim {
-    Claim { id, place, statement, printed: Printed::Holds(true), tolerance: Tolerance::AsPrinted, assumptions, check }
 }

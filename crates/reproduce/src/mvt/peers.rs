@@ -34,28 +34,28 @@ const SEED: u64 = 16;
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        super::claim(
+        Claim::holds(
             "mvt.ex2.gain-of-16",
             "Example 2, [16]",
             "the printed L is an observer gain: the error converges from everywhere, one P for both vertices of the mean Jacobian",
             &["the plant as printed, y = (x1, x2, x3)", "l42 is printed \"8.49.67\""],
             gain_of_16,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.unstructured-lipschitz",
             "Section 1",
             "most designs for Lipschitz plants fail when the constant is greater than an appropriate value: here no gain exists for 3.33",
             &["classical plant", "Rajamani's inequality, |φ(x) - φ(z)| ≤ 3.33 |x - z|"],
             lipschitz,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.polytopic",
             "Section 1, [10-12]",
             "the mean value theorem provides a solution even for a large Lipschitz constant: one gain and one P for both vertices of the mean Jacobian",
             &["both plants", "rates 2 and 4"],
             polytopic,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.fig9",
             "Fig. 9",
             "the proposed observer performs better than that of [16]: smaller mean square error",
@@ -79,7 +79,7 @@ pub(super) fn claims() -> Vec<Claim> {
                 )))
             },
         ),
-        super::claim(
+        Claim::holds(
             "mvt.ex2.from-the-same-information",
             "Section 4.0.6; Section 5",
             "the proposed observer shows high performance beside other observers that know what it knows: it settles within 5 % when some of them do",

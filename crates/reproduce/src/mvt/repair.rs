@@ -24,35 +24,35 @@ const WRONG: &str = "e(0) = e01, e(0) = 0 and e(0) = -e0";
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        super::claim(
+        Claim::holds(
             "mvt.repair.ex1",
             "Example 1, repaired",
             "repaired, the observer converges from a wrong internal error (largest |x - x̂| at T = 100 s)",
             &[REPAIR, WRONG, "L = [1 0; 0 0.5; 0 0], η = 1"],
             chaotic,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.repair.ex1-proof",
             "Example 1, repaired",
             "one constant gain and one P serve every mean Jacobian that the run meets",
             &["the box of the states of the run with e01, T = 10 s, in which x1 passes 0"],
             no_common_gain,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.repair.ex2-classical",
             "Example 2, repaired",
             "repaired, the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 10 s, classical plant)",
             &[REPAIR, WRONG, XHAT0, "rate 2, η = 1"],
             |_| joint(System::Classical, 10.0),
         ),
-        super::claim(
+        Claim::holds(
             "mvt.repair.ex2-printed",
             "Example 2, repaired",
             "repaired, the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 4 s, plant as printed)",
             &[REPAIR, WRONG, XHAT0, "rate 2, η = 1"],
             |_| joint(System::Printed, 4.0),
         ),
-        super::claim(
+        Claim::holds(
             "mvt.repair.coordinates",
             "Theorem 1, in other coordinates",
             "as printed, but in the coordinates (x_m, x_u - K x_m) with a K that makes the unmeasured block contract, the observer converges from e(0) = 0, with a proof (|x - x̂| at \

@@ -21,7 +21,7 @@ const HYPOTHESES: &str =
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
-        super::claim(
+        Claim::holds(
             "mvt.thm1.as-stated",
             "Theorem 1",
             "with η ≥ 1 and G by (5), x̂ converges to x",
@@ -65,7 +65,7 @@ pub(super) fn claims() -> Vec<Claim> {
             "x̂ converges to x for the plant of Example 1, from x(0) = (0, ln 0.9, -1)",
             |_| Ok(indistinguishable()?.outcome()),
         ),
-        super::claim(
+        Claim::holds(
             "mvt.thm1.internal-decrease",
             "Section 3.3, (21)",
             "V = e'e/2 of the internal error decreases when η ≥ 1 (random x̂ and e, three plants)",
@@ -83,14 +83,14 @@ pub(super) fn claims() -> Vec<Claim> {
             ],
             check: eta_half,
         },
-        super::claim(
+        Claim::holds(
             "mvt.lsqnonlin-finds-beta",
             "Section 3.2.1, (12)",
             "minimising |X(β)| over [0, 1] by bounded least squares finds a β with X(β) = 0, which exists",
             &["the trust-region-reflective method of lsqnonlin, from β = ½"],
             least_squares,
         ),
-        super::claim(
+        Claim::holds(
             "mvt.eq7",
             "Section 3.2, (7), (10)",
             "the e of (3b) is the estimation error x - x̂ (largest difference over the runs with e01, η = 1)",
@@ -113,7 +113,7 @@ fn counterexample(
     statement: &'static str,
     check: fn(&Context) -> Result<Outcome, CheckError>,
 ) -> Claim {
-    super::claim(id, "Theorem 1", statement, &[HYPOTHESES, "η = 1"], check)
+    Claim::holds(id, "Theorem 1", statement, &[HYPOTHESES, "η = 1"], check)
 }
 
 const COUNTEREXAMPLES: [fn() -> Result<Missed, CheckError>; 6] =

@@ -9,7 +9,6 @@ use luenberger_observers::cuk::{self, Tuning};
 use luenberger_plants::CukConverter;
 use luenberger_sim::Trajectory;
 
-use super::claim;
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -40,8 +39,8 @@ pub(super) fn figures() -> Vec<Drawing> {
 }
 
 pub(super) fn claims() -> Vec<Claim> {
-    let corrected = |id, statement, check| claim(id, "Table I, corrected", statement, CONVERGENCE, check);
-    let printed = |id, statement, check| claim(id, "Table I", statement, CONVERGENCE, check);
+    let corrected = |id, statement, check| Claim::holds(id, "Table I, corrected", statement, CONVERGENCE, check);
+    let printed = |id, statement, check| Claim::holds(id, "Table I", statement, CONVERGENCE, check);
     vec![
         printed("kkl.cuk.kklo-as-printed", "the KKLO as printed converges", |context| {
             as_printed(context, "kklo", "As it should be.")
@@ -93,56 +92,56 @@ pub(super) fn claims() -> Vec<Claim> {
                     "It differentiates: its error is zero where the plant stands still, and comes back at every jump of the set-point.",
                 ))
         }),
-        claim(
+        Claim::holds(
             "kkl.cuk.hgo-exact",
             "beside Table I",
             "a high-gain observer with the plant in it and poles set by r2 alone converges",
             CONVERGENCE,
             |c| Ok(converges(c, "hgo_exact")?.note("Not in the paper.")),
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.lowest-order",
             "Section V.C",
             "KKLO and I&IO have two-order dynamics, clearly the lowest ones (orders in the order of Table I)",
             &[],
             lowest_order,
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.speeds",
             "Section V.C",
             "the observers have approximate convergence speeds: none takes ten times as long as another",
             RUN,
             speeds,
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.hgo-varying-oscillates",
             "Section V.C",
             "the first HGO has oscillations in the transient (how often the error of i1 changes its sign in the first 0.2 s)",
             RUN,
             oscillates,
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.hgo-linear-at-jumps",
             "Section V.C",
             "the second HGO suffers from the large derivatives at t = 0.2k s (its largest error of i1 within 20 ms of the jumps, and of the other five after 0.8 s)",
             RUN,
             at_jumps,
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.noise-ranking",
             "Section V.C",
             "the KKLO has the best performance in the presence of measurement noise",
             NOISE,
             noise_ranking,
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.hgo-worst",
             "Section V.C",
             "under noise the worst performance is systematically that of the HGOs, because of the high-gain injection",
             NOISE,
             high_gain_worst,
         ),
-        claim(
+        Claim::holds(
             "kkl.cuk.kklo-is-iandi",
             "Section V.C",
             "the KKLO is linear and the I&IO is nonlinear: they are two observers (largest difference of their estimates of i1 and v4, for g1 = 1/L1, g2 = 0)",
