@@ -1,9 +1,9 @@
 //! Drawing a proposal towards a centre, as little as it takes.
 
 /// Calls `accept` with growing shares of the way to the centre, from 1e-14 by decades to 1, until it says yes; then halves the gap between the last no
-/// and the yes three times on the logarithmic scale. At most 18 calls.
-pub(super) fn draw(mut accept: impl FnMut(f64) -> bool) {
-    let Some(mut yes) = (-14..=0).map(|k| 10f64.powi(k)).find(|&share| accept(share)) else { return };
+/// and the yes three times on the logarithmic scale. Whether it ever said yes; at most 18 calls.
+pub(super) fn draw(mut accept: impl FnMut(f64) -> bool) -> bool {
+    let Some(mut yes) = (-14..=0).map(|k| 10f64.powi(k)).find(|&share| accept(share)) else { return false };
     let mut no = yes / 10.0;
     for _ in 0..3 {
         let middle = (no * yes).sqrt();
@@ -13,6 +13,7 @@ pub(super) fn draw(mut accept: impl FnMut(f64) -> bool) {
             no = middle;
         }
     }
+    true
 }
 
 #[cfg(test)]

@@ -66,6 +66,9 @@ pub struct Outcome {
     pub verifying: Duration,
 }
 
+/// How much of its cost a centre may give for its margin, relative to `1 + |value|`: little first.
+const ROOMS: [f64; 2] = [1e-3, 1.0];
+
 /// How hard to try.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
@@ -180,12 +183,17 @@ impl Run<'_> {
             return;
         }
         let Some(x) = path.last().map(|last| &last.unknowns) else { return };
-        let Some(centred) = self.propose(&pose::primal_centre(program, x)) else { return };
-        let Some(centre) = centred.last().map(|last| &last.unknowns[..program.unknowns()]) else { return };
-        centre::draw(|share| {
-            let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
-            accept(&drawn)
-        });
+        for room in ROOMS {
+            let Some(centred) = self.propose(&pose::primal_centre(program, x, room)) else { continue };
+            let Some(centre) = centred.last().map(|last| &last.unknowns[..program.unknowns()]) else { continue };
+            let is_found = centre::draw(|share| {
+                let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
+                accept(&drawn)
+            });
+            if is_found {
+                return;
+            }
+        }
     }
 
     /// A lower bound from Y, likewise.
@@ -203,13 +211,18 @@ impl Run<'_> {
             return;
         }
         let Some(y) = path.last().map(point) else { return };
-        let posed = pose::dual_centre(program, y.value(program), y.size());
-        let Some(centred) = self.propose(&posed.program) else { return };
-        let Some(centre) = centred.last().map(|last| posed.centre(program, &centred.on_equations(last, false))) else {
-            return;
-        };
-        let centre = equations.move_onto(program, centre, true);
-        centre::draw(|share| accept(y.towards(&centre, share)));
+        for room in ROOMS {
+            let posed = pose::dual_centre(program, y.value(program), y.size(), room);
+            let Some(centred) = self.propose(&posed.program) else { continue };
+            // The last of these iterates has the most margin, and satisfies its equations the least.
+            for last in centred.iterates.iter().rev() {
+                let centre = posed.centre(program, &centred.on_equations(last, false));
+                let centre = equations.move_onto(program, centre, true);
+                if centre::draw(|share| accept(y.towards(&centre, share))) {
+                    return;
+                }
+            }
+        }
     }
 
     /// Whether the program is proved infeasible in the way that `ending` says.

@@ -1,7 +1,7 @@
 //! The conic programs that propose points: the program itself, and where its proposals lie too near the boundary, its centres.
 //!
-//! With S the size of what is sought, and the cost kept within `g = 1e-3 (1 + |value|)` of the proposal's (the margin is a concave function of g, so that a small
-//! g gives more of it for the cost),
+//! With S the size of what is sought, and the cost kept within `g = room (1 + |value|)` of the proposal's (the margin is a concave function of g, so that a small
+//! g gives more of it for the cost, and a large one more of it),
 //! ```text
 //! centre of (P):  maximise s   subject to  X(x) >= s I,  s <= S,  c'x <= value + g
 //! centre of (D):  maximise s   subject to  tr(F_i Y) = c_i,  Y >= s I,  s <= S,  tr(F_0 Y) >= value - g
@@ -94,23 +94,21 @@ fn norm(program: &Program, k: usize) -> f64 {
     program.matrix(k).iter().map(|e| weight(e.row, e.column) * square(e)).sum::<f64>().sqrt()
 }
 
-/// g.
-fn room(value: f64) -> f64 {
-    1e-3 * (1.0 + value.abs())
-}
-
 /// (P).
 pub(super) fn primal(program: &Program) -> ConicProgram {
     ConicProgram { cost: costs(program), blocks: pencil(program, -1.0, None, None) }
 }
 
 /// The centre of (P), with s as its last unknown.
-pub(super) fn primal_centre(program: &Program, x: &[f64]) -> ConicProgram {
+pub(super) fn primal_centre(program: &Program, x: &[f64], room: f64) -> ConicProgram {
     let (m, c) = (program.unknowns(), costs(program));
     let value: f64 = c.iter().zip(x).map(|(c, x)| c * x).sum();
     let largest = x.iter().enumerate().map(|(k, x)| x.abs() * norm(program, k + 1)).fold(norm(program, 0), f64::max);
     let mut blocks = pencil(program, -1.0, None, Some((m, -1.0)));
-    blocks.push(conic::Block::number(value + room(value), c.iter().enumerate().map(|(k, c)| (k, -c)).collect()));
+    blocks.push(conic::Block::number(
+        value + room * (1.0 + value.abs()),
+        c.iter().enumerate().map(|(k, c)| (k, -c)).collect(),
+    ));
     blocks.push(conic::Block::number(1.0 + largest, vec![(m, -1.0)]));
     let mut cost = vec![0.0; m];
     cost.push(-1.0);
@@ -153,12 +151,12 @@ impl Posed {
 }
 
 /// The centre of (D), near a point with this value and this size.
-pub(super) fn dual_centre(program: &Program, value: f64, size: f64) -> Posed {
+pub(super) fn dual_centre(program: &Program, value: f64, size: f64, room: f64) -> Posed {
     let m = program.unknowns();
     let (c, traces, size) = (costs(program), traces(program), 1.0 + size);
     // Unknowns: x, mu. tr Z = sum x_i tr F_i - mu tr F_0.
     let trace_terms: Vec<f64> = traces[1..].iter().copied().chain([-traces[0]]).collect();
-    let mut cost: Vec<f64> = c.iter().copied().chain([-(value - room(value))]).collect();
+    let mut cost: Vec<f64> = c.iter().copied().chain([-(value - room * (1.0 + value.abs()))]).collect();
     for (cost, trace) in cost.iter_mut().zip(&trace_terms) {
         *cost -= size * trace;
     }
