@@ -55,6 +55,9 @@ const KEPT: usize = 16;
 /// A relative gap and residuals below this are as good as this arithmetic gets.
 const PRECISE: f64 = 1e-12;
 
+/// Below this, an iteration that gains nothing is followed by more of them; above, by better ones.
+const FINE: f64 = 1e-8;
+
 /// A ray is believed when its equations hold to this, relative to its size.
 const RAY: f64 = 1e-9;
 
@@ -95,7 +98,7 @@ pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
         }
         stalled = if merit < 0.9 * last_merit { 0 } else { stalled + 1 };
         last_merit = last_merit.min(merit);
-        if stalled >= 25 {
+        if stalled >= if merit < FINE { 3 } else { 25 } {
             (status, done) = ("insufficient progress", iteration + 1);
             break;
         }
