@@ -484,7 +484,7 @@ fn least_visible(t: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> Re
         let Some(w) = solve_normal(&r, &v) else { break };
         v = w;
         let next = (&r * &v).norm();
-        let settled = sigma.is_finite() && sigma - next <= 1e-6 * sigma;
+        let settled = sigma.is_finite() && sigma - next <= 1e-9 * sigma;
         sigma = next;
         if settled {
             break;
