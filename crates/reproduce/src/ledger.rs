@@ -136,7 +136,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
     ledger.push('\n');
     write(&out.join("claims.json"), ledger.as_bytes())?;
     summary.elapsed = began.elapsed();
-    write(&out.join("report.html"), report::html(papers, &summary, &drawn)?.as_bytes())?;
+    write(&out.join("report.html"), report::html(papers, &summary, &drawn).as_bytes())?;
     summary.elapsed = began.elapsed();
     Ok(summary)
 }

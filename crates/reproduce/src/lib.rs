@@ -6,7 +6,7 @@
 //!
 //! This crate holds no algorithm of control theory. Those are in the crates below it.
 //!
-//! - How to add a claim: [`claim`]. How to add a figure: [`figure`]. How to add a paper: a folder beside `cubic/` with a
+//! - How to add a claim: [`claim`]. How to add a figure: [`paper`]. How to add a paper: a folder beside `cubic/` with a
 //!   function that returns a [`Paper`], and its name in [`papers`].
 
 #![deny(missing_docs)]
@@ -15,24 +15,21 @@ pub mod claim;
 pub mod context;
 mod cubic;
 pub mod evidence;
-pub mod figure;
 mod kkl;
 pub mod ledger;
 mod mvt;
 pub mod paper;
 mod progress;
 pub mod report;
-pub mod table;
 pub mod terminal;
 pub mod value;
 
 pub use claim::{CheckError, Claim, Outcome, Record};
 pub use context::Context;
 pub use evidence::{Evidence, Tolerance, Verdict};
-pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
 pub use ledger::{ReproduceError, Summary, run_papers};
+pub use luenberger_figures::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, Table, figure, table};
 pub use paper::{Dataset, Drawing, Finding, Paper, Plate};
-pub use table::Table;
 pub use value::{Printed, Value};
 
 use std::path::Path;

@@ -1,4 +1,25 @@
 //! A paper: its claims, the figures drawn for it, and what was found wrong with it.
+//!
+//! # Adding a figure
+//! ```
+//! use luenberger_reproduce::{CheckError, Context, Drawing, Figure, Panel, Plate, Series, Mark, Table};
+//!
+//! const DECAY: Drawing = Drawing { id: "demo-fig1", draw: decay };
+//!
+//! fn decay(_: &Context) -> Result<Plate, CheckError> {
+//!     let t: Vec<f64> = (0..=400).map(|k| f64::from(k) / 100.0).collect();
+//!     let [slow, fast] = [1.0, 2.0].map(|rate| t.iter().map(|t| f64::exp(-rate * t)).collect::<Vec<_>>());
+//!     let panel = Panel::new("time t (s)", "error e₂ (rad)")
+//!         .series(Series::line("linear", &t, &slow))
+//!         .series(Series::line("cubic", &t, &fast))
+//!         .mark(Mark::horizontal(0.05).label("5 %"));
+//!     Ok(Plate {
+//!         figure: Figure::new("Decay of the error").caption("The two observers from e(0) = 1.").panel(panel),
+//!         data: Table::new().column("t", t).column("e2_linear", slow).column("e2_cubic", fast),
+//!     })
+//! }
+//! decay(&Context::new(".")).unwrap().figure.check().unwrap();
+//! ```
 
 use crate::claim::{CheckError, Claim};
 use crate::context::Context;

@@ -3,6 +3,7 @@
 //! A paper prints decimals, and a decimal says how exact it is: `1.18` stands for anything in `[1.175, 1.185]`. So a
 //! printed number is kept as the text that stands in the paper, and half a unit of its last digit is read off that text.
 
+pub(crate) use luenberger_figures::short;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::fmt;
@@ -112,30 +113,6 @@ impl fmt::Display for Value {
             Self::Matrix(rows) => {
                 write!(f, "[{}]", rows.iter().map(|row| list(row)).collect::<Vec<_>>().join("; "))
             }
-        }
-    }
-}
-
-/// `x` to six significant digits, without trailing zeros, in scientific notation only where it is shorter.
-pub(crate) fn short(x: f64) -> String {
-    if x == 0.0 {
-        return "0".to_owned();
-    }
-    if !x.is_finite() {
-        return x.to_string();
-    }
-    let magnitude = x.abs().log10().floor();
-    if (-4.0..7.0).contains(&magnitude) {
-        let digits = (5.0 - magnitude).max(0.0) as usize;
-        let text = format!("{x:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else {
-        let text = format!("{x:.5e}");
-        match text.split_once('e') {
-            Some((mantissa, exponent)) => {
-                format!("{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
-            }
-            None => text,
         }
     }
 }
@@ -298,15 +275,5 @@ mod tests {
         assert!(!Value::Matrix(vec![vec![1.0, 2.0]]).comparable(&Value::Matrix(vec![vec![1.0], vec![2.0]])));
         assert!(!Value::Truth(true).comparable(&Value::Number(1.0)));
         assert!(!Value::Truth(true).comparable(&Value::Vector(vec![])));
-    }
-
-    #[test]
-    fn people_read_six_digits() {
-        assert_eq!(short(0.000_136_3), "0.0001363");
-        assert_eq!(short(1.0 / 3.0), "0.333333");
-        assert_eq!(short(1_234_567.8), "1234568");
-        assert_eq!(short(-2.5e-9), "-2.5e-9");
-        assert_eq!(short(100.0), "100");
-        assert_eq!(short(f64::INFINITY), "inf");
     }
 }

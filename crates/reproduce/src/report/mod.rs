@@ -1,46 +1,28 @@
-//! The report: one HTML file that needs nothing else and loads nothing from anywhere.
-//!
-//! The plotting library, the style sheet and the few lines of script are written into the page; the data of the figures
-//! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
+//! The report: the ledger as one HTML file, by the page of `luenberger-figures`.
 
 use crate::claim::Record;
 use crate::evidence::Verdict;
-use crate::figure::interactive;
-use crate::ledger::{Drawn, ReproduceError, Summary};
+use crate::ledger::{Drawn, Summary};
 use crate::paper::{Finding, Paper};
 use crate::terminal::{counts, word};
 use crate::value::{Value, short};
-use plotly::Plot;
+use luenberger_figures::page::{DRAW_PICTURES, Pictures, Shell, escape};
 use std::fmt::Write;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The page.
-pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReproduceError> {
+pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> String {
     let mut body = String::new();
     header(&mut body, papers, summary);
     findings(&mut body, papers, &summary.records);
     claims(&mut body, papers, &summary.records);
-    let pictures = figures(&mut body, papers, drawn)?;
+    let pictures = figures(&mut body, papers, drawn);
     datasets(&mut body, papers);
-    let script_of_plotly = plotting_library();
-    Ok(format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>The papers and their claims</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n{body}\n\
-         <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
-         {script_of_plotly}\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
-    ))
-}
-
-/// The element with plotly alone: the crate hands it out followed by a library for formulas, which no label here needs.
-fn plotting_library() -> String {
-    let sources = Plot::offline_js_sources();
-    let end = "</script>";
-    let length = sources.find(end).map_or(sources.len(), |i| i + end.len());
-    sources[..length].to_owned()
+    let script = [SCRIPT, DRAW_PICTURES, "follow();\n"].concat();
+    let title = "The papers and their claims";
+    Shell { title, style: STYLE, body: &body, pictures: &pictures, script: &script }.to_string()
 }
 
 // Writing into a String cannot fail; `let _ =` says so at each place below.
@@ -217,29 +199,18 @@ fn grid(value: &Value, show: fn(f64) -> String) -> String {
     table + "</table>"
 }
 
-/// Writes the places of the figures, and returns their data as JSON.
-fn figures(page: &mut String, papers: &[Paper], drawn: &[Drawn]) -> Result<String, ReproduceError> {
-    let mut pictures = serde_json::Map::new();
+/// Writes the places of the figures, and returns the figures.
+fn figures(page: &mut String, papers: &[Paper], drawn: &[Drawn]) -> Pictures {
+    let mut pictures = Pictures::default();
     let _ = write!(page, "<section id=\"figures\"><h2>Figures</h2>");
     for paper in papers {
         for Drawn { id, figure, .. } in drawn.iter().filter(|drawn| drawn.paper == paper.key) {
             // A figure that cannot be drawn has already failed as a still picture.
-            let Ok(picture) = interactive::plotly(figure) else { continue };
-            pictures.insert((*id).to_owned(), picture);
-            let title = escape(&figure.title);
-            let _ = write!(
-                page,
-                "<figure id=\"{id}\"><h3>{title}</h3><div class=\"plot\" data-picture=\"{id}\" role=\"img\" \
-                 aria-label=\"{title}\"></div><noscript><img src=\"figures/{id}.svg\" alt=\"{title}\"></noscript>\
-                 <figcaption>{} <span class=\"files\"><a href=\"figures/{id}.svg\">SVG</a> \
-                 <a href=\"figures/{id}.png\">PNG</a> <a href=\"data/{id}.csv\">CSV</a></span></figcaption></figure>",
-                escape(&figure.caption)
-            );
+            page.push_str(&pictures.add(id, figure).unwrap_or_default());
         }
     }
     let _ = write!(page, "</section>");
-    // "</script" within a string would end the element that holds it.
-    Ok(serde_json::to_string(&pictures)?.replace("</", "<\\/"))
+    pictures
 }
 
 /// Links to the numbers that stand behind no figure.
@@ -253,8 +224,4 @@ fn datasets(page: &mut String, papers: &[Paper]) {
         let _ = write!(page, "<li><a href=\"data/{id}.csv\">{id}.csv</a></li>", id = escape(id));
     }
     let _ = write!(page, "</ul></section>");
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

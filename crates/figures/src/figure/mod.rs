@@ -4,25 +4,19 @@
 //! A figure has panels, a panel has curves or bars. Colours are those of Okabe and Ito (2008), which people with any kind
 //! of colour blindness tell apart, and each curve also gets its own dash, so that a figure survives black-and-white print.
 //!
-//! # Adding a figure
 //! ```
-//! use luenberger_reproduce::{CheckError, Context, Drawing, Figure, Panel, Plate, Series, Mark, Table};
+//! use luenberger_figures::{Figure, Mark, Panel, Series};
+//! use luenberger_figures::figure::still;
 //!
-//! const DECAY: Drawing = Drawing { id: "demo-fig1", draw: decay };
-//!
-//! fn decay(_: &Context) -> Result<Plate, CheckError> {
-//!     let t: Vec<f64> = (0..=400).map(|k| f64::from(k) / 100.0).collect();
-//!     let [slow, fast] = [1.0, 2.0].map(|rate| t.iter().map(|t| f64::exp(-rate * t)).collect::<Vec<_>>());
-//!     let panel = Panel::new("time t (s)", "error e₂ (rad)")
-//!         .series(Series::line("linear", &t, &slow))
-//!         .series(Series::line("cubic", &t, &fast))
-//!         .mark(Mark::horizontal(0.05).label("5 %"));
-//!     Ok(Plate {
-//!         figure: Figure::new("Decay of the error").caption("The two observers from e(0) = 1.").panel(panel),
-//!         data: Table::new().column("t", t).column("e2_linear", slow).column("e2_cubic", fast),
-//!     })
-//! }
-//! decay(&Context::new(".")).unwrap().figure.check().unwrap();
+//! let t: Vec<f64> = (0..=400).map(|k| f64::from(k) / 100.0).collect();
+//! let [slow, fast] = [1.0, 2.0].map(|rate| t.iter().map(|t| f64::exp(-rate * t)).collect::<Vec<_>>());
+//! let panel = Panel::new("time t (s)", "error e₂ (rad)")
+//!     .series(Series::line("linear", &t, &slow))
+//!     .series(Series::line("cubic", &t, &fast))
+//!     .mark(Mark::horizontal(0.05).label("5 %"));
+//! let figure = Figure::new("Decay of the error").caption("The two observers from e(0) = 1.").panel(panel);
+//! assert!(still::svg(&figure)?.starts_with("<svg"));
+//! # Ok::<(), luenberger_figures::figure::FigureError>(())
 //! ```
 
 pub mod interactive;

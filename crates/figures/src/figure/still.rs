@@ -272,7 +272,7 @@ impl Page {
             let end = frame.left + 6.0 + text_width(&bar.name, NUMBER);
             self.rectangle(Rect { left: frame.left + 2.0, top: name - 14.0, right: end, bottom: name + 4.0 }, [255; 3]);
             self.text((frame.left + 4.0, name), &bar.name, NUMBER, TextAnchor::Start);
-            let value = crate::value::short(bar.to).replace('-', "−");
+            let value = crate::number::short(bar.to).replace('-', "−");
             // Beside the bar if there is room, else in it.
             if right + text_width(&value, NUMBER) + 10.0 < frame.right {
                 self.text((right + 7.0, y + 5.5), &value, NUMBER, TextAnchor::Start);

@@ -1,7 +1,7 @@
 //! What a figure refuses, and what its renderings share.
 
-use luenberger_reproduce::figure::{FigureError, interactive, still};
-use luenberger_reproduce::{Bar, Figure, Mark, Panel, Series};
+use luenberger_figures::figure::{FigureError, interactive, still};
+use luenberger_figures::{Bar, Figure, Mark, Panel, Series};
 
 fn panel() -> Panel {
     Panel::new("time t (s)", "error e (m)")

@@ -1,0 +1,18 @@
+//! Figures for papers and for the screen, tables of numbers, and the page that holds them.
+//!
+//! A figure is described once and drawn three ways (SVG, PNG, interactive); see [`figure`]. A table of numbers is written
+//! with every digit; see [`table`]. A page is one HTML file that needs nothing else and loads nothing from anywhere; see
+//! [`page`]. The same input gives the same bytes.
+//!
+//! This crate knows nothing of control.
+
+#![deny(missing_docs)]
+
+pub mod figure;
+mod number;
+pub mod page;
+pub mod table;
+
+pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
+pub use number::short;
+pub use table::Table;

@@ -1,0 +1,92 @@
+//! One HTML file that needs nothing else and loads nothing from anywhere.
+//!
+//! The plotting library, the style sheet and the few lines of script are written into the page; the data of the figures
+//! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
+
+use crate::figure::{Figure, FigureError, interactive};
+use plotly::Plot;
+use serde_json::{Map, Value as Json};
+use std::fmt;
+
+/// Draws every element with a `data-picture`, in the colours of the page, and anew when the reader's choice of light or
+/// dark changes. Expects `byId`.
+pub const DRAW_PICTURES: &str = include_str!("pictures.js");
+
+/// What differs between two pages.
+#[derive(Debug, Clone, Copy)]
+pub struct Shell<'a> {
+    /// The title, as text.
+    pub title: &'a str,
+    /// The style sheet.
+    pub style: &'a str,
+    /// What stands in the body, as HTML.
+    pub body: &'a str,
+    /// The figures.
+    pub pictures: &'a Pictures,
+    /// The script, run when the body is there and the plotting library is loaded.
+    pub script: &'a str,
+}
+
+/// The page.
+impl fmt::Display for Shell<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { title, style, body, pictures, script } = self;
+        let title = escape(title);
+        write!(
+            f,
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+             <style>\n{style}</style>\n</head>\n<body>\n{body}\n\
+             <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
+             {library}\n<script>\n{script}</script>\n</body>\n</html>\n",
+            library = plotting_library()
+        )
+    }
+}
+
+/// The figures of a page by their ids, as the JSON that [`DRAW_PICTURES`] reads.
+#[derive(Debug, Clone, Default)]
+pub struct Pictures {
+    pictures: Map<String, Json>,
+}
+
+impl Pictures {
+    /// Adds a figure, and returns the element to be put where it shall be drawn: the figure with its caption and with links
+    /// to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`.
+    /// # Errors
+    /// [`FigureError`] says what in the figure cannot be drawn.
+    pub fn add(&mut self, id: &str, figure: &Figure) -> Result<String, FigureError> {
+        self.pictures.insert(id.to_owned(), interactive::plotly(figure)?);
+        let (id, title) = (escape(id), escape(&figure.title));
+        Ok(format!(
+            "<figure id=\"{id}\"><h3>{title}</h3><div class=\"plot\" data-picture=\"{id}\" role=\"img\" \
+             aria-label=\"{title}\"></div><noscript><img src=\"figures/{id}.svg\" alt=\"{title}\"></noscript>\
+             <figcaption>{} <span class=\"files\"><a href=\"figures/{id}.svg\">SVG</a> \
+             <a href=\"figures/{id}.png\">PNG</a> <a href=\"data/{id}.csv\">CSV</a></span></figcaption></figure>",
+            escape(&figure.caption)
+        ))
+    }
+}
+
+/// JSON that can stand in a script element.
+impl fmt::Display for Pictures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let json = serde_json::to_string(&self.pictures).map_err(|_| fmt::Error)?;
+        // "</script" within a string would end the element that holds it.
+        f.write_str(&json.replace("</", "<\\/"))
+    }
+}
+
+/// `text` as it stands in HTML, within an element or a quoted attribute.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The element with plotly alone: the crate hands it out followed by a library for formulas, which no label here needs.
+fn plotting_library() -> String {
+    let sources = Plot::offline_js_sources();
+    let end = "</script>";
+    let length = sources.find(end).map_or(sources.len(), |i| i + end.len());
+    sources[..length].to_owned()
+}

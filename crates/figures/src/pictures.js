@@ -1,0 +1,29 @@
+const pictures = JSON.parse(byId("pictures").textContent);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+function themed(layout) {
+  const style = getComputedStyle(document.documentElement);
+  const [ink, grid] = ["--ink", "--grid"].map((name) => style.getPropertyValue(name).trim());
+  const copy = { ...layout, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)" };
+  copy.font = { color: ink, size: 14, family: getComputedStyle(document.body).fontFamily };
+  copy.modebar = { bgcolor: "rgba(0,0,0,0)", color: grid, activecolor: ink };
+  copy.hoverlabel = { bgcolor: style.getPropertyValue("--card").trim(), font: { color: ink } };
+  for (const key of Object.keys(copy).filter((key) => /^[xy]axis/.test(key))) {
+    copy[key] = { ...copy[key], gridcolor: grid, linecolor: ink, tickcolor: ink };
+  }
+  return copy;
+}
+
+function draw() {
+  const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+  const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
+  for (const place of document.querySelectorAll("[data-picture]")) {
+    const { data, layout } = pictures[place.dataset.picture];
+    // Black curves take the colour of the text, so that they are seen on a dark page.
+    const traces = data.map((trace) => trace.line?.color === "#000000"
+      ? { ...trace, line: { ...trace.line, color: ink }, marker: { ...trace.marker, color: ink } } : trace);
+    Plotly.react(place, traces, themed(layout), config);
+  }
+}
+draw();
+dark.addEventListener("change", draw);
