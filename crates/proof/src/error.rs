@@ -42,4 +42,37 @@ pub enum ProofError {
         /// The entry below the diagonal.
         lower: f64,
     },
+    /// A fixed-point format that cannot be examined.
+    #[error(
+        "a fixed-point format of {integer_bits} integer bits (the sign among them) and {fraction_bits} fraction bits: \
+         at least 1 integer bit and 2 to 53 bits in all are supported"
+    )]
+    Format {
+        /// Bits before the point, the sign among them.
+        integer_bits: u32,
+        /// Bits after the point.
+        fraction_bits: u32,
+    },
+    /// A number that cannot be stored in its format.
+    #[error("{what} has the entry {value:e} at row {row}, column {column}, and its format ends at {largest:e}")]
+    OutOfRange {
+        /// The quantity.
+        what: &'static str,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+        /// The largest number of the format.
+        largest: f64,
+    },
+    /// A bound or a scalar that must not be negative (or must be positive) is, or is not finite.
+    #[error("{what} is {value}")]
+    Sign {
+        /// The quantity, and what it should be.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
 }

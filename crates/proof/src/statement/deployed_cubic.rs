@@ -26,7 +26,7 @@
 //! and every error with `e'Pe < lambda_min(P) r^2` tends to 0. With rho = 1e-15 and the rest about 1, r is about 1e29 by the first term, 1e7 by the second.
 
 use super::lyapunov::{error_matrix, largest_eigenvalue_bound};
-use super::{Expression, accretive, embed, embed_symmetric, lyapunov_decrease, positive};
+use super::{Expression, accretive, embed, embed_symmetric, lyapunov_decrease, norm_bound, positive};
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -263,15 +263,6 @@ fn row_sum_bound(m: &Matrix<Interval>) -> f64 {
             m.row(i).iter().fold(0.0_f64, |sum, x| if x.is_zero() { sum } else { (sum + x.magnitude()).next_up() })
         })
         .fold(0.0, f64::max)
-}
-
-/// An upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.
-fn norm_bound(m: &Matrix<Interval>) -> f64 {
-    let square = m.as_slice().iter().fold(0.0_f64, |sum, x| {
-        let x = x.magnitude();
-        if x == 0.0 { sum } else { (sum + (x * x).next_up()).next_up() }
-    });
-    if square == 0.0 { 0.0 } else { square.sqrt().next_up() }
 }
 
 /// The ellipsoid of the head of this module. Every operation on these nonnegative numbers is rounded to the safe side.

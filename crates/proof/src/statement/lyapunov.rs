@@ -135,11 +135,11 @@ pub fn positive(p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     definite::decide(p, Sense::PositiveDefinite)
 }
 
-struct Stein<'a> {
-    a: &'a Matrix<f64>,
-    l: &'a Matrix<f64>,
-    c: &'a Matrix<f64>,
-    p: &'a Matrix<f64>,
+pub(super) struct Stein<'a> {
+    pub(super) a: &'a Matrix<f64>,
+    pub(super) l: &'a Matrix<f64>,
+    pub(super) c: &'a Matrix<f64>,
+    pub(super) p: &'a Matrix<f64>,
 }
 
 impl Expression for Stein<'_> {

@@ -9,16 +9,20 @@
 mod contracting;
 mod cubic;
 mod deployed_cubic;
+mod equation;
 mod feedback;
 mod lyapunov;
 mod sector;
+mod spectrum;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
+pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
 pub use lyapunov::{decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, positive, stein_decrease};
 pub use sector::{SectorTerm, sector_decrease};
+pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
@@ -64,4 +68,13 @@ fn embed_symmetric<R: Ring>(data: &Matrix<f64>, what: &'static str, order: usize
         }
     }
     Ok(embedded)
+}
+
+/// An upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.
+fn norm_bound(m: &Matrix<Interval>) -> f64 {
+    let square = m.as_slice().iter().fold(0.0_f64, |sum, x| {
+        let x = x.magnitude();
+        if x == 0.0 { sum } else { (sum + (x * x).next_up()).next_up() }
+    });
+    if square == 0.0 { 0.0 } else { square.sqrt().next_up() }
 }
