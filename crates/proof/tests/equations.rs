@@ -141,7 +141,7 @@ fn symmetric(n: usize, entries: &[i32]) -> Matrix<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// A stable by diagonal dominance: the comparison with the solution for Q = I encloses the exact solution, and the distance it
     /// proves is at most the condition of the equation times the true one.

@@ -1,0 +1,220 @@
+//! The ball in which the error of a running observer stays, and the one to which it shrinks: from a contraction and a bounded disturbance.
+
+use core::fmt;
+
+use super::disturbance::{Disturbance, StepBound};
+use crate::definite::{proved_eigenvalue_bound, solve_approximately};
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::statement::embed_symmetric;
+use crate::statement::spectrum::contraction;
+
+/// What is proved of the running observer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Running {
+    /// The error stays bounded, and shrinks to within known bounds.
+    Within(ErrorBall),
+    /// Nothing is proved.
+    Unproved(Obstacle),
+}
+
+/// Bounds of the error `e = x - xhat` of the running observer, all rounding counted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorBall {
+    /// rho: one step of the exact error map shortens `|e|_P = sqrt(e'Pe)` at least by this factor.
+    pub contraction: f64,
+    /// kappa: by how much rounding errors that grow with the error itself worsen the factor.
+    pub relative: f64,
+    /// An error that starts with `|e|_P` at most this, as the promised first error does, never exceeds it.
+    pub start: f64,
+    /// `limsup |e|_P` is at most this.
+    pub ultimate: f64,
+    /// `limsup |e_i|` is at most this, entry by entry.
+    pub entries: Vec<f64>,
+    /// The largest share of its range that any intermediate number takes, at most 1.
+    pub headroom: f64,
+}
+
+/// Why no ball is proved.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Obstacle {
+    /// The observer is not proved to converge as stored, in exact arithmetic.
+    NotStable,
+    /// Contraction and rounding together do not shorten the error: `contraction + relative` is 1 or more.
+    RoundingDominates {
+        /// The factor of the exact map, proved; infinite where outward rounding left none.
+        contraction: f64,
+        /// What rounding adds.
+        relative: f64,
+    },
+    /// An intermediate number may leave its range.
+    Range {
+        /// Which one.
+        what: &'static str,
+        /// The bound of its magnitude.
+        size: f64,
+        /// The magnitude that it may have.
+        limit: f64,
+    },
+    /// The cubic observer takes a root, and the fixed-point one is not specified.
+    RootInFixedPoint,
+}
+
+impl fmt::Display for Obstacle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotStable => write!(f, "this P does not prove the stored observer stable"),
+            Self::RoundingDominates { contraction, relative } => {
+                write!(f, "a step shortens the error by the factor {contraction}, to which rounding adds {relative:e}")
+            }
+            Self::Range { what, size, limit } => {
+                write!(f, "{what} may be as large as {size:e}, and its range ends at {limit:e}")
+            }
+            Self::RootInFixedPoint => write!(f, "the root of the cubic observer is not specified in fixed point"),
+        }
+    }
+}
+
+/// Turns in which the ball of start and the bounds that hold in it are brought to agree.
+const TURNS: usize = 8;
+
+/// How often the bounds of the entries are used to better themselves.
+const REFINEMENTS: usize = 3;
+
+/// Powers of the error map in the series for the entries, at most.
+const POWERS: usize = 4096;
+
+pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<Running, ProofError> {
+    let n = disturbance.order();
+    let metric = embed_symmetric::<Interval>(p, "P", n)?;
+    if n == 0 {
+        return Ok(Running::Within(ErrorBall {
+            contraction: 0.0,
+            relative: 0.0,
+            start: 0.0,
+            ultimate: 0.0,
+            entries: Vec::new(),
+            headroom: 0.0,
+        }));
+    }
+    let maps = disturbance.maps()?;
+    let unproved = |contraction, relative| Ok(Running::Unproved(Obstacle::RoundingDominates { contraction, relative }));
+    let Some(rho) = contraction(&metric, &maps, 1.0)? else { return unproved(f64::INFINITY, 0.0) };
+    let Some(half_widths) = half_widths(p, &metric)? else { return unproved(rho, f64::INFINITY) };
+    let sizes = metric.map(|x| number(x.magnitude()));
+    let longest = |bound: &Matrix<Interval>| -> Result<f64, ProofError> {
+        let square = bound.transpose().product(&sizes.product(bound)?)?[(0, 0)];
+        Ok(square.sqrt().map_or(f64::INFINITY, |root| root.hi()))
+    };
+    let at = |radius: f64| -> Vec<f64> { half_widths.iter().map(|s| s.mul(&number(radius)).hi()).collect() };
+    let error = &disturbance.operation.error;
+    let mut start = longest(&Matrix::from_fn(n, 1, |i, _| number(error[i])))?;
+    for _ in 0..TURNS {
+        let StepBound { added, stages, .. } = disturbance.step_bound(&at(start))?;
+        let beta = longest(&Matrix::from_fn(n, 1, |i, _| added[(i, 0)]))?;
+        let slope = Matrix::from_fn(n, n, |i, j| added[(i, j + 1)]);
+        let kappa = longest(&slope.product(&Matrix::from_fn(n, 1, |i, _| half_widths[i]))?)?;
+        let factor = number(rho).add(&number(kappa)).hi();
+        let left = (1.0 - factor).next_down();
+        if left.is_nan() || left <= 0.0 {
+            return unproved(rho, kappa);
+        }
+        let ultimate = (beta / left).next_up();
+        if !ultimate.is_finite() {
+            return unproved(rho, kappa);
+        }
+        if ultimate > start {
+            // The bounds were those of a smaller ball.
+            start = 1.01 * ultimate;
+            continue;
+        }
+        let reach = at(start);
+        let mut headroom = 0.0_f64;
+        for stage in &stages {
+            let size = evaluated(&stage.size, &reach)?.into_iter().fold(0.0, f64::max);
+            if size.is_nan() || size > stage.limit {
+                return Ok(Running::Unproved(Obstacle::Range { what: stage.what, size, limit: stage.limit }));
+            }
+            headroom = headroom.max((size / stage.limit).next_up());
+        }
+        let mut entries = at(ultimate);
+        for _ in 0..REFINEMENTS {
+            let StepBound { added, bend, .. } = disturbance.step_bound(&entries)?;
+            let per_step = evaluated(&added.sum(&bend)?, &entries)?;
+            series(&maps[0], &per_step, &half_widths, (rho, ultimate), &mut entries)?;
+        }
+        let ball =
+            ErrorBall { contraction: rho, relative: kappa, start, ultimate, entries, headroom: headroom.min(1.0) };
+        return Ok(Running::Within(ball));
+    }
+    unproved(rho, f64::INFINITY)
+}
+
+fn number(x: f64) -> Interval {
+    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
+}
+
+/// The rows of a bound for `|e_i| = reach_i`, rounded up.
+fn evaluated(bound: &Matrix<Interval>, reach: &[f64]) -> Result<Vec<f64>, ProofError> {
+    let at = Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { number(reach[i - 1]) });
+    Ok(bound.product(&at)?.as_slice().iter().map(Interval::hi).collect())
+}
+
+/// `s_i >= sqrt((P^-1)_ii)`: `|e_i| <= s_i |e|_P`. `t > (P^-1)_ii` if and only if `[[P, unit_i], [unit_i', t]] > 0`.
+fn half_widths(p: &Matrix<f64>, metric: &Matrix<Interval>) -> Result<Option<Vec<Interval>>, ProofError> {
+    let n = p.rows();
+    let identity = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { 0.0 });
+    let Some(inverse) = solve_approximately(p, &identity) else { return Ok(None) };
+    let mut widths = Vec::with_capacity(n);
+    for i in 0..n {
+        let unit = Matrix::from_fn(n, 1, |j, _| if i == j { Interval::ONE } else { Interval::zero() });
+        let mut proved = None;
+        for room in [1.0 + 1e-9, 1.0 + 1e-6, 1.001, 2.0, 100.0] {
+            let t = number((inverse[(i, i)] * room).abs());
+            let bordered = metric.bordered(&unit, &Matrix::from_rows([[t]]))?;
+            if t.is_bounded() && proved_eigenvalue_bound(&bordered).is_some() {
+                proved = t.sqrt();
+                break;
+            }
+        }
+        let Some(width) = proved else { return Ok(None) };
+        widths.push(number(width.hi()));
+    }
+    Ok(Some(widths))
+}
+
+/// Betters the bounds of the entries by `sum_{j<k} |F^j| d + s rho^k ultimate`, for the k that is best for each.
+fn series(
+    map: &Matrix<Interval>,
+    per_step: &[f64],
+    half_widths: &[Interval],
+    (rho, ultimate): (f64, f64),
+    entries: &mut [f64],
+) -> Result<(), ProofError> {
+    let n = map.rows();
+    let d = Matrix::from_fn(n, 1, |i, _| number(per_step[i]));
+    let mut power = Matrix::scalar(n, &Interval::ONE);
+    let mut sum = Matrix::<Interval>::zeros(n, 1);
+    let mut rest = ultimate;
+    for _ in 0..POWERS {
+        sum = sum.sum(&power.map(|x| number(x.magnitude())).product(&d)?)?;
+        rest = (rest * rho).next_up();
+        let mut last = true;
+        for i in 0..n {
+            let tail = half_widths[i].mul(&number(rest));
+            let bound = sum[(i, 0)].add(&tail).hi();
+            entries[i] = entries[i].min(bound);
+            last &= tail.hi() <= 1e-3 * sum[(i, 0)].hi();
+        }
+        // The tail no longer counts, or the intervals of the powers have grown too wide to gain anything.
+        let wide = power.as_slice().iter().any(|x| x.width() > 1.0 || !x.is_bounded());
+        if last || wide {
+            break;
+        }
+        power = power.product(map)?;
+    }
+    Ok(())
+}

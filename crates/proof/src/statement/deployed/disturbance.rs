@@ -1,0 +1,258 @@
+//! What one step of a deployed observer adds to its error: stored matrices that are not the plant's, noise, and every rounding.
+
+use super::{CubicGains, Format, Operation, SampledPlant, Step, Stored};
+use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::statement::EXACT_ORDER;
+use crate::statement::lyapunov::error_matrix;
+
+/// More roundings than the flow of the cubic part has on any path: 21 by the count in the head of the module.
+const FLOW_ROUNDINGS: usize = 24;
+
+/// Bounds of absolute values, one row each, acting on `(1, |e_1|, ..., |e_n|)`.
+type Bound = Matrix<Interval>;
+
+/// The deployed observer, as seen by its error.
+pub(super) struct Disturbance<'a> {
+    pub(super) plant: &'a SampledPlant,
+    pub(super) stored: &'a Stored,
+    pub(super) step: Step,
+    pub(super) format: Format,
+    pub(super) operation: &'a Operation,
+}
+
+/// A quantity that has to lie in the format, and up to where it may go there.
+pub(super) struct Stage {
+    pub(super) what: &'static str,
+    pub(super) size: Bound,
+    pub(super) limit: f64,
+}
+
+/// One step, while `|e_i|` is at most what it was asked for.
+pub(super) struct StepBound {
+    /// `|e+ - M e| <= D (1, |e|)`.
+    pub(super) added: Bound,
+    /// `|M e - F e|`: what the cubic part changes of the first of the maps; zero without it.
+    pub(super) bend: Bound,
+    pub(super) stages: Vec<Stage>,
+}
+
+fn number(x: f64) -> Interval {
+    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
+}
+
+fn sizes(m: &Matrix<Interval>) -> Matrix<Interval> {
+    m.map(|x| number(x.magnitude()))
+}
+
+fn points(m: &Matrix<f64>, what: &'static str) -> Result<Matrix<Interval>, ProofError> {
+    Matrix::embed(m, what)
+}
+
+impl Disturbance<'_> {
+    pub(super) fn order(&self) -> usize {
+        self.plant.a.rows()
+    }
+
+    /// The maps of the error in one step: the constant one, or the two ends of the segment for the cubic observer.
+    pub(super) fn maps(&self) -> Result<Vec<Matrix<Interval>>, ProofError> {
+        let Stored { a, c, l, cubic, .. } = self.stored;
+        let first = match self.step {
+            Step::Joined => points(a, "F")?,
+            Step::Innovation => error_matrix::<Interval>(a, l, c)?,
+        };
+        let Some(cubic) = cubic else { return Ok(vec![first]) };
+        // Not idle: w > 0 was checked.
+        let inverse = number(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
+        let turned = Matrix::scalar(self.order(), &Interval::ONE)
+            .sum(&points(&cubic.n, "N")?.product(&points(c, "C")?)?.scaled(&inverse))?;
+        Ok(vec![first, points(a, "A")?.product(&turned)?])
+    }
+
+    /// A bound that does not depend on the error.
+    fn constant(&self, column: &Matrix<Interval>) -> Bound {
+        Matrix::from_fn(column.rows(), self.order() + 1, |i, j| if j == 0 { column[(i, 0)] } else { Interval::zero() })
+    }
+
+    fn promised(&self, list: &[f64]) -> Bound {
+        self.constant(&Matrix::from_fn(list.len(), 1, |i, _| number(list[i])))
+    }
+
+    fn same(&self, rows: usize, x: f64) -> Bound {
+        self.constant(&Matrix::from_fn(rows, 1, |_, _| number(x)))
+    }
+
+    /// The error of a sum of `products` products and `addends` other terms, of which `terms` bounds the sum of the absolute values.
+    fn sum_error(&self, products: usize, addends: usize, terms: &Bound) -> Result<Bound, ProofError> {
+        let k = products + addends;
+        let (lost, gamma) = match self.format {
+            Format::Fixed { .. } => (number(products as f64), Interval::zero()),
+            _ => (number(2.0 * k as f64).mul(&Interval::ONE.add(&self.format.gamma(k))), self.format.gamma(k)),
+        };
+        let absolute = lost.mul(&number(self.format.absolute()));
+        terms.scaled(&gamma).sum(&self.constant(&Matrix::from_fn(terms.rows(), 1, |_, _| absolute)))
+    }
+
+    /// `B - B~` and the like, entry by entry.
+    fn mismatch(real: &Matrix<f64>, stored: &Matrix<f64>) -> Result<Matrix<Interval>, ProofError> {
+        Ok(sizes(&points(real, "the plant")?.difference(&points(stored, "what is stored")?)?))
+    }
+
+    /// `|A - F - L~ C|`, in exact arithmetic where that is affordable: the terms cancel.
+    fn joined_mismatch(&self) -> Result<Matrix<Interval>, ProofError> {
+        fn difference<R: Ring>(plant: &SampledPlant, stored: &Stored) -> Result<Matrix<R>, ProofError> {
+            let lc = Matrix::<R>::embed(&stored.l, "L")?.product(&Matrix::embed(&plant.c, "C")?)?;
+            Matrix::<R>::embed(&plant.a, "A")?.difference(&Matrix::embed(&stored.a, "F")?)?.difference(&lc)
+        }
+        let enclosed = if self.order() <= EXACT_ORDER {
+            difference::<Exact>(self.plant, self.stored)?.map(Exact::enclosure)
+        } else {
+            difference::<Interval>(self.plant, self.stored)?
+        };
+        Ok(sizes(&enclosed))
+    }
+
+    /// One step from any error with `|e_i| <= reach_i`.
+    pub(super) fn step_bound(&self, reach: &[f64]) -> Result<StepBound, ProofError> {
+        let Stored { a, b, c, l, cubic } = self.stored;
+        let (n, m, outputs) = (self.order(), b.cols(), c.rows());
+        let largest = self.format.largest();
+        let stage = |what, size: &Bound| Stage { what, size: size.clone(), limit: largest };
+
+        let x = self.promised(&self.operation.state);
+        let u = self.promised(&self.operation.input);
+        let xhat = Matrix::from_fn(n, n + 1, |i, j| match j {
+            0 => x[(i, 0)],
+            _ if j == i + 1 => Interval::ONE,
+            _ => Interval::zero(),
+        });
+        let [a_size, b_size, c_size, l_size] =
+            [sizes(&points(a, "A")?), sizes(&points(b, "B")?), sizes(&points(c, "C")?), sizes(&points(l, "L")?)];
+
+        // The measurement, as converted.
+        let noise = self.promised(&self.operation.noise);
+        let y = sizes(&points(&self.plant.c, "C")?).product(&x)?.sum(&noise)?;
+        let converted = y.scaled(&number(self.format.unit())).sum(&self.same(outputs, self.format.absolute()))?;
+        let measured = y.sum(&converted)?;
+        let mut stages = vec![stage("y", &measured), stage("u", &u), stage("xhat", &xhat)];
+        let input = b_size.product(&u)?;
+        let input_mismatch = Self::mismatch(&self.plant.b, b)?.product(&u)?;
+
+        if self.step == Step::Joined {
+            let terms = a_size.product(&xhat)?.sum(&input)?.sum(&l_size.product(&measured)?)?;
+            let rounding = self.sum_error(n + m + outputs, 0, &terms)?;
+            stages.push(stage("F xhat + B u + L y", &terms.sum(&rounding)?));
+            let added = self
+                .joined_mismatch()?
+                .product(&x)?
+                .sum(&input_mismatch)?
+                .sum(&l_size.product(&noise.sum(&converted)?)?)?
+                .sum(&rounding)?;
+            return Ok(StepBound { added, bend: Matrix::zeros(n, n + 1), stages });
+        }
+
+        // z = y - C xhat, computed, and by how much it differs from C e.
+        let terms = measured.sum(&c_size.product(&xhat)?)?;
+        let rounding = self.sum_error(n, 1, &terms)?;
+        stages.push(stage("y - C xhat", &terms.sum(&rounding)?));
+        let zeta = Self::mismatch(&self.plant.c, c)?.product(&x)?.sum(&noise)?.sum(&converted)?.sum(&rounding)?;
+        let errors = Matrix::from_fn(n, n + 1, |i, j| if j == i + 1 { Interval::ONE } else { Interval::zero() });
+        let z = c_size.product(&errors)?.sum(&zeta)?;
+
+        let mut added = Self::mismatch(&self.plant.a, a)?.product(&x)?.sum(&input_mismatch)?;
+        let mut bend = Matrix::zeros(n, n + 1);
+        let (moved, injected) = if let Some(cubic) = cubic {
+            let turned = points(a, "A")?.product(&points(&cubic.n, "N")?)?;
+            let part = self.flow(cubic, &z, reach)?;
+            let inverse = number(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
+            let slope = turned.sum(&points(l, "L")?.scaled(&number(cubic.w)))?.product(&points(c, "C")?)?;
+            bend = sizes(&slope).product(&errors)?.scaled(&part.strength);
+            let turned = sizes(&turned);
+            // |g A N - r L| for 0 <= g <= 1/w, 0 <= r <= 1.
+            let ends = turned.scaled(&inverse);
+            let gain =
+                Matrix::from_fn(n, outputs, |i, j| number(ends[(i, j)].magnitude().max(l_size[(i, j)].magnitude())));
+            let n_size = sizes(&points(&cubic.n, "N")?);
+            let terms = xhat.sum(&n_size.product(&part.impulse)?)?;
+            let rounding = self.sum_error(outputs, 1, &terms)?;
+            let moved = terms.sum(&rounding)?;
+            stages.push(stage("xhat - N i", &moved));
+            stages.extend(part.stages);
+            added = added
+                .sum(&gain.product(&zeta)?)?
+                .sum(&turned.product(&part.impulse_error)?)?
+                .sum(&l_size.product(&part.innovation_error)?)?
+                .sum(&a_size.product(&rounding)?)?;
+            (moved, part.innovation)
+        } else {
+            added = added.sum(&l_size.product(&zeta)?)?;
+            (xhat, z)
+        };
+        let terms = a_size.product(&moved)?.sum(&input)?.sum(&l_size.product(&injected)?)?;
+        let rounding = self.sum_error(n + m + outputs, 0, &terms)?;
+        stages.push(stage("A xhat + B u + L z", &terms.sum(&rounding)?));
+        Ok(StepBound { added: added.sum(&rounding)?, bend, stages })
+    }
+
+    /// The flow of the cubic part on the computed innovation, of which `z` bounds the entries.
+    fn flow(&self, cubic: &CubicGains, z: &Bound, reach: &[f64]) -> Result<CubicPart, ProofError> {
+        let outputs = z.rows();
+        let at_reach =
+            Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { number(reach[i - 1]) });
+        let size = z.product(&at_reach)?.as_slice().iter().fold(0.0_f64, |size, x| size.max(x.hi()));
+        let (w, h, tiny) = (number(cubic.w), number(cubic.h), number(self.format.absolute()));
+        let size = number(size);
+        let inverse = w.recip().unwrap_or(Interval::UNBOUNDED);
+        let gamma = self.format.gamma(FLOW_ROUNDINGS);
+        let bulk = Interval::ONE.add(&size);
+        let lost = number(8.0).mul(&tiny).mul(&Interval::ONE.add(&h).add(&w)).mul(&bulk.mul(&bulk).mul(&bulk));
+        let error = z.scaled(&gamma).sum(&self.same(outputs, lost.hi()))?;
+        let innovation = z.sum(&error)?;
+        // Every intermediate number of the flow, with room for its roundings (a factor below 2).
+        let theta = cubic.theta.as_slice().iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let form = number(2.0 * (outputs * outputs) as f64).mul(&number(theta));
+        let power = number(2.0).mul(&w).mul(&form).mul(&Interval::ONE.add(&h));
+        let pull = number(4.0).mul(&form).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&size));
+        let root = power.sqrt().unwrap_or(Interval::UNBOUNDED);
+        // g = (1 - r)/w <= reach^2/(2w), and reach^2 = 2 w h q size^2 up to 6 roundings (a factor below 2, which `form` has) and underflow.
+        let lost = number(8.0).mul(&tiny).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&inverse));
+        let strength = h.mul(&form).mul(&size.mul(&size)).add(&lost.mul(&bulk.mul(&bulk)));
+        let strength = number(strength.hi().min(inverse.hi()));
+        let largest = self.format.largest();
+        let stage = |what, x: Interval, limit| Stage {
+            what,
+            size: self.same(1, if x.hi() > 0.0 { x.hi() } else { 0.0 }),
+            limit,
+        };
+        let stages = vec![
+            stage("2 w h z'theta z", power, largest),
+            stage("sqrt(2 w h z'theta z)", number(2.0).mul(&root).mul(&size), largest),
+            stage("2 h z'theta z", pull, largest),
+            stage("1/w", number(2.0).mul(&inverse), largest),
+            // The run-time observer caps the impulse at the root of the largest number, which must not happen.
+            stage("z (1 - r)/w", number(2.0).mul(&inverse).mul(&size), (largest.sqrt() / 2.0).next_down()),
+        ];
+        Ok(CubicPart {
+            impulse: innovation.scaled(&inverse),
+            impulse_error: error.scaled(&inverse),
+            innovation_error: error,
+            innovation,
+            strength,
+            stages,
+        })
+    }
+}
+
+/// The two results of the flow, and how far they are from those of the exact flow of the same innovation.
+pub(super) struct CubicPart {
+    impulse: Bound,
+    impulse_error: Bound,
+    innovation: Bound,
+    innovation_error: Bound,
+    /// The largest g.
+    strength: Interval,
+    stages: Vec<Stage>,
+}

@@ -1,0 +1,152 @@
+//! The numbers of a target: binary32, binary64, fixed point.
+
+use crate::error::ProofError;
+use crate::exact::power_of_two;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+
+/// A format of numbers. Rounding into it is to nearest, ties to even; what lies beyond its largest number is not rounded but refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// IEEE 754 single precision, `f32`.
+    Binary32,
+    /// IEEE 754 double precision, `f64`.
+    Binary64,
+    /// Two's complement of `integer_bits + fraction_bits` bits (2 to 53), Qm.n: the multiples of `2^-fraction_bits` from `-2^(integer_bits - 1)` to
+    /// `2^(integer_bits - 1) - 2^-fraction_bits`. The sign counts among the integer bits (ARM's Qm.n; what TI calls Qm.n has m + 1 of them here).
+    Fixed {
+        /// Bits before the point, the sign among them; at least 1.
+        integer_bits: u32,
+        /// Bits after the point.
+        fraction_bits: u32,
+    },
+}
+
+impl Format {
+    /// # Errors
+    /// [`ProofError::Format`] for a fixed-point format that is not supported.
+    pub(super) fn check(self) -> Result<(), ProofError> {
+        match self {
+            Self::Fixed { integer_bits, fraction_bits }
+                if integer_bits == 0
+                    || !(2..=53).contains(&u64::from(integer_bits).saturating_add(u64::from(fraction_bits))) =>
+            {
+                Err(ProofError::Format { integer_bits, fraction_bits })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The largest number of the format (of a fixed-point format that [`round`](Self::round) refuses, 0).
+    pub fn largest(self) -> f64 {
+        match self {
+            Self::Binary32 => f64::from(f32::MAX),
+            Self::Binary64 => f64::MAX,
+            Self::Fixed { integer_bits, fraction_bits } => {
+                if self.check().is_err() {
+                    return 0.0;
+                }
+                power_of_two(i64::from(integer_bits) - 1) - power_of_two(-i64::from(fraction_bits))
+            }
+        }
+    }
+
+    /// The number of the format nearest to `x`, ties to even.
+    ///
+    /// `None` for NaN, for what lies beyond the largest number (saturation is no rounding), and for formats that are not supported.
+    /// ```
+    /// use luenberger_proof::statement::Format;
+    /// let q4_4 = Format::Fixed { integer_bits: 4, fraction_bits: 4 };
+    /// assert_eq!(q4_4.round(0.1), Some(0.125));
+    /// assert_eq!(q4_4.round(0.03125), Some(0.0));
+    /// assert_eq!((q4_4.round(7.9375), q4_4.round(8.0), q4_4.round(-8.0)), (Some(7.9375), None, Some(-8.0)));
+    /// assert_eq!(Format::Binary32.round(0.1), Some(f64::from(0.1_f32)));
+    /// assert_eq!(Format::Binary32.round(1e39), None);
+    /// ```
+    pub fn round(self, x: f64) -> Option<f64> {
+        let rounded = match self {
+            Self::Binary32 => f64::from(x as f32),
+            Self::Binary64 => x,
+            Self::Fixed { integer_bits, fraction_bits } => {
+                self.check().ok()?;
+                let unit = power_of_two(i64::from(fraction_bits));
+                let half = power_of_two(i64::from(integer_bits) - 1 + i64::from(fraction_bits));
+                let multiple = (x * unit).round_ties_even();
+                if !(-half..half).contains(&multiple) {
+                    return None;
+                }
+                multiple / unit
+            }
+        };
+        rounded.is_finite().then_some(rounded)
+    }
+
+    /// The matrix with every entry rounded into the format: what is stored.
+    /// # Errors
+    /// [`ProofError::NotFinite`]; [`ProofError::OutOfRange`] for an entry that the format does not reach; [`ProofError::Format`].
+    pub fn stored(self, m: &Matrix<f64>, what: &'static str) -> Result<Matrix<f64>, ProofError> {
+        self.check()?;
+        let mut stored = m.clone();
+        for row in 0..m.rows() {
+            for column in 0..m.cols() {
+                let value = m[(row, column)];
+                if !value.is_finite() {
+                    return Err(ProofError::NotFinite { what, row, column, value });
+                }
+                stored[(row, column)] = self.round(value).ok_or(ProofError::OutOfRange {
+                    what,
+                    row,
+                    column,
+                    value,
+                    largest: self.largest(),
+                })?;
+            }
+        }
+        Ok(stored)
+    }
+
+    /// u of `fl(x op y) = (x op y)(1 + delta)`, `|delta| <= u`; 0 for fixed point.
+    pub(super) fn unit(self) -> f64 {
+        match self {
+            Self::Binary32 => power_of_two(-24),
+            Self::Binary64 => power_of_two(-53),
+            Self::Fixed { .. } => 0.0,
+        }
+    }
+
+    /// The absolute error that comes on top: of any operation where results may be flushed to zero, the smallest normal number; of a product in
+    /// fixed point, half the spacing.
+    pub(super) fn absolute(self) -> f64 {
+        match self {
+            Self::Binary32 => power_of_two(-126),
+            Self::Binary64 => power_of_two(-1022),
+            Self::Fixed { fraction_bits, .. } => power_of_two(-i64::from(fraction_bits) - 1),
+        }
+    }
+
+    /// `gamma_k = k u / (1 - k u)`: the bound of `|(1 + delta_1) ... (1 + delta_k) - 1|`.
+    pub(super) fn gamma(self, k: usize) -> Interval {
+        let number = |x: f64| Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED);
+        let share = number(k as f64).mul(&number(self.unit()));
+        if share.hi() >= 0.5 {
+            return Interval::UNBOUNDED;
+        }
+        share.quotient(&Interval::ONE.sub(&share)).unwrap_or(Interval::UNBOUNDED)
+    }
+}
+
+/// The format in which the matrices are stored and the one in which the observer runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Formats {
+    /// Of the matrices.
+    pub stored: Format,
+    /// Of the estimate, the measurement, the input, and the results of operations.
+    pub running: Format,
+}
+
+impl From<Format> for Formats {
+    fn from(format: Format) -> Self {
+        Self { stored: format, running: format }
+    }
+}

@@ -1,0 +1,385 @@
+//! The observer that is deployed: its matrices as stored on the target, and the rounding of every step that it computes.
+//!
+//! The plant is `x+ = A x + B u`, `y = C x + v` with the real matrices A, B, C given (binary64 numbers, taken as exact) and a measurement noise v. What
+//! runs is one of
+//! ```text
+//! joined        xhat+ = F xhat + B~ u + L~ y~
+//! innovation    xhat+ = A~ xhat + B~ u + L~ z,                   z = y~ - C~ xhat
+//! cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,          i = z (1 - r)/w,  j = r z,  r = 1/sqrt(1 + 2 w h z'theta z)
+//! ```
+//! where the matrices with a tilde are what the target stores ([`Format::stored`]: to nearest, ties to even), F the rounding of `A - L~ C`, and y~ the
+//! measurement rounded into the format that runs. The input u is a number of that format, and the plant receives that number.
+//!
+//! # Stored, in exact arithmetic
+//! Without rounding errors and with the plant's matrices equal to the stored ones, the error `e = x - xhat` obeys `e+ = F e` with `F = A~ - L~ C~`, and
+//! `F'PF - P < 0`, `P > 0` are decided exactly for the stored numbers. For the cubic observer, with `1 - r = w g`,
+//! ```text
+//! e+ = M(g) e,    M(g) = A~ - L~ C~ + g (A~ N~ + w L~) C~,    0 <= g < 1/w,
+//! ```
+//! whatever N~, w, theta and h are (the run-time observer counts a negative `z'theta z` as 0). M is affine in g and `M'PM` convex: if
+//! `M'PM < P` for `g = 0` and for `g = 1/w`, that is
+//! ```text
+//! F'PF - P < 0    and    (w A~ + A~ N~ C~)' P (w A~ + A~ N~ C~) - w^2 P < 0,
+//! ```
+//! then V = e'Pe falls by a fixed factor in every step from every error. *No structure of N~ is needed*, in particular not `P N~ = -C'S`, which rounding
+//! destroys. For the exact gain the second inequality follows from the first: with `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, the matrix `I + NC/w` is the P-orthogonal
+//! projector on the kernel of C.
+//!
+//! # Running
+//! All bounds are bounds of absolute values, entry by entry, affine in |e|: matrices acting on `(1, |e_1|, ..., |e_n|)`, with `|x|`, `|u|`, `|v|`
+//! bounded by what the caller promises ([`Operation`]) and `|xhat| <= |x| + |e|`.
+//!
+//! *One sum.* Let a target compute a sum of k terms, some of which are products, **in any order, as any binary tree, with or without fused
+//! multiply-adds**. In floating point each term then passes at most k roundings (its product and k - 1 additions; a fused operation merges two), so that
+//! ```text
+//! |computed - exact| <= gamma_k sum |terms| + 2 k (1 + gamma_k) tiny,    gamma_k = k u/(1 - k u),    u = 2^-24 or 2^-53,
+//! ```
+//! (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 3.1), where tiny = 2^-126 or 2^-1022, the smallest normal number, covers both gradual underflow and results
+//! flushed to zero. In fixed point additions are exact, and each product errs by at most half the spacing q, whether it is rounded by itself or the sum as a
+//! whole: `|computed - exact| <= (products) q/2`. Truncation is not rounding to nearest, and is not covered.
+//! (In floating point each of at most k products and k - 1 additions can lose tiny once, and what is lost is not magnified by more than 1 + gamma_k.)
+//!
+//! *One step.* Subtracting the two recursions,
+//! ```text
+//! joined        e+ = F e + (A - F - L~ C) x + (B - B~) u - L~ (v + d) - s
+//! innovation    e+ = F e + (A - A~) x + (B - B~) u - L~ zeta - s
+//! cubic         e+ = M(g) e + (A - A~) x + (B - B~) u + (g A~ N~ - r L~) zeta + A~ N~ iota - L~ kappa - A~ m - s
+//! ```
+//! with d the rounding of y, `zeta = (C - C~) x + v + d - (error of z)`, s and m the errors of the last sum and of `xhat - N~ i`, and iota, kappa those of i and j
+//! against the exact functions of the *computed* z. The third is M of the exact flow for some g because an error in `z'theta z` only moves g along
+//! `[0, 1/w)`. What remains is that i and j belong to the same r: following the operations of `observers::cubic::flow` in their order, with the computed `reach` as the
+//! definition of r, the relative error of i has at most 21 factors `1 + delta` and that of j at most 6; gamma_24 bounds both, and underflow adds at most
+//! `8 tiny (1 + h + w)(1 + |z|)^3` to `w i` and to j. In `g A~ N~ - r L~`, `0 <= g <= 1/w` and `0 <= r <= 1`.
+//!
+//! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (bisected, each value proved), `s_i >= sqrt((P^-1)_ii)`, so
+//! that `|e_i| <= s_i |e|_P`; `beta^2 = d'|P|d` for the first column d of D, and `kappa^2 = t'|P|t` for `t = D_rest s`. Then
+//! ```text
+//! |e+|_P <= (rho + kappa) |e|_P + beta,    limsup |e|_P <= beta/(1 - rho - kappa),
+//! ```
+//! and no error leaves the ball `|e|_P <= r` if r is at least that limit. The entries are also bounded by the series
+//! `limsup |e| <= sum_{j<k} |F^j| d + s rho^k limsup |e|_P`, for each k, and the smallest is taken: it does not suffer from the shape of the ball. There d is the bound
+//! D (1, |e|) at the limit; for the cubic observer, whose map is M(g) and not F, with the difference `g (A~ N~ + w L~) C~ e` added to it: g is at most `h z'theta z`, cubically small near 0.
+//! (With the bounds so found a smaller d holds in the limit, and the series is summed again.)
+//!
+//! *No overflow, no saturation.* At `|e|_P <= r` every partial sum of every stage, in any order, is at most the sum of the absolute values of its terms plus the rounding
+//! error; all of them are required to lie in the format. The bound holds for errors that start in the ball.
+//!
+//! # What is not covered
+//! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal entry might); a flow computed otherwise than
+//! in `observers::cubic::flow`; the cubic observer in fixed point, whose root nobody has specified; a plant that is not the (A, B, C) given.
+
+mod ball;
+mod disturbance;
+mod format;
+
+pub use ball::{ErrorBall, Obstacle, Running};
+pub use format::{Format, Formats};
+
+use super::{Expression, embed, embed_symmetric, positive, stein_decrease};
+use crate::definite::{Direction, Sense};
+use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::Verdict;
+use disturbance::Disturbance;
+
+/// The real plant `x+ = A x + B u`, `y = C x + v`: A n x n, B n x m, C p x n.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SampledPlant {
+    /// State matrix.
+    pub a: Matrix<f64>,
+    /// Input matrix.
+    pub b: Matrix<f64>,
+    /// Output matrix.
+    pub c: Matrix<f64>,
+}
+
+/// What the observer meets while it runs: bounds of absolute values, entry by entry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Operation {
+    /// `|x_i|`, n numbers.
+    pub state: Vec<f64>,
+    /// `|u_j|`, m numbers.
+    pub input: Vec<f64>,
+    /// `|v_k|` of the measurement noise, p numbers (the rounding of y into the format is counted apart).
+    pub noise: Vec<f64>,
+    /// `|e_i|` at the start, n numbers.
+    pub error: Vec<f64>,
+}
+
+/// How a linear observer computes its step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// `xhat+ = F xhat + B u + L y`, with `F = A - L C` formed in binary64 from the L stored, and then rounded.
+    Joined,
+    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearObserver` does.
+    Innovation,
+}
+
+/// What a target stores, each entry a number of its format.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stored {
+    /// A, or F where the step is [`Step::Joined`].
+    pub a: Matrix<f64>,
+    /// Input matrix.
+    pub b: Matrix<f64>,
+    /// Output matrix; for [`Step::Joined`], which does not store it, the plant's.
+    pub c: Matrix<f64>,
+    /// Gain.
+    pub l: Matrix<f64>,
+    /// Cubic part.
+    pub cubic: Option<CubicGains>,
+}
+
+/// The cubic part of a sampled cubic observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CubicGains {
+    /// Gain N, n x p.
+    pub n: Matrix<f64>,
+    /// Weight theta, p x p.
+    pub theta: Matrix<f64>,
+    /// The rate w of `C N = -w I`, positive; it need not be that of the stored N.
+    pub w: f64,
+    /// The sampling period h.
+    pub h: f64,
+}
+
+/// What is proved of a deployed observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deployed {
+    /// The numbers on the target, of which the verdicts speak.
+    pub stored: Stored,
+    /// `P > 0`.
+    pub positive: Verdict<Direction>,
+    /// `F'PF - P < 0` for the stored matrices, exactly.
+    pub decrease: Verdict<Direction>,
+    /// For the cubic observer also `(w A + A N C)'P(w A + A N C) - w^2 P < 0`, exactly, with all matrices as stored.
+    pub saturated: Option<Verdict<Direction>>,
+    /// The ball in which the error stays, all rounding counted, and the one to which it shrinks.
+    pub running: Running,
+}
+
+impl Deployed {
+    /// Whether the observer with the matrices as stored converges in exact arithmetic, from every error.
+    pub fn is_stable(&self) -> bool {
+        self.positive.is_proved() && self.decrease.is_proved() && self.saturated.as_ref().is_none_or(Verdict::is_proved)
+    }
+
+    /// The ball of the running error, if one is proved.
+    pub fn ball(&self) -> Option<&ErrorBall> {
+        match &self.running {
+            Running::Within(ball) => Some(ball),
+            Running::Unproved(_) => None,
+        }
+    }
+}
+
+/// The linear observer with gain `l` (n x p), its matrices stored and its steps computed in the formats given.
+///
+/// `p` is a symmetric n x n matrix that should show the stability of the *stored* error matrix; the better it is conditioned and the faster it decreases, the smaller
+/// the ball. A refuted decrease says that this P shows nothing, and not that the observer is unstable. The head of this module has the theory.
+///
+/// ```
+/// use luenberger_proof::Matrix;
+/// use luenberger_proof::statement::{Format, Operation, SampledPlant, Step, deployed_linear};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // x+ = 0.9 x, observed with l = 0.4: e+ = 0.5 e, in f32 and in a byte.
+/// let number = |x: f64| Matrix::from_rows([[x]]);
+/// let plant = SampledPlant { a: number(0.9), b: Matrix::from_fn(1, 0, |_, _| 0.0), c: number(1.0) };
+/// let meets = Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0] };
+/// let single = deployed_linear(&plant, &number(0.4), &number(1.0), Step::Innovation, Format::Binary32.into(), &meets)?;
+/// assert!(single.is_stable() && single.ball().expect("proved").entries[0] < 1e-6);
+/// let byte = Format::Fixed { integer_bits: 4, fraction_bits: 4 };
+/// let byte = deployed_linear(&plant, &number(0.4), &number(1.0), Step::Innovation, byte.into(), &meets)?;
+/// assert!(byte.is_stable() && byte.ball().expect("proved").entries[0] < 0.25);
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite or that the format cannot store, a P that is not symmetric, bounds that are negative, a format
+/// that is not supported.
+pub fn deployed_linear(
+    plant: &SampledPlant,
+    l: &Matrix<f64>,
+    p: &Matrix<f64>,
+    step: Step,
+    formats: Formats,
+    operation: &Operation,
+) -> Result<Deployed, ProofError> {
+    check(plant, l, p, formats, operation)?;
+    let l = formats.stored.stored(l, "L")?;
+    let stored = match step {
+        Step::Joined => {
+            let lc = Matrix::<Exact>::embed(&l, "L")?.product(&Matrix::embed(&plant.c, "C")?)?;
+            let f = Matrix::<Exact>::embed(&plant.a, "A")?.difference(&lc)?.map(Exact::enclosure);
+            Stored {
+                a: formats.stored.stored(&f.map(|x| f64::midpoint(x.lo(), x.hi())), "A - LC")?,
+                b: formats.stored.stored(&plant.b, "B")?,
+                c: plant.c.clone(),
+                l,
+                cubic: None,
+            }
+        }
+        Step::Innovation => Stored {
+            a: formats.stored.stored(&plant.a, "A")?,
+            b: formats.stored.stored(&plant.b, "B")?,
+            c: formats.stored.stored(&plant.c, "C")?,
+            l,
+            cubic: None,
+        },
+    };
+    let decrease = match step {
+        Step::Joined => {
+            let none = (Matrix::from_fn(p.rows(), 0, |_, _| 0.0), Matrix::from_fn(0, p.rows(), |_, _| 0.0));
+            stein_decrease(&stored.a, &none.0, &none.1, p)?
+        }
+        Step::Innovation => stein_decrease(&stored.a, &stored.l, &stored.c, p)?,
+    };
+    let disturbance = Disturbance { plant, stored: &stored, step, format: formats.running, operation };
+    let positive = positive(p)?;
+    let running = if positive.is_proved() && decrease.is_proved() {
+        ball::running(p, &disturbance)?
+    } else {
+        Running::Unproved(Obstacle::NotStable)
+    };
+    Ok(Deployed { stored, positive, decrease, saturated: None, running })
+}
+
+/// The sampled cubic observer with gains `l` and `cubic`, its matrices stored and its steps computed in the formats given.
+///
+/// As [`deployed_linear`], for the step of `observers::SampledCubicObserver`. In fixed point the stored matrices are judged, and the running observer is not. The head
+/// of this module has the theory, in particular why two Stein inequalities are enough for an N that is rounded.
+/// # Errors
+/// As [`deployed_linear`], and for a `w` or `h` that is not positive (as stored).
+pub fn deployed_sampled_cubic(
+    plant: &SampledPlant,
+    l: &Matrix<f64>,
+    cubic: &CubicGains,
+    p: &Matrix<f64>,
+    formats: Formats,
+    operation: &Operation,
+) -> Result<Deployed, ProofError> {
+    check(plant, l, p, formats, operation)?;
+    let (n, outputs) = l.shape();
+    cubic.n.expect_shape("N", (n, outputs))?;
+    cubic.theta.expect_shape("theta", (outputs, outputs))?;
+    let scalar = |x: f64, name, what| {
+        let stored = formats.stored.stored(&Matrix::from_rows([[x]]), name)?[(0, 0)];
+        if stored > 0.0 { Ok(stored) } else { Err(ProofError::Sign { what, value: stored }) }
+    };
+    let stored = Stored {
+        a: formats.stored.stored(&plant.a, "A")?,
+        b: formats.stored.stored(&plant.b, "B")?,
+        c: formats.stored.stored(&plant.c, "C")?,
+        l: formats.stored.stored(l, "L")?,
+        cubic: Some(CubicGains {
+            n: formats.stored.stored(&cubic.n, "N")?,
+            theta: formats.stored.stored(&cubic.theta, "theta")?,
+            w: scalar(cubic.w, "w", "w, which should be positive as stored,")?,
+            h: scalar(cubic.h, "h", "h, which should be positive as stored,")?,
+        }),
+    };
+    let positive = positive(p)?;
+    let decrease = stein_decrease(&stored.a, &stored.l, &stored.c, p)?;
+    let saturated = match &stored.cubic {
+        Some(cubic) => saturated_decrease(&stored.a, &stored.c, &cubic.n, cubic.w, p)?,
+        None => decrease.clone(),
+    };
+    let disturbance =
+        Disturbance { plant, stored: &stored, step: Step::Innovation, format: formats.running, operation };
+    let running = if !(positive.is_proved() && decrease.is_proved() && saturated.is_proved()) {
+        Running::Unproved(Obstacle::NotStable)
+    } else if matches!(formats.running, Format::Fixed { .. }) {
+        Running::Unproved(Obstacle::RootInFixedPoint)
+    } else {
+        ball::running(p, &disturbance)?
+    };
+    Ok(Deployed { stored, positive, decrease, saturated: Some(saturated), running })
+}
+
+struct Saturated<'a> {
+    a: &'a Matrix<f64>,
+    c: &'a Matrix<f64>,
+    n: &'a Matrix<f64>,
+    w: f64,
+    p: &'a Matrix<f64>,
+}
+
+impl Saturated<'_> {
+    /// `w A + A N C`.
+    fn map<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let order = self.a.rows();
+        let a = embed::<R>(self.a, "A", (order, order))?;
+        let c = embed::<R>(self.c, "C", (self.c.rows(), order))?;
+        let n = embed::<R>(self.n, "N", (order, self.c.rows()))?;
+        let w = Matrix::<R>::embed(&Matrix::from_rows([[self.w]]), "w")?;
+        a.product(&Matrix::scalar(order, &w[(0, 0)]).sum(&n.product(&c)?)?)
+    }
+}
+
+impl Expression for Saturated<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let order = self.a.rows();
+        let p = embed_symmetric::<R>(self.p, "P", order)?;
+        let map = self.map::<R>()?;
+        let w = Matrix::<R>::embed(&Matrix::from_rows([[self.w]]), "w")?;
+        let square = w[(0, 0)].mul(&w[(0, 0)]);
+        let full = map.transpose().product(&p.product(&map)?)?.difference(&p.scaled(&square))?;
+        Ok(Matrix::from_fn(order, order, |i, j| full[(i.max(j), i.min(j))].clone()))
+    }
+}
+
+/// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V where the cubic flow has done all it can, for N and w exactly as given.
+///
+/// A n x n and C p x n of the sampled plant, N n x p, w > 0. Together with [`stein_decrease`] of the same A, C and P and with [`positive`] of P it proves that
+/// the observer with this N converges from every error, exponentially; the head of the module says why, and that nothing else is asked of N.
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+pub fn saturated_decrease(
+    a: &Matrix<f64>,
+    c: &Matrix<f64>,
+    n: &Matrix<f64>,
+    w: f64,
+    p: &Matrix<f64>,
+) -> Result<Verdict<Direction>, ProofError> {
+    Saturated { a, c, n, w, p }.decide(Sense::NegativeDefinite)
+}
+
+fn check(
+    plant: &SampledPlant,
+    l: &Matrix<f64>,
+    p: &Matrix<f64>,
+    formats: Formats,
+    operation: &Operation,
+) -> Result<(), ProofError> {
+    formats.stored.check()?;
+    formats.running.check()?;
+    let (n, m, outputs) = (plant.a.rows(), plant.b.cols(), plant.c.rows());
+    embed::<Interval>(&plant.a, "A", (n, n))?;
+    embed::<Interval>(&plant.b, "B", (n, m))?;
+    embed::<Interval>(&plant.c, "C", (outputs, n))?;
+    embed::<Interval>(l, "L", (n, outputs))?;
+    embed_symmetric::<Interval>(p, "P", n)?;
+    let lists = [
+        (&operation.state, n, "the bound of the state", "a bound of the state, which should not be negative,"),
+        (&operation.input, m, "the bound of the input", "a bound of the input, which should not be negative,"),
+        (&operation.noise, outputs, "the bound of the noise", "a bound of the noise, which should not be negative,"),
+        (
+            &operation.error,
+            n,
+            "the bound of the first error",
+            "a bound of the first error, which should not be negative,",
+        ),
+    ];
+    for (list, length, name, sign) in lists {
+        if list.len() != length {
+            return Err(ProofError::DimensionMismatch { what: name, expected: (length, 1), found: (list.len(), 1) });
+        }
+        if let Some(&value) = list.iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
+            return Err(ProofError::Sign { what: sign, value });
+        }
+    }
+    Ok(())
+}
