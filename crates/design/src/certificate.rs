@@ -38,8 +38,8 @@ impl Certificate {
         self.facts.iter().all(|fact| fact.verdict.is_proved())
     }
 
-    /// Whether the cubic observer with all its gains exactly as stored is proved to converge from every error. False for designs that
-    /// make no statement about a stored N.
+    /// Whether the cubic observer in continuous time with all its gains exactly as stored is proved to converge from every error. False for designs that
+    /// make no such statement. (The facts of a sampled cubic observer include it: there [`is_proved`](Self::is_proved) says so.)
     pub fn converges_from_everywhere(&self) -> bool {
         matches!(self.deployed.as_ref().map(|deployed| &deployed.reach), Some(Reach::Everywhere { .. }))
     }
@@ -89,6 +89,18 @@ impl Fact {
         Ok(Self {
             statement: "(Ad - Ld C)'P(Ad - Ld C) - P < 0".to_owned(),
             verdict: statement::stein_decrease(&exact(ad)?, &exact(ld)?, &exact(c)?, &exact(p)?)?,
+        })
+    }
+
+    /// The decrease at the other end of the cubic flow, for the stored N, which nothing else is asked of.
+    pub(crate) fn saturated_decrease(
+        (ad, c): (&DMatrix<f64>, &DMatrix<f64>),
+        (n, w): (&DMatrix<f64>, f64),
+        p: &DMatrix<f64>,
+    ) -> Result<Self, ProofError> {
+        Ok(Self {
+            statement: "(w Ad + Ad N C)'P(w Ad + Ad N C) - w^2 P < 0".to_owned(),
+            verdict: statement::saturated_decrease(&exact(ad)?, &exact(c)?, &exact(n)?, w, &exact(p)?)?,
         })
     }
 

@@ -9,6 +9,7 @@
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
 //! [`KklCandidate`] checks a transformation of one's own to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
+//! [`deployed`] says what is left of an observer on its target, in f32 or fixed point.
 //! The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known: its
 //! evidence is measured.
 //!
@@ -19,8 +20,10 @@ pub mod certificate;
 mod check;
 pub mod conditions;
 pub mod cubic;
+pub mod deployed;
 pub mod enclosure;
 pub mod error;
+mod exact_solution;
 pub mod feedback;
 mod gain_lmi;
 mod joint;
@@ -40,8 +43,10 @@ pub mod weights;
 pub use certificate::{Certificate, Fact};
 pub use conditions::Theorem1;
 pub use cubic::{Correction, CubicDesign};
+pub use deployed::{DeployedLinear, deployed_linear};
 pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, Obstruction};
+pub use exact_solution::{enclosed_lyapunov, enclosed_stein};
 pub use feedback::FeedbackDesign;
 pub use joint::joint_design;
 pub use kkl::{KklCandidate, KklDesign};

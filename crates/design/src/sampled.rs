@@ -3,6 +3,10 @@
 //! With `x+ = Ad x + Bd u`, `Fd = Ad - Ld C`, `Fd'P Fd - P = -Q < 0` and `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, one period of the cubic flow does not
 //! increase `V = e'Pe` (its derivative is `-2 (y~'theta y~) y~'S y~`), and the linear step multiplies it by at most
 //! `1 - lambda_min(P^-1/2 Q P^-1/2)`. Hence global exponential stability, whatever the period: no step size has to be small.
+//!
+//! The stored N misses the structure `P N = -C'S` by its rounding, and needs no structure: one step is `e+ = M(g) e` with `M(g) = Fd + g (Ad N + w Ld) C`, `0 <= g < 1/w`, for any N, and `M'PM - P` is convex in
+//! g. The certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the observer that runs. What f32 or
+//! fixed point make of it is [`SampledCubicDesign::deployed`].
 
 use luenberger_linalg::{discrete_kalman_gain, eigenvalues, place_observer, stein, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
@@ -116,6 +120,7 @@ impl SampledCubicDesign {
             Fact::stein_decrease((&plant.a, &plant.c), &ld, &p)?,
             Fact::weight(theta)?,
             Fact::dissipation(&p, &s, &plant.c)?,
+            Fact::saturated_decrease((&plant.a, &plant.c), (&gain, w), &p)?,
         ];
         let observer = SampledCubicObserver::new(plant.a, plant.b, plant.c, ld, gain, theta.clone(), w, h)?;
         Ok(Self { observer, poles, p, s, certificate: Certificate { facts, deployed: None } })

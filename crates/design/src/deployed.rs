@@ -1,0 +1,150 @@
+//! A design on its target: gains as stored in f32 or fixed point, and the error that the running arithmetic leaves.
+//!
+//! The theory is in `luenberger_proof::statement` (the head of its module `deployed`) and in `docs/proofs.md`. What is decided here is only which P proves it: a Lyapunov matrix
+//! that decreases as fast as possible gives a good contraction, one that is well conditioned a round ball.
+
+use luenberger_linalg::{spectral_radius, stein};
+use luenberger_plants::DynamicPlant;
+use luenberger_proof::statement::{self, CubicGains, Deployed, Formats, Operation, SampledPlant, Step};
+use nalgebra::DMatrix;
+
+use crate::certificate::exact;
+use crate::check;
+use crate::error::DesignError;
+use crate::sampled::SampledCubicDesign;
+
+/// A deployed linear observer and the P that proves it.
+#[derive(Debug, Clone)]
+pub struct DeployedLinear {
+    /// The Lyapunov matrix, of the stored error matrix F where that is stable.
+    pub p: DMatrix<f64>,
+    /// The numbers stored, the verdicts, and the ball of the running error.
+    pub deployed: Deployed,
+}
+
+/// The observer of the sampled plant `x+ = A x + B u`, `y = C x` with gain `l` (n x p), stored and run in `formats`.
+///
+/// Tries a few Lyapunov matrices of the *stored* error matrix and returns the proof with the smallest ball: the solutions of
+/// `F'PF - s^2 P + s^2 Q = 0`, which contract at least by s, for s between the spectral radius of F and 1, in the units of the promised bounds of the state. Where the stored
+/// F is not stable, the P of the gain before rounding is judged, and refuted.
+///
+/// ```
+/// use luenberger_design::deployed_linear;
+/// use luenberger_proof::statement::{Format, Operation, Step};
+/// use nalgebra::dmatrix;
+///
+/// // A double integrator every 10 ms, estimated in f32; |position| <= 1 m, |velocity| <= 2 m/s.
+/// let h = 0.01;
+/// let (a, b) = (dmatrix![1.0, h; 0.0, 1.0], dmatrix![h * h / 2.0; h]);
+/// let plant = luenberger_plants::DynamicPlant::new(a, b, dmatrix![1.0, 0.0])?;
+/// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![1.0, 2.0] };
+/// let found = deployed_linear(&plant, &dmatrix![0.3; 2.0], Step::Innovation, Format::Binary32.into(), &meets)?;
+/// let ball = found.deployed.ball().expect("proved");
+/// println!("the error settles within {:?}", ball.entries);
+/// assert!(ball.entries[0] < 1e-5 && ball.entries[1] < 1e-4);
+/// # Ok::<(), luenberger_design::DesignError>(())
+/// ```
+/// # Errors
+/// [`DesignError::Proof`]: shapes that do not fit, entries that are not finite or that the format cannot store, bounds that are negative. [`DesignError::Matrix`] for the plant.
+pub fn deployed_linear(
+    plant: &DynamicPlant,
+    l: &DMatrix<f64>,
+    step: Step,
+    formats: Formats,
+    operation: &Operation,
+) -> Result<DeployedLinear, DesignError> {
+    check::plant(plant)?;
+    let n = plant.a.nrows();
+    let gain = exact(l)?;
+    let real = sampled_plant(plant)?;
+    let judge = |p: DMatrix<f64>| -> Result<DeployedLinear, DesignError> {
+        let deployed = statement::deployed_linear(&real, &gain, &exact(&p)?, step, formats, operation)?;
+        Ok(DeployedLinear { p, deployed })
+    };
+    let mut best = judge(DMatrix::identity(n, n))?;
+    let from_proof = |m: &luenberger_proof::Matrix<f64>| DMatrix::from_row_slice(m.rows(), m.cols(), m.as_slice());
+    let stored = &best.deployed.stored;
+    let f = match step {
+        Step::Joined => from_proof(&stored.a),
+        Step::Innovation => from_proof(&stored.a) - from_proof(&stored.l) * from_proof(&stored.c),
+    };
+    let radius = spectral_radius(&f)?;
+    if !(radius < 1.0) {
+        let designed = stein(&(&plant.a - l * &plant.c), &DMatrix::identity(n, n));
+        return match designed {
+            Ok(found) => judge(found.p),
+            Err(_) => Ok(best),
+        };
+    }
+    let weight = DMatrix::from_fn(n, n, |i, j| {
+        let bound = operation.state.get(i).copied().unwrap_or(0.0);
+        let unit = 1.0 / (bound * bound);
+        if i != j {
+            0.0
+        } else if unit.is_normal() {
+            unit
+        } else {
+            1.0
+        }
+    });
+    for share in [1.0, 0.5, 0.2, 0.05] {
+        let s = radius + share * (1.0 - radius);
+        // The solution may overflow where F is far from normal: another s serves.
+        let Ok(found) = stein(&(&f / s), &weight) else { continue };
+        let tried = judge(found.p)?;
+        if is_better(&tried.deployed, &best.deployed) {
+            best = tried;
+        }
+    }
+    Ok(best)
+}
+
+/// A ball before none, then the smaller one; where there is none, stability before none.
+fn is_better(one: &Deployed, other: &Deployed) -> bool {
+    match (one.ball(), other.ball()) {
+        (Some(one), Some(other)) => {
+            let ratio: f64 = one.entries.iter().zip(&other.entries).map(|(x, y)| x.ln() - y.ln()).sum();
+            ratio < 0.0
+        }
+        (None, None) => one.is_stable() && !other.is_stable(),
+        (one, _) => one.is_some(),
+    }
+}
+
+fn sampled_plant(plant: &DynamicPlant) -> Result<SampledPlant, DesignError> {
+    Ok(SampledPlant { a: exact(&plant.a)?, b: exact(&plant.b)?, c: exact(&plant.c)? })
+}
+
+impl SampledCubicDesign {
+    /// This observer, stored and run in `formats`: its stored N needs no structure to be proved, and no tolerance.
+    ///
+    /// The design's own P proves it, since N was made for that P.
+    ///
+    /// ```
+    /// use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish};
+    /// use luenberger_proof::statement::{Format, Operation};
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
+    /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![100.0, 100.0] };
+    /// let deployed = design.deployed(Format::Binary32.into(), &meets)?;
+    /// assert!(deployed.is_stable(), "as stored in f32, from every error");
+    /// assert!(deployed.ball().expect("proved").entries[0] < 1e-5);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::Proof`]: numbers that the format cannot store, bounds of the wrong length or negative.
+    pub fn deployed(&self, formats: Formats, operation: &Operation) -> Result<Deployed, DesignError> {
+        let o = &self.observer;
+        let real = SampledPlant { a: exact(o.ad())?, b: exact(o.bd())?, c: exact(o.c())? };
+        let gains = CubicGains {
+            n: exact(o.n())?,
+            theta: exact(o.theta())?,
+            w: o.w(),
+            h: luenberger_observers::SampledObserver::period(o),
+        };
+        Ok(statement::deployed_sampled_cubic(&real, &exact(o.ld())?, &gains, &exact(&self.p)?, formats, operation)?)
+    }
+}
