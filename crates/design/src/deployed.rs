@@ -69,7 +69,7 @@ pub fn deployed_linear(
         Step::Innovation => from_proof(&stored.a) - from_proof(&stored.l) * from_proof(&stored.c),
     };
     let radius = spectral_radius(&f)?;
-    if !(radius < 1.0) {
+    if radius.is_nan() || radius >= 1.0 {
         let designed = stein(&(&plant.a - l * &plant.c), &DMatrix::identity(n, n));
         return match designed {
             Ok(found) => judge(found.p),

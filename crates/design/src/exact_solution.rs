@@ -28,7 +28,7 @@ use crate::error::DesignError;
 pub fn enclosed_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure, DesignError> {
     let p = lyapunov(a, q)?.p;
     let residual = residual(a, q, &p, |x, a| x.product(a)?.plus_transpose())?;
-    let parts = parts(p, lyapunov(a, &residual).ok().map(|found| found.p))?;
+    let parts = parts(&p, lyapunov(a, &residual).ok().map(|found| found.p))?;
     let w = lyapunov(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
     Ok(lyapunov_solution(&points(a)?, &points(q)?, &parts, Some(&exact(&w)?))?)
 }
@@ -48,7 +48,7 @@ pub fn enclosed_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure
 pub fn enclosed_stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure, DesignError> {
     let p = stein(a, q)?.p;
     let residual = residual(a, q, &p, |x, a| a.transpose().product(&x.product(a)?)?.difference(x))?;
-    let parts = parts(p, stein(a, &residual).ok().map(|found| found.p))?;
+    let parts = parts(&p, stein(a, &residual).ok().map(|found| found.p))?;
     let w = stein(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
     Ok(stein_solution(&points(a)?, &points(q)?, &parts, Some(&exact(&w)?))?)
 }
@@ -68,8 +68,8 @@ fn residual(
     Ok(DMatrix::from_fn(n, n, |i, j| sum[(i.max(j), i.min(j))].round_down()))
 }
 
-fn parts(p: DMatrix<f64>, rest: Option<DMatrix<f64>>) -> Result<Vec<Matrix<f64>>, DesignError> {
-    let mut parts = vec![exact(&p)?];
+fn parts(p: &DMatrix<f64>, rest: Option<DMatrix<f64>>) -> Result<Vec<Matrix<f64>>, DesignError> {
+    let mut parts = vec![exact(p)?];
     if let Some(rest) = rest.filter(|rest| rest.iter().all(|x| x.is_finite())) {
         parts.push(exact(&rest)?);
     }

@@ -29,6 +29,7 @@ pub mod riccati;
 pub mod schur;
 mod schur_operator;
 mod separation;
+mod shadow;
 pub mod spectrum;
 mod staircase;
 pub mod stein;

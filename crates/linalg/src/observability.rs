@@ -20,6 +20,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::argument::{shaped, square};
 use crate::schur::{Schur, schur};
+use crate::shadow;
 use crate::staircase::Staircase;
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
@@ -291,6 +292,7 @@ impl Judged {
             }
             doubt *= 10.0;
         }
+        shadow::refine(&mut staircase, &a, &c, size)?;
         Ok(Self { units, a, c, size, modes, staircase })
     }
 
