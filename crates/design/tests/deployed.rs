@@ -218,7 +218,7 @@ fn a_slow_gain_is_lost_in_a_byte_and_refuted() {
 fn enclosed_solutions_are_as_narrow_as_numbers() {
     // A chain of 30 states (order beyond elimination), and a badly scaled pair.
     let n = 30;
-    let a = DMatrix::from_fn(n, n, |i, j| match j as i64 - i as i64 {
+    let a = DMatrix::from_fn(n, n, |i, j| match j.cast_signed() - i.cast_signed() {
         0 => -2.0 - 0.01 * i as f64,
         1 => 1.0,
         -1 => 0.5,

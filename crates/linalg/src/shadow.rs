@@ -34,8 +34,8 @@ pub(crate) fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f6
         let (w, v) = (staircase.q.columns(0, r), staircase.q.columns(r, n - r));
         // The two groups of columns are orthogonal to each other, so that QR orthogonalises each within itself.
         let mut moved = DMatrix::zeros(n, n);
-        moved.columns_mut(0, n - r).copy_from(&(&v + &w * &z));
-        moved.columns_mut(n - r, r).copy_from(&(&w - &v * z.transpose()));
+        moved.columns_mut(0, n - r).copy_from(&(v + w * &z));
+        moved.columns_mut(n - r, r).copy_from(&(w - v * z.transpose()));
         let basis = QR::new(moved).q();
         let mut q = DMatrix::zeros(n, n);
         q.columns_mut(0, r).copy_from(&basis.columns(n - r, r));

@@ -79,7 +79,7 @@ impl Noise {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         let x = (self.0 >> 33) as f64 / 2.0_f64.powi(30) - 1.0;
-        if (self.0 >> 20) & 3 == 0 { x } else { x.signum() }
+        if (self.0 >> 20).is_multiple_of(4) { x } else { x.signum() }
     }
 }
 
@@ -182,7 +182,7 @@ proptest! {
         let deployed = deployed_linear(&plant, &l, &identity(plant.a.rows()), step, format.into(), &operation).expect("fits");
         // Coarse gains may not stabilise; then there is nothing to run.
         if deployed.ball().is_some() {
-            let unit = 2.0_f64.powi(fraction_bits as i32);
+            let unit = 2.0_f64.powi(fraction_bits.cast_signed());
             let integers = |x: &[f64]| -> Vec<i64> { x.iter().map(|x| (x * unit) as i64).collect() };
             let s = &deployed.stored;
             run(&plant, &deployed, &operation, format, seed, &|xhat, u, y| {

@@ -70,7 +70,7 @@ fn rational(kind: Kind, a: &Matrix<f64>, q: &Matrix<f64>, scale: i64) -> Option<
                 m[i][j] = (&row[k] * &m[i][j] - &factor * &row[j]) / &previous;
             }
         }
-        previous = row[k].clone();
+        previous.clone_from(&row[k]);
     }
     let (mut numerators, mut denominator) = (m.iter().map(|row| row[order].clone()).collect::<Vec<_>>(), previous);
     if denominator < IBig::ZERO {
@@ -206,7 +206,7 @@ proptest! {
     #[test]
     fn the_bounds_of_the_spectrum_enclose_it(n in 1..6_usize, entries in prop::collection::vec(-1.0..1.0_f64, 25), slope in 0.1..10.0_f64) {
         let a = Matrix::from_fn(n, n, |i, j| if i <= j { entries[i * 5 + j] } else { 0.0 });
-        let p = Matrix::from_fn(n, n, |i, j| if i == j { slope.powi(i as i32) } else { 0.0 });
+        let p = Matrix::from_fn(n, n, |i, j| if i == j { slope.powf(i as f64) } else { 0.0 });
         let diagonal = || (0..n).map(|i| a[(i, i)]);
         let abscissa = spectral_abscissa(&a, &p).expect("shapes agree").expect("P > 0");
         prop_assert!(abscissa.contains(diagonal().fold(f64::NEG_INFINITY, f64::max)), "{abscissa:?}");

@@ -26,7 +26,7 @@ impl Posed<'_> {
         // The row sums of |G| know the units of the unknowns.
         let weights: Vec<f64> = (0..order).map(|k| inverse.row(k).iter().map(|x| x.abs()).sum()).collect();
         let v = Matrix::<Interval>::embed(
-            &Matrix::from_fn(order, 1, |k, _| weights[k].max(f64::MIN_POSITIVE)),
+            &Matrix::from_fn(order, 1, |k, _| weights[k].clamp(f64::MIN_POSITIVE, f64::MAX)),
             "the weights of the unknowns",
         )?;
         let largest_ratio = |x: &Matrix<Interval>| {
