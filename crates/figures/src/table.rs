@@ -1,6 +1,10 @@
-//! Columns of numbers, written as CSV with as many digits as it takes to read back the same number.
+//! Columns of numbers, written as CSV with as many digits as it takes to read back the same number, and as npz, which has
+//! the numbers themselves.
 
-use std::io::Write;
+use npyz::WriterBuilder;
+use std::io::{Seek, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 /// Named columns of equal length.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -47,6 +51,9 @@ pub enum TableError {
     Csv(#[from] csv::Error),
     /// Writing failed.
     #[error(transparent)]
+    Zip(#[from] zip::result::ZipError),
+    /// Writing failed.
+    #[error(transparent)]
     Io(#[from] std::io::Error),
 }
 
@@ -72,6 +79,51 @@ impl Table {
     /// # Errors
     /// [`TableError`]: columns that differ in length or share a name, an empty table, an entry that is not finite, I/O.
     pub fn write_csv(&self, to: impl Write) -> Result<(), TableError> {
+        let rows = self.check()?;
+        let mut writer = csv::Writer::from_writer(to);
+        writer.write_record(self.columns.iter().map(|(name, _)| name))?;
+        for row in 0..rows {
+            // `{:?}` of an f64 is the shortest decimal that reads back as the same number.
+            writer.write_record(self.columns.iter().map(|(_, values)| format!("{:?}", values[row])))?;
+        }
+        writer.flush()?;
+        Ok(())
+    }
+
+    /// Writes each column as a one-dimensional array of float64 under its name, as `numpy.savez` does: an uncompressed zip
+    /// archive of `NAME.npy`, without times, so that the same table gives the same bytes. In Python,
+    /// `numpy.load("run.npz")["t"]`.
+    ///
+    /// ```
+    /// use luenberger_figures::Table;
+    /// let table = Table::new().column("t", [0.0, 0.1]).column("x1", [1.0, 0.9]);
+    /// let mut file = std::io::Cursor::new(Vec::new());
+    /// table.write_npz(&mut file)?;
+    /// assert!(file.into_inner().starts_with(b"PK"));
+    /// # Ok::<(), luenberger_figures::table::TableError>(())
+    /// ```
+    /// # Errors
+    /// As [`write_csv`](Self::write_csv).
+    pub fn write_npz(&self, to: impl Write + Seek) -> Result<(), TableError> {
+        let rows = self.check()?;
+        // zip's own default is the time of the day.
+        let stored = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .last_modified_time(DateTime::DEFAULT);
+        let mut archive = ZipWriter::new(to);
+        for (name, values) in &self.columns {
+            archive.start_file(npyz::npz::file_name_from_array_name(name), stored)?;
+            let options = npyz::WriteOptions::new().default_dtype().shape(&[rows as u64]);
+            let mut array = options.writer(&mut archive).begin_nd()?;
+            array.extend(values)?;
+            array.finish()?;
+        }
+        archive.finish()?;
+        Ok(())
+    }
+
+    /// The number of rows of a table that can be written.
+    fn check(&self) -> Result<usize, TableError> {
         let Some((first, rows)) = self.columns.first() else { return Err(TableError::Empty) };
         if rows.is_empty() {
             return Err(TableError::Empty);
@@ -92,14 +144,7 @@ impl Table {
                 return Err(TableError::NotFinite { name: name.clone(), row: row + 1, value: values[row] });
             }
         }
-        let mut writer = csv::Writer::from_writer(to);
-        writer.write_record(self.columns.iter().map(|(name, _)| name))?;
-        for row in 0..rows.len() {
-            // `{:?}` of an f64 is the shortest decimal that reads back as the same number.
-            writer.write_record(self.columns.iter().map(|(_, values)| format!("{:?}", values[row])))?;
-        }
-        writer.flush()?;
-        Ok(())
+        Ok(rows.len())
     }
 }
 
@@ -140,5 +185,32 @@ mod tests {
         assert!(matches!(csv(&t().column("x", [1.0])), Err(TableError::Length { found: 1, expected: 2, .. })));
         assert!(matches!(csv(&t().column("t", [1.0, 2.0])), Err(TableError::Duplicate { .. })));
         assert!(matches!(csv(&t().column("x", [1.0, f64::NAN])), Err(TableError::NotFinite { row: 2, .. })));
+    }
+
+    fn npz(table: &Table) -> Result<Vec<u8>, TableError> {
+        let mut file = std::io::Cursor::new(Vec::new());
+        table.write_npz(&mut file).map(|()| file.into_inner())
+    }
+
+    #[test]
+    fn the_archive_has_the_bits_of_every_column_under_its_name() {
+        let values = vec![0.1 + 0.2, f64::MIN_POSITIVE, 5e-324, -0.0, f64::MAX];
+        let table = Table::new().column("t", [1.0, 2.0, 3.0, 4.0, 5.0]).column("cubic: x\u{302}1 - x1", values.clone());
+        let bytes = npz(&table).unwrap();
+        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(&bytes)).unwrap();
+        assert_eq!(archive.len(), 2);
+        let entry = archive.by_name("cubic: x\u{302}1 - x1.npy").unwrap();
+        let read: Vec<f64> = npyz::NpyFile::new(entry).unwrap().into_vec().unwrap();
+        assert_eq!(read.map_bits(), values.map_bits());
+        assert_eq!(npz(&table).unwrap(), bytes, "the same table, the same bytes");
+    }
+
+    #[test]
+    fn what_csv_refuses_npz_refuses() {
+        let t = || Table::new().column("t", [0.0, 1.0]);
+        assert!(matches!(npz(&Table::new()), Err(TableError::Empty)));
+        assert!(matches!(npz(&t().column("x", [1.0])), Err(TableError::Length { found: 1, expected: 2, .. })));
+        assert!(matches!(npz(&t().column("t", [1.0, 2.0])), Err(TableError::Duplicate { .. })));
+        assert!(matches!(npz(&t().column("x", [1.0, f64::INFINITY])), Err(TableError::NotFinite { row: 2, .. })));
     }
 }
