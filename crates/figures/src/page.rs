@@ -9,8 +9,12 @@ use serde_json::{Map, Value as Json};
 use std::fmt;
 
 /// Draws every element with a `data-picture`, in the colours of the page, and anew when the reader's choice of light or
-/// dark changes. Expects `byId`.
+/// dark changes.
 pub const DRAW_PICTURES: &str = include_str!("pictures.js");
+
+/// The look of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed` of a
+/// `badge`.
+pub const STYLE: &str = include_str!("page.css");
 
 /// What differs between two pages.
 #[derive(Debug, Clone, Copy)]
@@ -46,24 +50,42 @@ impl fmt::Display for Shell<'_> {
 }
 
 /// The figures of a page by their ids, as the JSON that [`DRAW_PICTURES`] reads.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Pictures {
     pictures: Map<String, Json>,
+    numbers: Vec<String>,
+}
+
+impl Default for Pictures {
+    /// No figures, with their numbers as CSV.
+    fn default() -> Self {
+        Self::with_numbers_as(&["csv"])
+    }
 }
 
 impl Pictures {
+    /// No figures yet; the numbers behind each lie in `data/ID.EXTENSION` for each of the extensions.
+    pub fn with_numbers_as(extensions: &[&str]) -> Self {
+        Self { pictures: Map::new(), numbers: extensions.iter().map(|&extension| extension.to_owned()).collect() }
+    }
+
     /// Adds a figure, and returns the element to be put where it shall be drawn: the figure with its caption and with links
-    /// to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`.
+    /// to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`, or in what other form the numbers are.
     /// # Errors
     /// [`FigureError`] says what in the figure cannot be drawn.
     pub fn add(&mut self, id: &str, figure: &Figure) -> Result<String, FigureError> {
         self.pictures.insert(id.to_owned(), interactive::plotly(figure)?);
         let (id, title) = (escape(id), escape(&figure.title));
+        let link = |extension: &String| {
+            let extension = escape(extension);
+            format!(" <a href=\"data/{id}.{extension}\">{}</a>", extension.to_uppercase())
+        };
+        let numbers: String = self.numbers.iter().map(link).collect();
         Ok(format!(
             "<figure id=\"{id}\"><h3>{title}</h3><div class=\"plot\" data-picture=\"{id}\" role=\"img\" \
              aria-label=\"{title}\"></div><noscript><img src=\"figures/{id}.svg\" alt=\"{title}\"></noscript>\
              <figcaption>{} <span class=\"files\"><a href=\"figures/{id}.svg\">SVG</a> \
-             <a href=\"figures/{id}.png\">PNG</a> <a href=\"data/{id}.csv\">CSV</a></span></figcaption></figure>",
+             <a href=\"figures/{id}.png\">PNG</a>{numbers}</span></figcaption></figure>",
             escape(&figure.caption)
         ))
     }

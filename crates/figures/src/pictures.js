@@ -1,4 +1,4 @@
-const pictures = JSON.parse(byId("pictures").textContent);
+const pictures = JSON.parse(document.getElementById("pictures").textContent);
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 function themed(layout) {

@@ -6,10 +6,10 @@ use crate::ledger::{Drawn, Summary};
 use crate::paper::{Finding, Paper};
 use crate::terminal::{counts, word};
 use crate::value::{Value, short};
-use luenberger_figures::page::{DRAW_PICTURES, Pictures, Shell, escape};
+use luenberger_figures::page::{DRAW_PICTURES, Pictures, STYLE, Shell, escape};
 use std::fmt::Write;
 
-const STYLE: &str = include_str!("page.css");
+const OWN_STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The page.
@@ -21,8 +21,9 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Stri
     let pictures = figures(&mut body, papers, drawn);
     datasets(&mut body, papers);
     let script = [SCRIPT, DRAW_PICTURES, "follow();\n"].concat();
+    let style = [STYLE, OWN_STYLE].concat();
     let title = "The papers and their claims";
-    Shell { title, style: STYLE, body: &body, pictures: &pictures, script: &script }.to_string()
+    Shell { title, style: &style, body: &body, pictures: &pictures, script: &script }.to_string()
 }
 
 // Writing into a String cannot fail; `let _ =` says so at each place below.

@@ -1,0 +1,440 @@
+//! A report: a title, sections with prose, facts, tables and figures, as one HTML file.
+//!
+//! Text is text: what a user has named `<b>` stands so in the report. Of all markup prose knows two: an empty line begins a
+//! paragraph, and what stands between backticks is code.
+//!
+//! The page needs nothing else and loads nothing; it links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv` beside
+//! it, which the writer of the report puts there with [`still`](crate::figure::still) and [`Table`](crate::Table).
+//! ```
+//! use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
+//!
+//! let panel = Panel::new("time t (s)", "error e (m)").series(Series::line("cubic", &[0.0, 1.0], &[1.0, 0.1]));
+//! let merits = Grid::new(&["observer", "rms (m)", "verdict"])
+//!     .row([Cell::from("linear"), Cell::from(0.31), Cell::badge("proved", Tone::Good)])
+//!     .row([Cell::from("cubic"), Cell::from(0.12), Cell::badge("undecided", Tone::Open)]);
+//! let html = Report::new("Two observers")
+//!     .lead("What each of them sees.")
+//!     .section(
+//!         Section::new("Comparison")
+//!             .prose("Both start from `xhat = 0`.")
+//!             .facts([("plant", "double integrator"), ("seed", "7")])
+//!             .grid(merits)
+//!             .figure("errors", Figure::new("Errors").panel(panel)),
+//!     )
+//!     .html()?;
+//! assert!(html.contains("<td class=\"number\">0.31</td>"));
+//! # Ok::<(), luenberger_figures::report::ReportError>(())
+//! ```
+
+use crate::figure::{Figure, FigureError};
+use crate::number::short;
+use crate::page::{DRAW_PICTURES, Pictures, STYLE, Shell, escape};
+use std::collections::HashSet;
+use std::fmt::Write;
+
+const OWN_STYLE: &str = include_str!("report.css");
+
+/// A page with a title and sections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    title: String,
+    lead: String,
+    numbers: Vec<String>,
+    sections: Vec<Section>,
+}
+
+/// A part of the report under a heading; the page's contents link to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    title: String,
+    blocks: Vec<Block>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Block {
+    Heading(String),
+    Prose(String),
+    Verbatim(String),
+    List(Vec<String>),
+    Facts(Vec<(String, Cell)>),
+    Grid(Grid),
+    Figure { id: String, figure: Figure },
+    Links(Vec<(String, String)>),
+}
+
+/// A table read by people: a head and rows of as many cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    caption: String,
+    head: Vec<String>,
+    rows: Vec<Vec<Cell>>,
+}
+
+/// What stands in a cell, or beside the name of a fact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    text: String,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Text,
+    Number,
+    Badge(Tone),
+}
+
+/// What a badge tells before it is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// It holds.
+    Good,
+    /// It does not hold.
+    Bad,
+    /// It is not decided.
+    Open,
+    /// It could not be computed.
+    Failed,
+}
+
+/// Why a report cannot be written.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ReportError {
+    /// A figure that cannot be drawn.
+    #[error("figure {id:?}: {source}")]
+    Figure {
+        /// Its id.
+        id: String,
+        /// Why not.
+        source: FigureError,
+    },
+    /// Two figures of one id.
+    #[error("two figures have the id {id:?}")]
+    Duplicate {
+        /// The id.
+        id: String,
+    },
+    /// A row of a table has more or fewer cells than its head.
+    #[error("row {row} of the table with the head {head:?} has {found} cells, and the head has {expected}")]
+    Ragged {
+        /// The head.
+        head: Vec<String>,
+        /// The row, counted from 1 below the head.
+        row: usize,
+        /// Cells of the head.
+        expected: usize,
+        /// Cells of the row.
+        found: usize,
+    },
+}
+
+impl Report {
+    /// A report without sections.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), lead: String::new(), numbers: vec!["csv".to_owned()], sections: Vec::new() }
+    }
+
+    /// Prose under the title.
+    #[must_use]
+    pub fn lead(mut self, prose: impl Into<String>) -> Self {
+        self.lead = prose.into();
+        self
+    }
+
+    /// In what files the numbers behind the figures are, `data/ID.csv` unless told: the extensions, such as `csv`, `npz`.
+    #[must_use]
+    pub fn numbers_as(mut self, extensions: &[&str]) -> Self {
+        self.numbers = extensions.iter().map(|&extension| extension.to_owned()).collect();
+        self
+    }
+
+    /// The same report with one more section.
+    #[must_use]
+    pub fn section(mut self, section: Section) -> Self {
+        self.sections.push(section);
+        self
+    }
+
+    /// The figures with their ids, in the order of the report.
+    pub fn figures(&self) -> impl Iterator<Item = (&str, &Figure)> {
+        self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
+            Block::Figure { id, figure } => Some((id.as_str(), figure)),
+            _ => None,
+        })
+    }
+
+    /// The page.
+    /// # Errors
+    /// [`ReportError`]: a figure that cannot be drawn, two of one id, a row that does not fit its head.
+    pub fn html(&self) -> Result<String, ReportError> {
+        let extensions: Vec<&str> = self.numbers.iter().map(String::as_str).collect();
+        let mut pictures = Pictures::with_numbers_as(&extensions);
+        let mut taken: HashSet<String> = HashSet::from(["pictures".to_owned()]);
+        for (id, _) in self.figures() {
+            if !taken.insert(id.to_owned()) {
+                return Err(ReportError::Duplicate { id: id.to_owned() });
+            }
+        }
+        let anchors: Vec<String> = self.sections.iter().map(|section| anchor(&section.title, &mut taken)).collect();
+        let mut body = format!("<header><h1>{}</h1>", escape(&self.title));
+        paragraphs(&mut body, &self.lead, " class=\"lead\"");
+        body.push_str("<nav>");
+        for (section, anchor) in self.sections.iter().zip(&anchors) {
+            // Writing into a String cannot fail; `let _ =` says so here and below.
+            let _ = write!(body, "<a href=\"#{anchor}\">{}</a> ", escape(&section.title));
+        }
+        body.push_str("</nav></header>");
+        for (section, anchor) in self.sections.iter().zip(&anchors) {
+            let _ = write!(body, "<section id=\"{anchor}\"><h2>{}</h2>", escape(&section.title));
+            for block in &section.blocks {
+                block.write(&mut body, &mut pictures)?;
+            }
+            body.push_str("</section>");
+        }
+        let style = [STYLE, OWN_STYLE].concat();
+        let script = ["\"use strict\";\n", DRAW_PICTURES].concat();
+        Ok(Shell { title: &self.title, style: &style, body: &body, pictures: &pictures, script: &script }.to_string())
+    }
+}
+
+impl Section {
+    /// A section without contents.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), blocks: Vec::new() }
+    }
+
+    fn with(mut self, block: Block) -> Self {
+        self.blocks.push(block);
+        self
+    }
+
+    /// A smaller heading.
+    #[must_use]
+    pub fn heading(self, text: impl Into<String>) -> Self {
+        self.with(Block::Heading(text.into()))
+    }
+
+    /// Paragraphs, with an empty line between them and code between backticks.
+    #[must_use]
+    pub fn prose(self, text: impl Into<String>) -> Self {
+        self.with(Block::Prose(text.into()))
+    }
+
+    /// Text as it is, line by line, in letters of one width: what a `Display` has laid out.
+    #[must_use]
+    pub fn verbatim(self, text: impl Into<String>) -> Self {
+        self.with(Block::Verbatim(text.into()))
+    }
+
+    /// A list; code between backticks.
+    #[must_use]
+    pub fn list<T: Into<String>>(self, items: impl IntoIterator<Item = T>) -> Self {
+        self.with(Block::List(items.into_iter().map(Into::into).collect()))
+    }
+
+    /// Names and what they stand for.
+    #[must_use]
+    pub fn facts<N: Into<String>, C: Into<Cell>>(self, facts: impl IntoIterator<Item = (N, C)>) -> Self {
+        self.with(Block::Facts(facts.into_iter().map(|(name, cell)| (name.into(), cell.into())).collect()))
+    }
+
+    /// A table.
+    #[must_use]
+    pub fn grid(self, grid: Grid) -> Self {
+        self.with(Block::Grid(grid))
+    }
+
+    /// A figure; the id names its files.
+    #[must_use]
+    pub fn figure(self, id: impl Into<String>, figure: Figure) -> Self {
+        self.with(Block::Figure { id: id.into(), figure })
+    }
+
+    /// Links to files beside the page: the path, and what is in it.
+    #[must_use]
+    pub fn links<P: Into<String>, T: Into<String>>(self, links: impl IntoIterator<Item = (P, T)>) -> Self {
+        self.with(Block::Links(links.into_iter().map(|(path, text)| (path.into(), text.into())).collect()))
+    }
+}
+
+impl Grid {
+    /// A table with this head and no rows.
+    pub fn new(head: &[&str]) -> Self {
+        Self { caption: String::new(), head: head.iter().map(|&text| text.to_owned()).collect(), rows: Vec::new() }
+    }
+
+    /// What the table shows.
+    #[must_use]
+    pub fn caption(mut self, text: impl Into<String>) -> Self {
+        self.caption = text.into();
+        self
+    }
+
+    /// The same table with one more row.
+    #[must_use]
+    pub fn row<C: Into<Cell>>(mut self, cells: impl IntoIterator<Item = C>) -> Self {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self
+    }
+
+    fn write(&self, page: &mut String) -> Result<(), ReportError> {
+        let expected = self.head.len();
+        if let Some(row) = self.rows.iter().position(|row| row.len() != expected) {
+            let (head, found) = (self.head.clone(), self.rows[row].len());
+            return Err(ReportError::Ragged { head, row: row + 1, expected, found });
+        }
+        page.push_str("<div class=\"wide\"><table class=\"rows\">");
+        if !self.caption.is_empty() {
+            let _ = write!(page, "<caption>{}</caption>", inline(&self.caption));
+        }
+        page.push_str("<thead><tr>");
+        for (column, text) in self.head.iter().enumerate() {
+            // Numbers stand to the right, and so does what they are called.
+            let numbers = self.rows.iter().any(|row| row[column].kind == Kind::Number);
+            let _ = write!(page, "<th{}>{}</th>", if numbers { " class=\"number\"" } else { "" }, inline(text));
+        }
+        page.push_str("</tr></thead><tbody>");
+        for row in &self.rows {
+            page.push_str("<tr>");
+            for cell in row {
+                let _ = match cell.kind {
+                    Kind::Number => write!(page, "<td class=\"number\">{}</td>", cell.html()),
+                    Kind::Text | Kind::Badge(_) => write!(page, "<td>{}</td>", cell.html()),
+                };
+            }
+            page.push_str("</tr>");
+        }
+        page.push_str("</tbody></table></div>");
+        Ok(())
+    }
+}
+
+impl Cell {
+    /// A word in a coloured frame.
+    pub fn badge(text: impl Into<String>, tone: Tone) -> Self {
+        Self { text: text.into(), kind: Kind::Badge(tone) }
+    }
+
+    /// A number that has already been written, such as `1.2 ± 0.1` or `–`.
+    pub fn number(text: impl Into<String>) -> Self {
+        Self { text: text.into(), kind: Kind::Number }
+    }
+
+    fn html(&self) -> String {
+        match self.kind {
+            Kind::Text => inline(&self.text),
+            Kind::Number => escape(&self.text.replace('-', "−")),
+            Kind::Badge(tone) => format!("<span class=\"badge {}\">{}</span>", tone.class(), escape(&self.text)),
+        }
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        text.to_owned().into()
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self { text, kind: Kind::Text }
+    }
+}
+
+/// Six significant digits.
+impl From<f64> for Cell {
+    fn from(x: f64) -> Self {
+        Self::number(short(x))
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::number(count.to_string())
+    }
+}
+
+impl Tone {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Bad => "bad",
+            Self::Open => "open",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+impl Block {
+    fn write(&self, page: &mut String, pictures: &mut Pictures) -> Result<(), ReportError> {
+        match self {
+            Self::Heading(text) => {
+                let _ = write!(page, "<h3>{}</h3>", inline(text));
+            }
+            Self::Prose(text) => paragraphs(page, text, ""),
+            Self::Verbatim(text) => {
+                let _ = write!(page, "<pre><code>{}</code></pre>", escape(text));
+            }
+            Self::List(items) => {
+                page.push_str("<ul>");
+                for item in items {
+                    let _ = write!(page, "<li>{}</li>", inline(item));
+                }
+                page.push_str("</ul>");
+            }
+            Self::Facts(facts) => {
+                page.push_str("<dl class=\"facts\">");
+                for (name, cell) in facts {
+                    let _ = write!(page, "<dt>{}</dt><dd>{}</dd>", inline(name), cell.html());
+                }
+                page.push_str("</dl>");
+            }
+            Self::Grid(grid) => grid.write(page)?,
+            Self::Figure { id, figure } => match pictures.add(id, figure) {
+                Ok(element) => page.push_str(&element),
+                Err(source) => return Err(ReportError::Figure { id: id.clone(), source }),
+            },
+            Self::Links(links) => {
+                page.push_str("<ul>");
+                for (path, text) in links {
+                    let path = escape(path);
+                    let _ = write!(page, "<li><a href=\"{path}\"><code>{path}</code></a> {}</li>", inline(text));
+                }
+                page.push_str("</ul>");
+            }
+        }
+        Ok(())
+    }
+}
+
+fn paragraphs(page: &mut String, text: &str, attribute: &str) {
+    for paragraph in text.split("\n\n").map(str::trim).filter(|paragraph| !paragraph.is_empty()) {
+        let _ = write!(page, "<p{attribute}>{}</p>", inline(paragraph));
+    }
+}
+
+/// Escaped text, with code between backticks; one without a partner stands for itself.
+fn inline(text: &str) -> String {
+    let mut html = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('`') {
+        let Some((code, beyond)) = after.split_once('`') else { break };
+        let _ = write!(html, "{}<code>{}</code>", escape(before), escape(code));
+        rest = beyond;
+    }
+    html + &escape(rest)
+}
+
+/// A name for links, of letters, digits and hyphens, that nothing else on the page has.
+fn anchor(title: &str, taken: &mut HashSet<String>) -> String {
+    let letters = title.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), " ");
+    let words = letters.split_whitespace().collect::<Vec<_>>().join("-");
+    let stem = if words.is_empty() { "section".to_owned() } else { words };
+    let mut name = stem.clone();
+    let mut count = 1;
+    while !taken.insert(name.clone()) {
+        count += 1;
+        name = format!("{stem}-{count}");
+    }
+    name
+}

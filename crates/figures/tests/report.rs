@@ -1,0 +1,111 @@
+//! A report from its parts to its bytes.
+
+use luenberger_figures::report::ReportError;
+use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
+
+fn errors(name: &str) -> Figure {
+    let panel = Panel::new("time t (s)", "error e (m)").series(Series::line(name, &[0.0, 1.0], &[1.0, 0.1]));
+    Figure::new("Errors").caption("From e(0) = 1.").panel(panel)
+}
+
+fn report() -> Report {
+    Report::new("Study of <plant>")
+        .lead("First.\n\nSecond: `x < y`, and a lone ` stays.")
+        .numbers_as(&["csv", "npz"])
+        .section(
+            Section::new("What is seen")
+                .facts([("rank", Cell::from(3usize)), ("margin", Cell::from(-2.5e-9)), ("by", Cell::from("y & z"))])
+                .grid(
+                    Grid::new(&["observer", "rms (m)", "verdict"])
+                        .caption("Over 8 s")
+                        .row([Cell::from("</script>"), Cell::from(0.125), Cell::badge("proved", Tone::Good)])
+                        .row([Cell::from("cubic"), Cell::number("–"), Cell::badge("undecided", Tone::Open)]),
+                ),
+        )
+        .section(
+            Section::new("What is seen")
+                .heading("Files")
+                .list(["one", "two"])
+                .verbatim("a <\n  b")
+                .figure("errors", errors("e </script>"))
+                .links([("study.json", "all numbers")]),
+        )
+}
+
+/// Tags that are opened and closed, in their order; the script of plotly is left out.
+fn balanced(html: &str) {
+    let body = &html[html.find("<body>").unwrap()..html.find("<script type=\"application/json\"").unwrap()];
+    let mut open: Vec<&str> = Vec::new();
+    for tag in body.split('<').skip(1) {
+        let name = tag.split([' ', '>']).next().unwrap();
+        match name.strip_prefix('/') {
+            Some(name) => assert_eq!(open.pop(), Some(name), "in {tag}"),
+            None if name == "img" => {}
+            None => open.push(name),
+        }
+    }
+    assert_eq!(open, ["body"]);
+}
+
+#[test]
+fn text_is_text_and_every_element_is_closed() {
+    let html = report().html().unwrap();
+    balanced(&html);
+    for part in [
+        "<title>Study of &lt;plant&gt;</title>",
+        "<p class=\"lead\">First.</p><p class=\"lead\">Second: <code>x &lt; y</code>, and a lone ` stays.</p>",
+        "<a href=\"#what-is-seen\">What is seen</a> <a href=\"#what-is-seen-2\">",
+        "<dt>margin</dt><dd>−2.5e−9</dd>",
+        "<dd>y &amp; z</dd>",
+        "<td>&lt;/script&gt;</td><td class=\"number\">0.125</td><td><span class=\"badge good\">proved</span></td>",
+        "<th>observer</th><th class=\"number\">rms (m)</th>",
+        "<pre><code>a &lt;\n  b</code></pre>",
+        "<a href=\"data/errors.csv\">CSV</a> <a href=\"data/errors.npz\">NPZ</a>",
+        "<a href=\"study.json\"><code>study.json</code></a> all numbers",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn the_page_is_the_same_every_time_and_loads_nothing() {
+    let html = report().html().unwrap();
+    assert_eq!(html, report().html().unwrap());
+    // Everything but the plotting library, which has addresses within its text and asks for none of them.
+    let library = html.rfind("</script>\n<script>\n").unwrap();
+    let own = [&html[..html.find("</script>").unwrap()], &html[library..]].concat();
+    for address in ["http:", "https:", "//cdn", "@import", "url("] {
+        assert!(!own.contains(address), "{address}");
+    }
+    let json = html.split_once("id=\"pictures\">").unwrap().1.split_once("</script>").unwrap().0;
+    let pictures: serde_json::Value = serde_json::from_str(json).unwrap();
+    assert_eq!(pictures["errors"]["data"][0]["name"], "e </script>");
+}
+
+#[test]
+fn a_report_that_makes_no_sense_is_refused() {
+    let with = |section| Report::new("").section(section).html().unwrap_err();
+    assert!(matches!(
+        with(Section::new("").figure("a", errors("e")).figure("a", errors("e"))),
+        ReportError::Duplicate { id } if id == "a"
+    ));
+    assert!(matches!(
+        with(Section::new("").figure("a", Figure::new(""))),
+        ReportError::Figure { id, .. } if id == "a"
+    ));
+    let grid = Grid::new(&["a", "b"]).row(["1", "2"]).row(["3"]);
+    assert!(matches!(with(Section::new("").grid(grid)), ReportError::Ragged { row: 2, expected: 2, found: 1, .. }));
+}
+
+#[test]
+fn sections_and_figures_never_share_an_anchor() {
+    let html = Report::new("")
+        .section(Section::new("Errors").figure("errors", errors("e")))
+        .section(Section::new("Δ"))
+        .section(Section::new("Pictures"))
+        .html()
+        .unwrap();
+    for id in ["errors", "errors-2", "section", "pictures", "pictures-2"] {
+        assert_eq!(html.matches(&format!(" id=\"{id}\"")).count(), 1, "{id}");
+    }
+}
