@@ -36,6 +36,9 @@ pub enum DesignError {
     /// A candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
     #[error(transparent)]
     Kkl(#[from] crate::kkl::KklError),
+    /// The rank of the derivatives of the output could not be computed.
+    #[error(transparent)]
+    Observability(#[from] crate::nonlinear_observability::ObservabilityError),
     /// A scalar that must be positive is not.
     #[error("{what} must be positive and finite; it is {value}")]
     NotPositive {

@@ -123,6 +123,14 @@ pub enum SimError {
         /// Steps taken.
         steps: usize,
     },
+    /// The eigenvalues of a Gramian did not converge.
+    #[error("the eigenvalues of a Gramian of norm {norm:e} did not converge in {iterations} iterations")]
+    Eigenvalues {
+        /// Iterations allowed.
+        iterations: usize,
+        /// Norm of the Gramian.
+        norm: f64,
+    },
     /// A time outside the simulated span.
     #[error("t = {time} lies outside the simulated span from {start} to {end}")]
     Outside {

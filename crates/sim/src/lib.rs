@@ -34,6 +34,7 @@
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output |
+//! | [`gramian`] | the empirical observability Gramian: what the output says of the initial state |
 //! | [`events`], [`metrics`] | crossings and extrema of any quantity; peak, settling, Lyapunov value |
 
 #![deny(missing_docs)]
@@ -45,6 +46,7 @@ mod dop853_tableau;
 mod erased;
 pub mod error;
 pub mod events;
+pub mod gramian;
 pub mod integral;
 pub mod integrate;
 pub mod metrics;
@@ -61,6 +63,7 @@ pub use compare::{Compared, Comparison, Cost, Merits};
 pub use dense::Dense;
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};
+pub use gramian::{EmpiricalGramian, GramianSettings, empirical_gramian};
 pub use integral::Integrand;
 pub use integrate::{Integrator, Settings, solve};
 pub use noise::Noise;
