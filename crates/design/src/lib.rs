@@ -7,6 +7,7 @@
 //! [`mean_value`] repairs the mean-value-theorem observer, and finds the coordinates in which it converges as printed.
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
+//! [`lie_observability`] says beforehand what the outputs of a nonlinear plant see along a trajectory.
 //! Every design carries a [`Certificate`], whose facts are decided outside floating point.
 //! [`KklCandidate`] checks a transformation of one's own to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
 //! [`deployed`] says what is left of an observer on its target, in f32 or fixed point.

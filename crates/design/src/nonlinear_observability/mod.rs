@@ -36,9 +36,11 @@ use thiserror::Error;
 
 mod field;
 mod jet;
+mod linear;
 mod words;
 
 pub use jet::{HIGHEST_ORDER, Jet};
+pub use linear::InWords;
 pub use words::direction_in_words;
 
 /// Why the rank could not be computed.
@@ -194,9 +196,10 @@ impl LiePoint {
         self.singular_values.last().copied().unwrap_or(0.0)
     }
 
-    /// The largest singular value of this point over the smallest.
+    /// The largest singular value of this point over the smallest; infinite if that is zero.
     pub fn condition(&self) -> f64 {
-        self.singular_values.first().map_or(f64::INFINITY, |first| first / self.margin())
+        let largest = self.singular_values.first().copied().unwrap_or(1.0);
+        if self.margin() > 0.0 { largest / self.margin() } else { f64::INFINITY }
     }
 
     /// By what factor the rank decision is clear: the smallest singular value that counts over the largest that does not, or over the tolerance if
@@ -266,42 +269,33 @@ impl LieObservability {
     /// The report, with names of one's own for the states.
     pub fn in_words(&self, names: &[&str]) -> String {
         let n = self.size.states;
-        let count = self.points.len();
-        let (order, input) = (self.order, self.input);
-        let mut text = format!(
-            "rank of d/dx (y, y', .., y^({order})) at {count} point{}, {input}\n",
-            if count == 1 { "" } else { "s" }
-        );
+        let (order, input, count) = (self.order, self.input, self.points.len());
+        let plural = if count == 1 { "" } else { "s" };
+        let mut lines = vec![format!("rank of d/dx (y, y', .., y^({order})) at {count} point{plural}, {input}")];
         let deficient = self.points.iter().filter(|point| point.rank < n).count();
-        match self.index() {
-            Some(index) => text += &format!("full, {n} of {n}, everywhere; derivatives up to order {index} suffice\n"),
+        lines.push(match self.index() {
+            Some(index) => format!("full, {n} of {n}, everywhere; derivatives up to order {index} suffice"),
             None => {
-                text += &format!(
-                    "not full at {deficient} of {count}: no derivative up to order {order} sees all {n} states there\n"
-                )
+                format!("not full at {deficient} of {count}: up to order {order} not all {n} states are seen there")
             }
-        }
-        let Some(worst) = self.worst() else { return text };
-        text += &format!(
-            "worst at t = {}: rank {} of {n}, margin {:.2e}, condition {:.2e}, decided by a factor of {:.1e}\n",
+        });
+        let Some(worst) = self.worst() else { return lines.join("\n") };
+        lines.push(format!(
+            "worst at t = {}: rank {} of {n}, margin {:.2e}, condition {:.2e}, decided by a factor of {:.1e}",
             worst.t,
             worst.rank,
             worst.margin(),
             worst.condition(),
             worst.gap(self.tolerance)
-        );
-        if worst.unseen.ncols() == 0 {
-            text += &format!("seen least there: {}", direction_in_words(&self.scaled(worst.weakest.as_slice()), names));
+        ));
+        if worst.rank == n {
+            let weakest = direction_in_words(&self.scaled(worst.weakest.as_slice()), names);
+            lines.push(format!("seen least there: {weakest}"));
         }
-        let unseen: Vec<String> = worst
-            .unseen
-            .column_iter()
-            .map(|direction| {
-                let scaled = self.scaled(direction.into_owned().as_slice());
-                format!("{} is not seen there", direction_in_words(&scaled, names))
-            })
-            .collect();
-        text + &unseen.join("\n")
+        for direction in linear::echelon(&worst.unseen, &self.scales) {
+            lines.push(format!("{} is not seen there", direction_in_words(&direction, names)));
+        }
+        lines.join("\n")
     }
 
     /// In multiples of the scales, in which entries can be compared.
@@ -517,12 +511,12 @@ fn balance(matrices: &mut [DMatrix<f64>], p: usize, order: usize) -> f64 {
     }
     let time = if rate > 0.0 && rate.is_finite() { 1.0 / rate } else { 1.0 };
     for matrix in &mut *matrices {
+        let mut factor = 1.0;
         for k in 0..=order {
-            // At most the size of the first derivative that is there, and so in range.
-            let factor = time.powi(k as i32);
             for i in 0..p {
                 matrix.row_mut(k * p + i).scale_mut(factor);
             }
+            factor *= time;
         }
     }
     for i in 0..p {

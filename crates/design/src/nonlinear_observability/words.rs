@@ -37,10 +37,7 @@ pub fn direction_in_words(direction: &[f64], names: &[&str]) -> String {
             words += number;
             words += " ";
         }
-        match names.get(j) {
-            Some(name) => words += name,
-            None => words += &format!("x{}", j + 1),
-        }
+        words += &names.get(j).map_or_else(|| format!("x{}", j + 1), |&name| name.to_owned());
     }
     words
 }
