@@ -34,7 +34,7 @@ macro_rules! plant {
 plant!(PendulumByAngle, 0, |_t, x, _u| [x[1], -x[0].sin()], x[0]);
 plant!(PendulumBySpeed, 0, |_t, x, _u| [x[1], -x[0].sin()], x[1]);
 plant!(Relative, 0, |_t, x, _u| [(x[0] - x[1]).sin(), -(x[0] - x[1]).tanh()], x[0] - x[1]);
-plant!(Product, 0, |_t, x, _u| [T::zero(), T::zero()], x[0] * x[1]);
+plant!(Product, 0, |_t, x, _u| [x[0] * T::zero(), T::zero()], x[0] * x[1]);
 plant!(Cube, 0, |_t, x, _u| [T::zero(), -x[1]], x[0].powi(3) + x[1]);
 plant!(Steered, 1, |_t, x, u| [u[0] * x[1], T::zero()], x[0]);
 plant!(Timed, 0, |t, x, _u| [t * x[1], T::zero()], x[0]);
