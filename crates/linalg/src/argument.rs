@@ -40,29 +40,44 @@ pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: us
 /// The two halves of a product such as `C'C` of order n are sums of about n terms and may differ by `2 n eps` times
 /// the largest entry; four times that is allowed, which leaves room for one more product (`C' W C`).
 pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let mut mean = DMatrix::zeros(m.nrows(), m.ncols());
+    symmetric_into(what, m, &mut mean)?;
+    Ok(mean)
+}
+
+/// As [`symmetric`], into a matrix of the same shape.
+pub(crate) fn symmetric_into(what: &'static str, m: &DMatrix<f64>, mean: &mut DMatrix<f64>) -> Result<()> {
     let n = square(what, m)?;
     let allowed = 8.0 * n as f64 * f64::EPSILON * m.amax();
     let mut worst = (0, 0, 0.0);
     for col in 0..n {
-        for row in col + 1..n {
-            let asymmetry = (m[(row, col)] - m[(col, row)]).abs();
+        for row in col..n {
+            let (lower, upper) = (m[(row, col)], m[(col, row)]);
+            let asymmetry = (lower - upper).abs();
             if asymmetry > worst.2 {
                 worst = (row, col, asymmetry);
             }
+            let entry = average(upper, lower);
+            (mean[(row, col)], mean[(col, row)]) = (entry, entry);
         }
     }
     let (row, col, asymmetry) = worst;
     if asymmetry > allowed {
         return Err(LinalgError::NotSymmetric { what, row, col, asymmetry, allowed });
     }
-    Ok(symmetric_part(m))
+    Ok(())
+}
+
+/// Exact where both are equal, and without overflow.
+fn average(upper: f64, lower: f64) -> f64 {
+    if upper == lower { upper } else { 0.5 * upper + 0.5 * lower }
 }
 
 /// `(M + M')/2`, exactly symmetric, without overflow.
 pub(crate) fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
         let (upper, lower) = if i <= j { (m[(i, j)], m[(j, i)]) } else { (m[(j, i)], m[(i, j)]) };
-        if upper == lower { upper } else { 0.5 * upper + 0.5 * lower }
+        average(upper, lower)
     })
 }
 

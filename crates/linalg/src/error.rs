@@ -106,6 +106,24 @@ pub enum LinalgError {
         /// about this over the norm of the coefficients.
         separation: f64,
     },
+    /// A matrix that has to be regular is not, to working precision.
+    #[error("{what} is singular to working precision: its condition is {condition:e}")]
+    Singular {
+        /// The matrix, by its name in the equation.
+        what: &'static str,
+        /// Its condition number, or infinity.
+        condition: f64,
+    },
+    /// A semidefinite solution is asked for, and the matrix is not stable.
+    #[error(
+        "the {equation} equation has no positive semidefinite solution for every weight: the eigenvalue {eigenvalue} is not stable"
+    )]
+    NotStable {
+        /// The equation.
+        equation: &'static str,
+        /// An eigenvalue on the stability boundary or beyond it.
+        eigenvalue: Complex<f64>,
+    },
     /// Two neighbouring blocks of a real Schur form are too close to change places.
     #[error(
         "the Schur blocks of {first} and {second} cannot be exchanged: the swap leaves {residual:e} where {allowed:e} is allowed"

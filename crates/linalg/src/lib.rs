@@ -8,6 +8,8 @@
 //! | `A = Q T Q'` | [`schur()`] |
 //! | `A'P + P A + Q = 0` | [`lyapunov()`] |
 //! | `A'P A - P + Q = 0` | [`stein()`] |
+//! | `A'P + P A + C'C = 0`, `A'P A - P + C'C = 0`, for the factor of `P = U'U` | [`lyapunov_factor`], [`stein_factor`] |
+//! | `A'P E + E'P A + Q = 0` | [`generalized_lyapunov`] |
 //! | `A X + X B = C` | [`sylvester()`] |
 //! | `A'X + X A - X B R^-1 B'X + Q = 0` | [`care`], and by duality [`kalman_gain`] |
 //! | `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0` | [`dare`], and by duality [`discrete_kalman_gain`] |
@@ -21,10 +23,13 @@ mod argument;
 mod balance;
 pub mod discretize;
 pub mod error;
+pub mod factored;
+pub mod generalized;
 mod linear_block;
 pub mod lyapunov;
 pub mod observability;
 pub mod placement;
+mod product;
 pub mod riccati;
 pub mod schur;
 mod schur_operator;
@@ -39,7 +44,9 @@ mod units;
 
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
 pub use error::LinalgError;
-pub use lyapunov::{Lyapunov, lyapunov};
+pub use factored::{Factored, lyapunov_factor, stein_factor};
+pub use generalized::{GeneralizedLyapunov, generalized_lyapunov};
+pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
 pub use observability::{
     Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
     observability_within,
@@ -48,8 +55,8 @@ pub use placement::{Placement, place, place_observer};
 pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
 pub use schur::{Schur, schur};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
-pub use stein::{Stein, stein};
-pub use sylvester::{Sylvester, sylvester};
+pub use stein::{Stein, SteinEquation, stein};
+pub use sylvester::{Sylvester, SylvesterEquation, sylvester};
 
 /// The result of this crate's functions.
 pub type Result<T> = core::result::Result<T, LinalgError>;

@@ -1,77 +1,264 @@
-//! What the Lyapunov equation `A'P + PA + Q = 0` and the Stein equation `A'PA - P + Q = 0` share: with the real Schur form `A = U T U'` both
-//! become one substitution with T and its flipped transpose, and both are tried again in balanced units before they are called singular.
+//! What the Lyapunov equation `A'P + PA + Q = 0` and the Stein equation `A'PA - P + Q = 0` share: with the real Schur form `A = U T U'` both become
+//! one substitution with T, for any number of right-hand sides.
+//!
+//! **Separation.** For stable A the inverse of the operator maps positive semidefinite matrices to such, so that its norm (spectral norm of X over that of
+//! the right-hand side) is attained at the identity: with `H = integral of e^(A't) e^(At)`, or `sum of A'^k A^k`, it is `||H||_2` (Russo and Dye; Hewer and Kenney, SIAM J.
+//! Control 26, 1988; Gahinet, Laub, Kenney and Hewer, IEEE TAC 35, 1990). One more substitution gives it. Otherwise it is estimated from above by a few.
 
-use crate::argument::symmetric_part;
+use crate::argument::{square, symmetric_into, unit_scale};
 use crate::balance::{Balance, sizes};
-use crate::triangular::{flip_cols, flip_rows, flipped};
+use crate::product::{mirror, multiply, multiply_upper, view, view_mut};
+use crate::separation::{nearly_singular, relative, rescale, separation};
+use crate::triangular::{self, Coefficient, Equation};
 use crate::{LinalgError, Result, Schur, schur};
-use nalgebra::DMatrix;
+use faer::Accum;
+use nalgebra::{Complex, DMatrix};
+use std::cell::Cell;
 
-/// Solves with two quasi-triangular matrices in place of the right-hand side: `S Y + Y T = D` or `S Y T - Y = D`. False where a pivot vanishes.
-pub(crate) type Substitution = fn(&DMatrix<f64>, &DMatrix<f64>, &mut DMatrix<f64>) -> bool;
-
-/// `T'Y + Y T` or `T'Y T - Y` with the quasi-triangular `T` of a Schur form.
-pub(crate) struct Operator {
-    pub(crate) schur: Schur,
-    flipped: DMatrix<f64>,
-    substitution: Substitution,
+/// `A'X + X A` or `A'X A - X`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Lyapunov,
+    Stein,
 }
 
-impl Operator {
-    pub(crate) fn new(a: &DMatrix<f64>, substitution: Substitution) -> Result<Self> {
-        let schur = schur(a)?;
-        let flipped = flipped(&schur.t);
-        Ok(Self { schur, flipped, substitution })
+impl Kind {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Lyapunov => "Lyapunov",
+            Self::Stein => "Stein",
+        }
     }
 
-    /// The operator applied to Y equals D, in place.
-    pub(crate) fn solve(&self, d: &mut DMatrix<f64>) -> bool {
-        flip_rows(d);
-        let regular = (self.substitution)(&self.flipped, &self.schur.t, d);
-        flip_rows(d);
+    fn equation(self) -> Equation {
+        match self {
+            Self::Lyapunov => Equation::Sylvester,
+            Self::Stein => Equation::Stein,
+        }
+    }
+
+    /// How far two eigenvalues are from making the equation singular.
+    fn gap(self, x: Complex<f64>, y: Complex<f64>) -> f64 {
+        match self {
+            Self::Lyapunov => (x + y).norm(),
+            Self::Stein => (x * y - 1.0).norm(),
+        }
+    }
+
+    pub(crate) fn is_stable(self, lambda: Complex<f64>) -> bool {
+        match self {
+            Self::Lyapunov => lambda.re < 0.0,
+            Self::Stein => lambda.norm() < 1.0,
+        }
+    }
+
+    /// The norm of the operator, at most.
+    pub(crate) fn weight(self, size: f64) -> f64 {
+        match self {
+            Self::Lyapunov => 2.0 * size,
+            Self::Stein => size * size + 1.0,
+        }
+    }
+
+    /// By how much the rounding of `A` moves the operator: a separation below is none.
+    fn rounding(self, n: usize, size: f64) -> f64 {
+        let size = if self == Self::Stein { size.max(1.0) } else { size };
+        n as f64 * f64::EPSILON * size
+    }
+}
+
+/// The equation with its Schur form, in units of time (Lyapunov) and, where these help, of the state.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SchurEquation {
+    kind: Kind,
+    /// A in these units, and its Frobenius norm.
+    a: DMatrix<f64>,
+    size: f64,
+    /// `a` is this times the A given.
+    units: f64,
+    balance: Option<Balance>,
+    schur: Schur,
+    /// `min ||operator(X)|| / ||X||`, see the head of this file; in these units.
+    separation: f64,
+    work: Work,
+}
+
+/// Room for one solution.
+#[derive(Debug, Clone, PartialEq)]
+struct Work {
+    half: DMatrix<f64>,
+    scratch: DMatrix<f64>,
+    defect: DMatrix<f64>,
+}
+
+impl SchurEquation {
+    pub(crate) fn new(kind: Kind, a: &DMatrix<f64>) -> Result<Self> {
+        square("a", a)?;
+        if kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
+            return Err(LinalgError::Overflow { what: "the product of entries of a" });
+        }
+        let plain = Self::in_units_of(kind, a, None);
+        let Err(LinalgError::NearlySingular { .. }) = plain else { return plain };
+        // Units of the state decades apart look like a singular equation: try again where rows and columns are of equal size.
+        let balance = Balance::of(&sizes(a), None);
+        if balance.is_trivial() {
+            return plain;
+        }
+        Self::in_units_of(kind, &balance.similar(a), Some(balance)).or(plain)
+    }
+
+    /// The equation for an `a` that is finite and square, without the test for singularity.
+    pub(crate) fn untested(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
+        let n = a.nrows();
+        let units = if kind == Kind::Lyapunov { unit_scale(a) } else { 1.0 };
+        let a = a * units;
+        let (size, schur) = (a.norm(), schur(&a)?);
+        let room = || DMatrix::zeros(n, n);
+        let work = Work { half: room(), scratch: room(), defect: room() };
+        Ok(Self { kind, a, size, units, balance, schur, separation: f64::NAN, work })
+    }
+
+    fn in_units_of(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
+        let mut equation = Self::untested(kind, a, balance)?;
+        let n = a.nrows();
+        let values = equation.schur.eigenvalues();
+        let mut regular = true;
+        equation.separation = if values.iter().all(|&lambda| kind.is_stable(lambda)) {
+            let Work { half: h, scratch, .. } = &mut equation.work;
+            h.fill_with_identity();
+            *h *= -1.0;
+            let t = Coefficient::plain(view(&equation.schur.t));
+            regular = triangular::solve_symmetric(kind.equation(), t, view_mut(h), scratch.as_mut_slice());
+            // At most sqrt(n) above the spectral norm: the separation is not overstated.
+            1.0 / h.norm()
+        } else {
+            let (estimate, all_regular) = equation.estimated_separation();
+            regular = all_regular;
+            estimate
+        };
+        let floor = kind.rounding(n, equation.size) / (n as f64).sqrt();
+        if n > 0 && (!regular || equation.separation.is_nan() || equation.separation <= floor) {
+            let values: Vec<_> = values.iter().map(|lambda| lambda / equation.units).collect();
+            let separation = equation.separation / equation.units;
+            return Err(nearly_singular(kind.name(), &values, &values, separation, |x, y| kind.gap(x, y)));
+        }
+        Ok(equation)
+    }
+
+    /// `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form), from above; and whether every pivot is regular.
+    fn estimated_separation(&self) -> (f64, bool) {
+        let (n, equation) = (self.a.nrows(), self.kind.equation());
+        let (plain, transposed) =
+            (Coefficient::plain(view(&self.schur.t)), Coefficient::transposed(view(&self.schur.t)));
+        let regular = Cell::new(true);
+        let solve = |s, t, d: &mut DMatrix<f64>| {
+            let mut work = vec![0.0; n * n];
+            regular.set(triangular::solve(equation, s, t, view_mut(d), &mut work) && regular.get());
+        };
+        let found = separation(n, n, |d| solve(transposed, plain, d), |d| solve(plain, transposed, d));
+        (found, regular.get())
+    }
+
+    pub(crate) fn order(&self) -> usize {
+        self.a.nrows()
+    }
+
+    /// In the units of A given, unless the state was balanced.
+    pub(crate) fn separation(&self) -> f64 {
+        self.separation / self.units
+    }
+
+    pub(crate) fn estimated_separation_in_units(&self) -> f64 {
+        self.estimated_separation().0 / self.units
+    }
+
+    pub(crate) fn condition(&self) -> f64 {
+        self.kind.weight(self.size) / self.separation
+    }
+
+    pub(crate) fn eigenvalues(&self) -> Vec<Complex<f64>> {
+        self.schur.eigenvalues().iter().map(|lambda| lambda / self.units).collect()
+    }
+
+    pub(crate) fn is_stable(&self) -> bool {
+        self.schur.eigenvalues().iter().all(|&lambda| self.kind.is_stable(lambda))
+    }
+
+    /// Solves for `q`, of the right shape and symmetric but for rounding, into `p`; returns the relative residual. Nothing is allocated if `p` has
+    /// the right shape and the state is not balanced.
+    pub(crate) fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
+        let n = self.order();
+        if q.shape() != (n, n) {
+            return Err(LinalgError::DimensionMismatch { what: "q", expected: (n, n), found: q.shape() });
+        }
+        if p.shape() != (n, n) {
+            *p = DMatrix::zeros(n, n);
+        }
+        symmetric_into("q", q, p)?;
+        if let Some(balance) = &self.balance {
+            *p = balance.form(p);
+        }
+        let units_q = unit_scale(p);
+        *p *= units_q;
+        let size_q = p.norm();
+        self.work.defect.copy_from(p);
+        self.substitute(p);
+        // A'P + PA + Q or A'PA - P + Q, its upper triangle.
+        let Work { half: image, defect, .. } = &mut self.work;
+        multiply(view_mut(image), Accum::Replace, 1.0, view(p), view(&self.a));
+        match self.kind {
+            Kind::Lyapunov => {
+                for j in 0..n {
+                    for i in 0..=j {
+                        defect[(i, j)] += image[(i, j)] + image[(j, i)];
+                    }
+                }
+            }
+            Kind::Stein => {
+                multiply_upper(view_mut(defect), Accum::Add, 1.0, view(&self.a).transpose(), view(image));
+                for j in 0..n {
+                    for i in 0..=j {
+                        defect[(i, j)] -= p[(i, j)];
+                    }
+                }
+            }
+        }
+        mirror(view_mut(defect));
+        let residual = relative(defect.norm(), self.kind.weight(self.size) * p.norm() + size_q);
+        rescale(p, self.units, units_q);
+        if let Some(balance) = &self.balance {
+            *p = balance.form_back(p);
+        }
+        if residual.is_nan() || p.iter().any(|e| !e.is_finite()) {
+            return Err(LinalgError::Overflow { what: "the solution p" });
+        }
+        Ok(residual)
+    }
+
+    /// From the symmetric right-hand side `q` in `p` to the symmetric solution. True if the equation is regular.
+    fn substitute(&mut self, p: &mut DMatrix<f64>) -> bool {
+        let (u, t) = (view(&self.schur.q), view(&self.schur.t));
+        let Work { half, scratch, .. } = &mut self.work;
+        // Y = -U'Q U, its solution, and back: P = U Y U'.
+        multiply(view_mut(half), Accum::Replace, 1.0, view(p), u);
+        multiply_upper(view_mut(p), Accum::Replace, -1.0, u.transpose(), view(half));
+        let regular = triangular::solve_symmetric(
+            self.kind.equation(),
+            Coefficient::plain(t),
+            view_mut(p),
+            scratch.as_mut_slice(),
+        );
+        multiply(view_mut(half), Accum::Replace, 1.0, u, view(p));
+        multiply_upper(view_mut(p), Accum::Replace, 1.0, view(half), u.transpose());
+        mirror(view_mut(p));
         regular
     }
 
-    /// The adjoint operator (T for T') applied to Y equals D, in place.
-    pub(crate) fn solve_adjoint(&self, d: &mut DMatrix<f64>) {
-        flip_cols(d);
-        (self.substitution)(&self.schur.t, &self.flipped, d);
-        flip_cols(d);
+    /// The solution for a symmetric `q` alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
+    pub(crate) fn step(kind: Kind, a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
+        let mut equation = Self::untested(kind, a, None)?;
+        let mut p = q * equation.units;
+        let regular = equation.substitute(&mut p);
+        Ok((regular && p.iter().all(|e| e.is_finite())).then_some(p))
     }
-
-    /// The symmetric solution for the symmetric Q, and whether the equation is regular.
-    pub(crate) fn solution(&self, q: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
-        let u = &self.schur.q;
-        let mut y = -(u.transpose() * q * u);
-        let regular = self.solve(&mut y);
-        (symmetric_part(&(u * y * u.transpose())), regular)
-    }
-}
-
-/// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
-pub(crate) fn step(a: &DMatrix<f64>, q: &DMatrix<f64>, substitution: Substitution) -> Result<Option<DMatrix<f64>>> {
-    let (p, regular) = Operator::new(a, substitution)?.solution(q);
-    Ok((regular && p.iter().all(|e| e.is_finite())).then_some(p))
-}
-
-/// `solve(a, q)`; where that is nearly singular, the same in units of the state that balance `a`, with its P brought back: units
-/// decades apart look like a singular equation.
-pub(crate) fn retried_in_balanced_units<S>(
-    a: &DMatrix<f64>,
-    q: &DMatrix<f64>,
-    solve: impl Fn(&DMatrix<f64>, &DMatrix<f64>) -> Result<S>,
-    p_of: impl Fn(&mut S) -> &mut DMatrix<f64>,
-) -> Result<S> {
-    let plain = solve(a, q);
-    if !matches!(plain, Err(LinalgError::NearlySingular { .. })) {
-        return plain;
-    }
-    let balance = Balance::of(&sizes(a), None);
-    if balance.is_trivial() {
-        return plain;
-    }
-    let Ok(mut found) = solve(&balance.similar(a), &balance.form(q)) else { return plain };
-    let p = p_of(&mut found);
-    *p = balance.form_back(p);
-    if p.iter().all(|e| e.is_finite()) { Ok(found) } else { plain }
 }

@@ -4,7 +4,7 @@
 //! The norm is found by a few solutions of the equation and of its adjoint, at most eleven. It is a lower bound, so the separation is
 //! an upper bound; it is rarely off by more than a factor of three.
 
-use crate::{LinalgError, Result};
+use crate::LinalgError;
 use nalgebra::{Complex, DMatrix};
 
 /// The estimate for the operator on `rows x cols` matrices that `solve` inverts in place, `adjoint` inverting its adjoint.
@@ -81,10 +81,14 @@ pub(crate) fn nearly_singular(
     }
 }
 
-/// `m * up / down` without an intermediate overflow or underflow that the result does not have.
-pub(crate) fn rescaled(what: &'static str, m: &DMatrix<f64>, up: f64, down: f64) -> Result<DMatrix<f64>> {
-    let m = if (up >= 1.0) == (down >= 1.0) { m * (up / down) } else { m * up / down };
-    if m.iter().all(|e| e.is_finite()) { Ok(m) } else { Err(LinalgError::Overflow { what }) }
+/// `m := m * up / down` without an intermediate overflow or underflow that the result does not have.
+pub(crate) fn rescale(m: &mut DMatrix<f64>, up: f64, down: f64) {
+    if (up >= 1.0) == (down >= 1.0) {
+        *m *= up / down;
+    } else {
+        *m *= up;
+        *m /= down;
+    }
 }
 
 /// `norm / scale`, and zero where both vanish: the residual of an equation whose terms all are zero.

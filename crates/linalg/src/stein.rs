@@ -4,12 +4,13 @@
 //! `V(e) = e'Pe` decreases along `e+ = A e` by `e'Qe` at each step. The transposed equation `A P A' - P + Q = 0` (Gramian, covariance) is this
 //! one with `A'` for `A`.
 //!
-//! Method: real Schur form `A = U T U'`, then `T'Y T - Y = -U'Q U` by back-substitution (Kitagawa, Int. J. Control 25, 1977).
+//! Method: real Schur form `A = U T U'`, then `T'Y T - Y = -U'Q U` by recursive substitution (Kitagawa, Int. J. Control 25, 1977; Jonsson
+//! and Kagstrom, ACM TOMS 28, 2002).
 
-use crate::argument::{shaped, square, symmetric, unit_scale};
-use crate::schur_operator::{Operator, retried_in_balanced_units, step};
-use crate::separation::{nearly_singular, relative, rescaled, separation};
-use crate::{LinalgError, Result, triangular};
+use crate::Result;
+use crate::argument::{shaped, square, symmetric};
+use crate::lyapunov::forward_error;
+use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P A - P + Q = 0` with its evidence.
@@ -21,17 +22,80 @@ pub struct Stein {
     pub p: DMatrix<f64>,
     /// `||A'P A - P + Q|| / ((||A||^2 + 1) ||P|| + ||Q||)` in the Frobenius norm.
     pub residual: f64,
-    /// Estimate of the separation, `min ||A'X A - X||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form).
-    /// An upper bound, seldom more than three times too large.
+    /// The separation, `min ||A'X A - X|| / ||X||`. For Schur-stable `A` in the spectral norm, where it is `1 / ||H||` with `A'H A - H + I = 0`; the number is
+    /// `1 / ||H||_F`, not above it and at most sqrt(n) below. Otherwise with the sum of the absolute entries for norm, in the coordinates of the Schur form, and an
+    /// estimate from above, seldom more than three times too large.
     pub separation: f64,
     /// `(||A||^2 + 1) / separation`: about how much `P` may change, relative to its norm, for a unit relative change of the data.
     /// The relative error of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
 }
 
+impl Stein {
+    /// A bound of the relative error of `P` to first order, as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error).
+    pub fn forward_error(&self) -> f64 {
+        forward_error(self.residual, self.condition, self.p.nrows())
+    }
+}
+
 /// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
 pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
-    step(a, q, triangular::stein)
+    SchurEquation::step(Kind::Stein, a, q)
+}
+
+/// `A'P A - P + Q = 0` for one `A` and any number of `Q`: the Schur form is computed once, each solution costs about `14 n^3`.
+/// ```
+/// use luenberger_linalg::SteinEquation;
+/// use nalgebra::dmatrix;
+/// let a = dmatrix![0.5, 1.0; 0.0, -0.5];
+/// let mut equation = SteinEquation::new(&a)?;
+/// for q in [dmatrix![1.0, 0.0; 0.0, 1.0], dmatrix![0.0, 0.0; 0.0, 1.0]] {
+///     assert!(equation.solve(&q)?.residual <= 10.0 * 2.0 * f64::EPSILON);
+/// }
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct SteinEquation(SchurEquation);
+
+impl SteinEquation {
+    /// The equation for `a` (n x n).
+    /// # Errors
+    /// As [`stein()`]: whether the equation has a unique solution does not depend on `Q`.
+    pub fn new(a: &DMatrix<f64>) -> Result<Self> {
+        SchurEquation::new(Kind::Stein, a).map(Self)
+    }
+
+    /// The solution for the symmetric n x n matrix `q`.
+    /// # Errors
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
+    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow).
+    pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
+        let mut p = DMatrix::zeros(q.nrows(), q.ncols());
+        let residual = self.solve_into(q, &mut p)?;
+        Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition() })
+    }
+
+    /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n already (unless the state had to be balanced).
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
+        self.0.solve_into(q, p)
+    }
+
+    /// The eigenvalues of `a`.
+    pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
+        self.0.eigenvalues()
+    }
+
+    /// Whether all eigenvalues of `a` lie inside the unit circle.
+    pub fn is_stable(&self) -> bool {
+        self.0.is_stable()
+    }
+
+    /// `min ||A'X A - X||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate from above by at most eleven substitutions.
+    pub fn separation_estimate(&self) -> f64 {
+        self.0.estimated_separation_in_units()
+    }
 }
 
 /// Solves `A'P A - P + Q = 0` for symmetric `P`.
@@ -40,11 +104,11 @@ pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DM
 /// allowed. If there seems to be none, the equation is tried again in units of the state (powers of two) in which rows and columns of `a` are of equal size. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
 ///
 /// # Errors
-/// [`LinalgError::NearlySingular`] names the two eigenvalues whose product is nearest to one, when a pivot of the substitution
+/// [`LinalgError::NearlySingular`](crate::LinalgError::NearlySingular) names the two eigenvalues whose product is nearest to one, when a pivot of the substitution
 /// vanishes against its rounding or the separation is not above `n eps max(1, ||A||)`;
-/// [`LinalgError::NotSymmetric`] names the entry of `q` that differs from its mirror image;
-/// [`LinalgError::Overflow`] if `a` has entries beyond 2^250, whose products leave the range, or `P` does;
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`schur()`](crate::schur()).
+/// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry of `q` that differs from its mirror image;
+/// [`LinalgError::Overflow`](crate::LinalgError::Overflow) if `a` has entries beyond 2^250, whose products leave the range, or `P` does;
+/// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare), [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), and those of [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```
@@ -62,33 +126,6 @@ pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DM
 pub fn stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
-    let q = symmetric("q", q)?;
-    retried_in_balanced_units(a, &q, solve, |found| &mut found.p)
-}
-
-fn solve(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
-    let n = a.nrows();
-    if a.amax() > 2.0_f64.powi(250) {
-        return Err(LinalgError::Overflow { what: "the product of entries of a" });
-    }
-    let units_q = unit_scale(q);
-    let q = q * units_q;
-    let operator = Operator::new(a, triangular::stein)?;
-    let (p, regular) = operator.solution(&q);
-    let found = separation(n, n, |d| _ = operator.solve(d), |d| operator.solve_adjoint(d));
-    let size = a.norm();
-    let finite = p.iter().all(|e| e.is_finite());
-    if n > 0 && (!regular || !finite || found <= n as f64 * f64::EPSILON * size.max(1.0)) {
-        let values = operator.schur.eigenvalues();
-        let one = Complex::new(1.0, 0.0);
-        return Err(nearly_singular("Stein", &values, &values, found, |x, y| (x * y - one).norm()));
-    }
-    let defect = a.transpose() * &p * a - &p + &q;
-    let weight = size * size + 1.0;
-    Ok(Stein {
-        residual: relative(defect.norm(), weight * p.norm() + q.norm()),
-        p: rescaled("the solution p", &p, 1.0, units_q)?,
-        separation: found,
-        condition: weight / found,
-    })
+    symmetric("q", q)?;
+    SteinEquation::new(a)?.solve(q)
 }

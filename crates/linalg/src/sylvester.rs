@@ -3,13 +3,17 @@
 //! `X` exists and is unique iff no eigenvalue of `A` is the negative of one of `B`. It is the change of coordinates that
 //! decouples a block-triangular system, and what turns a plant into the coordinates of a Luenberger observer with prescribed dynamics.
 //!
-//! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y + Y T = U'C V` by back-substitution (Bartels and Stewart, CACM 15, 1972).
+//! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y + Y T = U'C V` by recursive substitution (Bartels and Stewart, CACM 15, 1972;
+//! Jonsson and Kagstrom, ACM TOMS 28, 2002).
 
-use crate::argument::{shaped, square, unit_scale};
-use crate::separation::{nearly_singular, relative, rescaled, separation};
-use crate::triangular::{self, flip_cols, flip_rows, flipped};
-use crate::{Result, schur};
-use nalgebra::DMatrix;
+use crate::argument::{finite, shaped, square, unit_scale};
+use crate::product::{multiply, view, view_mut};
+use crate::separation::{nearly_singular, relative, rescale, separation};
+use crate::triangular::{self, Coefficient, Equation};
+use crate::{LinalgError, Result, Schur, schur};
+use faer::Accum;
+use nalgebra::{Complex, DMatrix};
+use std::cell::Cell;
 
 /// Solution of `A X + X B = C` with its evidence.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +29,120 @@ pub struct Sylvester {
     pub condition: f64,
 }
 
+/// `A X + X B = C` for one pair `(A, B)` and any number of `C`: the Schur forms are computed once, each solution costs about `5 n m (n + m)`.
+/// ```
+/// use luenberger_linalg::SylvesterEquation;
+/// use nalgebra::dmatrix;
+/// let (a, b) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![-4.0]);
+/// let mut equation = SylvesterEquation::new(&a, &b)?;
+/// for c in [dmatrix![1.0; 2.0], dmatrix![0.0; 1.0]] {
+///     assert!(equation.solve(&c)?.residual <= 10.0 * 2.0 * f64::EPSILON);
+/// }
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct SylvesterEquation {
+    /// A and B in one unit, that of the larger, and the sum of their norms.
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    size: f64,
+    units: f64,
+    left: Schur,
+    right: Schur,
+    separation: f64,
+    half: DMatrix<f64>,
+    defect: DMatrix<f64>,
+}
+
+impl SylvesterEquation {
+    /// The equation for `a` (n x n) and `b` (m x m).
+    /// # Errors
+    /// As [`sylvester()`]: whether the equation has a unique solution does not depend on `C`.
+    pub fn new(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Self> {
+        let (n, m) = (square("a", a)?, square("b", b)?);
+        // A coefficient of order zero, or zero, has no unit.
+        let units = match (a.amax() > 0.0, b.amax() > 0.0) {
+            (true, true) => unit_scale(a).min(unit_scale(b)),
+            (true, false) => unit_scale(a),
+            _ => unit_scale(b),
+        };
+        let (a, b) = (a * units, b * units);
+        let (left, right) = (schur(&a)?, schur(&b)?);
+        let size = a.norm() + b.norm();
+        let (half, defect) = (DMatrix::zeros(n, m), DMatrix::zeros(n, m));
+        let mut equation = Self { a, b, size, units, left, right, separation: f64::INFINITY, half, defect };
+        let (s, t) = (view(&equation.left.t), view(&equation.right.t));
+        let regular = Cell::new(true);
+        let solve = |s, t, d: &mut DMatrix<f64>| {
+            regular.set(triangular::solve(Equation::Sylvester, s, t, view_mut(d), &mut []) && regular.get());
+        };
+        let found = separation(
+            n,
+            m,
+            |d| solve(Coefficient::plain(s), Coefficient::plain(t), d),
+            |d| solve(Coefficient::transposed(s), Coefficient::transposed(t), d),
+        );
+        equation.separation = found;
+        if n * m > 0 && (!regular.get() || found.is_nan() || found <= n.max(m) as f64 * f64::EPSILON * size) {
+            let (first, second) = (equation.eigenvalues_of(&equation.left), equation.eigenvalues_of(&equation.right));
+            return Err(nearly_singular("Sylvester", &first, &second, found / units, |x, y| (x + y).norm()));
+        }
+        Ok(equation)
+    }
+
+    fn eigenvalues_of(&self, form: &Schur) -> Vec<Complex<f64>> {
+        form.eigenvalues().iter().map(|lambda| lambda / self.units).collect()
+    }
+
+    /// The solution for the n x m matrix `c`.
+    /// # Errors
+    /// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Overflow`].
+    pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<Sylvester> {
+        let mut x = DMatrix::zeros(c.nrows(), c.ncols());
+        let residual = self.solve_into(c, &mut x)?;
+        Ok(Sylvester { x, residual, separation: self.separation / self.units, condition: self.size / self.separation })
+    }
+
+    /// As [`solve`](Self::solve), into `x`, and returns the relative residual. Allocates nothing if `x` is n x m already.
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_into(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
+        let (n, m) = (self.a.nrows(), self.b.nrows());
+        if c.shape() != (n, m) {
+            return Err(LinalgError::DimensionMismatch { what: "c", expected: (n, m), found: c.shape() });
+        }
+        finite("c", c)?;
+        if x.shape() != (n, m) {
+            *x = DMatrix::zeros(n, m);
+        }
+        let units_c = unit_scale(c);
+        x.copy_from(c);
+        *x *= units_c;
+        let size_c = x.norm();
+        self.defect.copy_from(x);
+        let (u, v) = (view(&self.left.q), view(&self.right.q));
+        let (s, t) = (Coefficient::plain(view(&self.left.t)), Coefficient::plain(view(&self.right.t)));
+        let half = &mut self.half;
+        multiply(view_mut(half), Accum::Replace, 1.0, u.transpose(), view(x));
+        multiply(view_mut(x), Accum::Replace, 1.0, view(half), v);
+        triangular::solve(Equation::Sylvester, s, t, view_mut(x), &mut []);
+        multiply(view_mut(half), Accum::Replace, 1.0, u, view(x));
+        multiply(view_mut(x), Accum::Replace, 1.0, view(half), v.transpose());
+        multiply(view_mut(&mut self.defect), Accum::Add, -1.0, view(&self.a), view(x));
+        multiply(view_mut(&mut self.defect), Accum::Add, -1.0, view(x), view(&self.b));
+        let residual = relative(self.defect.norm(), self.size * x.norm() + size_c);
+        rescale(x, self.units, units_c);
+        if residual.is_nan() || x.iter().any(|e| !e.is_finite()) {
+            return Err(LinalgError::Overflow { what: "the solution x" });
+        }
+        Ok(residual)
+    }
+}
+
 /// Solves `A X + X B = C`.
 ///
 /// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) + lambda_j(B) != 0` for all i, j. The answer does not depend on the
-/// units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and at most `11 n m (n + m)` for the separation.
+/// units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and at most `11 n m (n + m)` for the separation. For several `c` see [`SylvesterEquation`].
 ///
 /// # Errors
 /// [`NearlySingular`](crate::LinalgError::NearlySingular) names the eigenvalues of `a` and `b` whose sum is nearest to zero, when
@@ -51,44 +165,7 @@ pub struct Sylvester {
 ///
 /// Source: Bartels and Stewart, CACM 15, 1972; Golub and Van Loan, Matrix Computations, 7.6.3; SLICOT SB04MD.
 pub fn sylvester(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
-    let n = square("a", a)?;
-    let m = square("b", b)?;
+    let (n, m) = (square("a", a)?, square("b", b)?);
     shaped("c", c, n, m)?;
-    // One unit for both coefficients: that of the larger. A coefficient of order zero, or zero, has none.
-    let units = match (a.amax() > 0.0, b.amax() > 0.0) {
-        (true, true) => unit_scale(a).min(unit_scale(b)),
-        (true, false) => unit_scale(a),
-        _ => unit_scale(b),
-    };
-    let units_c = unit_scale(c);
-    let (a, b, c) = (a * units, b * units, c * units_c);
-    let (left, right) = (schur(&a)?, schur(&b)?);
-    let (left_flipped, right_flipped) = (flipped(&left.t), flipped(&right.t));
-    let solve = |d: &mut DMatrix<f64>| triangular::sylvester(&left.t, &right.t, d);
-    let solve_adjoint = |d: &mut DMatrix<f64>| {
-        flip_rows(d);
-        flip_cols(d);
-        triangular::sylvester(&left_flipped, &right_flipped, d);
-        flip_cols(d);
-        flip_rows(d);
-    };
-    let mut y = left.q.transpose() * &c * &right.q;
-    let regular = solve(&mut y);
-    let x = &left.q * y * right.q.transpose();
-    let found = separation(n, m, |d| _ = solve(d), solve_adjoint);
-    let size = a.norm() + b.norm();
-    let finite = x.iter().all(|e| e.is_finite());
-    if n * m > 0 && (!regular || !finite || found <= n.max(m) as f64 * f64::EPSILON * size) {
-        let unscaled = |s: &crate::Schur| s.eigenvalues().iter().map(|l| l / units).collect::<Vec<_>>();
-        return Err(nearly_singular("Sylvester", &unscaled(&left), &unscaled(&right), found / units, |x, y| {
-            (x + y).norm()
-        }));
-    }
-    let defect = &a * &x + &x * &b - &c;
-    Ok(Sylvester {
-        residual: relative(defect.norm(), size * x.norm() + c.norm()),
-        x: rescaled("the solution x", &x, units, units_c)?,
-        separation: found / units,
-        condition: size / found,
-    })
+    SylvesterEquation::new(a, b)?.solve(c)
 }

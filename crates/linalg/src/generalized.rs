@@ -1,0 +1,58 @@
+//! Generalised Lyapunov equation `A'P E + E'P A + Q = 0` of the descriptor plant `E x' = A x`, E regular.
+//!
+//! With `F = A E^-1` and `W = E^-T Q E^-1` it is `F'P + P F + W = 0`. Multiplying out by `E^-1` costs digits by the condition of E: the answer carries it.
+
+use crate::argument::{shaped, square, symmetric, symmetric_part};
+use crate::separation::relative;
+use crate::{LinalgError, Lyapunov, Result, lyapunov};
+use nalgebra::DMatrix;
+
+/// Solution of `A'P E + E'P A + Q = 0` with its evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneralizedLyapunov {
+    /// The solution, exactly symmetric.
+    pub p: DMatrix<f64>,
+    /// `||A'P E + E'P A + Q|| / (2 ||A|| ||P|| ||E|| + ||Q||)` in the Frobenius norm.
+    pub residual: f64,
+    /// `||E|| ||E^-1||` in the Frobenius norm.
+    pub condition_e: f64,
+    /// The equation `F'P + P F + W = 0` that was solved, with its separation.
+    pub standard: Lyapunov,
+}
+
+/// Solves `A'P E + E'P A + Q = 0` for symmetric P: `V = x'E'P E x` decreases along `E x' = A x` at the rate `x'Q x`.
+///
+/// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` add to zero. About 50 n^3 flops.
+/// # Errors
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, and those of [`lyapunov()`] for `A E^-1`.
+/// # Example
+/// ```
+/// use nalgebra::dmatrix;
+/// let (a, e) = (dmatrix![-1.0, 2.0; 0.0, -3.0], dmatrix![2.0, 0.0; 1.0, 1.0]);
+/// let q = dmatrix![1.0, 0.0; 0.0, 1.0];
+/// let found = luenberger_linalg::generalized_lyapunov(&a, &e, &q)?;
+/// let defect = a.transpose() * &found.p * &e + e.transpose() * &found.p * &a + q;
+/// println!("residual {:e}, {:e}", found.residual, defect.norm());
+/// assert!(found.residual <= 10.0 * 2.0 * f64::EPSILON);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+/// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD), for the equation; the reduction is the definition.
+pub fn generalized_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedLyapunov> {
+    let n = square("a", a)?;
+    shaped("e", e, n, n)?;
+    shaped("q", q, n, n)?;
+    let q = symmetric("q", q)?;
+    let lu = e.clone().lu();
+    let inverse = lu.try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
+    let condition_e = inverse.as_ref().map_or(f64::INFINITY, |inverse| inverse.norm() * e.norm());
+    let Some(inverse) = inverse.filter(|_| n == 0 || condition_e * n as f64 * f64::EPSILON < 1.0) else {
+        return Err(LinalgError::Singular { what: "e", condition: condition_e });
+    };
+    let weight = symmetric_part(&(inverse.tr_mul(&q) * &inverse));
+    let standard = lyapunov(&(a * &inverse), &weight)?;
+    let p = standard.p.clone();
+    let half = e.tr_mul(&p) * a;
+    let defect = half.transpose() + half + &q;
+    let residual = relative(defect.norm(), 2.0 * a.norm() * p.norm() * e.norm() + q.norm());
+    Ok(GeneralizedLyapunov { p, residual, condition_e, standard })
+}

@@ -1,0 +1,58 @@
+//! The second solution of the same size takes no memory.
+#![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
+
+use luenberger_linalg::{LyapunovEquation, SteinEquation, SylvesterEquation};
+use nalgebra::DMatrix;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: as required of the caller.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as required of the caller.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(mut work: impl FnMut()) -> usize {
+    let before = COUNT.with(Cell::get);
+    work();
+    COUNT.with(Cell::get) - before
+}
+
+#[test]
+fn the_second_solution_takes_no_memory() {
+    for n in [1, 3, 10, 40] {
+        let entry = |i: usize, j: usize| ((1 + 31 * i + 17 * j * j + i * i * j) as f64).sin();
+        let a = DMatrix::from_fn(n, n, |i, j| entry(i, j) / n as f64 - if i == j { 2.0 } else { 0.0 });
+        let q = DMatrix::from_fn(n, n, |i, j| entry(i.min(j), i.max(j)));
+        let mut x = DMatrix::zeros(n, n);
+        let mut lyapunov = LyapunovEquation::new(&a).unwrap();
+        let mut stein = SteinEquation::new(&(&a * 0.2)).unwrap();
+        let mut sylvester = SylvesterEquation::new(&a, &a.transpose()).unwrap();
+        // The product kernels keep one buffer for each thread, made on the first call.
+        lyapunov.solve_into(&q, &mut x).unwrap();
+        let found = [
+            allocations(|| _ = lyapunov.solve_into(&q, &mut x).unwrap()),
+            allocations(|| _ = stein.solve_into(&q, &mut x).unwrap()),
+            allocations(|| _ = sylvester.solve_into(&q, &mut x).unwrap()),
+        ];
+        assert_eq!(found, [0; 3], "n = {n}");
+    }
+    assert_eq!(allocations(|| drop(Box::new(1))), 1, "the allocator counts");
+}
