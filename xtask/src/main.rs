@@ -1,5 +1,5 @@
-//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench lmi`,
-//! `cargo xtask bench proof`.
+//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench linalg`,
+//! `cargo xtask bench lmi`, `cargo xtask bench proof`.
 //!
 //! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
 //! its exit code.
@@ -32,7 +32,7 @@ enum Command {
     /// Measure beside other tools (needs python3 and the network, for the other tools)
     Bench {
         what: Subject,
-        /// Only plants with at most so many states (lmi)
+        /// Only plants or matrices of at most this order (lmi, linalg)
         #[arg(long)]
         largest: Option<usize>,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -43,6 +43,8 @@ enum Command {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Subject {
+    /// Schur form, matrix equations and placement, beside scipy, slycot, python-control and Rust crates
+    Linalg,
     /// The joint design of the cubic observer, beside cvxpy with Clarabel and with SCS
     Lmi,
     /// Proved bounds of semidefinite programs, beside the published optima
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Reproduce { out } => reproduce(out.as_deref()),
         Command::Test => test(),
+        Command::Bench { what: Subject::Linalg, largest, .. } => bench::linalg::run(largest),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
     };

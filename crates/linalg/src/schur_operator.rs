@@ -122,20 +122,18 @@ impl SchurEquation {
         let mut equation = Self::untested(kind, a, balance)?;
         let n = a.nrows();
         let values = equation.schur.eigenvalues();
-        let mut regular = true;
-        equation.separation = if values.iter().all(|&lambda| kind.is_stable(lambda)) {
+        let (separation, regular) = if values.iter().all(|&lambda| kind.is_stable(lambda)) {
             let Work { half: h, scratch, .. } = &mut equation.work;
             h.fill_with_identity();
             *h *= -1.0;
             let t = Coefficient::plain(view(&equation.schur.t));
-            regular = triangular::solve_symmetric(kind.equation(), t, view_mut(h), scratch.as_mut_slice());
+            let regular = triangular::solve_symmetric(kind.equation(), t, view_mut(h), scratch.as_mut_slice());
             // At most sqrt(n) above the spectral norm: the separation is not overstated.
-            1.0 / h.norm()
+            (1.0 / h.norm(), regular)
         } else {
-            let (estimate, all_regular) = equation.estimated_separation();
-            regular = all_regular;
-            estimate
+            equation.estimated_separation()
         };
+        equation.separation = separation;
         let floor = kind.rounding(n, equation.size) / (n as f64).sqrt();
         if n > 0 && (!regular || equation.separation.is_nan() || equation.separation <= floor) {
             let values: Vec<_> = values.iter().map(|lambda| lambda / equation.units).collect();

@@ -141,9 +141,9 @@ fn step(
         Equation::Sylvester => LinearBlock::sylvester(size, cols, left, right),
         Equation::Stein => LinearBlock::stein(size, cols, left, right),
     };
-    for jj in 0..cols {
+    for (jj, column) in rest.iter().enumerate().take(cols) {
         for ii in 0..size {
-            system.set_rhs(ii, jj, rest[jj][i + ii]);
+            system.set_rhs(ii, jj, column[i + ii]);
         }
     }
     *regular &= system.solve(floor);
