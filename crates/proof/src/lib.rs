@@ -9,7 +9,8 @@
 //! - [`definite`] decides whether a symmetric matrix is (semi)definite: a floating-point Cholesky with a proven error
 //!   bound for the quick yes, a verified direction for the quick no, exact elimination as the referee;
 //! - [`semidefinite`] bounds the optimum of a semidefinite program from points that a solver proposes, or shows it infeasible;
-//! - [`statement`] evaluates the inequalities of control theory from the raw data and has them decided.
+//! - [`statement`] evaluates the inequalities of control theory from the raw data and has them decided;
+//! - [`certificate`] reads and writes files that state a theorem with exact numbers, and checks them: the program `luenberger-verify`.
 //!
 //! ```
 //! use luenberger_proof::{Matrix, positive_definite};
@@ -24,6 +25,7 @@
 //! What is assumed: IEEE 754 binary64 with rounding to nearest and gradual underflow, as Rust prescribes.
 #![deny(missing_docs)]
 
+pub mod certificate;
 pub mod definite;
 pub mod error;
 pub mod exact;

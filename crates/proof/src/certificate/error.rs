@@ -1,0 +1,300 @@
+//! What can be wrong with a certificate file, with the line and the field.
+
+use core::fmt;
+
+use thiserror::Error;
+
+use super::json::{DEEPEST, LARGEST_FILE};
+use super::number::{Number, NumberError};
+use super::Witness;
+use crate::error::ProofError;
+use crate::semidefinite::ProgramError;
+use crate::verdict::Verdict;
+
+/// Why a text is no certificate: before any mathematics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileError {
+    /// The line, from 1.
+    pub line: usize,
+    /// The field, as in `lyapunov.P[1][0]`; empty where the text is not yet a tree of fields.
+    pub path: String,
+    /// What is wrong there.
+    pub fault: Fault,
+}
+
+impl FileError {
+    pub(super) fn at(line: usize, fault: Fault) -> Self {
+        Self { line, path: String::new(), fault }
+    }
+
+    /// Whether no JSON document could be read at all.
+    pub fn is_unreadable(&self) -> bool {
+        matches!(
+            self.fault,
+            Fault::TooLarge { .. }
+                | Fault::NotUtf8 { .. }
+                | Fault::Truncated { .. }
+                | Fault::Unexpected { .. }
+                | Fault::TooDeep
+                | Fault::TooManyMembers
+                | Fault::Duplicate { .. }
+        )
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}", self.line)?;
+        if !self.path.is_empty() {
+            write!(f, ", {}", self.path)?;
+        }
+        write!(f, ": {}", self.fault)
+    }
+}
+
+/// What is wrong at a place of a file.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// More bytes than are read.
+    #[error("the file has {bytes} bytes or more, {LARGEST_FILE} are read at most")]
+    TooLarge {
+        /// How many there are, at least.
+        bytes: usize,
+    },
+    /// Bytes that are no text.
+    #[error("the byte at position {byte} is not UTF-8")]
+    NotUtf8 {
+        /// The position, from 0.
+        byte: usize,
+    },
+    /// The text ends early.
+    #[error("the file ends where {expected} should be")]
+    Truncated {
+        /// What should follow.
+        expected: &'static str,
+    },
+    /// A character that does not belong there.
+    #[error("{found:?} stands where {expected} should be")]
+    Unexpected {
+        /// What should be there.
+        expected: &'static str,
+        /// What is there.
+        found: char,
+    },
+    /// Arrays in arrays without end.
+    #[error("arrays and objects are nested deeper than {DEEPEST}")]
+    TooDeep,
+    /// An object with more members than any certificate has.
+    #[error("an object has more than 64 members")]
+    TooManyMembers,
+    /// A name twice in one object.
+    #[error("the field \"{name}\" is given twice")]
+    Duplicate {
+        /// The name.
+        name: String,
+    },
+    /// A field that a certificate of this kind must have.
+    #[error("the field \"{name}\" is missing")]
+    Missing {
+        /// Its name.
+        name: &'static str,
+    },
+    /// A field that a certificate of this kind does not have.
+    #[error("the field \"{name}\" does not belong here")]
+    Unknown {
+        /// Its name.
+        name: String,
+    },
+    /// A value of another type.
+    #[error("is {found}, and should be {expected}")]
+    Type {
+        /// What it should be.
+        expected: &'static str,
+        /// What it is.
+        found: &'static str,
+    },
+    /// A text that is no number.
+    #[error("{0}")]
+    Number(#[from] NumberError),
+    /// A fraction where the theorem takes the numbers that are stored, or multipliers that must satisfy equations exactly.
+    #[error("{number} is no {needed}: this quantity is not enclosed, it must be exact")]
+    NotExact {
+        /// The number, or its beginning.
+        number: String,
+        /// What it should be.
+        needed: &'static str,
+    },
+    /// Bounds that are not in order.
+    #[error("the lower bound {lo} lies above the upper bound {hi}")]
+    Bounds {
+        /// The lower bound.
+        lo: Box<Number>,
+        /// The upper bound.
+        hi: Box<Number>,
+    },
+    /// Rows of different lengths.
+    #[error("has {found} entries, and the first row has {expected}")]
+    Ragged {
+        /// Entries of the first row.
+        expected: usize,
+        /// Entries of this one.
+        found: usize,
+    },
+    /// A matrix that does not fit the others.
+    #[error("is {} x {}, and should be {} x {}", found.0, found.1, expected.0, expected.1)]
+    Shape {
+        /// Rows and columns it should have.
+        expected: (usize, usize),
+        /// Rows and columns it has.
+        found: (usize, usize),
+    },
+    /// No rows or no columns.
+    #[error("is empty")]
+    Empty,
+    /// More rows or columns than are checked in bounded time.
+    #[error("is of order {order}; the checker goes up to {allowed}")]
+    TooManyRows {
+        /// The larger of rows and columns.
+        order: usize,
+        /// How many are allowed.
+        allowed: usize,
+    },
+    /// A list of another length than another field asks for.
+    #[error("has {found} elements, and should have {expected}")]
+    Length {
+        /// How many it should have.
+        expected: usize,
+        /// How many it has.
+        found: usize,
+    },
+    /// A matrix that must be symmetric.
+    #[error("is {lower}, and its mirror image is {upper}: the matrix must be symmetric")]
+    NotSymmetric {
+        /// The entry below the diagonal.
+        lower: String,
+        /// The entry above.
+        upper: String,
+    },
+    /// A word that is none of those known.
+    #[error("\"{found}\" is unknown; known are {known}")]
+    Word {
+        /// The word.
+        found: String,
+        /// Those that would do.
+        known: String,
+    },
+    /// An index that points nowhere.
+    #[error("the index {found} is too large: {limit} is the largest")]
+    Index {
+        /// The index.
+        found: usize,
+        /// The largest.
+        limit: usize,
+    },
+    /// A quantity outside the range in which the statement means something.
+    #[error("is {value}, and {requirement}")]
+    Range {
+        /// Its value.
+        value: f64,
+        /// What it should be.
+        requirement: &'static str,
+    },
+    /// Data that make no semidefinite program.
+    #[error("{0}")]
+    Program(#[from] ProgramError),
+    /// Another version of the format.
+    #[error("version {found} of the format is not known; this checker knows version 1")]
+    Version {
+        /// The version of the file.
+        found: String,
+    },
+}
+
+/// Why a certificate that was read proves nothing, or not what it says.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Rejection {
+    /// The text is no certificate.
+    #[error("{0}")]
+    File(#[from] FileError),
+    /// The content is not what was sealed.
+    #[error("line {line}, sha256: the digest of the content is {computed}, and the file says {found}")]
+    Digest {
+        /// The line of the digest.
+        line: usize,
+        /// What the file says.
+        found: String,
+        /// What its content has.
+        computed: String,
+    },
+    /// The words say something else than the data.
+    #[error("line {line}, statement: the words do not say what the data say; they should be \"{derived}\"")]
+    Words {
+        /// The line of the statement.
+        line: usize,
+        /// What the checker derives from the data.
+        derived: String,
+    },
+    /// An inequality is claimed that the theorem does not need, or in another place.
+    #[error("line {line}, margins[{index}].inequality: the inequality in this place is \"{expected}\"")]
+    Inequality {
+        /// The line.
+        line: usize,
+        /// The position in the list, from 0.
+        index: usize,
+        /// The inequality of the theorem.
+        expected: String,
+    },
+    /// More or fewer claims than the theorem has inequalities.
+    #[error("line {line}, margins: the theorem has {expected} inequalities, and {found} are claimed")]
+    Claims {
+        /// The line.
+        line: usize,
+        /// Inequalities of the theorem.
+        expected: usize,
+        /// Claims of the file.
+        found: usize,
+    },
+    /// A margin is claimed that is not there.
+    #[error(
+        "line {line}, margins[{index}].margin: {inequality} is proved with the margin {proved} ({proved_decimal:e}), and {claimed} ({claimed_decimal:e}) is claimed"
+    )]
+    Margin {
+        /// The line.
+        line: usize,
+        /// The position in the list, from 0.
+        index: usize,
+        /// The inequality.
+        inequality: String,
+        /// The claim.
+        claimed: Number,
+        /// The same, rounded.
+        claimed_decimal: f64,
+        /// What is proved.
+        proved: Number,
+        /// The same.
+        proved_decimal: f64,
+    },
+    /// An inequality is not proved: refuted by the witness, or undecided.
+    #[error("{inequality} {}", not_proved(verdict))]
+    NotProved {
+        /// The inequality.
+        inequality: String,
+        /// What is known of it.
+        verdict: Box<Verdict<Witness>>,
+    },
+    /// The inequality could not be evaluated.
+    #[error("the inequalities cannot be evaluated: {0}")]
+    Proof(#[from] ProofError),
+}
+
+fn not_proved(verdict: &Verdict<Witness>) -> String {
+    match verdict {
+        Verdict::Proved { margin } => format!("is proved with the margin {margin:e}"),
+        Verdict::Refuted { witness } => format!("is false: {witness}"),
+        Verdict::Undecided { why, best } => format!("is not proved: {why} (best margin {best:e})"),
+    }
+}

@@ -1,0 +1,308 @@
+//! The fields of a certificate, read from the tree with everything that can be wrong named by line and path.
+
+use super::error::{Fault, FileError};
+use super::json::{Member, Node, Value};
+use super::number::{Datum, Number, decimal, quoted};
+use crate::matrix::Matrix;
+
+/// The largest order of a matrix in a file: what the checker proves in seconds.
+pub const LARGEST_ORDER: usize = 512;
+
+/// A value, and where it stands.
+#[derive(Debug, Clone)]
+pub(super) struct Field<'a> {
+    node: &'a Node,
+    path: String,
+}
+
+/// An object whose members are taken one by one; what is left over at the end does not belong there.
+#[derive(Debug)]
+pub(super) struct Fields<'a> {
+    line: usize,
+    path: String,
+    members: &'a [Member],
+    taken: Vec<bool>,
+}
+
+impl<'a> Field<'a> {
+    pub(super) fn root(node: &'a Node) -> Self {
+        Self { node, path: String::new() }
+    }
+
+    pub(super) fn line(&self) -> usize {
+        self.node.line
+    }
+
+    pub(super) fn error(&self, fault: Fault) -> FileError {
+        FileError { line: self.node.line, path: self.path.clone(), fault }
+    }
+
+    fn wrong_type(&self, expected: &'static str) -> FileError {
+        self.error(Fault::Type { expected, found: self.node.value.kind() })
+    }
+
+    pub(super) fn object(&self) -> Result<Fields<'a>, FileError> {
+        match &self.node.value {
+            Value::Object(members) => Ok(Fields {
+                line: self.node.line,
+                path: self.path.clone(),
+                members,
+                taken: vec![false; members.len()],
+            }),
+            _ => Err(self.wrong_type("an object")),
+        }
+    }
+
+    pub(super) fn text(&self) -> Result<&'a str, FileError> {
+        match &self.node.value {
+            Value::Text(text) => Ok(text),
+            _ => Err(self.wrong_type("a string")),
+        }
+    }
+
+    /// A name or a title: a line that is not empty.
+    pub(super) fn name(&self) -> Result<String, FileError> {
+        let text = self.text()?;
+        if text.trim().is_empty() { Err(self.error(Fault::Empty)) } else { Ok(text.to_owned()) }
+    }
+
+    /// An index or a size, which JSON writes as it is.
+    pub(super) fn count(&self) -> Result<usize, FileError> {
+        match &self.node.value {
+            Value::Number(text) => match text.parse::<u32>() {
+                Ok(count) if !text.starts_with('+') => Ok(count as usize),
+                _ => Err(self.error(Fault::Type { expected: "a whole number from 0", found: "another number" })),
+            },
+            _ => Err(self.wrong_type("a whole number")),
+        }
+    }
+
+    /// As [`count`](Self::count), at most `limit`.
+    pub(super) fn index(&self, limit: usize) -> Result<usize, FileError> {
+        let found = self.count()?;
+        if found <= limit { Ok(found) } else { Err(self.error(Fault::Index { found, limit })) }
+    }
+
+    pub(super) fn items(&self) -> Result<Vec<Field<'a>>, FileError> {
+        match &self.node.value {
+            Value::Array(items) => Ok(items.iter().enumerate().map(|(k, node)| self.item(k, node)).collect()),
+            _ => Err(self.wrong_type("an array")),
+        }
+    }
+
+    fn item(&self, k: usize, node: &'a Node) -> Field<'a> {
+        Field { node, path: format!("{}[{k}]", self.path) }
+    }
+
+    /// An exact number.
+    pub(super) fn exact(&self) -> Result<Number, FileError> {
+        match &self.node.value {
+            Value::Text(text) => text.parse().map_err(|error| self.error(Fault::Number(error))),
+            Value::Number(text) => Err(match decimal(text) {
+                Some(error) => self.error(Fault::Number(error)),
+                None => self.wrong_type("a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
+            }),
+            _ => Err(self.wrong_type("a number in quotes, such as \"0x1.8p-3\" or \"42/85\"")),
+        }
+    }
+
+    /// A number that binary64 has.
+    pub(super) fn binary64(&self) -> Result<f64, FileError> {
+        let number = self.exact()?;
+        number.to_f64().ok_or_else(|| self.not_exact(&number, "binary64 number"))
+    }
+
+    pub(super) fn not_exact(&self, number: &Number, needed: &'static str) -> FileError {
+        self.error(Fault::NotExact { number: quoted(&number.to_string()), needed })
+    }
+
+    /// A number, or the bounds of one.
+    pub(super) fn datum(&self) -> Result<Datum, FileError> {
+        let bounded = |number: Number| {
+            if number.enclosure().is_bounded() {
+                Ok(number)
+            } else {
+                let text = quoted(&number.to_string());
+                Err(self.error(Fault::Number(super::number::NumberError::Overflow { text })))
+            }
+        };
+        if !matches!(self.node.value, Value::Array(_)) {
+            return Ok(Datum::Number(bounded(self.exact()?)?));
+        }
+        match self.items()?.as_slice() {
+            [lo, hi] => {
+                let (lo, hi) = (bounded(lo.exact()?)?, bounded(hi.exact()?)?);
+                if lo.enclosure().lo() > hi.enclosure().hi() {
+                    return Err(self.error(Fault::Bounds { lo: Box::new(lo), hi: Box::new(hi) }));
+                }
+                Ok(Datum::Between(lo, hi))
+            }
+            others => Err(self.error(Fault::Length { expected: 2, found: others.len() })),
+        }
+    }
+
+    fn rows<T>(&self, entry: impl Fn(&Field<'a>) -> Result<T, FileError>) -> Result<Matrix<T>, FileError> {
+        let Value::Array(rows) = &self.node.value else { return Err(self.wrong_type("a matrix, an array of rows")) };
+        let mut entries = Vec::new();
+        let mut columns = None;
+        for (i, node) in rows.iter().enumerate() {
+            let row = self.item(i, node);
+            let Value::Array(items) = &node.value else { return Err(row.wrong_type("a row of a matrix, an array")) };
+            let expected = *columns.get_or_insert(items.len());
+            if items.len() != expected {
+                return Err(row.error(Fault::Ragged { expected, found: items.len() }));
+            }
+            let order = rows.len().max(expected);
+            if order > LARGEST_ORDER {
+                return Err(self.error(Fault::TooManyRows { order, allowed: LARGEST_ORDER }));
+            }
+            for (j, node) in items.iter().enumerate() {
+                entries.push(entry(&row.item(j, node))?);
+            }
+        }
+        Matrix::from_row_major(rows.len(), columns.unwrap_or(0), entries).map_err(|_| self.error(Fault::Empty))
+    }
+
+    fn of_shape<T>(&self, m: Matrix<T>, expected: (usize, usize)) -> Result<Matrix<T>, FileError> {
+        if m.shape() == expected {
+            return Ok(m);
+        }
+        Err(self.error(Fault::Shape { expected, found: m.shape() }))
+    }
+
+    /// A matrix of binary64 numbers with at least one entry.
+    pub(super) fn any_matrix(&self) -> Result<Matrix<f64>, FileError> {
+        let m = self.rows(Field::binary64)?;
+        if m.as_slice().is_empty() { Err(self.error(Fault::Empty)) } else { Ok(m) }
+    }
+
+    pub(super) fn matrix(&self, shape: (usize, usize)) -> Result<Matrix<f64>, FileError> {
+        self.of_shape(self.rows(Field::binary64)?, shape)
+    }
+
+    /// A matrix with this many rows.
+    pub(super) fn matrix_with_rows(&self, rows: usize) -> Result<Matrix<f64>, FileError> {
+        let m = self.rows(Field::binary64)?;
+        let columns = m.cols();
+        self.of_shape(m, (rows, columns))
+    }
+
+    /// A matrix with this many columns, and one row at least.
+    pub(super) fn matrix_with_columns(&self, columns: usize) -> Result<Matrix<f64>, FileError> {
+        let m = self.any_matrix()?;
+        let rows = m.rows();
+        self.of_shape(m, (rows, columns))
+    }
+
+    /// A square matrix.
+    pub(super) fn square(&self) -> Result<Matrix<f64>, FileError> {
+        let m = self.any_matrix()?;
+        let rows = m.rows();
+        self.of_shape(m, (rows, rows))
+    }
+
+    pub(super) fn symmetric(&self, order: usize) -> Result<Matrix<f64>, FileError> {
+        let m = self.matrix((order, order))?;
+        self.must_mirror(&m, |x| Number::from_f64(*x).map_or_else(String::new, |x| x.to_string()))?;
+        Ok(m)
+    }
+
+    fn must_mirror<T: PartialEq>(&self, m: &Matrix<T>, show: impl Fn(&T) -> String) -> Result<(), FileError> {
+        for i in 0..m.rows() {
+            for j in 0..i {
+                let (lower, upper) = (&m[(i, j)], &m[(j, i)]);
+                if lower != upper {
+                    let Value::Array(rows) = &self.node.value else { continue };
+                    let row = Field { node: rows.get(i).unwrap_or(self.node), path: format!("{}[{i}][{j}]", self.path) };
+                    return Err(row.error(Fault::NotSymmetric { lower: show(lower), upper: show(upper) }));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A symmetric matrix of numbers or bounds, of any order from 1.
+    pub(super) fn symmetric_data(&self) -> Result<Matrix<Datum>, FileError> {
+        let m = self.square_data()?;
+        self.must_mirror(&m, |datum| match datum {
+            Datum::Number(x) => x.to_string(),
+            Datum::Between(lo, hi) => format!("[{lo}, {hi}]"),
+        })?;
+        Ok(m)
+    }
+
+    /// A square matrix of numbers or bounds.
+    pub(super) fn square_data(&self) -> Result<Matrix<Datum>, FileError> {
+        let m = self.rows(Field::datum)?;
+        if m.as_slice().is_empty() {
+            return Err(self.error(Fault::Empty));
+        }
+        let rows = m.rows();
+        self.of_shape(m, (rows, rows))
+    }
+
+    /// A matrix of numbers or bounds with this many columns, and one row at least.
+    pub(super) fn data_with_columns(&self, columns: usize) -> Result<Matrix<Datum>, FileError> {
+        let m = self.rows(Field::datum)?;
+        if m.as_slice().is_empty() {
+            return Err(self.error(Fault::Empty));
+        }
+        let rows = m.rows();
+        self.of_shape(m, (rows, columns))
+    }
+
+    /// A matrix of numbers or bounds with this many rows, perhaps without columns.
+    pub(super) fn data_with_rows(&self, rows: usize) -> Result<Matrix<Datum>, FileError> {
+        let m = self.rows(Field::datum)?;
+        let columns = m.cols();
+        self.of_shape(m, (rows, columns))
+    }
+
+    /// A symmetric matrix of exact numbers.
+    pub(super) fn symmetric_exact(&self, order: usize) -> Result<Matrix<Number>, FileError> {
+        let m = self.of_shape(self.rows(Field::exact)?, (order, order))?;
+        self.must_mirror(&m, |x| quoted(&x.to_string()))?;
+        Ok(m)
+    }
+}
+
+impl<'a> Fields<'a> {
+    pub(super) fn optional(&mut self, name: &'static str) -> Option<Field<'a>> {
+        let k = self.members.iter().position(|member| *member.name == *name)?;
+        if let Some(taken) = self.taken.get_mut(k) {
+            *taken = true;
+        }
+        let path = if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) };
+        self.members.get(k).map(|member| Field { node: &member.node, path })
+    }
+
+    pub(super) fn take(&mut self, name: &'static str) -> Result<Field<'a>, FileError> {
+        let missing = FileError { line: self.line, path: self.path.clone(), fault: Fault::Missing { name } };
+        self.optional(name).ok_or(missing)
+    }
+
+    pub(super) fn object(&mut self, name: &'static str) -> Result<Fields<'a>, FileError> {
+        self.take(name)?.object()
+    }
+
+    /// A rate: a binary64 number, 0 or more.
+    pub(super) fn rate(&mut self) -> Result<f64, FileError> {
+        let field = self.take("rate")?;
+        let rate = field.binary64()?;
+        if rate >= 0.0 {
+            return Ok(rate);
+        }
+        Err(field.error(Fault::Range { value: rate, requirement: "a rate of decay is 0 or more" }))
+    }
+
+    /// An error for the first member that nobody asked for.
+    pub(super) fn finish(self) -> Result<(), FileError> {
+        for (member, taken) in self.members.iter().zip(&self.taken) {
+            if !taken {
+                let fault = Fault::Unknown { name: quoted(&member.name) };
+                return Err(FileError { line: member.node.line, path: self.path, fault });
+            }
+        }
+        Ok(())
+    }
+}

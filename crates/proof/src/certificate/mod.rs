@@ -1,0 +1,344 @@
+//! Certificate files: a statement, the exact numbers that prove it, and a checker that believes neither.
+//!
+//! A [`CertificateFile`] is a JSON document with the plant, the observer, a [`Theorem`], the matrices that prove it, a margin for each of its inequalities, and the
+//! statement in words. [`verify`] derives all of that again from the plant's data: every inequality is evaluated by [`statement`](crate::statement) in arithmetic
+//! without rounding errors, the words are generated anew and compared, and a margin that is claimed to be larger than the one
+//! proved, by one unit in the last place, is rejected. A digest over the [canonical form](CertificateFile#canonical-form) detects accidents, also in what
+//! the mathematics would not miss; it is no signature, and nothing rests on it. `docs/certificates.md` of the repository shows a file and says
+//! what one must trust.
+//!
+//! ```
+//! use luenberger_proof::Matrix;
+//! use luenberger_proof::certificate::{CertificateFile, Hurwitz, verify};
+//!
+//! let a = Matrix::from_rows([[0.0, 1.0], [-2.0, -3.0]]);
+//! let p = Matrix::from_rows([[5.0, 1.0], [1.0, 1.0]]);
+//! let file = CertificateFile::prove("a damped oscillator", Hurwitz::new(&a, &p)?.into())?.to_json();
+//! let proved = verify(file.as_bytes())?;
+//! assert!(proved.facts.iter().any(|fact| fact.inequality == "A'P + PA < 0"));
+//! // A digit of A changed: the digest says so, and without it the words and the margins would.
+//! let forged = file.replace("-0x1.8p1", "-0x1.9p1");
+//! assert!(verify(forged.as_bytes()).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod error;
+mod fields;
+mod json;
+mod number;
+mod theorem;
+mod write;
+
+use core::fmt;
+
+use sha2::{Digest, Sha256};
+
+use crate::definite::Direction;
+use crate::verdict::Verdict;
+
+pub use error::{Fault, FileError, Rejection};
+pub use fields::LARGEST_ORDER;
+pub use json::{DEEPEST, LARGEST_FILE};
+pub use number::{Datum, LONGEST_NUMBER, Number, NumberError};
+pub use theorem::*;
+
+use fields::Field;
+use json::{Node, canonical, parse};
+use write::Out;
+
+/// What the field `format` of every certificate says.
+pub const FORMAT: &str = "luenberger-certificate";
+
+/// The version of the format that this crate reads and writes.
+pub const VERSION: usize = 1;
+
+/// A margin that a file claims for one inequality of its theorem.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Claim {
+    /// The inequality, as the theorem writes it.
+    pub inequality: String,
+    /// The margin, in the units of the inequality.
+    pub margin: Number,
+}
+
+/// One inequality of a theorem, and what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fact {
+    /// The inequality, as the theory writes it.
+    pub inequality: String,
+    /// Proved, refuted or undecided. A margin of 0 is that of an equation, or of a statement that has no room or no measure of it.
+    pub verdict: Verdict<Witness>,
+}
+
+impl Fact {
+    pub(crate) fn new(inequality: impl Into<String>, verdict: Verdict<Direction>) -> Self {
+        Self { inequality: inequality.into(), verdict: verdict.map_witness(Witness::Direction) }
+    }
+}
+
+impl fmt::Display for Fact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.verdict {
+            Verdict::Proved { margin } if *margin > 0.0 => write!(f, "{}, margin {margin:.6e}", self.inequality),
+            Verdict::Proved { .. } => f.write_str(&self.inequality),
+            Verdict::Refuted { witness } => write!(f, "{} is false: {witness}", self.inequality),
+            Verdict::Undecided { why, .. } => write!(f, "{} is not proved: {why}", self.inequality),
+        }
+    }
+}
+
+/// What refutes an inequality of a certificate.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Witness {
+    /// A direction along which the quadratic form has the wrong sign.
+    Direction(Direction),
+    /// A linear equation of multipliers that is not satisfied.
+    Equation {
+        /// The unknown whose coefficient should vanish, from 1; 0 for the constant, which should have the right sign.
+        unknown: usize,
+        /// The coefficient, rounded.
+        value: f64,
+    },
+    /// Multipliers that are all zero.
+    Zero,
+}
+
+impl fmt::Display for Witness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Direction(direction) => direction.fmt(f),
+            Self::Equation { unknown: 0, value } => write!(f, "the constant is {value:e}"),
+            Self::Equation { unknown, value } => write!(f, "the coefficient of x_{unknown} is {value:e}"),
+            Self::Zero => f.write_str("they are all zero"),
+        }
+    }
+}
+
+/// What a file proves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proved {
+    /// The title, by which the file calls itself: nothing is claimed with it.
+    pub title: String,
+    /// The statement in words, generated from the data.
+    pub statement: String,
+    /// The inequalities, each proved, with its margin.
+    pub facts: Vec<Fact>,
+}
+
+/// A certificate as a file has it.
+///
+/// # Canonical form
+/// The JSON document without white space between tokens, the members of each object in the order of their names, without the member `sha256`, in UTF-8, with no escapes in
+/// strings but `\"` and `\\`. The digest is that of this text: `jq -cjS 'del(.sha256)' FILE | sha256sum`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CertificateFile {
+    title: String,
+    theorem: Theorem,
+    claims: Vec<Claim>,
+    statement: String,
+    digest: String,
+    found: Found,
+}
+
+/// Where things stood in the text that was read, and what it has for a digest.
+#[derive(Debug, Clone, PartialEq)]
+struct Found {
+    computed: String,
+    digest_line: usize,
+    statement_line: usize,
+    claims_line: usize,
+    claim_lines: Vec<usize>,
+}
+
+/// What the bytes of a file prove: read, compared with its own words and digest, and checked.
+///
+/// # Errors
+/// [`Rejection`] says what is wrong with the text, or which inequality fails and by what.
+pub fn verify(bytes: &[u8]) -> Result<Proved, Rejection> {
+    CertificateFile::read(bytes)?.check()
+}
+
+impl CertificateFile {
+    /// The certificate of a theorem with these data, if it is one: every inequality is proved here, and claimed with the margin that is.
+    ///
+    /// # Errors
+    /// [`Rejection::NotProved`] names the inequality that fails; [`Rejection::File`] what the data lack.
+    pub fn prove(title: &str, theorem: Theorem) -> Result<Self, Rejection> {
+        // Written and read first, so that what is proved is what a reader will have: shapes checked, -0 as 0.
+        let draft = Self::written(title, &theorem, &[])?;
+        let facts = draft.theorem.facts()?;
+        let mut claims = Vec::with_capacity(facts.len());
+        for Fact { inequality, verdict } in facts {
+            match verdict.margin().and_then(Number::from_f64) {
+                Some(margin) => claims.push(Claim { inequality, margin }),
+                None => return Err(Rejection::NotProved { inequality, verdict: Box::new(verdict) }),
+            }
+        }
+        Ok(Self::written(title, &draft.theorem, &claims)?)
+    }
+
+    fn written(title: &str, theorem: &Theorem, claims: &[Claim]) -> Result<Self, FileError> {
+        Self::read(sealed(title, theorem, &theorem.words(), claims)?.as_bytes())
+    }
+
+    /// The certificate in the bytes of a file, as far as it is one; [`check`](Self::check) says whether it proves anything.
+    ///
+    /// # Errors
+    /// [`FileError`] with the line and the field.
+    pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
+        let node = parse(bytes)?;
+        let mut file = Field::root(&node).object()?;
+        let format = file.take("format")?;
+        if format.text()? != FORMAT {
+            let found = number::quoted(format.text()?);
+            return Err(format.error(Fault::Word { found, known: format!("\"{FORMAT}\"") }));
+        }
+        let version = file.take("version")?;
+        if version.count()? != VERSION {
+            return Err(version.error(Fault::Version { found: version.count()?.to_string() }));
+        }
+        let title = file.take("title")?.name()?;
+        let statement = file.take("statement")?;
+        let theorem = Theorem::read(&mut file)?;
+        let margins = file.take("margins")?;
+        let mut claims = Vec::new();
+        let mut claim_lines = Vec::new();
+        for item in margins.items()? {
+            let mut claim = item.object()?;
+            let inequality = claim.take("inequality")?.text()?.to_owned();
+            let margin = claim.take("margin")?;
+            claim_lines.push(margin.line());
+            claims.push(Claim { inequality, margin: margin.exact()? });
+            claim.finish()?;
+        }
+        let digest = file.take("sha256")?;
+        file.finish()?;
+        Ok(Self {
+            title,
+            theorem,
+            claims,
+            statement: statement.text()?.to_owned(),
+            digest: digest.text()?.to_owned(),
+            found: Found {
+                computed: digest_of(&node),
+                digest_line: digest.line(),
+                statement_line: statement.line(),
+                claims_line: margins.line(),
+                claim_lines,
+            },
+        })
+    }
+
+    /// What the file calls itself.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The theorem, with all its data.
+    pub fn theorem(&self) -> &Theorem {
+        &self.theorem
+    }
+
+    /// The margins claimed, in the order of the theorem's inequalities.
+    pub fn claims(&self) -> &[Claim] {
+        &self.claims
+    }
+
+    /// The statement in words, as the file has it.
+    pub fn statement(&self) -> &str {
+        &self.statement
+    }
+
+    /// The same certificate with other claims, and a digest that agrees: smaller margins are true as well, larger ones are not, and [`check`](Self::check) tells
+    /// them apart.
+    ///
+    /// # Errors
+    /// [`FileError`] for an inequality or margin that cannot be written.
+    pub fn with_claims(&self, claims: &[Claim]) -> Result<Self, FileError> {
+        Self::read(sealed(&self.title, &self.theorem, &self.statement, claims)?.as_bytes())
+    }
+
+    /// The text of the file: one row of a matrix to a line.
+    pub fn to_json(&self) -> String {
+        draft(&self.title, &self.theorem, &self.statement, &self.claims, &self.digest)
+    }
+
+    /// What the certificate proves, if it proves what it says. Everything is derived again from the data.
+    ///
+    /// # Errors
+    /// [`Rejection`]: the first thing that is wrong, in the order digest, words, inequalities, margins.
+    pub fn check(&self) -> Result<Proved, Rejection> {
+        let Found { computed, digest_line, statement_line, claims_line, claim_lines } = &self.found;
+        if self.digest != *computed {
+            let (found, computed) = (number::quoted(&self.digest), computed.clone());
+            return Err(Rejection::Digest { line: *digest_line, found, computed });
+        }
+        let derived = self.theorem.words();
+        if self.statement != derived {
+            return Err(Rejection::Words { line: *statement_line, derived });
+        }
+        let facts = self.theorem.facts()?;
+        if facts.len() != self.claims.len() {
+            let (expected, found) = (facts.len(), self.claims.len());
+            return Err(Rejection::Claims { line: *claims_line, expected, found });
+        }
+        for (index, (fact, claim)) in facts.iter().zip(&self.claims).enumerate() {
+            let line = claim_lines.get(index).copied().unwrap_or(*claims_line);
+            let inequality = fact.inequality.clone();
+            if inequality != claim.inequality {
+                return Err(Rejection::Inequality { line, index, expected: inequality });
+            }
+            let Some((proved_decimal, proved)) = fact.verdict.margin().and_then(|x| Some((x, Number::from_f64(x)?)))
+            else {
+                return Err(Rejection::NotProved { inequality, verdict: Box::new(fact.verdict.clone()) });
+            };
+            // The least number that the claim may be is compared with what is proved: a claim between two binary64 numbers counts as the upper one.
+            let claimed_decimal = claim.margin.enclosure().hi();
+            if claimed_decimal > proved_decimal || claim.margin.enclosure().lo() < 0.0 {
+                let claimed = claim.margin.clone();
+                return Err(Rejection::Margin { line, index, inequality, claimed, claimed_decimal, proved, proved_decimal });
+            }
+        }
+        Ok(Proved { title: self.title.clone(), statement: derived, facts })
+    }
+}
+
+/// The text of a file.
+fn draft(title: &str, theorem: &Theorem, statement: &str, claims: &[Claim], digest: &str) -> String {
+    let mut members = vec![
+        ("format", Out::Text(FORMAT.to_owned())),
+        ("version", Out::Count(VERSION)),
+        ("title", Out::Text(title.to_owned())),
+        ("statement", Out::Text(statement.to_owned())),
+    ];
+    members.extend(theorem.write());
+    let claims = claims.iter().map(|claim| {
+        Out::Object(vec![
+            ("inequality", Out::Text(claim.inequality.clone())),
+            ("margin", Out::Text(claim.margin.to_string())),
+        ])
+    });
+    members.push(("margins", Out::Lines(claims.collect())));
+    members.push(("sha256", Out::Text(digest.to_owned())));
+    Out::Object(members).pretty()
+}
+
+/// The text of a file with the digest of its content.
+fn sealed(title: &str, theorem: &Theorem, statement: &str, claims: &[Claim]) -> Result<String, FileError> {
+    let unsealed = draft(title, theorem, statement, claims, "");
+    Ok(draft(title, theorem, statement, claims, &digest_of(&parse(unsealed.as_bytes())?)))
+}
+
+fn digest_of(node: &Node) -> String {
+    let bytes = Sha256::digest(canonical(node, "sha256").as_bytes());
+    bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).filter_map(|half| char::from_digit(half.into(), 16)).collect()
+}
+
+/// The digest that a text should carry: for whoever writes a certificate by hand, or with another program.
+///
+/// # Errors
+/// [`FileError`] when the text is no JSON document.
+pub fn digest(bytes: &[u8]) -> Result<String, FileError> {
+    Ok(digest_of(&parse(bytes)?))
+}

@@ -1,0 +1,93 @@
+//! Coordinates in which the unmeasured states contract, so that an injection into the measured rows is enough.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::super::Fault;
+use super::{Fact, FileError, Statement, counted, rate_term};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{cascade_decrease, decay_rate, positive};
+
+/// `Q > 0`, and at every vertex J `He(Q(J_uu - K J_mu)) + 2 rate Q < 0` and `He(P(T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `T = [I 0; K I]`, `P = [I 0; 0 Q]`.
+///
+/// The last is linear in J, so that it holds on the convex hull of the vertices; and the injection enters it as `-2 d_m'G_m d_m`, so that what holds for `g I` holds for every
+/// diagonal `G_m >= g I`. Then `V = |d_m|^2 + d_w'Q d_w` falls faster than `exp(-2 rate t)`: see [`cascade_decrease`]. The first is the part of it that no injection can bring about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContractingCoordinates {
+    /// The Jacobians J at the vertices, n x n, measured states first.
+    pub vertices: Vec<Matrix<f64>>,
+    /// K, (n - p) x p.
+    pub k: Matrix<f64>,
+    /// Q, of order n - p.
+    pub q: Matrix<f64>,
+    /// The injection g into the measured rows.
+    pub injection: f64,
+    /// The rate, 0 or more.
+    pub rate: f64,
+}
+
+impl Statement for ContractingCoordinates {
+    const NAME: &'static str = "contracting-coordinates";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let mut coordinates = file.object("coordinates")?;
+        let k = coordinates.take("K")?.any_matrix()?;
+        coordinates.finish()?;
+        let (unmeasured, measured) = k.shape();
+        let n = unmeasured + measured;
+        let list = file.take("vertices")?;
+        let vertices = list.items()?.iter().map(|item| item.matrix((n, n))).collect::<Result<Vec<_>, _>>()?;
+        if vertices.is_empty() {
+            return Err(list.error(Fault::Empty));
+        }
+        let mut observer = file.object("observer")?;
+        let injection = observer.take("injection")?.binary64()?;
+        observer.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let q = lyapunov.take("Q")?.symmetric(unmeasured)?;
+        let rate = lyapunov.rate()?;
+        lyapunov.finish()?;
+        Ok(Self { vertices, k, q, injection, rate })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![
+            ("vertices", Out::Lines(self.vertices.iter().map(Out::matrix).collect())),
+            ("coordinates", Out::Object(vec![("K", Out::matrix(&self.k))])),
+            ("observer", Out::Object(vec![("injection", Out::number(self.injection))])),
+            ("lyapunov", Out::Object(vec![("Q", Out::matrix(&self.q)), ("rate", Out::number(self.rate))])),
+        ]
+    }
+
+    fn words(&self) -> String {
+        let (unmeasured, measured) = self.k.shape();
+        format!(
+            "For all matrices J(t) in the convex hull of the {} given, with {} and {}, in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 0])d with a diagonal G_m(t) >= {:e} I has V = |d_m|^2 + d_w'Q d_w with V(t) <= exp(-2({})t) V(0), and tends to 0 exponentially. That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing.",
+            self.vertices.len(),
+            counted(measured, "measured state"),
+            counted(unmeasured, "unmeasured state"),
+            self.injection,
+            self.rate
+        )
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let (unmeasured, measured) = self.k.shape();
+        let mut facts = vec![Fact::new("Q > 0", positive(&self.q)?)];
+        for (number, j) in self.vertices.iter().enumerate() {
+            let n = measured + unmeasured;
+            j.expect_shape("J", (n, n))?;
+            let block = |row: usize, rows: usize| Matrix::from_fn(rows, unmeasured, |i, k| j[(row + i, measured + k)]);
+            let (uu, mu) = (block(measured, unmeasured), block(0, measured));
+            facts.push(Fact::new(
+                format!("He(Q(J_uu - K J_mu)){} < 0 at vertex {}", rate_term(self.rate, "Q"), number + 1),
+                decay_rate(&uu, &self.k, &mu, &self.q, self.rate)?,
+            ));
+            facts.push(Fact::new(
+                format!("He(P(T^-1 J T - [g I 0; 0 0])){} < 0 at vertex {}", rate_term(self.rate, "P"), number + 1),
+                cascade_decrease(j, &self.k, &self.q, self.injection, self.rate)?,
+            ));
+        }
+        Ok(facts)
+    }
+}

@@ -1,0 +1,118 @@
+//! A matrix is definite.
+
+use super::super::fields::Fields;
+use super::super::number::Datum;
+use super::super::write::Out;
+use super::{Fact, FileError, Statement, enclosed, intervals, unknown_word};
+use crate::definite::{negative_definite, negative_semidefinite, positive_definite, positive_semidefinite};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::exact::Exact;
+
+/// Which definiteness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// `M > 0`.
+    PositiveDefinite,
+    /// `M >= 0`.
+    PositiveSemidefinite,
+    /// `M < 0`.
+    NegativeDefinite,
+    /// `M <= 0`.
+    NegativeSemidefinite,
+}
+
+impl Sign {
+    const ALL: [Self; 4] =
+        [Self::PositiveDefinite, Self::PositiveSemidefinite, Self::NegativeDefinite, Self::NegativeSemidefinite];
+
+    /// In words, as the file has them.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::PositiveDefinite => "positive definite",
+            Self::PositiveSemidefinite => "positive semidefinite",
+            Self::NegativeDefinite => "negative definite",
+            Self::NegativeSemidefinite => "negative semidefinite",
+        }
+    }
+}
+
+/// The symmetric matrix M is definite, in the sense given: `v'Mv` has that sign for every v (other than 0, where it is strict). The margin is a lower bound of the smallest
+/// eigenvalue of M, or of -M.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Definiteness {
+    /// M, symmetric.
+    pub m: Matrix<Datum>,
+    /// The sense.
+    pub sign: Sign,
+}
+
+impl Definiteness {
+    /// A matrix of numbers.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`].
+    pub fn new(m: &Matrix<f64>, sign: Sign) -> Result<Self, ProofError> {
+        Ok(Self { m: super::data(m, "M")?, sign })
+    }
+}
+
+impl Statement for Definiteness {
+    const NAME: &'static str = "definiteness";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let m = file.take("M")?.symmetric_data()?;
+        let field = file.take("is")?;
+        let found = field.text()?;
+        match Sign::ALL.into_iter().find(|sign| sign.words() == found) {
+            Some(sign) => Ok(Self { m, sign }),
+            None => Err(unknown_word(&field, found, &Sign::ALL.map(Sign::words))),
+        }
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![("M", Out::data(&self.m)), ("is", Out::Text(self.sign.words().to_owned()))]
+    }
+
+    fn words(&self) -> String {
+        let n = self.m.rows();
+        format!("The symmetric {n} x {n} matrix M is {}.{}", self.sign.words(), enclosed([&self.m]))
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        // Exactly, where every entry is dyadic.
+        let exact: Option<Vec<Exact>> = self
+            .m
+            .as_slice()
+            .iter()
+            .map(|datum| match datum {
+                Datum::Number(number) => number.exact().cloned(),
+                Datum::Between(..) => None,
+            })
+            .collect();
+        let verdict = match exact.and_then(|entries| Matrix::from_row_major(self.m.rows(), self.m.cols(), entries).ok()) {
+            Some(m) => match self.sign {
+                Sign::PositiveDefinite => positive_definite(&m)?,
+                Sign::PositiveSemidefinite => positive_semidefinite(&m)?,
+                Sign::NegativeDefinite => negative_definite(&m)?,
+                Sign::NegativeSemidefinite => negative_semidefinite(&m)?,
+            },
+            None => {
+                let m = intervals(&self.m);
+                match self.sign {
+                    Sign::PositiveDefinite => positive_definite(&m)?,
+                    Sign::PositiveSemidefinite => positive_semidefinite(&m)?,
+                    Sign::NegativeDefinite => negative_definite(&m)?,
+                    Sign::NegativeSemidefinite => negative_semidefinite(&m)?,
+                }
+            }
+        };
+        let relation = match self.sign {
+            Sign::PositiveDefinite => "M > 0",
+            Sign::PositiveSemidefinite => "M >= 0",
+            Sign::NegativeDefinite => "M < 0",
+            Sign::NegativeSemidefinite => "M <= 0",
+        };
+        Ok(vec![Fact::new(relation, verdict)])
+    }
+}

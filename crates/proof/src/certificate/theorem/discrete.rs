@@ -1,0 +1,60 @@
+//! The linear observer, in discrete time.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, Plant, Statement};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{positive, stein_decrease};
+
+/// `P > 0` and `(A - LC)'P(A - LC) - P < 0`.
+///
+/// Then `V = e'Pe` of the error of `xhat+ = A xhat + Bu + L(y - C xhat)`, which obeys `e+ = (A - LC)e`, falls at each step by at least q|e|^2, q the margin of
+/// the second inequality: by a factor below 1 that is the same for all e.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscreteObserver {
+    /// The plant `x+ = A x + B u`, `y = C x`.
+    pub plant: Plant,
+    /// The gain L, n x p, as stored.
+    pub l: Matrix<f64>,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+}
+
+impl Statement for DiscreteObserver {
+    const NAME: &'static str = "discrete-observer";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let plant = Plant::read(file)?;
+        let mut observer = file.object("observer")?;
+        let l = observer.take("L")?.matrix(plant.gain())?;
+        observer.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(plant.a.rows())?;
+        lyapunov.finish()?;
+        Ok(Self { plant, l, p })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![
+            self.plant.write(),
+            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
+            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
+        ]
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the discrete-time plant x+ = Ax + Bu, y = Cx with {} and the observer xhat+ = A xhat + Bu + L(y - C xhat), the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, from every e(0).",
+            self.plant.size()
+        )
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
+        ])
+    }
+}

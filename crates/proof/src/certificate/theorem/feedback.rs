@@ -1,0 +1,63 @@
+//! The cubic observer inside the loop `u = -K xhat`.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{CubicObserver, Fact, FileError, Statement};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{feedback_block, positive};
+
+/// The facts of the [`CubicObserver`], `P1 > 0`, and the block inequality (25).
+///
+/// With the real gain `-P^-1 C'S`, `x'P1x + e'Pe` decreases along every solution of the loop (Theorem 6 and Corollary 1 with (13')). With N as stored the error does not
+/// depend on x and tends to 0 exponentially from where the observer's facts say; `x' = (A - BK)x + BK e`, and the first diagonal block of (25) with `P1 > 0` makes `A - BK`
+/// Hurwitz, so that x tends to 0 exponentially too, from every x(0).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeedbackLoop {
+    /// The plant and its observer.
+    pub observer: CubicObserver,
+    /// The feedback gain K, m x n.
+    pub k: Matrix<f64>,
+    /// P1, n x n.
+    pub p1: Matrix<f64>,
+}
+
+impl Statement for FeedbackLoop {
+    const NAME: &'static str = "feedback-loop";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let observer = CubicObserver::read(file)?;
+        let (n, m) = observer.plant.b.shape();
+        let mut feedback = file.object("feedback")?;
+        let k = feedback.take("K")?;
+        let k = if m == 0 { k.any_matrix()? } else { k.matrix((m, n))? };
+        let p1 = feedback.take("P1")?.symmetric(n)?;
+        feedback.finish()?;
+        Ok(Self { observer, k, p1 })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let mut members = self.observer.members();
+        members.push(("feedback", Out::Object(vec![("K", Out::matrix(&self.k)), ("P1", Out::matrix(&self.p1))])));
+        members
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "{} In the loop u = -K xhat, x and e tend to 0 exponentially from every x(0), with the gains K, L and N exactly as stored {}; with the real gain -P^-1 C'S, x'P1x + e'Pe decreases, from every e(0).",
+            self.observer.words(),
+            self.observer.from()
+        )
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let o = &self.observer;
+        let mut facts = o.facts()?;
+        facts.push(Fact::new("P1 > 0", positive(&self.p1)?));
+        facts.push(Fact::new(
+            "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)",
+            feedback_block(&o.plant.a, &o.plant.b, &self.k, &o.l, &o.plant.c, &self.p1, &o.p)?,
+        ));
+        Ok(facts)
+    }
+}

@@ -1,0 +1,218 @@
+//! The theorems that a certificate can state: a file each, with the facts that imply the statement.
+//!
+//! A theorem says of itself how its data are read and written, which inequalities it needs, and what follows in words. A new one is a file here and a line in
+//! the list below.
+
+mod contracting;
+mod cubic;
+mod definiteness;
+mod discrete;
+mod feedback;
+mod inequality;
+mod linear;
+mod plant;
+mod polytope;
+mod sampled;
+mod sector;
+mod semidefinite;
+mod spectrum;
+mod structured;
+mod theorem1;
+
+use super::Fact;
+use super::error::{Fault, FileError};
+use super::fields::{Field, Fields};
+use super::number::{Datum, quoted};
+use super::write::Out;
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+
+pub use contracting::ContractingCoordinates;
+pub use cubic::{CubicObserver, Region};
+pub use definiteness::{Definiteness, Sign};
+pub use discrete::DiscreteObserver;
+pub use feedback::FeedbackLoop;
+pub use inequality::{Coefficient, Constraint, InequalityHolds, InequalityRefuted, MatrixInequality};
+pub use linear::LinearObserver;
+pub use plant::{Plant, PlantWithin};
+pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
+pub use sampled::SampledCubicObserver;
+pub use sector::SectorObserver;
+pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
+pub use spectrum::{Hurwitz, Schur};
+pub use structured::StructuredCubicObserver;
+pub use theorem1::CubicTheorem1;
+
+/// What a theorem says of itself.
+trait Statement: Sized {
+    /// What the field `theorem` of the file says.
+    const NAME: &'static str;
+    /// The data, from the fields of the file.
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError>;
+    /// The data, as fields of the file.
+    fn write(&self) -> Vec<(&'static str, Out)>;
+    /// What is proved when all facts are.
+    fn words(&self) -> String;
+    /// The inequalities, decided.
+    fn facts(&self) -> Result<Vec<Fact>, ProofError>;
+}
+
+macro_rules! theorems {
+    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
+        /// What a certificate states, with all the data that it takes.
+        #[derive(Debug, Clone, PartialEq)]
+        #[non_exhaustive]
+        pub enum Theorem {
+            $($(#[$doc])* $name($name),)*
+        }
+
+        $(impl From<$name> for Theorem {
+            fn from(theorem: $name) -> Self {
+                Self::$name(theorem)
+            }
+        })*
+
+        impl Theorem {
+            /// The name of the theorem in files.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => <$name as Statement>::NAME,)*
+                }
+            }
+
+            /// The names of all theorems.
+            pub const NAMES: &[&'static str] = &[$(<$name as Statement>::NAME),*];
+
+            pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+                let name = file.take("theorem")?;
+                match name.text()? {
+                    $(<$name as Statement>::NAME => Ok(Self::$name(Statement::read(file)?)),)*
+                    found => Err(unknown_word(&name, found, Self::NAMES)),
+                }
+            }
+
+            pub(super) fn write(&self) -> Vec<(&'static str, Out)> {
+                let mut members = vec![("theorem", Out::Text(self.name().to_owned()))];
+                members.extend(match self {
+                    $(Self::$name(theorem) => Statement::write(theorem),)*
+                });
+                members
+            }
+
+            /// What is proved when all its inequalities are, in words generated from the data.
+            pub fn words(&self) -> String {
+                match self {
+                    $(Self::$name(theorem) => Statement::words(theorem),)*
+                }
+            }
+
+            /// The inequalities of the theorem, each decided from the data.
+            ///
+            /// # Errors
+            /// [`ProofError`] for shapes that do not fit and entries that are not finite: what [`CertificateFile::read`](super::CertificateFile::read) lets through
+            /// has neither.
+            pub fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+                match self {
+                    $(Self::$name(theorem) => Statement::facts(theorem),)*
+                }
+            }
+        }
+    };
+}
+
+theorems! {
+    /// The linear observer (12), perhaps with a rate.
+    LinearObserver,
+    /// The linear observer in discrete time.
+    DiscreteObserver,
+    /// All eigenvalues in the open left half plane.
+    Hurwitz,
+    /// All eigenvalues inside the unit circle.
+    Schur,
+    /// The cubic observer with its gains as stored.
+    CubicObserver,
+    /// The cubic observer with the real gain `N = -P^-1 C'S`.
+    StructuredCubicObserver,
+    /// Theorem 1 for gains of any origin.
+    CubicTheorem1,
+    /// The sampled cubic observer.
+    SampledCubicObserver,
+    /// The loop `u = -K xhat` around the cubic observer (25).
+    FeedbackLoop,
+    /// One gain for a polytope of linear plants.
+    PlantPolytope,
+    /// One gain for a polytope of mean Jacobians.
+    JacobianPolytope,
+    /// The observer of a plant with nonlinearities in sectors.
+    SectorObserver,
+    /// Coordinates in which the unmeasured states contract.
+    ContractingCoordinates,
+    /// A matrix is definite.
+    Definiteness,
+    /// A point satisfies linear matrix inequalities.
+    InequalityHolds,
+    /// No point satisfies them.
+    InequalityRefuted,
+    /// The optimum of a semidefinite program is bounded, or there is none.
+    SemidefiniteProgram,
+}
+
+fn unknown_word(field: &Field<'_>, found: &str, known: &[&str]) -> FileError {
+    let known = known.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
+    field.error(Fault::Word { found: quoted(found), known })
+}
+
+/// The numbers of the data, as intervals.
+fn intervals(m: &Matrix<Datum>) -> Matrix<Interval> {
+    m.map(Datum::interval)
+}
+
+/// Numbers as data; an error that names the first that is not finite.
+fn data(m: &Matrix<f64>, what: &'static str) -> Result<Matrix<Datum>, ProofError> {
+    let mut entries = Vec::with_capacity(m.as_slice().len());
+    for (k, &value) in m.as_slice().iter().enumerate() {
+        let not_finite = ProofError::NotFinite { what, row: k / m.cols(), column: k % m.cols(), value };
+        entries.push(Datum::from_f64(value).ok_or(not_finite)?);
+    }
+    Matrix::from_row_major(m.rows(), m.cols(), entries)
+}
+
+/// Intervals as data; an error that names the first that is unbounded.
+fn bounded(m: &Matrix<Interval>, what: &'static str) -> Result<Matrix<Datum>, ProofError> {
+    let mut entries = Vec::with_capacity(m.as_slice().len());
+    for (k, interval) in m.as_slice().iter().enumerate() {
+        let value = if interval.lo().is_finite() { interval.hi() } else { interval.lo() };
+        let unbounded = ProofError::NotFinite { what, row: k / m.cols(), column: k % m.cols(), value };
+        entries.push(Datum::from_interval(interval).ok_or(unbounded)?);
+    }
+    Matrix::from_row_major(m.rows(), m.cols(), entries)
+}
+
+/// What is to be added to the words where some data are not single numbers of binary64.
+fn enclosed<'a>(matrices: impl IntoIterator<Item = &'a Matrix<Datum>>) -> &'static str {
+    if matrices.into_iter().flat_map(Matrix::as_slice).all(Datum::is_point) {
+        ""
+    } else {
+        " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: the statement holds for every one of them."
+    }
+}
+
+/// "3 states", "1 state".
+fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
+/// ` + 2(0.5)P`, or nothing for the rate 0.
+fn rate_term(rate: f64, p: &str) -> String {
+    if rate == 0.0 { String::new() } else { format!(" + 2({rate}){p}") }
+}
+
+/// What a Lyapunov function says of the error.
+fn decay(rate: f64) -> String {
+    if rate == 0.0 {
+        "V = e'Pe decreases and e tends to 0 exponentially, from every e(0)".to_owned()
+    } else {
+        format!("V = e'Pe satisfies V(t) <= exp(-2({rate})t) V(0), so that e tends to 0 at least like exp(-{rate}t), from every e(0)")
+    }
+}

@@ -1,0 +1,177 @@
+//! One gain and one P for a convex hull of matrices: of linear plants, or of the Jacobians of a nonlinear one.
+
+use super::super::fields::Fields;
+use super::super::number::Datum;
+use super::super::write::Out;
+use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals, rate_term};
+use super::Fault;
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::statement::{decay_rate_within, positive};
+
+/// A corner of the hull: one pair, or a box of pairs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vertex {
+    /// A, n x n.
+    pub a: Matrix<Datum>,
+    /// C, p x n.
+    pub c: Matrix<Datum>,
+}
+
+impl Vertex {
+    /// One pair of matrices.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`].
+    pub fn exactly(a: &Matrix<f64>, c: &Matrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { a: data(a, "A")?, c: data(c, "C")? })
+    }
+
+    /// A box of pairs.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`] for a bound that is infinite.
+    pub fn within(a: &Matrix<Interval>, c: &Matrix<Interval>) -> Result<Self, ProofError> {
+        Ok(Self { a: bounded(a, "A")?, c: bounded(c, "C")? })
+    }
+}
+
+fn read_vertices(file: &mut Fields<'_>) -> Result<Vec<Vertex>, FileError> {
+    let list = file.take("vertices")?;
+    let mut vertices: Vec<Vertex> = Vec::new();
+    for item in list.items()? {
+        let mut fields = item.object()?;
+        let a = fields.take("A")?;
+        let matrix = a.square_data()?;
+        let c = fields.take("C")?;
+        let output = c.data_with_columns(matrix.rows())?;
+        if let Some(first) = vertices.first() {
+            for (field, expected, found) in [(a, first.a.shape(), matrix.shape()), (c, first.c.shape(), output.shape())] {
+                if expected != found {
+                    return Err(field.error(Fault::Shape { expected, found }));
+                }
+            }
+        }
+        fields.finish()?;
+        vertices.push(Vertex { a: matrix, c: output });
+    }
+    if vertices.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(vertices) }
+}
+
+type Parts = (Vec<Vertex>, Matrix<f64>, Matrix<f64>, f64);
+
+fn read(file: &mut Fields<'_>) -> Result<Parts, FileError> {
+    let vertices = read_vertices(file)?;
+    let shape = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
+    let mut observer = file.object("observer")?;
+    let l = observer.take("L")?.matrix(shape)?;
+    observer.finish()?;
+    let mut lyapunov = file.object("lyapunov")?;
+    let p = lyapunov.take("P")?.symmetric(shape.0)?;
+    let rate = lyapunov.rate()?;
+    lyapunov.finish()?;
+    Ok((vertices, l, p, rate))
+}
+
+fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Vec<(&'static str, Out)> {
+    let vertex = |vertex: &Vertex| Out::Object(vec![("A", Out::data(&vertex.a)), ("C", Out::data(&vertex.c))]);
+    vec![
+        ("vertices", Out::Lines(vertices.iter().map(vertex).collect())),
+        ("observer", Out::Object(vec![("L", Out::matrix(l))])),
+        ("lyapunov", Out::Object(vec![("P", Out::matrix(p)), ("rate", Out::number(rate))])),
+    ]
+}
+
+fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Result<Vec<Fact>, ProofError> {
+    let mut facts = vec![Fact::new("P > 0", positive(p)?)];
+    for (k, vertex) in vertices.iter().enumerate() {
+        let inequality =
+            format!("(A - LC)'P + P(A - LC){} < 0 at vertex {}", rate_term(rate, "P"), k + 1);
+        let verdict = decay_rate_within(&intervals(&vertex.a), l, &intervals(&vertex.c), p, rate)?;
+        facts.push(Fact::new(inequality, verdict));
+    }
+    Ok(facts)
+}
+
+/// What V does along `e' = (A(t) - L C(t))e`.
+fn decrease(rate: f64) -> String {
+    if rate == 0.0 {
+        "V = e'Pe decreases and e tends to 0 exponentially".to_owned()
+    } else {
+        format!("V = e'Pe satisfies V(t) <= exp(-2({rate})t) V(0), so that e tends to 0 at least like exp(-{rate}t)")
+    }
+}
+
+fn hull(vertices: &[Vertex]) -> String {
+    let (n, p) = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
+    let what = if enclosed(vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c])).is_empty() {
+        if vertices.len() == 1 { "pair (A, C)" } else { "pairs (A_k, C_k)" }
+    } else if vertices.len() == 1 {
+        "box of pairs (A, C)"
+    } else {
+        "boxes of pairs (A_k, C_k)"
+    };
+    format!("the convex hull of the {} {what} with {} and {}", vertices.len(), counted(n, "state"), counted(p, "output"))
+}
+
+macro_rules! polytope {
+    ($(#[$doc:meta])* $name:ident, $file:literal, $words:expr) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name {
+            /// The corners, pairs of the same shapes.
+            pub vertices: Vec<Vertex>,
+            /// The gain L, n x p, as stored.
+            pub l: Matrix<f64>,
+            /// P, n x n.
+            pub p: Matrix<f64>,
+            /// The rate, 0 or more.
+            pub rate: f64,
+        }
+
+        impl Statement for $name {
+            const NAME: &'static str = $file;
+
+            fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+                let (vertices, l, p, rate) = read(file)?;
+                Ok(Self { vertices, l, p, rate })
+            }
+
+            fn write(&self) -> Vec<(&'static str, Out)> {
+                write(&self.vertices, &self.l, &self.p, self.rate)
+            }
+
+            fn words(&self) -> String {
+                let words: fn(&str, &str) -> String = $words;
+                words(&hull(&self.vertices), &decrease(self.rate))
+            }
+
+            fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+                facts(&self.vertices, &self.l, &self.p, self.rate)
+            }
+        }
+    };
+}
+
+polytope! {
+    /// `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex: one gain for a polytope of linear plants (Theorem 4).
+    ///
+    /// The inequality is linear in (A, C), so that it holds on the convex hull, and V decreases along `e' = (A(t) - L C(t))e` for every pair there, fixed or varying in time. That is
+    /// the error of an observer which runs the same A and C as the plant; one that runs a nominal A has the forcing `(A(t) - A)x` besides, of which nothing is
+    /// said.
+    PlantPolytope, "polytope-of-plants", |hull, decrease| format!(
+        "For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in {hull} at all times, and every solution of e' = (A(t) - L C(t))e, {decrease}. This e is the error of the observer with the same A(t) and C(t) and the gain L; the forcing (A(t) - A)x of an observer that runs another A is not covered."
+    )
+}
+
+polytope! {
+    /// `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex: one gain for all mean Jacobians of a nonlinear plant.
+    ///
+    /// For `x' = f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians of f and h over the segment from xhat to x. Where those lie in the
+    /// convex hull of the vertices, V decreases, since the inequality is linear in (A, C). *That* they lie there is for whoever has f to show, as `design::enclosure` does: a
+    /// certificate speaks of matrices.
+    JacobianPolytope, "polytope-of-jacobians", |hull, decrease| format!(
+        "For all matrices (A(t), C(t)) in {hull}, and every solution of e' = (A(t) - L C(t))e, {decrease}. Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as long as the mean Jacobians of f and h between xhat and x lie in this hull: that they do is a hypothesis, of which this certificate says nothing."
+    )
+}

@@ -1,0 +1,121 @@
+//! The observer of a plant with nonlinearities in sectors.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::super::Fault;
+use super::{Fact, FileError, Statement, counted, rate_term};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{SectorTerm, positive, sector_decrease};
+
+/// `P > 0` and the block inequality of the S-procedure for the nonlinearities `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
+///
+/// Then `V = e'Pe` falls faster than `exp(-2 rate t)` along the error of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L(y - C xhat)`: see [`sector_decrease`].
+/// That the nonlinearities of a plant lie in the sectors, where x and xhat are, is a hypothesis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SectorObserver {
+    /// The linear part, n x n.
+    pub a: Matrix<f64>,
+    /// The output matrix, p x n.
+    pub c: Matrix<f64>,
+    /// The nonlinearities with their multipliers.
+    pub terms: Vec<SectorTerm>,
+    /// The gain L, n x p, as stored.
+    pub l: Matrix<f64>,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+    /// The rate, 0 or more.
+    pub rate: f64,
+}
+
+impl Statement for SectorObserver {
+    const NAME: &'static str = "sector-observer";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let mut plant = file.object("plant")?;
+        let a = plant.take("A")?.square()?;
+        let n = a.rows();
+        let c = plant.take("C")?.matrix_with_columns(n)?;
+        let mut terms = Vec::new();
+        for item in plant.take("sectors")?.items()? {
+            let mut fields = item.object()?;
+            let g = fields.take("G")?;
+            let g = (g.any_matrix()?, g.matrix_with_rows(n)?).1;
+            let field = fields.take("H")?;
+            let h = field.matrix_with_columns(n)?;
+            let (low, high) = (fields.take("low")?.binary64()?, fields.take("high")?);
+            let (high, high_field) = (high.binary64()?, high);
+            if low > high {
+                let requirement = "the upper end of a sector is not below the lower";
+                return Err(high_field.error(Fault::Range { value: high, requirement }));
+            }
+            if low != -high && h.rows() != g.cols() {
+                return Err(field.error(Fault::Shape { expected: (g.cols(), n), found: h.shape() }));
+            }
+            let tau = fields.take("tau")?.binary64()?;
+            fields.finish()?;
+            terms.push(SectorTerm { g, h, low, high, tau });
+        }
+        plant.finish()?;
+        let mut observer = file.object("observer")?;
+        let l = observer.take("L")?.matrix((n, c.rows()))?;
+        observer.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(n)?;
+        let rate = lyapunov.rate()?;
+        lyapunov.finish()?;
+        Ok(Self { a, c, terms, l, p, rate })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let term = |term: &SectorTerm| {
+            Out::Object(vec![
+                ("G", Out::matrix(&term.g)),
+                ("H", Out::matrix(&term.h)),
+                ("low", Out::number(term.low)),
+                ("high", Out::number(term.high)),
+                ("tau", Out::number(term.tau)),
+            ])
+        };
+        let plant = vec![
+            ("A", Out::matrix(&self.a)),
+            ("C", Out::matrix(&self.c)),
+            ("sectors", Out::Lines(self.terms.iter().map(term).collect())),
+        ];
+        vec![
+            ("plant", Out::Object(plant)),
+            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
+            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
+        ]
+    }
+
+    fn words(&self) -> String {
+        let sectors: Vec<String> =
+            self.terms.iter().enumerate().map(|(k, term)| format!("phi_{} in [{}, {}]", k + 1, term.low, term.high)).collect();
+        let decrease = if self.rate == 0.0 {
+            "e = x - xhat tends to 0 exponentially".to_owned()
+        } else {
+            format!("e = x - xhat tends to 0 at least like exp(-{}t)", self.rate)
+        };
+        format!(
+            "For every plant x' = Ax + sum G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {}, {} and {} whose increments lie in the incremental sectors ({}), that is (w - low H e)'(high H e - w) >= 0 for w = phi(t, H x, u) - phi(t, H xhat, u), and the observer xhat' = A xhat + sum G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), {decrease}, from every e(0). That the nonlinearities of a plant lie in these sectors, where x and xhat are, is a hypothesis.",
+            counted(self.a.rows(), "state"),
+            counted(self.c.rows(), "output"),
+            counted(self.terms.len(), "nonlinearity").replace("nonlinearitys", "nonlinearities"),
+            if sectors.is_empty() { "none".to_owned() } else { sectors.join(", ") },
+        )
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new(
+                format!(
+                    "[F'P + PF{} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC",
+                    rate_term(self.rate, "P")
+                ),
+                sector_decrease(&self.a, &self.l, &self.c, &self.p, self.rate, &self.terms)?,
+            ),
+        ])
+    }
+}

@@ -1,0 +1,85 @@
+//! The cubic observer with the real gain `N = -P^-1 C'S`.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, Plant, Statement, decay, rate_term};
+use crate::definite::positive_semidefinite;
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{cubic_dissipation_structured, decay_rate, positive};
+
+/// `P > 0`, `(A - LC)'P + P(A - LC) + 2 rate P < 0` (12), `theta >= 0`, and `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`.
+///
+/// Then `V = e'Pe` of the cubic observer's error has `V' <= e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e`, and the last term is not positive: V falls as
+/// fast as that of the linear observer (Theorem 2 with S for gamma theta). Nothing is said of an N as stored, which is a rounding of that matrix:
+/// that is [`CubicObserver`](super::CubicObserver).
+#[derive(Debug, Clone, PartialEq)]
+pub struct StructuredCubicObserver {
+    /// The plant.
+    pub plant: Plant,
+    /// The linear gain L, n x p, as stored.
+    pub l: Matrix<f64>,
+    /// The weight theta, p x p.
+    pub theta: Matrix<f64>,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+    /// S, p x p, which defines N.
+    pub s: Matrix<f64>,
+    /// The rate, 0 or more.
+    pub rate: f64,
+}
+
+impl Statement for StructuredCubicObserver {
+    const NAME: &'static str = "cubic-observer-with-structured-gain";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let plant = Plant::read(file)?;
+        let (order, outputs) = plant.gain();
+        let mut observer = file.object("observer")?;
+        let l = observer.take("L")?.matrix((order, outputs))?;
+        let theta = observer.take("theta")?.symmetric(outputs)?;
+        let s = observer.take("S")?.matrix((outputs, outputs))?;
+        observer.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(order)?;
+        let rate = lyapunov.rate()?;
+        lyapunov.finish()?;
+        Ok(Self { plant, l, theta, p, s, rate })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![
+            self.plant.write(),
+            (
+                "observer",
+                Out::Object(vec![
+                    ("L", Out::matrix(&self.l)),
+                    ("theta", Out::matrix(&self.theta)),
+                    ("S", Out::matrix(&self.s)),
+                ]),
+            ),
+            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
+        ]
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r + (r'theta r) N r, r = y - C xhat, with the real gain N = -P^-1 C'S: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}. Nothing is said of a rounding of N.",
+            self.plant.size(),
+            decay(self.rate)
+        )
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new(
+                format!("(A - LC)'P + P(A - LC){} < 0 (12)", rate_term(self.rate, "P")),
+                decay_rate(a, &self.l, c, &self.p, self.rate)?,
+            ),
+            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
+            Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", cubic_dissipation_structured(&self.p, &self.s, c)?),
+        ])
+    }
+}
