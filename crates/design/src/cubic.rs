@@ -34,6 +34,8 @@ pub struct CubicDesign {
     pub q: DMatrix<f64>,
     /// S of `N = -P^-1 C'S`.
     pub s: DMatrix<f64>,
+    /// The decay rate that the certificate states: that of the linear design.
+    pub rate: f64,
     /// What is proved of it.
     pub certificate: Certificate,
 }
@@ -87,7 +89,7 @@ impl CubicDesign {
         let deployed = certificate::deployed(&plant, (&o.l, &n, theta), &linear.p, &s)?;
         let certificate = Certificate { facts, deployed: Some(deployed) };
         let observer = CubicObserver::of(plant, o.l.clone(), n, theta.clone())?;
-        Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, certificate })
+        Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 
     /// `F = A - L C`.

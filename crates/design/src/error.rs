@@ -27,6 +27,9 @@ pub enum DesignError {
     /// The observer's matrices do not fit together.
     #[error(transparent)]
     Observer(#[from] ObserverError),
+    /// A certificate file could not be written: an inequality of its theorem is not proved.
+    #[error("no certificate file: {0}")]
+    CertificateFile(Box<luenberger_proof::certificate::Rejection>),
     /// A statement could not be handed to the prover.
     #[error(transparent)]
     Proof(#[from] ProofError),
@@ -191,6 +194,12 @@ pub enum DesignError {
         /// The best margin seen.
         best: f64,
     },
+}
+
+impl From<luenberger_proof::certificate::Rejection> for DesignError {
+    fn from(rejection: luenberger_proof::certificate::Rejection) -> Self {
+        Self::CertificateFile(Box::new(rejection))
+    }
 }
 
 /// What makes an inequality infeasible.

@@ -8,7 +8,7 @@
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! [`lie_observability`] says beforehand what the outputs of a nonlinear plant see along a trajectory.
-//! Every design carries a [`Certificate`], whose facts are decided outside floating point.
+//! Every design carries a [`Certificate`], whose facts are decided outside floating point, and `certificate_file` makes a file of it that `luenberger-verify` checks without this crate.
 //! [`KklCandidate`] checks a transformation of one's own to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
 //! [`deployed`] says what is left of an observer on its target, in f32 or fixed point.
 //! The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known: its
@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 pub mod certificate;
+mod certificate_file;
 mod check;
 pub mod conditions;
 pub mod cubic;

@@ -84,6 +84,8 @@ pub struct LinearDesign {
     pub p: DMatrix<f64>,
     /// `Q = -(F'P + PF) > 0` of (9).
     pub q: DMatrix<f64>,
+    /// The decay rate that the certificate states, 0 unless [`Wish::DecayRate`] or an inequality with a rate asked for one.
+    pub rate: f64,
     /// What is proved of it.
     pub certificate: Certificate,
 }
@@ -183,7 +185,7 @@ impl LinearDesign {
         let facts = vec![Fact::positive("P", &p)?, Fact::decay("", (&plant.a, &plant.c), &l, &p, rate)?];
         let certificate = Certificate { facts, deployed: None };
         let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
-        Ok(Self { observer, poles, p, q, certificate })
+        Ok(Self { observer, poles, p, q, rate, certificate })
     }
 
     /// `F = A - L C`.

@@ -42,6 +42,9 @@ pub enum Fault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LmiError {
+    /// A certificate file could not be written: its answer is not proved.
+    #[error("no certificate file: {0}")]
+    CertificateFile(Box<luenberger_proof::certificate::Rejection>),
     /// An expression is ill-formed.
     #[error("{place}: {fault}")]
     Malformed {

@@ -11,10 +11,12 @@
 //! | [`sdpa`] | semidefinite programs in SDPA's format, with proved bounds of their optimum |
 //! | `standard`, `margin`, `verify` | what is asked of the solver, and how its answer is proved |
 //! | `refute`, `equations`, `rational` | infeasibility by multipliers that are exact |
+//! | `certificate_file` | an answer as a file that `luenberger-verify` checks |
 //! | `interior` | the solver: a primal-dual interior-point method |
 #![deny(missing_docs)]
 
 pub mod bisection;
+mod certificate_file;
 mod coefficients;
 mod conic;
 mod equations;

@@ -42,6 +42,8 @@ use crate::error::{DesignError, Obstruction};
 /// A gain for a Lipschitz plant, with its evidence.
 #[derive(Debug, Clone)]
 pub struct LipschitzDesign {
+    /// What is known of the plant.
+    pub plant: LipschitzPlant,
     /// The gain L, n x p, of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L (y - C xhat)`.
     pub l: DMatrix<f64>,
     /// `P > 0`: `V = e'Pe` falls.
@@ -194,11 +196,12 @@ impl Proposal {
         };
         let certificate = self.facts(plant, &l, rate)?;
         if certificate.is_proved() || self.y.is_none() {
-            return Ok(LipschitzDesign { l, p: self.p, tau: self.tau, rate, certificate });
+            let plant = plant.clone();
+            return Ok(LipschitzDesign { plant, l, p: self.p, tau: self.tau, rate, certificate });
         }
         let again = proposed(plant, Some(&l), rate)?;
         let certificate = again.facts(plant, &l, rate)?;
-        Ok(LipschitzDesign { l, p: again.p, tau: again.tau, rate, certificate })
+        Ok(LipschitzDesign { plant: plant.clone(), l, p: again.p, tau: again.tau, rate, certificate })
     }
 
     fn facts(&self, plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Certificate, ProofError> {

@@ -94,7 +94,7 @@ impl Sector {
         0.5 * self.low + 0.5 * self.high
     }
 
-    pub(super) fn term(&self, tau: f64) -> Result<SectorTerm, ProofError> {
+    pub(crate) fn term(&self, tau: f64) -> Result<SectorTerm, ProofError> {
         Ok(SectorTerm { g: exact(&self.g)?, h: exact(&self.h)?, low: self.low, high: self.high, tau })
     }
 

@@ -37,6 +37,8 @@ pub struct ContractingCoordinates {
     pub q: DMatrix<f64>,
     /// The rate of `sqrt V`.
     pub rate: f64,
+    /// The vertices J.
+    pub vertices: Vec<DMatrix<f64>>,
     /// The injection g from which on the decrease is proved.
     pub injection: f64,
     /// The least eta for which `eta alpha_k >= g` in all measured rows, and above 1/2; infinite where the vertices leave room for `alpha_k = 0`. The
@@ -139,7 +141,7 @@ impl ContractingCoordinates {
         // alpha is a sum of a few rounded products.
         let eta = (injection / alpha * (1.0 + 1e-9)).max(0.5f64.next_up());
         let certificate = Self::facts(vertices, &k, &q, injection, rate)?;
-        Ok(Self { k, q, rate, injection, eta, certificate })
+        Ok(Self { k, q, rate, vertices: vertices.to_vec(), injection, eta, certificate })
     }
 
     fn facts(

@@ -22,6 +22,8 @@ pub struct RepairedDesign {
     pub p: DMatrix<f64>,
     /// The rate: `(J - L C)'P + P (J - L C) + 2 rate P < 0` at every vertex J.
     pub rate: f64,
+    /// The vertices J.
+    pub vertices: Vec<DMatrix<f64>>,
     /// An upper bound of `sqrt(cond P)`; infinite if the certificate is not proved.
     pub overshoot: f64,
     /// `P > 0` and the decrease at every vertex, for L and P as stored.
@@ -59,7 +61,8 @@ impl RepairedDesign {
         // The largest eigenvalue is known to a few roundings of |P|; the smallest is not below the margin of `P > 0`.
         let largest = lambda_max(&p)? + 8.0 * n as f64 * f64::EPSILON * p.norm();
         let overshoot = proved.map_or(f64::INFINITY, |smallest| (largest / smallest).sqrt());
-        Ok(Self { l: design.nominal.observer.l, p, rate, overshoot, certificate: design.certificate })
+        let (l, vertices) = (design.nominal.observer.l, vertices.to_vec());
+        Ok(Self { l, p, rate, vertices, overshoot, certificate: design.certificate })
     }
 
     /// `sqrt(cond P) exp(-rate t) |d(0)|`, which `|x - z|` never exceeds.

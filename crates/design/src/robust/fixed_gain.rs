@@ -19,6 +19,12 @@ use crate::error::{DesignError, Obstruction};
 /// A P (and S) for gains that came without one, with what is proved of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainCertificate {
+    /// The plant that it is about: with `A + margin I` as rounded, where a margin was asked for.
+    pub plant: DynamicPlant,
+    /// The gain L.
+    pub l: DMatrix<f64>,
+    /// The gain N.
+    pub n: DMatrix<f64>,
     /// `P > 0` of (12).
     pub p: DMatrix<f64>,
     /// S, `P N = -C'S` up to rounding.
@@ -188,7 +194,8 @@ impl<'a> Family<'a> {
         let facts =
             vec![Fact::positive("P", &p)?, Fact::decay("", (&shifted.a, c), self.l, &p, 0.0)?, Fact::accretive(&s)?];
         let deployed = certificate::deployed(&shifted, (self.l, self.n_gain, &theta), &p, &s)?;
-        Ok(GainCertificate { p, s, certificate: Certificate { facts, deployed: Some(deployed) } })
+        let (l, n) = (self.l.clone(), self.n_gain.clone());
+        Ok(GainCertificate { plant: shifted, l, n, p, s, certificate: Certificate { facts, deployed: Some(deployed) } })
     }
 }
 

@@ -19,6 +19,8 @@ pub struct PolytopicDesign {
     /// The observer of the nominal plant, with the common gain and P: build the cubic observer on it with
     /// [`CubicDesign::new`](crate::CubicDesign::new).
     pub nominal: LinearDesign,
+    /// The other state matrices that the gain serves.
+    pub vertices: Vec<DMatrix<f64>>,
     /// `P > 0` and the decrease at every vertex.
     pub certificate: Certificate,
 }
@@ -45,6 +47,6 @@ impl PolytopicDesign {
             let vertex = format!(" at vertex {}", k + 1);
             facts.push(Fact::decay(&vertex, (a, &nominal.observer.c), &nominal.observer.l, &nominal.p, rate)?);
         }
-        Ok(Self { nominal, certificate: Certificate { facts, deployed: None } })
+        Ok(Self { nominal, vertices: vertices.to_vec(), certificate: Certificate { facts, deployed: None } })
     }
 }

@@ -270,11 +270,11 @@ pub enum Rejection {
         /// The inequality.
         inequality: String,
         /// The claim.
-        claimed: Number,
+        claimed: Box<Number>,
         /// The same, rounded.
         claimed_decimal: f64,
         /// What is proved.
-        proved: Number,
+        proved: Box<Number>,
         /// The same.
         proved_decimal: f64,
     },

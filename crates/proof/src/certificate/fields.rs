@@ -8,6 +8,8 @@ use crate::matrix::Matrix;
 /// The largest order of a matrix in a file: what the checker proves in seconds.
 pub const LARGEST_ORDER: usize = 512;
 
+const QUOTED: &str = "a number in quotes, such as \"0x1.8p-3\" or \"42/85\"";
+
 /// A value, and where it stands.
 #[derive(Debug, Clone)]
 pub(super) struct Field<'a> {
@@ -98,11 +100,11 @@ impl<'a> Field<'a> {
     pub(super) fn exact(&self) -> Result<Number, FileError> {
         match &self.node.value {
             Value::Text(text) => text.parse().map_err(|error| self.error(Fault::Number(error))),
-            Value::Number(text) => Err(match decimal(text) {
-                Some(error) => self.error(Fault::Number(error)),
-                None => self.wrong_type("a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
-            }),
-            _ => Err(self.wrong_type("a number in quotes, such as \"0x1.8p-3\" or \"42/85\"")),
+            // An integer only lacks its quotes.
+            Value::Number(text) if text.parse::<Number>().is_err() => {
+                Err(decimal(text).map_or_else(|| self.wrong_type(QUOTED), |error| self.error(Fault::Number(error))))
+            }
+            _ => Err(self.wrong_type(QUOTED)),
         }
     }
 

@@ -296,7 +296,7 @@ impl CertificateFile {
             // The least number that the claim may be is compared with what is proved: a claim between two binary64 numbers counts as the upper one.
             let claimed_decimal = claim.margin.enclosure().hi();
             if claimed_decimal > proved_decimal || claim.margin.enclosure().lo() < 0.0 {
-                let claimed = claim.margin.clone();
+                let (claimed, proved) = (Box::new(claim.margin.clone()), Box::new(proved));
                 return Err(Rejection::Margin { line, index, inequality, claimed, claimed_decimal, proved, proved_decimal });
             }
         }

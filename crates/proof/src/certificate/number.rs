@@ -91,7 +91,7 @@ pub enum NumberError {
 
 /// As much of a text as an error quotes.
 pub(super) fn quoted(text: &str) -> String {
-    const LENGTH: usize = 60;
+    const LENGTH: usize = 80;
     if text.chars().count() <= LENGTH { text.to_owned() } else { text.chars().take(LENGTH).chain("...".chars()).collect() }
 }
 

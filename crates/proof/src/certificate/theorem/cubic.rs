@@ -21,7 +21,7 @@ pub enum Region {
 
 /// `P > 0`, `(A - LC)'P + P(A - LC) + 2 rate P < 0` (12), `theta >= 0`, `S + S' >= 0`, and what the stored N, which is a rounding of `-P^-1 C'S`, costs.
 ///
-/// The error of `xhat' = A xhat + Bu + L ytilde + (ytilde'theta ytilde) N ytilde`, `ytilde = y - C xhat`, obeys `e' = (A - LC)e + (y'theta y) N y` with `y = Ce`. With the *real*
+/// The error of `xhat' = A xhat + Bu + L ytilde - (ytilde'theta ytilde) N ytilde`, `ytilde = y - C xhat`, obeys `e' = (A - LC)e + (y'theta y) N y` with `y = Ce`. With the *real*
 /// gain `N0 = -P^-1 C'S` the cubic term adds `-2 (y'theta y) y'Sy <= 0` to `V'`, so that V falls as fast as that of the linear observer (Theorem 2, of which Theorem 1 is the
 /// form with P given, 4 and 5 those with an A that is not the nominal one). The *stored* N misses that by its last digit; from which errors it converges is the last
 /// fact, proved as the head of `statement/deployed_cubic.rs` derives it: from all, by another Lyapunov matrix near P for which the stored N is exact; or from the ellipsoid
@@ -124,7 +124,7 @@ impl Statement for CubicObserver {
             format!("V = e'Pe satisfies V(t) <= exp(-2({})t) V(0), from every e(0)", self.rate)
         };
         format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r + (r'theta r) N r, r = y - C xhat, the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e. With the gains L and N exactly as stored, e tends to 0 exponentially, {}. With the real gain -P^-1 C'S, of which N is a rounding, {rate}.",
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e. With the gains L and N exactly as stored, e tends to 0 exponentially, {}. With the real gain -P^-1 C'S, of which N is a rounding, {rate}.",
             self.plant.size(),
             self.from()
         )

@@ -64,7 +64,7 @@ impl Statement for StructuredCubicObserver {
 
     fn words(&self) -> String {
         format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r + (r'theta r) N r, r = y - C xhat, with the real gain N = -P^-1 C'S: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}. Nothing is said of a rounding of N.",
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, with the real gain N = -P^-1 C'S: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}. Nothing is said of a rounding of N.",
             self.plant.size(),
             decay(self.rate)
         )

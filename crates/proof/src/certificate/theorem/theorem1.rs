@@ -55,7 +55,7 @@ impl Statement for CubicTheorem1 {
 
     fn words(&self) -> String {
         format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r + (r'theta r) N r, r = y - C xhat, with L and N exactly as stored: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}.",
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, with L and N exactly as stored: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}.",
             self.plant.size(),
             decay(0.0)
         )
