@@ -111,7 +111,6 @@ fn what_is_written_is_read_and_proved() {
 #[test]
 fn a_file_is_for_people() {
     let text = text();
-    std::fs::write("/tmp/cert-example.json", &text).unwrap();
     assert!(text.contains("    \"A\": [\n      [\"0x0p0\", \"0x1p0\"],\n      [\"0x0p0\", \"0x0p0\"]\n    ],"), "{text}");
     assert!(text.contains("For the plant x' = Ax + Bu, y = Cx with 2 states, 1 input and 1 output and the observer"));
 }
@@ -177,21 +176,21 @@ fn bad_files_say_what_is_wrong_and_where() {
         (replaced("\"title\": \"a test\"", "\"title\": \" \""), "line 4, title: is empty"),
         (replaced("\"title\": \"a test\",", "\"title\": \"a test\",\n  \"title\": \"b\","), "line 5: the field \"title\" is given twice"),
         (replaced("\"title\":", "\"author\": \"me\",\n  \"title\":"), "line 4: the field \"author\" does not belong here"),
-        (replaced("\"L\": [", "\"K\": [], \"L\": ["), "line 20, observer: the field \"K\" does not belong here"),
-        (replaced("\"0x1.6p3\"", "\"0x1.zp0\""), "line 27, lyapunov.P[0][0]: \"0x1.zp0\" is not a hexadecimal float such as \"0x1.8p-3\""),
-        (replaced("\"0x1.6p3\"", "\"NaN\""), "line 27, lyapunov.P[0][0]: \"NaN\" is not a number: write a hexadecimal float such as \"0x1.8p-3\", an integer, or a fraction such as \"42/85\""),
-        (replaced("\"0x1.6p3\"", "11.0"), "line 27, lyapunov.P[0][0]: 11.0 is a decimal, which binary64 rounds in silence: write the fraction that is meant (one tenth is \"1/10\"), or the binary64 number that is stored, here \"0x1.6p3\""),
-        (replaced("\"0x1.6p3\"", "\"42/85\""), "line 27, lyapunov.P[0][0]: 42/85 is no binary64 number: this quantity is not enclosed, it must be exact"),
-        (replaced("\"0x1.6p3\"", "\"0x1p1024\""), "line 27, lyapunov.P[0][0]: \"0x1p1024\" is beyond the largest binary64 number, 0x1.fffffffffffffp1023"),
-        (replaced("\"0x1.6p3\"", "null"), "line 27, lyapunov.P[0][0]: is null, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
-        (replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"-0x1.cp2\"]"), "line 28, lyapunov.P[1]: has 1 entries, and the first row has 2"),
-        (replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"0x1.cp2\", \"0x1.8p2\"]"), "line 28, lyapunov.P[1][0]: is 0x1.cp2, and its mirror image is -0x1.cp2: the matrix must be symmetric"),
-        (replaced("[\"0x1.4p3\"]", "[\"0x1.4p3\"], [\"0x0p0\"]"), "line 20, observer.L: is 3 x 1, and should be 2 x 1"),
+        (replaced("\"L\": [", "\"K\": [], \"L\": ["), "line 21, observer: the field \"K\" does not belong here"),
+        (replaced("\"0x1.6p3\"", "\"0x1.zp0\""), "line 28, lyapunov.P[0][0]: \"0x1.zp0\" is not a hexadecimal float such as \"0x1.8p-3\""),
+        (replaced("\"0x1.6p3\"", "\"NaN\""), "line 28, lyapunov.P[0][0]: \"NaN\" is not a number: write a hexadecimal float such as \"0x1.8p-3\", an integer, or a fraction such as \"42/85\""),
+        (replaced("\"0x1.6p3\"", "11.0"), "line 28, lyapunov.P[0][0]: 11.0 is a decimal, which binary64 rounds in silence: write the fraction that is meant (one tenth is \"1/10\"), or the binary64 number that is stored, here \"0x1.6p3\""),
+        (replaced("\"0x1.6p3\"", "\"42/85\""), "line 28, lyapunov.P[0][0]: 42/85 is no binary64 number: this quantity is not enclosed, it must be exact"),
+        (replaced("\"0x1.6p3\"", "\"0x1p1024\""), "line 28, lyapunov.P[0][0]: \"0x1p1024\" is beyond the largest binary64 number, 0x1.fffffffffffffp1023"),
+        (replaced("\"0x1.6p3\"", "null"), "line 28, lyapunov.P[0][0]: is null, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
+        (replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"-0x1.cp2\"]"), "line 29, lyapunov.P[1]: has 1 entries, and the first row has 2"),
+        (replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"0x1.cp2\", \"0x1.8p2\"]"), "line 29, lyapunov.P[1][0]: is 0x1.cp2, and its mirror image is -0x1.cp2: the matrix must be symmetric"),
+        (replaced("[\"0x1.4p3\"]", "[\"0x1.4p3\"], [\"0x0p0\"]"), "line 21, observer.L: is 3 x 1, and should be 2 x 1"),
         (replaced("      [\"0x0p0\", \"0x1p0\"],\n", ""), "line 8, plant.A: is 1 x 2, and should be 1 x 1"),
         (replaced("      [\"0x1p0\", \"0x0p0\"]\n", ""), "line 16, plant.C: is empty"),
-        (replaced("\"rate\": \"0x0p0\"", "\"rate\": \"-1\""), "line 30, lyapunov.rate: is -1, and a rate of decay is 0 or more"),
+        (replaced("\"rate\": \"0x0p0\"", "\"rate\": \"-1\""), "line 31, lyapunov.rate: is -1, and a rate of decay is 0 or more"),
         (replaced("\"linear-observer\"", "\"truth\""), &format!("line 6, theorem: \"truth\" is unknown; known are {}", Theorem::NAMES.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", "))),
-        (replaced("\"margin\": \"0x1.", "\"margin\": 14, \"note\": \"0x1."), "line 37, margins[0].margin: is a JSON number, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
+        (replaced("\"margin\": \"0x1.", "\"margin\": 14, \"note\": \"0x1."), "line 36, margins[0].margin: is a JSON number, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
     ];
     for (found, expected) in &cases {
         assert_eq!(found, expected);
@@ -224,7 +223,7 @@ fn a_file_that_says_more_than_it_proves_is_rejected() {
     let boast = sealed(text.replacen(words, "e tends to 0 in finite time", 1));
     assert!(why(&boast).starts_with("line 5, statement: the words do not say what the data say; they should be"));
     let other = sealed(text.replacen("\"inequality\": \"P > 0\"", "\"inequality\": \"P > 1\"", 1));
-    assert_eq!(why(&other), "line 35, margins[0].inequality: the inequality in this place is \"P > 0\"");
+    assert_eq!(why(&other), "line 36, margins[0].inequality: the inequality in this place is \"P > 0\"");
     let fewer = file(integrator()).with_claims(&[]).expect("written").to_json();
     assert!(why(&fewer).ends_with("margins: the theorem has 2 inequalities, and 0 are claimed"));
     // L with the wrong sign: false, and the direction that shows it.
@@ -338,7 +337,7 @@ fn the_program_says_proved_rejected_or_unreadable() {
     assert!(said(&proved).contains("\n  (A - LC)'P + P(A - LC) < 0 (12), margin 1.400000e1\n"), "{}", said(&proved));
     let forged = run(&["-"], text().replace("0x1.6p3", "0x1.7p3").as_bytes());
     assert_eq!(forged.status.code(), Some(1));
-    assert!(said(&forged).starts_with("-: Rejected\n  line 42, sha256: the digest"), "{}", said(&forged));
+    assert!(said(&forged).starts_with("-: Rejected\n  line 43, sha256: the digest"), "{}", said(&forged));
     for unreadable in [&b"{"[..], b"\xff", b""] {
         assert_eq!(run(&["-"], unreadable).status.code(), Some(2));
     }
@@ -356,7 +355,7 @@ fn the_program_speaks_json() {
     let rejected = run(&["--json", "-"], text().replace("0x1.6p3", "0x1.zp3").as_bytes());
     assert_eq!(
         said(&rejected),
-        "{\"file\":\"-\",\"outcome\":\"rejected\",\"why\":\"line 27, lyapunov.P[0][0]: \\\"0x1.zp3\\\" is not a hexadecimal float such as \\\"0x1.8p-3\\\"\"}\n"
+        "{\"file\":\"-\",\"outcome\":\"rejected\",\"why\":\"line 28, lyapunov.P[0][0]: \\\"0x1.zp3\\\" is not a hexadecimal float such as \\\"0x1.8p-3\\\"\"}\n"
     );
     assert_eq!(rejected.status.code(), Some(1));
 }
