@@ -51,7 +51,12 @@ fn why(text: &str) -> String {
 
 fn holds() -> InequalityHolds {
     // [[x, 1], [1, x]] > 0 at x = 2.
-    let entry = |unknown, row, column, value: &str| Coefficient { unknown, row, column, value: value.parse().expect("a number") };
+    let entry = |unknown, row, column, value: &str| Coefficient {
+        unknown,
+        row,
+        column,
+        value: value.parse().expect("a number"),
+    };
     let entries = vec![entry(0, 0, 1, "1"), entry(1, 0, 0, "1"), entry(1, 1, 1, "1")];
     let constraints = vec![Constraint { name: "M > 0".to_owned(), order: 2, entries }];
     InequalityHolds { inequalities: MatrixInequality { unknowns: 1, strict: true, constraints }, x: vec![2.0] }
@@ -59,9 +64,11 @@ fn holds() -> InequalityHolds {
 
 fn refuted() -> InequalityRefuted {
     // x > 0 and -x - 1/2 > 0.
-    let entry = |unknown, value: &str| Coefficient { unknown, row: 0, column: 0, value: value.parse().expect("a number") };
+    let entry =
+        |unknown, value: &str| Coefficient { unknown, row: 0, column: 0, value: value.parse().expect("a number") };
     let constraint = |name: &str, entries| Constraint { name: name.to_owned(), order: 1, entries };
-    let constraints = vec![constraint("x > 0", vec![entry(1, "1")]), constraint("x < -1/2", vec![entry(1, "-1"), entry(0, "-1/2")])];
+    let constraints =
+        vec![constraint("x > 0", vec![entry(1, "1")]), constraint("x < -1/2", vec![entry(1, "-1"), entry(0, "-1/2")])];
     let one = || Matrix::from_rows([[Exact::power_of_two(0)]]);
     InequalityRefuted {
         inequalities: MatrixInequality { unknowns: 1, strict: true, constraints },
@@ -111,7 +118,10 @@ fn what_is_written_is_read_and_proved() {
 #[test]
 fn a_file_is_for_people() {
     let text = text();
-    assert!(text.contains("    \"A\": [\n      [\"0x0p0\", \"0x1p0\"],\n      [\"0x0p0\", \"0x0p0\"]\n    ],"), "{text}");
+    assert!(
+        text.contains("    \"A\": [\n      [\"0x0p0\", \"0x1p0\"],\n      [\"0x0p0\", \"0x0p0\"]\n    ],"),
+        "{text}"
+    );
     assert!(text.contains("For the plant x' = Ax + Bu, y = Cx with 2 states, 1 input and 1 output and the observer"));
 }
 
@@ -119,7 +129,8 @@ fn a_file_is_for_people() {
 fn white_space_and_order_do_not_matter_to_the_digest() {
     let text = text();
     assert!(verify(text.replace('\n', "\r\n").as_bytes()).is_ok());
-    let moved = text.replacen("  \"version\": 1,\n", "", 1).replacen("  \"title\"", "  \"version\": 1,\n  \"title\"", 1);
+    let moved =
+        text.replacen("  \"version\": 1,\n", "", 1).replacen("  \"title\"", "  \"version\": 1,\n  \"title\"", 1);
     assert!(verify(moved.as_bytes()).is_ok());
 }
 
@@ -129,7 +140,11 @@ fn fractions_of_plant_data_are_enclosed() {
     let thirds = resealed(&text().replacen("[\"0x0p0\", \"0x1p0\"]", "[\"0x0p0\", [\"1\", \"10/9\"]]", 1));
     let proved = verify(thirds.as_bytes()).err().map(|why| why.to_string());
     // The margin of 14 was that of the entry 1.
-    assert!(proved.expect("a smaller margin").contains("margins[1].margin: (A - LC)'P + P(A - LC) < 0 (12) is proved with the margin"));
+    assert!(
+        proved
+            .expect("a smaller margin")
+            .contains("margins[1].margin: (A - LC)'P + P(A - LC) < 0 (12) is proved with the margin")
+    );
     let claimed = file(integrator()).claims()[1].margin.to_string();
     let looser = resealed(&thirds.replace(&format!("\"margin\": \"{claimed}\""), "\"margin\": \"5/3\""));
     let proved = verify(looser.as_bytes()).expect("proved between the bounds");
@@ -169,37 +184,94 @@ fn bad_files_say_what_is_wrong_and_where() {
         why(&text.replacen(from, to, 1))
     };
     let cases = [
-        (replaced("\"luenberger-certificate\"", "\"recipe\""), "line 2, format: \"recipe\" is unknown; known are \"luenberger-certificate\""),
-        (replaced("\"version\": 1", "\"version\": 2"), "line 3, version: version 2 of the format is not known; this checker knows version 1"),
-        (replaced("\"version\": 1", "\"version\": \"1\""), "line 3, version: is a string, and should be a whole number"),
+        (
+            replaced("\"luenberger-certificate\"", "\"recipe\""),
+            "line 2, format: \"recipe\" is unknown; known are \"luenberger-certificate\"",
+        ),
+        (
+            replaced("\"version\": 1", "\"version\": 2"),
+            "line 3, version: version 2 of the format is not known; this checker knows version 1",
+        ),
+        (
+            replaced("\"version\": 1", "\"version\": \"1\""),
+            "line 3, version: is a string, and should be a whole number",
+        ),
         (replaced("  \"version\": 1,\n", ""), "line 1: the field \"version\" is missing"),
         (replaced("\"title\": \"a test\"", "\"title\": \" \""), "line 4, title: is empty"),
-        (replaced("\"title\": \"a test\",", "\"title\": \"a test\",\n  \"title\": \"b\","), "line 5: the field \"title\" is given twice"),
-        (replaced("\"title\":", "\"author\": \"me\",\n  \"title\":"), "line 4: the field \"author\" does not belong here"),
+        (
+            replaced("\"title\": \"a test\",", "\"title\": \"a test\",\n  \"title\": \"b\","),
+            "line 5: the field \"title\" is given twice",
+        ),
+        (
+            replaced("\"title\":", "\"author\": \"me\",\n  \"title\":"),
+            "line 4: the field \"author\" does not belong here",
+        ),
         (replaced("\"L\": [", "\"K\": [], \"L\": ["), "line 21, observer: the field \"K\" does not belong here"),
-        (replaced("\"0x1.6p3\"", "\"0x1.zp0\""), "line 28, lyapunov.P[0][0]: \"0x1.zp0\" is not a hexadecimal float such as \"0x1.8p-3\""),
-        (replaced("\"0x1.6p3\"", "\"NaN\""), "line 28, lyapunov.P[0][0]: \"NaN\" is not a number: write a hexadecimal float such as \"0x1.8p-3\", an integer, or a fraction such as \"42/85\""),
-        (replaced("\"0x1.6p3\"", "11.0"), "line 28, lyapunov.P[0][0]: 11.0 is a decimal, which binary64 rounds in silence: write the fraction that is meant (one tenth is \"1/10\"), or the binary64 number that is stored, here \"0x1.6p3\""),
-        (replaced("\"0x1.6p3\"", "\"42/85\""), "line 28, lyapunov.P[0][0]: 42/85 is no binary64 number: this quantity is not enclosed, it must be exact"),
-        (replaced("\"0x1.6p3\"", "\"0x1p1024\""), "line 28, lyapunov.P[0][0]: \"0x1p1024\" is beyond the largest binary64 number, 0x1.fffffffffffffp1023"),
-        (replaced("\"0x1.6p3\"", "null"), "line 28, lyapunov.P[0][0]: is null, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
-        (replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"-0x1.cp2\"]"), "line 29, lyapunov.P[1]: has 1 entries, and the first row has 2"),
-        (replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"0x1.cp2\", \"0x1.8p2\"]"), "line 29, lyapunov.P[1][0]: is 0x1.cp2, and its mirror image is -0x1.cp2: the matrix must be symmetric"),
+        (
+            replaced("\"0x1.6p3\"", "\"0x1.zp0\""),
+            "line 28, lyapunov.P[0][0]: \"0x1.zp0\" is not a hexadecimal float such as \"0x1.8p-3\"",
+        ),
+        (
+            replaced("\"0x1.6p3\"", "\"NaN\""),
+            "line 28, lyapunov.P[0][0]: \"NaN\" is not a number: write a hexadecimal float such as \"0x1.8p-3\", an integer, or a fraction such as \"42/85\"",
+        ),
+        (
+            replaced("\"0x1.6p3\"", "11.0"),
+            "line 28, lyapunov.P[0][0]: 11.0 is a decimal, which binary64 rounds in silence: write the fraction that is meant (one tenth is \"1/10\"), or the binary64 number that is stored, here \"0x1.6p3\"",
+        ),
+        (
+            replaced("\"0x1.6p3\"", "\"42/85\""),
+            "line 28, lyapunov.P[0][0]: 42/85 is no binary64 number: this quantity is not enclosed, it must be exact",
+        ),
+        (
+            replaced("\"0x1.6p3\"", "\"0x1p1024\""),
+            "line 28, lyapunov.P[0][0]: \"0x1p1024\" is beyond the largest binary64 number, 0x1.fffffffffffffp1023",
+        ),
+        (
+            replaced("\"0x1.6p3\"", "null"),
+            "line 28, lyapunov.P[0][0]: is null, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\"",
+        ),
+        (
+            replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"-0x1.cp2\"]"),
+            "line 29, lyapunov.P[1]: has 1 entries, and the first row has 2",
+        ),
+        (
+            replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"0x1.cp2\", \"0x1.8p2\"]"),
+            "line 29, lyapunov.P[1][0]: is 0x1.cp2, and its mirror image is -0x1.cp2: the matrix must be symmetric",
+        ),
         (replaced("[\"0x1.4p3\"]", "[\"0x1.4p3\"], [\"0x0p0\"]"), "line 21, observer.L: is 3 x 1, and should be 2 x 1"),
         (replaced("      [\"0x0p0\", \"0x1p0\"],\n", ""), "line 8, plant.A: is 1 x 2, and should be 1 x 1"),
         (replaced("      [\"0x1p0\", \"0x0p0\"]\n", ""), "line 16, plant.C: is empty"),
-        (replaced("\"rate\": \"0x0p0\"", "\"rate\": \"-1\""), "line 31, lyapunov.rate: is -1, and a rate of decay is 0 or more"),
-        (replaced("\"linear-observer\"", "\"truth\""), &format!("line 6, theorem: \"truth\" is unknown; known are {}", Theorem::NAMES.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", "))),
-        (replaced("\"margin\": \"0x1.", "\"margin\": 14, \"note\": \"0x1."), "line 36, margins[0].margin: is a JSON number, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\""),
+        (
+            replaced("\"rate\": \"0x0p0\"", "\"rate\": \"-1\""),
+            "line 31, lyapunov.rate: is -1, and a rate of decay is 0 or more",
+        ),
+        (
+            replaced("\"linear-observer\"", "\"truth\""),
+            &format!(
+                "line 6, theorem: \"truth\" is unknown; known are {}",
+                Theorem::NAMES.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+            ),
+        ),
+        (
+            replaced("\"margin\": \"0x1.", "\"margin\": 14, \"note\": \"0x1."),
+            "line 36, margins[0].margin: is a JSON number, and should be a number in quotes, such as \"0x1.8p-3\" or \"42/85\"",
+        ),
     ];
     for (found, expected) in &cases {
         assert_eq!(found, expected);
     }
     for (broken, expected) in [
         (&text[..text.len() / 2], "the file ends where"),
-        (&text.replacen("\"plant\": {", "\"plant\": [", 1), "line 8: ':' stands where a comma or the end of the array should be"),
+        (
+            &text.replacen("\"plant\": {", "\"plant\": [", 1),
+            "line 8: ':' stands where a comma or the end of the array should be",
+        ),
         (&format!("{text}{{}}"), "'{' stands where the end of the file should be"),
-        (&text.replacen("a test", "a\ttest", 1), "line 4: '\\t' stands where the end of a string, which holds no control characters should be"),
+        (
+            &text.replacen("a test", "a\ttest", 1),
+            "line 4: '\\t' stands where the end of a string, which holds no control characters should be",
+        ),
         ("", "line 1: the file ends where a value should be"),
     ] {
         assert!(why(broken).contains(expected), "{} against {expected}", why(broken));
@@ -207,7 +279,10 @@ fn bad_files_say_what_is_wrong_and_where() {
     let mut latin = text.clone().into_bytes();
     let at = text.find("a test").expect("the title");
     latin[at] = 0xff;
-    assert_eq!(verify(&latin).expect_err("not UTF-8").to_string(), format!("line 4: the byte at position {at} is not UTF-8"));
+    assert_eq!(
+        verify(&latin).expect_err("not UTF-8").to_string(),
+        format!("line 4: the byte at position {at} is not UTF-8")
+    );
 }
 
 #[test]
@@ -233,11 +308,16 @@ fn a_file_that_says_more_than_it_proves_is_rejected() {
 
 #[test]
 fn multipliers_that_miss_an_equation_or_its_sign_are_rejected() {
-    let prove = |theorem: InequalityRefuted| CertificateFile::prove("a test", theorem.into()).map(|_| ()).map_err(|why| why.to_string());
+    let prove = |theorem: InequalityRefuted| {
+        CertificateFile::prove("a test", theorem.into()).map(|_| ()).map_err(|why| why.to_string())
+    };
     assert_eq!(prove(refuted()), Ok(()));
     let mut missed = refuted();
     missed.multipliers[0] = Matrix::from_rows([[Exact::power_of_two(1)]]);
-    assert_eq!(prove(missed), Err("sum_k tr(F_ki Z_k) = 0 for every unknown x_i is false: the coefficient of x_1 is 1e0".to_owned()));
+    assert_eq!(
+        prove(missed),
+        Err("sum_k tr(F_ki Z_k) = 0 for every unknown x_i is false: the coefficient of x_1 is 1e0".to_owned())
+    );
     let mut negative = refuted();
     negative.multipliers = vec![Matrix::from_rows([[Exact::new((-1).into(), 0)]]); 2];
     assert!(prove(negative).expect_err("negative").starts_with("Z >= 0 of x > 0 is false"));
@@ -258,7 +338,10 @@ fn size_and_depth_are_bounded() {
     let many: String = (0..70).map(|k| format!("\"{k}\": 1,")).collect();
     assert_eq!(error(format!("{{{many}").as_bytes()), "line 1: an object has more than 64 members");
     let long = format!("[{}]", vec!["\"1\""; 600].join(","));
-    assert!(why(&text().replacen("[\"0x0p0\", \"0x1p0\"]", &long, 1)).contains("is of order 600; the checker goes up to 512"));
+    assert!(
+        why(&text().replacen("[\"0x0p0\", \"0x1p0\"]", &long, 1))
+            .contains("is of order 600; the checker goes up to 512")
+    );
     let digits = "7".repeat(20_001);
     assert!(why(&text().replacen("0x1.6p3", &digits, 1)).contains("a number of 20001 characters"));
 }
@@ -343,14 +426,20 @@ fn the_program_says_proved_rejected_or_unreadable() {
     }
     let several = run(&["/nonexistent/certificate.json", "-"], text().as_bytes());
     assert_eq!(several.status.code(), Some(2));
-    assert!(said(&several).contains("/nonexistent/certificate.json: Unreadable\n") && said(&several).contains("-: Proved\n"));
+    assert!(
+        said(&several).contains("/nonexistent/certificate.json: Unreadable\n")
+            && said(&several).contains("-: Proved\n")
+    );
 }
 
 #[test]
 fn the_program_speaks_json() {
     let proved = run(&["--json", "-"], text().as_bytes());
     let line = said(&proved);
-    assert!(line.starts_with("{\"file\":\"-\",\"outcome\":\"proved\",\"title\":\"a test\",\"statement\":\"For the plant"), "{line}");
+    assert!(
+        line.starts_with("{\"file\":\"-\",\"outcome\":\"proved\",\"title\":\"a test\",\"statement\":\"For the plant"),
+        "{line}"
+    );
     assert!(line.contains("\"facts\":[{\"inequality\":\"P > 0\",\"margin\":\"0x1."), "{line}");
     let rejected = run(&["--json", "-"], text().replace("0x1.6p3", "0x1.zp3").as_bytes());
     assert_eq!(

@@ -144,7 +144,8 @@ fn usage(problem: &str) -> ExitCode {
 fn print_digests(files: &[String]) -> ExitCode {
     let mut status = 0;
     for path in files {
-        match read(path).map_err(|error| error.to_string()).and_then(|bytes| digest(&bytes).map_err(|e| e.to_string())) {
+        match read(path).map_err(|error| error.to_string()).and_then(|bytes| digest(&bytes).map_err(|e| e.to_string()))
+        {
             Ok(digest) => print(&format!("{digest}  {path}\n")),
             Err(why) => {
                 print(&format!("{path}: Unreadable\n  {why}\n"));

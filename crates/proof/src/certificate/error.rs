@@ -4,9 +4,9 @@ use core::fmt;
 
 use thiserror::Error;
 
+use super::Witness;
 use super::json::{DEEPEST, LARGEST_FILE};
 use super::number::{Number, NumberError};
-use super::Witness;
 use crate::error::ProofError;
 use crate::semidefinite::ProgramError;
 use crate::verdict::Verdict;

@@ -45,12 +45,9 @@ impl<'a> Field<'a> {
 
     pub(super) fn object(&self) -> Result<Fields<'a>, FileError> {
         match &self.node.value {
-            Value::Object(members) => Ok(Fields {
-                line: self.node.line,
-                path: self.path.clone(),
-                members,
-                taken: vec![false; members.len()],
-            }),
+            Value::Object(members) => {
+                Ok(Fields { line: self.node.line, path: self.path.clone(), members, taken: vec![false; members.len()] })
+            }
             _ => Err(self.wrong_type("an object")),
         }
     }
@@ -215,7 +212,8 @@ impl<'a> Field<'a> {
                 let (lower, upper) = (&m[(i, j)], &m[(j, i)]);
                 if lower != upper {
                     let Value::Array(rows) = &self.node.value else { continue };
-                    let row = Field { node: rows.get(i).unwrap_or(self.node), path: format!("{}[{i}][{j}]", self.path) };
+                    let row =
+                        Field { node: rows.get(i).unwrap_or(self.node), path: format!("{}[{i}][{j}]", self.path) };
                     return Err(row.error(Fault::NotSymmetric { lower: show(lower), upper: show(upper) }));
                 }
             }

@@ -218,7 +218,10 @@ impl<'a> Parser<'a> {
                 self.at += 5;
                 Ok(c)
             }
-            None => Err(self.unexpected("four hexadecimal digits of a character that is neither half of a pair nor control")),
+            None => {
+                Err(self
+                    .unexpected("four hexadecimal digits of a character that is neither half of a pair nor control"))
+            }
         }
     }
 

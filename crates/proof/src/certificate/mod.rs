@@ -297,7 +297,15 @@ impl CertificateFile {
             let claimed_decimal = claim.margin.enclosure().hi();
             if claimed_decimal > proved_decimal || claim.margin.enclosure().lo() < 0.0 {
                 let (claimed, proved) = (Box::new(claim.margin.clone()), Box::new(proved));
-                return Err(Rejection::Margin { line, index, inequality, claimed, claimed_decimal, proved, proved_decimal });
+                return Err(Rejection::Margin {
+                    line,
+                    index,
+                    inequality,
+                    claimed,
+                    claimed_decimal,
+                    proved,
+                    proved_decimal,
+                });
             }
         }
         Ok(Proved { title: self.title.clone(), statement: derived, facts })

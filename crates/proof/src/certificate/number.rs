@@ -76,13 +76,17 @@ pub enum NumberError {
         text: String,
     },
     /// Longer than any number need be.
-    #[error("a number of {length} characters: {LONGEST_NUMBER} are allowed, {LONGEST_HEXADECIMAL} digits in a hexadecimal float")]
+    #[error(
+        "a number of {length} characters: {LONGEST_NUMBER} are allowed, {LONGEST_HEXADECIMAL} digits in a hexadecimal float"
+    )]
     TooLong {
         /// Its length.
         length: usize,
     },
     /// Anything else, NaN and infinity among it.
-    #[error("\"{text}\" is not a number: write a hexadecimal float such as \"0x1.8p-3\", an integer, or a fraction such as \"42/85\"")]
+    #[error(
+        "\"{text}\" is not a number: write a hexadecimal float such as \"0x1.8p-3\", an integer, or a fraction such as \"42/85\""
+    )]
     NotANumber {
         /// The text, or its beginning.
         text: String,
@@ -92,7 +96,11 @@ pub enum NumberError {
 /// As much of a text as an error quotes.
 pub(super) fn quoted(text: &str) -> String {
     const LENGTH: usize = 80;
-    if text.chars().count() <= LENGTH { text.to_owned() } else { text.chars().take(LENGTH).chain("...".chars()).collect() }
+    if text.chars().count() <= LENGTH {
+        text.to_owned()
+    } else {
+        text.chars().take(LENGTH).chain("...".chars()).collect()
+    }
 }
 
 impl Number {
@@ -208,7 +216,8 @@ fn parse_hexadecimal(text: &str, magnitude: &str, is_negative: bool) -> Result<N
     }
     let exponent: i64 = exponent.parse().map_err(|_| malformed())?;
     let mantissa = IBig::from(UBig::from_str_radix(&mantissa, 16).map_err(|_| malformed())?);
-    let exact = Exact::new(if is_negative { -mantissa } else { mantissa }, exponent - 4 * part.len().cast_signed() as i64);
+    let exact =
+        Exact::new(if is_negative { -mantissa } else { mantissa }, exponent - 4 * part.len().cast_signed() as i64);
     let (below, above) = (exact.round_down(), exact.round_up());
     if exact.is_zero() || (below == above && below.is_finite()) {
         return Ok(Number::Dyadic(exact));
@@ -366,8 +375,18 @@ mod tests {
         }
         assert!(matches!(read("0x1p-1075"), Err(NumberError::NotBinary64 { .. })));
         assert!(matches!(read("1/0"), Err(NumberError::ZeroDenominator { .. })));
-        for text in ["", "-", "NaN", "inf", "Infinity", "--1", "1/-2", "1/2/3", "+1", " 1", "0x", "0X1p0", "1_0", "\u{661}"] {
-            assert!(matches!(read(text), Err(NumberError::NotANumber { .. } | NumberError::NotHexadecimal { .. } | NumberError::Decimal { .. })), "{text}");
+        for text in
+            ["", "-", "NaN", "inf", "Infinity", "--1", "1/-2", "1/2/3", "+1", " 1", "0x", "0X1p0", "1_0", "\u{661}"]
+        {
+            assert!(
+                matches!(
+                    read(text),
+                    Err(NumberError::NotANumber { .. }
+                        | NumberError::NotHexadecimal { .. }
+                        | NumberError::Decimal { .. })
+                ),
+                "{text}"
+            );
         }
         assert!(matches!(read(&"1".repeat(LONGEST_NUMBER + 1)), Err(NumberError::TooLong { .. })));
     }

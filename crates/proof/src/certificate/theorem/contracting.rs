@@ -1,8 +1,8 @@
 //! Coordinates in which the unmeasured states contract, so that an injection into the measured rows is enough.
 
+use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::super::Fault;
 use super::{Fact, FileError, Statement, counted, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;

@@ -104,7 +104,8 @@ impl Statement for CubicObserver {
         } else {
             let level = field.binary64()?;
             if level <= 0.0 {
-                let requirement = "the level of e'Pe below which errors converge is positive, or the word \"everywhere\"";
+                let requirement =
+                    "the level of e'Pe below which errors converge is positive, or the word \"everywhere\"";
                 return Err(field.error(Fault::Range { value: level, requirement }));
             }
             Region::Within(level)
@@ -133,11 +134,8 @@ impl Statement for CubicObserver {
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let Plant { a, c, .. } = &self.plant;
         let deployed = deployed_cubic(a, &self.l, c, &self.p, &self.n, &self.s, &self.theta)?;
-        let decrease = if self.rate == 0.0 {
-            deployed.decrease
-        } else {
-            decay_rate(a, &self.l, c, &self.p, self.rate)?
-        };
+        let decrease =
+            if self.rate == 0.0 { deployed.decrease } else { decay_rate(a, &self.l, c, &self.p, self.rate)? };
         let (reached, level) = match (&deployed.reach, self.region) {
             (Reach::Everywhere { .. }, _) => (true, f64::INFINITY),
             (Reach::Within(ellipsoid), Region::Within(level)) => (level <= ellipsoid.level, ellipsoid.level),

@@ -6,8 +6,8 @@ use super::super::write::Out;
 use super::{Fact, FileError, Statement, enclosed, intervals, unknown_word};
 use crate::definite::{negative_definite, negative_semidefinite, positive_definite, positive_semidefinite};
 use crate::error::ProofError;
-use crate::matrix::Matrix;
 use crate::exact::Exact;
+use crate::matrix::Matrix;
 
 /// Which definiteness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,7 +90,8 @@ impl Statement for Definiteness {
                 Datum::Between(..) => None,
             })
             .collect();
-        let verdict = match exact.and_then(|entries| Matrix::from_row_major(self.m.rows(), self.m.cols(), entries).ok()) {
+        let verdict = match exact.and_then(|entries| Matrix::from_row_major(self.m.rows(), self.m.cols(), entries).ok())
+        {
             Some(m) => match self.sign {
                 Sign::PositiveDefinite => positive_definite(&m)?,
                 Sign::PositiveSemidefinite => positive_semidefinite(&m)?,

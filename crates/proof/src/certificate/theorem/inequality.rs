@@ -224,7 +224,9 @@ impl Statement for InequalityRefuted {
             let z = item.symmetric_exact(constraint.order)?;
             let mut entries = Vec::with_capacity(z.as_slice().len());
             for number in z.as_slice() {
-                let exact = number.exact().ok_or_else(|| item.not_exact(number, "dyadic number (scale the multipliers to integers)"))?;
+                let exact = number
+                    .exact()
+                    .ok_or_else(|| item.not_exact(number, "dyadic number (scale the multipliers to integers)"))?;
                 entries.push(exact.clone());
             }
             let order = constraint.order;
@@ -269,7 +271,10 @@ impl Statement for InequalityRefuted {
             inequality: "sum_k tr(F_ki Z_k) = 0 for every unknown x_i".to_owned(),
             verdict: holds(unsatisfied, 0.0),
         });
-        facts.push(Fact { inequality: "the Z_k are not all zero".to_owned(), verdict: holds(all_zero.then_some(Witness::Zero), 0.0) });
+        facts.push(Fact {
+            inequality: "the Z_k are not all zero".to_owned(),
+            verdict: holds(all_zero.then_some(Witness::Zero), 0.0),
+        });
         let constant = traces.first().cloned().unwrap_or_else(Exact::zero);
         let (relation, right_sign) =
             if self.inequalities.strict { ("<=", constant.signum() <= 0) } else { ("<", constant.signum() < 0) };

@@ -213,6 +213,8 @@ fn decay(rate: f64) -> String {
     if rate == 0.0 {
         "V = e'Pe decreases and e tends to 0 exponentially, from every e(0)".to_owned()
     } else {
-        format!("V = e'Pe satisfies V(t) <= exp(-2({rate})t) V(0), so that e tends to 0 at least like exp(-{rate}t), from every e(0)")
+        format!(
+            "V = e'Pe satisfies V(t) <= exp(-2({rate})t) V(0), so that e tends to 0 at least like exp(-{rate}t), from every e(0)"
+        )
     }
 }

@@ -3,8 +3,8 @@
 use super::super::fields::Fields;
 use super::super::number::Datum;
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals, rate_term};
 use super::Fault;
+use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -47,7 +47,8 @@ fn read_vertices(file: &mut Fields<'_>) -> Result<Vec<Vertex>, FileError> {
         let c = fields.take("C")?;
         let output = c.data_with_columns(matrix.rows())?;
         if let Some(first) = vertices.first() {
-            for (field, expected, found) in [(a, first.a.shape(), matrix.shape()), (c, first.c.shape(), output.shape())] {
+            for (field, expected, found) in [(a, first.a.shape(), matrix.shape()), (c, first.c.shape(), output.shape())]
+            {
                 if expected != found {
                     return Err(field.error(Fault::Shape { expected, found }));
                 }
@@ -86,8 +87,7 @@ fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Ve
 fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Result<Vec<Fact>, ProofError> {
     let mut facts = vec![Fact::new("P > 0", positive(p)?)];
     for (k, vertex) in vertices.iter().enumerate() {
-        let inequality =
-            format!("(A - LC)'P + P(A - LC){} < 0 at vertex {}", rate_term(rate, "P"), k + 1);
+        let inequality = format!("(A - LC)'P + P(A - LC){} < 0 at vertex {}", rate_term(rate, "P"), k + 1);
         let verdict = decay_rate_within(&intervals(&vertex.a), l, &intervals(&vertex.c), p, rate)?;
         facts.push(Fact::new(inequality, verdict));
     }
@@ -112,7 +112,12 @@ fn hull(vertices: &[Vertex]) -> String {
     } else {
         "boxes of pairs (A_k, C_k)"
     };
-    format!("the convex hull of the {} {what} with {} and {}", vertices.len(), counted(n, "state"), counted(p, "output"))
+    format!(
+        "the convex hull of the {} {what} with {} and {}",
+        vertices.len(),
+        counted(n, "state"),
+        counted(p, "output")
+    )
 }
 
 macro_rules! polytope {

@@ -1,8 +1,8 @@
 //! The sampled cubic observer with the real gain.
 
+use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::super::Fault;
 use super::{Fact, FileError, Plant, Statement};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;

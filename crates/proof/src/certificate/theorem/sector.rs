@@ -1,8 +1,8 @@
 //! The observer of a plant with nonlinearities in sectors.
 
+use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::super::Fault;
 use super::{Fact, FileError, Statement, counted, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -90,8 +90,12 @@ impl Statement for SectorObserver {
     }
 
     fn words(&self) -> String {
-        let sectors: Vec<String> =
-            self.terms.iter().enumerate().map(|(k, term)| format!("phi_{} in [{}, {}]", k + 1, term.low, term.high)).collect();
+        let sectors: Vec<String> = self
+            .terms
+            .iter()
+            .enumerate()
+            .map(|(k, term)| format!("phi_{} in [{}, {}]", k + 1, term.low, term.high))
+            .collect();
         let decrease = if self.rate == 0.0 {
             "e = x - xhat tends to 0 exponentially".to_owned()
         } else {

@@ -1,9 +1,9 @@
 //! The optimum of a semidefinite program is bounded, or the program has no feasible point.
 
+use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER};
 use super::super::number::{Datum, Number};
 use super::super::write::Out;
-use super::super::Fault;
 use super::{Fact, FileError, Statement, counted, unknown_word};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -97,7 +97,12 @@ fn read_program(file: &mut Fields<'_>) -> Result<Program, FileError> {
         fields.finish()?;
         blocks.push(block);
     }
-    let costs = fields.take("costs")?.items()?.iter().map(|item| Ok(item.datum()?.interval())).collect::<Result<Vec<_>, FileError>>()?;
+    let costs = fields
+        .take("costs")?
+        .items()?
+        .iter()
+        .map(|item| Ok(item.datum()?.interval()))
+        .collect::<Result<Vec<_>, FileError>>()?;
     let mut matrices = vec![Vec::new(); costs.len() + 1];
     for entry in fields.take("entries")?.items()? {
         let parts = entry.items()?;
@@ -105,7 +110,12 @@ fn read_program(file: &mut Fields<'_>) -> Result<Program, FileError> {
             return Err(entry.error(Fault::Length { expected: 5, found: parts.len() }));
         };
         let matrix = matrix.index(costs.len())?;
-        let value = Entry { block: block.count()?, row: row.count()?, column: column.count()?, value: value.datum()?.interval() };
+        let value = Entry {
+            block: block.count()?,
+            row: row.count()?,
+            column: column.count()?,
+            value: value.datum()?.interval(),
+        };
         if let Some(entries) = matrices.get_mut(matrix) {
             entries.push(value);
         }
@@ -182,8 +192,12 @@ impl Statement for SemidefiniteProgram {
                     members.push(("upper", Out::Object(vec![("bound", Out::number(*bound)), ("x", Out::numbers(x))])));
                 }
             }
-            SemidefiniteEvidence::PrimalInfeasible(y) => members.extend([claim("primal infeasible"), ("Y", write_blocks(y))]),
-            SemidefiniteEvidence::DualInfeasible(x) => members.extend([claim("dual infeasible"), ("x", Out::numbers(x))]),
+            SemidefiniteEvidence::PrimalInfeasible(y) => {
+                members.extend([claim("primal infeasible"), ("Y", write_blocks(y))])
+            }
+            SemidefiniteEvidence::DualInfeasible(x) => {
+                members.extend([claim("dual infeasible"), ("x", Out::numbers(x))])
+            }
         }
         members
     }
@@ -230,7 +244,10 @@ impl Statement for SemidefiniteProgram {
                 }
                 if let Some((claimed, x)) = upper {
                     let bound = program.upper_bound(x).filter(|bound| bound.value <= *claimed);
-                    facts.push(fact(format!("X(x) >= 0 and c'x <= {}", shown(*claimed)), bound.map(|bound| bound.margin)));
+                    facts.push(fact(
+                        format!("X(x) >= 0 and c'x <= {}", shown(*claimed)),
+                        bound.map(|bound| bound.margin),
+                    ));
                 }
             }
             SemidefiniteEvidence::PrimalInfeasible(y) => {

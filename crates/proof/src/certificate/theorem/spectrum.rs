@@ -59,9 +59,13 @@ impl Statement for Hurwitz {
         let n = self.a.rows();
         let varying = enclosed([&self.a]);
         if varying.is_empty() {
-            format!("All eigenvalues of the {n} x {n} matrix A have negative real parts: every solution of x' = Ax tends to 0 exponentially.")
+            format!(
+                "All eigenvalues of the {n} x {n} matrix A have negative real parts: every solution of x' = Ax tends to 0 exponentially."
+            )
         } else {
-            format!("Every solution of x' = A(t)x with {n} states tends to 0 exponentially, however A(t) varies in its bounds; in particular all eigenvalues of every such A have negative real parts.{varying}")
+            format!(
+                "Every solution of x' = A(t)x with {n} states tends to 0 exponentially, however A(t) varies in its bounds; in particular all eigenvalues of every such A have negative real parts.{varying}"
+            )
         }
     }
 
@@ -75,7 +79,8 @@ impl Statement for Hurwitz {
             Fact::new("A'P + PA < 0", decay_rate_within(&a, &no_gain, &no_output, &self.p, 0.0)?),
         ];
         if a.as_slice().iter().all(Interval::is_point) {
-            facts.push(Fact::new("the largest real part of an eigenvalue < 0", hurwitz(&a.map(Interval::lo), &self.p)?));
+            facts
+                .push(Fact::new("the largest real part of an eigenvalue < 0", hurwitz(&a.map(Interval::lo), &self.p)?));
         }
         Ok(facts)
     }
@@ -107,7 +112,9 @@ impl Statement for Schur {
 
     fn words(&self) -> String {
         let n = self.a.rows();
-        format!("All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: every solution of x+ = Ax tends to 0 exponentially.")
+        format!(
+            "All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: every solution of x+ = Ax tends to 0 exponentially."
+        )
     }
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {

@@ -1,0 +1,406 @@
+//! From the design to the file to the checker: the theorems of the cubic paper and every other design that carries proofs, and what becomes of files that were tampered with.
+
+use luenberger_design::lipschitz::{LipschitzPlant, Sector};
+use luenberger_design::mean_value::{ContractingCoordinates, RepairedDesign};
+use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_gain_margin, theorem5_bound};
+use luenberger_design::{
+    Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
+    SampledCubicDesign, Theorem1, Wish, joint_design, theta_from_importance,
+};
+use luenberger_linalg::{lambda_min, lqr};
+use luenberger_lmi::{Problem, he};
+use luenberger_plants::{DynamicPlant, double_integrator, flexible_joint, third_order};
+use luenberger_proof::certificate::{
+    CertificateFile, Claim, Number, Proved, Rejection, StructuredCubicObserver, Theorem, digest, verify,
+};
+use luenberger_proof::{Matrix, Verdict};
+use nalgebra::{DMatrix, dmatrix};
+use proptest::prelude::*;
+
+fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop::collection::vec(-1.0..1.0, rows * columns).prop_map(move |v| DMatrix::from_vec(rows, columns, v))
+}
+
+/// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of coordinates.
+fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = DynamicPlant> {
+    orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
+        (matrix(n, p), matrix(n, n), matrix(n, n)).prop_map(move |(injection, turn, b)| {
+            let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
+            let c = DMatrix::from_fn(p, n, |i, j| if i == j { 1.0 } else { 0.0 });
+            let a = chain + injection * &c;
+            let q = (turn + DMatrix::identity(n, n) * 2.0).qr().q();
+            // An input for every state, so that every plant is stabilisable by construction.
+            DynamicPlant::new(&q * a * q.transpose(), b + DMatrix::identity(n, n) * 3.0, c * q.transpose()).unwrap()
+        })
+    })
+}
+
+/// `D D' + K - K' + I/10`.
+fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
+    let (d, k) = (d.view((0, 0), (p, p)), k.view((0, 0), (p, p)));
+    d * d.transpose() + k - k.transpose() + DMatrix::identity(p, p) * 0.1
+}
+
+fn linear(plant: &DynamicPlant) -> LinearDesign {
+    let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
+    LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::default()).unwrap()
+}
+
+/// Example 1 of the paper.
+fn example1() -> (DynamicPlant, LinearDesign, CubicDesign) {
+    let plant = double_integrator().to_dynamic();
+    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    (plant, linear, cubic)
+}
+
+/// Written, read, compared, checked.
+fn goes_the_whole_way(file: Result<CertificateFile, DesignError>) -> Proved {
+    let file = file.unwrap();
+    let text = file.to_json();
+    let read = CertificateFile::read(text.as_bytes()).unwrap();
+    assert_eq!((read.theorem(), read.claims()), (file.theorem(), file.claims()));
+    let proved = verify(text.as_bytes()).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    for (fact, claim) in proved.facts.iter().zip(file.claims()) {
+        assert_eq!(fact.verdict.margin(), claim.margin.to_f64(), "{fact}");
+    }
+    proved
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+
+    /// Theorems 1 and 2: the linear observer, the cubic one for any admissible S, and both with the margins that the design has.
+    #[test]
+    fn theorems_1_and_2_go_into_files(plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6)) {
+        let p = plant.c.nrows();
+        let linear = linear(&plant);
+        let proved = goes_the_whole_way(linear.certificate_file("Theorem 1"));
+        for (fact, own) in proved.facts.iter().zip(&linear.certificate.facts) {
+            prop_assert_eq!(fact.verdict.margin(), own.verdict.margin());
+        }
+        let cubic = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
+        let proved = goes_the_whole_way(cubic.certificate_file("Theorem 2"));
+        let everywhere = proved.statement.contains("With the gains L and N exactly as stored, e tends to 0 exponentially, from every e(0).");
+        prop_assert_eq!(everywhere, cubic.certificate.converges_from_everywhere());
+    }
+
+    /// The joint design, with a rate.
+    #[test]
+    fn the_joint_design_goes_into_a_file(plant in observable_plant(1..=5), rate in 0.1..1.0) {
+        let p = plant.c.nrows();
+        let design = joint_design(&plant, &DMatrix::identity(p, p), rate, 1.0).unwrap();
+        let proved = goes_the_whole_way(design.certificate_file("the joint design"));
+        prop_assert!(proved.statement.contains(&format!("V(t) <= exp(-2({rate})t) V(0)")), "{}", proved.statement);
+    }
+
+    /// Theorem 4: one gain for a polytope, feasible by construction (see `theorems_cubic.rs`). Theorem 5: (23) as a polytope of two.
+    #[test]
+    fn theorems_4_and_5_go_into_files(plant in observable_plant(2..=5), spread in matrix(5, 5)) {
+        let n = plant.a.nrows();
+        let nominal = linear(&plant);
+        let direction = spread.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 0.01;
+        let step = &direction * (0.2 / (nominal.p.norm() * direction.norm()));
+        let design = PolytopicDesign::new(&plant, &[&plant.a - &step, &plant.a + &step], 0.0).unwrap();
+        prop_assert_eq!(goes_the_whole_way(design.certificate_file("Theorem 4")).facts.len(), 4);
+        // A + eps I with eps below (23), the same L and P: the design for the shifted plant keeps them.
+        let eps = 0.99 * theorem5_bound(&nominal.p, &nominal.q).unwrap();
+        let shifted = DynamicPlant::new(&plant.a + DMatrix::identity(n, n) * eps, plant.b.clone(), plant.c.clone()).unwrap();
+        let shifted = LinearDesign::new(&shifted, &Wish::Gain(nominal.observer.l.clone()), &Decrease::default()).unwrap();
+        goes_the_whole_way(shifted.certificate_file("Theorem 5"));
+    }
+
+    /// Theorem 6 and Corollary 1.
+    #[test]
+    fn theorem_6_goes_into_a_file(plant in observable_plant(1..=6)) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
+        let observer = CubicDesign::new(&linear(&plant), &DMatrix::identity(p, p), &Correction::Gamma(1.0)).unwrap();
+        let feedback = FeedbackDesign::new(&observer, &k).unwrap();
+        let proved = goes_the_whole_way(feedback.certificate_file("Theorem 6", &observer));
+        prop_assert_eq!(proved.facts.len(), 7);
+        prop_assert_eq!(proved.facts[6].verdict.margin(), feedback.certificate.facts[5].verdict.margin());
+    }
+
+    #[test]
+    fn the_sampled_observer_goes_into_a_file(plant in observable_plant(1..=6), period in 1e-3..0.3, w in 0.1..100.0) {
+        let p = plant.c.nrows();
+        let design = SampledCubicDesign::new(&linear(&plant), &DMatrix::identity(p, p), w, period).unwrap();
+        goes_the_whole_way(design.certificate_file("sampled"));
+        goes_the_whole_way(design.linear_certificate_file("sampled, linear"));
+    }
+
+    /// Answers of `lmi`: the same inequality at a rate that is possible and at one that is not.
+    #[test]
+    fn solved_and_refuted_inequalities_go_into_files(a in matrix(3, 3)) {
+        let stable = &a - DMatrix::identity(3, 3) * (a.norm() + 0.1);
+        for (a, name) in [(&stable, "matrix-inequality-holds"), (&-&stable, "matrix-inequality-refuted")] {
+            let mut lmi = Problem::new();
+            let p = lmi.symmetric("P", 3);
+            lmi.constrain("P > 0", &p >> 0.0);
+            lmi.constrain("decrease", he(&p * a) << 0.0);
+            let solution = lmi.solve().unwrap();
+            let file = lmi.certificate_file("a Lyapunov inequality", &solution).unwrap();
+            prop_assert_eq!(file.theorem().name(), name);
+            prop_assert!(verify(file.to_json().as_bytes()).is_ok());
+        }
+    }
+
+    /// A file with bytes changed, and its digest made to agree: never a panic, and what is proved is proved of what is written.
+    #[test]
+    fn tampering_never_panics(edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..3)) {
+        let mut bytes = example1().2.certificate_file("Example 1").unwrap().to_json().into_bytes();
+        for (at, byte) in edits {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        let _ = verify(&bytes);
+        if let Ok(text) = String::from_utf8(bytes) {
+            if digest(text.as_bytes()).is_ok() && text.contains(SEAL) {
+                let _ = verify(resealed(&text).as_bytes());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_examples_of_the_paper_go_into_files() {
+    let (plant, linear, cubic) = example1();
+    let proved = goes_the_whole_way(linear.certificate_file("Example 1, linear"));
+    assert!(proved.statement.starts_with("For the plant x' = Ax + Bu, y = Cx with 2 states, 1 input and 1 output"));
+    let proved = goes_the_whole_way(cubic.certificate_file("Example 1"));
+    assert_eq!(proved.facts.len(), 5);
+    let o = &cubic.observer;
+    // Theorem 1 to the last bit: false for the N that was rounded, and then there is no file.
+    let refused = Theorem1::certificate_file("Theorem 1", &plant, (&o.l, &o.n, &o.theta), &cubic.p);
+    let Err(DesignError::CertificateFile(why)) = refused else { panic!("{refused:?}") };
+    assert!(why.to_string().starts_with("P N C + C'N'P <= 0 (13') is false: v = ("), "{why}");
+    // P N = -C' in integers: P = [2 -1; -1 1], N = -(1, 1).
+    let (l, n, p) = (dmatrix![3.0; 3.0], dmatrix![-1.0; -1.0], dmatrix![2.0, -1.0; -1.0, 1.0]);
+    let file = Theorem1::certificate_file("Theorem 1", &plant, (&l, &n, &dmatrix![1.0]), &p);
+    assert_eq!(goes_the_whole_way(file).facts[3].verdict.margin(), Some(0.0));
+
+    let third = third_order::example3().to_dynamic();
+    let l = dmatrix![0.267; -1.429; 3.904];
+    let gain = certify_gain(&third, &l, &(&l * -10.0)).unwrap();
+    goes_the_whole_way(gain.certificate_file("Example 3 with the other sign"));
+    let margin = fixed_gain_margin(&third, &l, &(&l * -10.0), 1e-3).unwrap();
+    goes_the_whole_way(margin.at_margin.certificate_file("Example 3 at its margin"));
+}
+
+/// A weight that ignores an output: N lacks rank, and convergence is proved from an ellipsoid, or of the real gain alone.
+#[test]
+fn a_singular_weight_goes_into_a_file_that_says_how_far_it_reaches() {
+    let plant = DynamicPlant::new(
+        dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
+    )
+    .unwrap();
+    let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
+    let design = CubicDesign::new(&linear(&plant), &theta, &Correction::Gamma(1.0)).unwrap();
+    assert!(!design.certificate.converges_from_everywhere());
+    let file = design.certificate_file("one output ignored").unwrap();
+    let proved = goes_the_whole_way(Ok(file.clone()));
+    let at = "exactly as stored, e tends to 0 exponentially, from every e(0) with e(0)'P e(0) < ";
+    assert!(proved.statement.contains(at), "{}", proved.statement);
+    // The next larger level is one too many, and so is everywhere.
+    let Theorem::CubicObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+    use luenberger_proof::certificate::Region::{Everywhere, Within};
+    let Within(level) = theorem.region else { panic!() };
+    for region in [Within(level.next_up()), Everywhere] {
+        let claimed = luenberger_proof::certificate::CubicObserver { region, ..theorem.clone() };
+        let refused = CertificateFile::prove("too much", claimed.into());
+        assert!(matches!(refused, Err(Rejection::NotProved { .. })), "{refused:?}");
+    }
+    // The real gain has no such limit.
+    let theorem = theorem.clone();
+    let structured = StructuredCubicObserver {
+        plant: theorem.plant,
+        l: theorem.l,
+        theta: theorem.theta,
+        p: theorem.p,
+        s: theorem.s,
+        rate: 0.0,
+    };
+    let proved =
+        verify(CertificateFile::prove("the real gain", structured.into()).unwrap().to_json().as_bytes()).unwrap();
+    assert!(proved.statement.ends_with("from every e(0). Nothing is said of a rounding of N."), "{}", proved.statement);
+}
+
+#[test]
+fn designs_for_nonlinear_plants_go_into_files() {
+    let lpv = LpvDesign::new(flexible_joint::classical(), &Region::everywhere(4), 1.0).unwrap();
+    let proved = goes_the_whole_way(lpv.certificate_file("the flexible joint"));
+    assert!(
+        proved.statement.starts_with("For all matrices (A(t), C(t)) in the convex hull of the 2 "),
+        "{}",
+        proved.statement
+    );
+    assert!(proved.statement.contains("that they do is a hypothesis, of which this certificate says nothing"));
+    let a = DMatrix::from_column_slice(4, 4, flexible_joint::classical().linear_part().as_slice());
+    let vertices = [-3.33, 3.33].map(|slope| {
+        let mut vertex = a.clone();
+        vertex[(3, 2)] += slope;
+        vertex
+    });
+    let repaired = RepairedDesign::new(&vertices, 2, 1.0).unwrap();
+    assert_eq!(goes_the_whole_way(repaired.certificate_file("repaired")).facts.len(), 3);
+    let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
+    let plant = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
+    let lipschitz = LipschitzDesign::new(&plant, 1.0).unwrap();
+    assert!(goes_the_whole_way(lipschitz.certificate_file("Lipschitz")).statement.contains("phi_1 in [-3.33, 3.33]"));
+    let coordinates = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5).unwrap();
+    assert_eq!(goes_the_whole_way(coordinates.certificate_file("coordinates")).facts.len(), 3);
+}
+
+/// What is undecided, or another problem's, has no file.
+#[test]
+fn an_answer_to_another_problem_has_no_file() {
+    let posed = |shift: f64| {
+        let mut lmi = Problem::new();
+        let p = lmi.symmetric("P", 2);
+        lmi.constrain("P > 0", &p >> 0.0);
+        lmi.constrain("decrease", he(&p * dmatrix![shift, 1.0; 0.0, shift]) << 0.0);
+        lmi
+    };
+    let refuted = posed(1.0).solve().unwrap();
+    assert!(matches!(refuted.verdict, Verdict::Refuted { .. }));
+    assert!(posed(1.0).certificate_file("infeasible", &refuted).is_ok());
+    let error = posed(-1.0).certificate_file("feasible", &refuted).unwrap_err();
+    assert!(
+        error.to_string().starts_with("no certificate file: sum_k tr(F_ki Z_k) = 0 for every unknown x_i is false"),
+        "{error}"
+    );
+    let problem = posed(-1.0);
+    let solved = problem.solve().unwrap();
+    assert!(problem.certificate_file("feasible", &solved).is_ok());
+    let error = posed(-1.0).certificate_file("the unknowns are of another problem", &solved).unwrap_err();
+    assert!(error.to_string().contains("x[0]: \"NaN\" is not a number"), "{error}");
+}
+
+// Tampering. The digest catches every change; what the mathematics says is tested with the digest and the words made to agree again.
+
+const SEAL: &str = "\"sha256\": \"";
+
+fn sealed(text: &str) -> String {
+    let at = text.find(SEAL).unwrap() + SEAL.len();
+    let end = at + text[at..].find('"').unwrap_or(0);
+    format!("{}{}{}", &text[..at], digest(text.as_bytes()).unwrap_or_default(), &text[end..])
+}
+
+/// With the words and the digest that its data call for.
+fn resealed(text: &str) -> String {
+    let text = sealed(text);
+    match CertificateFile::read(text.as_bytes()) {
+        Ok(file) => sealed(&text.replace(file.statement(), &file.theorem().words())),
+        Err(_) => text,
+    }
+}
+
+/// Where the numbers of a file stand that are data, not claims.
+fn numbers(text: &str) -> Vec<(usize, f64)> {
+    let end = text.find("\"margins\"").unwrap();
+    let mut found = vec![];
+    let mut at = 0;
+    while let Some(start) = text[at..end].find(['"']).map(|k| at + k + 1) {
+        let length = text[start..].find('"').unwrap();
+        if let Ok(number) = text[start..start + length].parse::<Number>() {
+            found.push((start, number.to_f64().unwrap()));
+        }
+        at = start + length + 1;
+    }
+    found
+}
+
+fn with_number(text: &str, at: usize, value: f64) -> String {
+    let length = text[at..].find('"').unwrap();
+    format!("{}{}{}", &text[..at], Number::from_f64(value).unwrap(), &text[at + length..])
+}
+
+/// Every bit of every number of the linear observer of Example 1. With the old digest: rejected, all. With a new one the mathematics decides, and whatever it
+/// lets pass is true by another method: the smallest eigenvalues in floating point are not below the margins claimed. What passes: every change of B and of the
+/// sign of a zero, and the low bits that happen to increase the margins.
+#[test]
+fn flipped_bits_are_rejected_or_leave_the_statement_true() {
+    let (_, linear, _) = example1();
+    let text = linear.certificate_file("Example 1").unwrap().to_json();
+    let (mut rejected, mut accepted) = (0, 0);
+    for (at, value) in numbers(&text) {
+        for bit in 0..64 {
+            let flipped = f64::from_bits(value.to_bits() ^ (1 << bit));
+            if !flipped.is_finite() || flipped == value {
+                continue;
+            }
+            let forged = with_number(&text, at, flipped);
+            let plain = verify(forged.as_bytes()).unwrap_err();
+            assert!(matches!(plain, Rejection::Digest { .. } | Rejection::File(_)), "{plain}");
+            let forged = resealed(&forged);
+            let Ok(proved) = verify(forged.as_bytes()) else {
+                rejected += 1;
+                continue;
+            };
+            accepted += 1;
+            let file = CertificateFile::read(forged.as_bytes()).unwrap();
+            let Theorem::LinearObserver(theorem) = file.theorem() else { panic!() };
+            let dense = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
+            let data = |m: &Matrix<luenberger_proof::certificate::Datum>| dense(&m.map(|x| x.interval().lo()));
+            let (a, c, l, p) = (data(&theorem.plant.a), data(&theorem.plant.c), dense(&theorem.l), dense(&theorem.p));
+            let half = &p * (a - l * c) + &p * theorem.rate;
+            for (m, fact) in [(p, &proved.facts[0]), (-(&half + half.transpose()), &proved.facts[1])] {
+                // Eigenvalues and entries of order 2 to a few roundings.
+                let rounding = 32.0 * f64::EPSILON * (m.norm() + half.norm());
+                assert!(lambda_min(&m).unwrap() >= fact.verdict.margin().unwrap() - rounding, "{forged}");
+            }
+        }
+    }
+    // 11 numbers that matter, 64 bits of each; B and the low bits pass.
+    assert!(rejected > 300 && accepted > 100, "{rejected} rejected, {accepted} accepted");
+}
+
+/// Changes that make the statement false: rejected by the mathematics alone, with the digest and the words made to agree.
+#[test]
+fn false_statements_are_rejected_with_a_digest_that_agrees() {
+    let (_, _, cubic) = example1();
+    let file = cubic.certificate_file("Example 1").unwrap();
+    let text = file.to_json();
+    assert!(verify(resealed(&text).as_bytes()).is_ok());
+    let Theorem::CubicObserver(theorem) = file.theorem() else { panic!() };
+    let forged = |change: &dyn Fn(&mut luenberger_proof::certificate::CubicObserver)| {
+        let mut theorem = theorem.clone();
+        change(&mut theorem);
+        CertificateFile::prove("forged", theorem.into()).expect_err("a false statement").to_string()
+    };
+    let negated = |m: &Matrix<f64>| m.map(|x| -x);
+    assert!(forged(&|t| t.l = negated(&t.l)).starts_with("(A - LC)'P + P(A - LC) < 0 (12) is false"));
+    assert!(forged(&|t| t.p = negated(&t.p)).starts_with("P > 0 is false"));
+    assert!(forged(&|t| t.theta = negated(&t.theta)).starts_with("theta >= 0 is false"));
+    assert!(forged(&|t| t.s = negated(&t.s)).starts_with("S + S' >= 0 is false"));
+    assert!(forged(&|t| t.n = negated(&t.n)).starts_with("convergence with N as stored, everywhere is not proved"));
+    assert!(forged(&|t| std::mem::swap(&mut t.l, &mut t.n)).starts_with("(A - LC)'P + P(A - LC) < 0 (12) is false"));
+    assert!(forged(&|t| t.plant.a = t.plant.a.transpose()).starts_with("(A - LC)'P + P(A - LC) < 0 (12) is false"));
+    assert!(forged(&|t| t.rate = 5.0).starts_with("(A - LC)'P + P(A - LC) + 2(5)P < 0 (12) is false"));
+    // As text: two matrices swapped by their names.
+    let swapped = text.replace("\"L\"", "\"X\"").replace("\"N\"", "\"L\"").replace("\"X\"", "\"N\"");
+    assert!(verify(swapped.as_bytes()).is_err_and(|why| matches!(why, Rejection::Digest { .. })));
+    let why = verify(resealed(&swapped).as_bytes()).unwrap_err();
+    assert!(matches!(why, Rejection::NotProved { .. }), "{why}");
+    // The sign of any number of the plant, the gains or P but B's.
+    for (at, value) in numbers(&text) {
+        let line = text[..at].lines().count();
+        let is_input =
+            text.lines().take(line).filter(|l| l.contains("\": [")).last().is_some_and(|l| l.contains("\"B\""));
+        if value != 0.0 && !is_input {
+            let why = verify(resealed(&with_number(&text, at, -value)).as_bytes());
+            assert!(why.is_err(), "line {line}");
+        }
+    }
+    // A margin one unit in the last place too large.
+    for k in 0..file.claims().len() {
+        let mut claims = file.claims().to_vec();
+        let margin = claims[k].margin.to_f64().unwrap().next_up();
+        claims[k] = Claim { margin: Number::from_f64(margin).unwrap(), ..claims[k].clone() };
+        let why = file.with_claims(&claims).unwrap().check().unwrap_err();
+        assert!(matches!(why, Rejection::Margin { index, .. } if index == k), "{why}");
+    }
+}
