@@ -10,6 +10,7 @@ use luenberger_design::{
 use luenberger_linalg::{lambda_min, lqr};
 use luenberger_lmi::{Problem, he};
 use luenberger_plants::{DynamicPlant, double_integrator, flexible_joint, third_order};
+use luenberger_proof::certificate::Region::{Everywhere, Within};
 use luenberger_proof::certificate::{
     CertificateFile, Claim, Number, Proved, Rejection, StructuredCubicObserver, Theorem, digest, verify,
 };
@@ -206,11 +207,10 @@ fn a_singular_weight_goes_into_a_file_that_says_how_far_it_reaches() {
     assert!(proved.statement.contains(at), "{}", proved.statement);
     // The next larger level is one too many, and so is everywhere.
     let Theorem::CubicObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
-    use luenberger_proof::certificate::Region::{Everywhere, Within};
     let Within(level) = theorem.region else { panic!() };
     for region in [Within(level.next_up()), Everywhere] {
         let claimed = luenberger_proof::certificate::CubicObserver { region, ..theorem.clone() };
-        let refused = CertificateFile::prove("too much", claimed.into());
+        let refused = CertificateFile::prove("too much", claimed);
         assert!(matches!(refused, Err(Rejection::NotProved { .. })), "{refused:?}");
     }
     // The real gain has no such limit.
@@ -223,8 +223,7 @@ fn a_singular_weight_goes_into_a_file_that_says_how_far_it_reaches() {
         s: theorem.s,
         rate: 0.0,
     };
-    let proved =
-        verify(CertificateFile::prove("the real gain", structured.into()).unwrap().to_json().as_bytes()).unwrap();
+    let proved = verify(CertificateFile::prove("the real gain", structured).unwrap().to_json().as_bytes()).unwrap();
     assert!(proved.statement.ends_with("from every e(0). Nothing is said of a rounding of N."), "{}", proved.statement);
 }
 
@@ -369,7 +368,7 @@ fn false_statements_are_rejected_with_a_digest_that_agrees() {
     let forged = |change: &dyn Fn(&mut luenberger_proof::certificate::CubicObserver)| {
         let mut theorem = theorem.clone();
         change(&mut theorem);
-        CertificateFile::prove("forged", theorem.into()).expect_err("a false statement").to_string()
+        CertificateFile::prove("forged", theorem).expect_err("a false statement").to_string()
     };
     let negated = |m: &Matrix<f64>| m.map(|x| -x);
     assert!(forged(&|t| t.l = negated(&t.l)).starts_with("(A - LC)'P + P(A - LC) < 0 (12) is false"));

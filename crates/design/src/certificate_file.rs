@@ -35,7 +35,7 @@ fn region(deployed: Option<&DeployedCubic>) -> Option<Region> {
 }
 
 fn prove(title: &str, theorem: impl Into<Theorem>) -> Result<CertificateFile, DesignError> {
-    Ok(CertificateFile::prove(title, theorem.into())?)
+    Ok(CertificateFile::prove(title, theorem)?)
 }
 
 impl LinearDesign {

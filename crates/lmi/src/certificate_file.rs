@@ -41,7 +41,7 @@ impl Problem {
         let file = match &solution.verdict {
             Verdict::Refuted { witness } => {
                 let multipliers = self.multipliers(witness);
-                CertificateFile::prove(title, InequalityRefuted { inequalities, multipliers }.into())
+                CertificateFile::prove(title, InequalityRefuted { inequalities, multipliers })
             }
             // Undecided values are refused by the proof itself, which says which inequality fails.
             _ => {
@@ -56,7 +56,7 @@ impl Problem {
                         }
                     }
                 }
-                CertificateFile::prove(title, InequalityHolds { inequalities, x }.into())
+                CertificateFile::prove(title, InequalityHolds { inequalities, x })
             }
         };
         file.map_err(|rejection: Rejection| LmiError::CertificateFile(Box::new(rejection)))

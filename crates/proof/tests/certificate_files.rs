@@ -309,7 +309,7 @@ fn a_file_that_says_more_than_it_proves_is_rejected() {
 #[test]
 fn multipliers_that_miss_an_equation_or_its_sign_are_rejected() {
     let prove = |theorem: InequalityRefuted| {
-        CertificateFile::prove("a test", theorem.into()).map(|_| ()).map_err(|why| why.to_string())
+        CertificateFile::prove("a test", theorem).map(|_| ()).map_err(|why| why.to_string())
     };
     assert_eq!(prove(refuted()), Ok(()));
     let mut missed = refuted();
@@ -335,7 +335,7 @@ fn size_and_depth_are_bounded() {
     assert!(error(&vec![b' '; LARGEST_FILE + 1]).contains("bytes or more"));
     assert_eq!(error("[".repeat(1 << 20).as_bytes()), "line 1: arrays and objects are nested deeper than 16");
     assert!(error(format!("{{{}}}", "\"a\":{".repeat(1 << 16)).as_bytes()).contains("nested deeper"));
-    let many: String = (0..70).map(|k| format!("\"{k}\": 1,")).collect();
+    let many = (0..70).map(|k| format!("\"{k}\": 1,")).collect::<Vec<_>>().concat();
     assert_eq!(error(format!("{{{many}").as_bytes()), "line 1: an object has more than 64 members");
     let long = format!("[{}]", vec!["\"1\""; 600].join(","));
     assert!(
@@ -460,4 +460,16 @@ fn the_program_explains_itself() {
     }
     let digested = run(&["--digest", "-"], text().as_bytes());
     assert!(text().contains(said(&digested).split(' ').next().expect("a digest")));
+}
+
+/// The file that `docs/certificates.md` shows is one.
+#[test]
+fn the_file_of_the_documentation_is_proved() {
+    let page = include_str!("../../../docs/certificates.md");
+    let (_, rest) = page.split_once("```json\n").expect("a file");
+    let (shown, _) = rest.split_once("```").expect("its end");
+    assert_eq!(shown, CertificateFile::prove("a double integrator", integrator()).expect("proved").to_json());
+    for theorem in Theorem::NAMES {
+        assert!(page.contains(&format!("`{theorem}`")), "{theorem} is not on the page");
+    }
 }

@@ -64,11 +64,9 @@ impl Outcome {
     fn text(&self, path: &str) -> String {
         match self {
             Self::Proved(proved) => {
-                let mut text = format!("{path}: Proved\n  {}\n", proved.statement);
-                for fact in &proved.facts {
-                    text.push_str(&format!("  {fact}\n"));
-                }
-                text
+                let head = [format!("{path}: Proved"), proved.statement.clone()];
+                let lines: Vec<String> = head.into_iter().chain(proved.facts.iter().map(ToString::to_string)).collect();
+                lines.join("\n  ") + "\n"
             }
             Self::Rejected(why) => format!("{path}: Rejected\n  {why}\n"),
             Self::Unreadable(why) => format!("{path}: Unreadable\n  {why}\n"),
@@ -123,7 +121,7 @@ fn quoted(text: &str) -> String {
         match c {
             '"' => quoted.push_str("\\\""),
             '\\' => quoted.push_str("\\\\"),
-            c if (c as u32) < 0x20 => quoted.push_str(&format!("\\u{:04x}", c as u32)),
+            c if (c as u32) < 0x20 => quoted.extend(format!("\\u{:04x}", c as u32).chars()),
             c => quoted.push(c),
         }
     }

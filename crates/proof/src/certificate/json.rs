@@ -58,7 +58,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Node, FileError> {
     }
     let text = core::str::from_utf8(bytes).map_err(|error| {
         let good = &bytes[..error.valid_up_to()];
-        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
+        let line = good.split(|b| *b == b'\n').count();
         FileError::at(line, Fault::NotUtf8 { byte: error.valid_up_to() })
     })?;
     let mut parser = Parser { text, at: 0, line: 1 };

@@ -13,7 +13,7 @@
 //!
 //! let a = Matrix::from_rows([[0.0, 1.0], [-2.0, -3.0]]);
 //! let p = Matrix::from_rows([[5.0, 1.0], [1.0, 1.0]]);
-//! let file = CertificateFile::prove("a damped oscillator", Hurwitz::new(&a, &p)?.into())?.to_json();
+//! let file = CertificateFile::prove("a damped oscillator", Hurwitz::new(&a, &p)?)?.to_json();
 //! let proved = verify(file.as_bytes())?;
 //! assert!(proved.facts.iter().any(|fact| fact.inequality == "A'P + PA < 0"));
 //! // A digit of A changed: the digest says so, and without it the words and the margins would.
@@ -164,9 +164,9 @@ impl CertificateFile {
     ///
     /// # Errors
     /// [`Rejection::NotProved`] names the inequality that fails; [`Rejection::File`] what the data lack.
-    pub fn prove(title: &str, theorem: Theorem) -> Result<Self, Rejection> {
+    pub fn prove(title: &str, theorem: impl Into<Theorem>) -> Result<Self, Rejection> {
         // Written and read first, so that what is proved is what a reader will have: shapes checked, -0 as 0.
-        let draft = Self::written(title, &theorem, &[])?;
+        let draft = Self::written(title, &theorem.into(), &[])?;
         let facts = draft.theorem.facts()?;
         let mut claims = Vec::with_capacity(facts.len());
         for Fact { inequality, verdict } in facts {

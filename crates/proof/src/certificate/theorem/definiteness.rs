@@ -4,10 +4,13 @@ use super::super::fields::Fields;
 use super::super::number::Datum;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, enclosed, intervals, unknown_word};
-use crate::definite::{negative_definite, negative_semidefinite, positive_definite, positive_semidefinite};
+use crate::definite::{
+    Direction, Entry, negative_definite, negative_semidefinite, positive_definite, positive_semidefinite,
+};
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::matrix::Matrix;
+use crate::verdict::Verdict;
 
 /// Which definiteness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +36,15 @@ impl Sign {
             Self::PositiveSemidefinite => "positive semidefinite",
             Self::NegativeDefinite => "negative definite",
             Self::NegativeSemidefinite => "negative semidefinite",
+        }
+    }
+
+    fn decide<T: Entry>(self, m: &Matrix<T>) -> Result<Verdict<Direction>, ProofError> {
+        match self {
+            Self::PositiveDefinite => positive_definite(m),
+            Self::PositiveSemidefinite => positive_semidefinite(m),
+            Self::NegativeDefinite => negative_definite(m),
+            Self::NegativeSemidefinite => negative_semidefinite(m),
         }
     }
 }
@@ -90,23 +102,10 @@ impl Statement for Definiteness {
                 Datum::Between(..) => None,
             })
             .collect();
-        let verdict = match exact.and_then(|entries| Matrix::from_row_major(self.m.rows(), self.m.cols(), entries).ok())
-        {
-            Some(m) => match self.sign {
-                Sign::PositiveDefinite => positive_definite(&m)?,
-                Sign::PositiveSemidefinite => positive_semidefinite(&m)?,
-                Sign::NegativeDefinite => negative_definite(&m)?,
-                Sign::NegativeSemidefinite => negative_semidefinite(&m)?,
-            },
-            None => {
-                let m = intervals(&self.m);
-                match self.sign {
-                    Sign::PositiveDefinite => positive_definite(&m)?,
-                    Sign::PositiveSemidefinite => positive_semidefinite(&m)?,
-                    Sign::NegativeDefinite => negative_definite(&m)?,
-                    Sign::NegativeSemidefinite => negative_semidefinite(&m)?,
-                }
-            }
+        let exact = exact.and_then(|entries| Matrix::from_row_major(self.m.rows(), self.m.cols(), entries).ok());
+        let verdict = match exact {
+            Some(m) => self.sign.decide(&m)?,
+            None => self.sign.decide(&intervals(&self.m))?,
         };
         let relation = match self.sign {
             Sign::PositiveDefinite => "M > 0",

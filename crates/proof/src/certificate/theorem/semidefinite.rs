@@ -193,10 +193,10 @@ impl Statement for SemidefiniteProgram {
                 }
             }
             SemidefiniteEvidence::PrimalInfeasible(y) => {
-                members.extend([claim("primal infeasible"), ("Y", write_blocks(y))])
+                members.extend([claim("primal infeasible"), ("Y", write_blocks(y))]);
             }
             SemidefiniteEvidence::DualInfeasible(x) => {
-                members.extend([claim("dual infeasible"), ("x", Out::numbers(x))])
+                members.extend([claim("dual infeasible"), ("x", Out::numbers(x))]);
             }
         }
         members
