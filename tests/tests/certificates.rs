@@ -156,10 +156,11 @@ proptest! {
             bytes[at] = byte;
         }
         let _ = verify(&bytes);
-        if let Ok(text) = String::from_utf8(bytes) {
-            if digest(text.as_bytes()).is_ok() && text.contains(SEAL) {
-                let _ = verify(resealed(&text).as_bytes());
-            }
+        if let Ok(text) = String::from_utf8(bytes)
+            && digest(text.as_bytes()).is_ok()
+            && text.contains(SEAL)
+        {
+            let _ = verify(resealed(&text).as_bytes());
         }
     }
 }

@@ -38,26 +38,23 @@ impl Problem {
     pub fn certificate_file(&self, title: &str, solution: &Solution) -> Result<CertificateFile, LmiError> {
         let offsets = standard_form(self, Anchor::Middle)?.offsets;
         let inequalities = self.multiplied_out(&offsets);
-        let file = match &solution.verdict {
-            Verdict::Refuted { witness } => {
-                let multipliers = self.multipliers(witness);
-                CertificateFile::prove(title, InequalityRefuted { inequalities, multipliers })
-            }
+        let file = if let Verdict::Refuted { witness } = &solution.verdict {
+            let multipliers = self.multipliers(witness);
+            CertificateFile::prove(title, InequalityRefuted { inequalities, multipliers })
+        } else {
             // Undecided values are refused by the proof itself, which says which inequality fails.
-            _ => {
-                let mut x = vec![0.0; inequalities.unknowns];
-                for (variable, offset) in self.variables.iter().zip(&offsets) {
-                    let value = solution.value(variable);
-                    for i in 0..value.nrows() {
-                        for j in 0..value.ncols() {
-                            if let Some(entry) = variable.unknown_at(i, j).and_then(|k| x.get_mut(offset + k)) {
-                                *entry = value[(i, j)];
-                            }
+            let mut x = vec![0.0; inequalities.unknowns];
+            for (variable, offset) in self.variables.iter().zip(&offsets) {
+                let value = solution.value(variable);
+                for i in 0..value.nrows() {
+                    for j in 0..value.ncols() {
+                        if let Some(entry) = variable.unknown_at(i, j).and_then(|k| x.get_mut(offset + k)) {
+                            *entry = value[(i, j)];
                         }
                     }
                 }
-                CertificateFile::prove(title, InequalityHolds { inequalities, x })
             }
+            CertificateFile::prove(title, InequalityHolds { inequalities, x })
         };
         file.map_err(|rejection: Rejection| LmiError::CertificateFile(Box::new(rejection)))
     }

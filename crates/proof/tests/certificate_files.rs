@@ -342,6 +342,22 @@ fn size_and_depth_are_bounded() {
         why(&text().replacen("[\"0x0p0\", \"0x1p0\"]", &long, 1))
             .contains("is of order 600; the checker goes up to 512")
     );
+    // Matrices that are large by their orders alone.
+    let program = file(program().into()).to_json();
+    let blocks = ["{ \"dense\": 512 }"; 5].join(", ");
+    let found = why(&program.replacen("\"blocks\": [", &format!("\"blocks\": [{blocks}, "), 1));
+    assert!(
+        found.ends_with(
+            "program.blocks: the matrices have 1310724 entries together, zeros included; the checker goes up to 1048576"
+        ),
+        "{found}"
+    );
+    let inequality = file(holds().into()).to_json();
+    let found = why(&inequality.replacen("\"order\": 2", "\"order\": 513", 1));
+    assert!(
+        found.ends_with("inequalities.constraints[0].order: the index 513 is too large: 512 is the largest"),
+        "{found}"
+    );
     let digits = "7".repeat(20_001);
     assert!(why(&text().replacen("0x1.6p3", &digits, 1)).contains("a number of 20001 characters"));
 }

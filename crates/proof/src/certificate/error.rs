@@ -162,6 +162,14 @@ pub enum Fault {
         /// How many are allowed.
         allowed: usize,
     },
+    /// Sparse matrices that are too large together.
+    #[error("the matrices have {entries} entries together, zeros included; the checker goes up to {allowed}")]
+    TooManyEntries {
+        /// How many.
+        entries: usize,
+        /// How many are allowed.
+        allowed: usize,
+    },
     /// A list of another length than another field asks for.
     #[error("has {found} elements, and should have {expected}")]
     Length {

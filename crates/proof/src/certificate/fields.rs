@@ -8,6 +8,9 @@ use crate::matrix::Matrix;
 /// The largest order of a matrix in a file: what the checker proves in seconds.
 pub const LARGEST_ORDER: usize = 512;
 
+/// The most entries that matrices of which a file lists only those that are not 0 may have together, with the zeros.
+pub const MOST_ENTRIES: usize = 1 << 20;
+
 const QUOTED: &str = "a number in quotes, such as \"0x1.8p-3\" or \"42/85\"";
 
 /// A value, and where it stands.
@@ -74,6 +77,15 @@ impl<'a> Field<'a> {
             },
             _ => Err(self.wrong_type("a whole number")),
         }
+    }
+
+    /// An error when matrices given by their orders have too many entries together.
+    pub(super) fn bounded_entries(&self, orders: impl Iterator<Item = usize>) -> Result<(), FileError> {
+        let entries = orders.fold(0_usize, |sum, order| sum.saturating_add(order.saturating_mul(order)));
+        if entries <= MOST_ENTRIES {
+            return Ok(());
+        }
+        Err(self.error(Fault::TooManyEntries { entries, allowed: MOST_ENTRIES }))
     }
 
     /// As [`count`](Self::count), at most `limit`.

@@ -37,7 +37,7 @@ use crate::definite::Direction;
 use crate::verdict::Verdict;
 
 pub use error::{Fault, FileError, Rejection};
-pub use fields::LARGEST_ORDER;
+pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
 pub use json::{DEEPEST, LARGEST_FILE};
 pub use number::{Datum, LONGEST_NUMBER, Number, NumberError};
 pub use theorem::*;

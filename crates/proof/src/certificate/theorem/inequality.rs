@@ -82,6 +82,7 @@ impl MatrixInequality {
             constraints.push(Constraint { name, order, entries });
         }
         fields.finish()?;
+        list.bounded_entries(constraints.iter().map(|constraint: &Constraint| constraint.order))?;
         if constraints.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(Self { unknowns, strict, constraints }) }
     }
 

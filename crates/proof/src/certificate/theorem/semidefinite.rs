@@ -1,7 +1,7 @@
 //! The optimum of a semidefinite program is bounded, or the program has no feasible point.
 
 use super::super::Fault;
-use super::super::fields::{Field, Fields, LARGEST_ORDER};
+use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
 use super::super::number::{Datum, Number};
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, counted, unknown_word};
@@ -86,17 +86,23 @@ fn read_blocks(field: &Field<'_>, program: &Program) -> Result<Vec<DualBlock>, F
 fn read_program(file: &mut Fields<'_>) -> Result<Program, FileError> {
     let whole = file.take("program")?;
     let mut fields = whole.object()?;
-    let mut blocks = Vec::new();
-    for item in fields.take("blocks")?.items()? {
+    let mut blocks: Vec<Block> = Vec::new();
+    let list = fields.take("blocks")?;
+    for item in list.items()? {
         let mut fields = item.object()?;
         let block = match (fields.optional("dense"), fields.optional("diagonal")) {
             (Some(order), None) => Block::Dense(order.index(LARGEST_ORDER)?),
-            (None, Some(order)) => Block::Diagonal(order.index(1 << 20)?),
+            (None, Some(order)) => Block::Diagonal(order.index(MOST_ENTRIES)?),
             _ => return Err(item.error(Fault::Missing { name: "dense\" or \"diagonal" })),
         };
         fields.finish()?;
         blocks.push(block);
     }
+    // A diagonal block of n rows has n entries: as many as a matrix of this order, rounded up.
+    list.bounded_entries(blocks.iter().map(|block| match *block {
+        Block::Dense(n) => n,
+        Block::Diagonal(n) => n.isqrt() + 1,
+    }))?;
     let costs = fields
         .take("costs")?
         .items()?
