@@ -1,11 +1,12 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench linalg`,
-//! `cargo xtask bench lmi`, `cargo xtask bench proof`.
+//! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`.
 //!
 //! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
 //! its exit code.
 
 mod bench;
 mod step;
+mod stress;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -39,6 +40,22 @@ enum Command {
         #[arg(long, default_value = bench::proof::INSTANCES)]
         instances: PathBuf,
     },
+    /// Try what is claimed on random and adversarial cases, with a table of what came of them
+    Stress {
+        what: Claimed,
+        /// How many cases
+        #[arg(long, default_value_t = 1_000_000)]
+        matrices: u64,
+        /// Which cases
+        #[arg(long, default_value_t = 2019)]
+        seed: u64,
+    },
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Claimed {
+    /// Definiteness of matrices of numbers and of intervals, and the inequalities of Lyapunov, Stein and of feedback
+    Proof,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -58,6 +75,7 @@ fn main() -> ExitCode {
         Command::Bench { what: Subject::Linalg, largest, .. } => bench::linalg::run(largest),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
+        Command::Stress { what: Claimed::Proof, matrices, seed } => stress::proof::run(matrices, seed),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

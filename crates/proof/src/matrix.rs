@@ -72,6 +72,11 @@ impl<T> Matrix<T> {
         &mut self.data[i * self.cols..(i + 1) * self.cols]
     }
 
+    /// All entries, row by row, to be written to.
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
+        &mut self.data
+    }
+
     /// All entries, row by row.
     pub fn as_slice(&self) -> &[T] {
         &self.data

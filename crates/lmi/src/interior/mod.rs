@@ -23,6 +23,8 @@ mod program;
 mod schur;
 mod state;
 
+use std::time::Instant;
+
 use faer::Mat;
 use nalgebra::DMatrix;
 
@@ -63,6 +65,11 @@ const RAY: f64 = 1e-9;
 
 /// Runs the method. `None` for a program without unknowns or constraints, or if not one step could be taken.
 pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
+    solve_until(program, iterations, None)
+}
+
+/// As [`solve`], with no iteration begun after this moment.
+pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<Instant>) -> Option<Path> {
     if program.cost.is_empty() || program.blocks.is_empty() {
         return None;
     }
@@ -73,6 +80,10 @@ pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
     let (mut last_merit, mut last_kept) = (f64::INFINITY, f64::INFINITY);
     let mut stalled = 0;
     for iteration in 0..iterations {
+        if end.is_some_and(|end| Instant::now() >= end) {
+            (status, done) = ("time limit", iteration);
+            break;
+        }
         let Some(progress) = state.step(&scaled) else {
             (status, done) = ("numerical error", iteration);
             break;

@@ -28,6 +28,9 @@ pub(super) fn joined(mut b: Mat<f64>) -> Mat<f64> {
     b
 }
 
+/// How many operations a product of matrices does in the time of one on its own.
+const GAIN: usize = 12;
+
 /// Adds `tr(F_i V F_j Y)` once for every pair of unknowns, in either triangle.
 pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b: &mut Mat<f64>) {
     let n = block.order;
@@ -41,14 +44,20 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
         rows.sort_unstable();
         rows.dedup();
         // Columns of (F_j Y)' that are not zero: (F_j Y)(r, :) = sum_c F_j(r, c) Y(c, :), stored as columns, like those of V.
-        let mut g: Mat<f64> = Mat::zeros(n, rows.len());
         let place = |row: usize| rows.binary_search(&row).unwrap_or(0);
-        for e in entries {
-            let mirrored = if e.row == e.column { None } else { Some((e.column, e.row)) };
-            for (r, c) in std::iter::once((e.row, e.column)).chain(mirrored) {
-                let target = place(r);
-                for (out, y) in g.col_mut(target).iter_mut().zip(y.col(c).iter()) {
-                    *out += e.value * y;
+        let both = entries.iter().flat_map(|e| {
+            let mirrored = if e.row == e.column { None } else { Some((e.column, e.row, e.value)) };
+            std::iter::once((e.row, e.column, e.value)).chain(mirrored)
+        });
+        let mut g: Mat<f64> = Mat::zeros(n, rows.len());
+        if GAIN * 2 * entries.len() > n * rows.len() {
+            let mut f: Mat<f64> = Mat::zeros(n, rows.len());
+            both.for_each(|(r, c, value)| f[(c, place(r))] = value);
+            g = y * &f;
+        } else {
+            for (r, c, value) in both {
+                for (out, y) in g.col_as_slice_mut(place(r)).iter_mut().zip(y.col(c).iter()) {
+                    *out += value * y;
                 }
             }
         }

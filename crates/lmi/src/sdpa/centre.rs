@@ -1,4 +1,4 @@
-//! Drawing a proposal towards a centre, as little as it takes.
+//! Which proposal to prove: the last that can be, or one drawn towards a centre as little as it takes.
 
 /// Calls `accept` with growing shares of the way to the centre, from 1e-14 by decades to 1, until it says yes; then halves the gap between the last no
 /// and the yes three times on the logarithmic scale. Whether it ever said yes; at most 18 calls.
@@ -16,9 +16,56 @@ pub(super) fn draw(mut accept: impl FnMut(f64) -> bool) -> bool {
     true
 }
 
+/// Calls `accept` with the numbers below `count`, backwards in growing steps until it says yes, then twice between the last no and the yes. Whether it ever said yes;
+/// about 3 + log2(count) calls, where most that are offered get worse towards 0 and are easier to accept.
+pub(super) fn last(count: usize, mut accept: impl FnMut(usize) -> bool) -> bool {
+    let mut no = 0;
+    let mut back = 1;
+    while no < count {
+        back = back.min(count);
+        if accept(count - back) {
+            let mut yes = back;
+            for _ in 0..2 {
+                if yes - no <= 1 {
+                    break;
+                }
+                let middle = usize::midpoint(yes, no);
+                if accept(count - middle) {
+                    yes = middle;
+                } else {
+                    no = middle;
+                }
+            }
+            return true;
+        }
+        no = back;
+        back *= 2;
+    }
+    false
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_last_acceptable_is_found_nearly() {
+        for count in 0..20 {
+            assert!(!last(count, |_| false));
+            for most in 0..count {
+                let (mut best, mut calls) = (0, 0);
+                let found = last(count, |k| {
+                    calls += 1;
+                    if k <= most {
+                        best = best.max(k);
+                    }
+                    k <= most
+                });
+                // Of steps of at most 8, two halvings leave 2.
+                assert!(found && best + 2 >= most && calls <= 8, "{most} of {count}: {best} in {calls}");
+            }
+        }
+    }
 
     #[test]
     fn the_smallest_share_that_does_is_found_to_a_third_of_a_decade() {

@@ -2,7 +2,9 @@
 
 use luenberger_proof::Matrix;
 use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use faer::linalg::solvers::{Llt, Solve};
+use faer::{Mat, Side};
+use nalgebra::DMatrix;
 
 /// A matrix Y in blocks; the diagonal blocks are columns.
 #[derive(Debug, Clone)]
@@ -90,7 +92,7 @@ impl Point {
 #[derive(Debug)]
 pub(super) struct Equations {
     scales: Vec<f64>,
-    gram: Option<Cholesky<f64, Dyn>>,
+    gram: Option<Llt<f64>>,
 }
 
 impl Equations {
@@ -106,16 +108,21 @@ impl Equations {
             (1..=m).flat_map(|i| program.matrix(i).iter().map(move |e| (i - 1, e))).collect();
         let key = |e: &Entry| (e.block, e.row, e.column);
         all.sort_by_key(|(_, e)| key(e));
-        let mut gram = DMatrix::zeros(m, m);
+        let mut gram: Mat<f64> = Mat::zeros(m, m);
+        let mut column: Vec<(usize, f64)> = Vec::new();
         for here in all.chunk_by(|(_, a), (_, b)| key(a) == key(b)) {
-            for (i, x) in here {
-                let x = scales[*i] * weight(x) * middle(x);
-                for (j, y) in here {
-                    gram[(*i, *j)] += x * scales[*j] * middle(y);
+            let root = weight(here[0].1).sqrt();
+            column.clear();
+            column.extend(here.iter().map(|(i, x)| (*i, root * scales[*i] * middle(x))));
+            for (k, &(j, y)) in column.iter().enumerate() {
+                // The lower triangle: at one position the unknowns are in order.
+                let to = gram.col_as_slice_mut(j);
+                for &(i, x) in &column[k..] {
+                    to[i] += x * y;
                 }
             }
         }
-        Self { scales, gram: gram.cholesky() }
+        Self { scales, gram: gram.llt(Side::Lower).ok() }
     }
 
     /// The nearest matrix that satisfies the equations, with c or with zeros on the right, to rounding.
@@ -123,12 +130,12 @@ impl Equations {
         let Some(gram) = &self.gram else { return y };
         // Three rounds: each takes off all but a rounding of what is left.
         for _ in 0..3 {
-            let residual = DVector::from_fn(self.scales.len(), |i, _| {
+            let residual = Mat::from_fn(self.scales.len(), 1, |i, _| {
                 let right = if with_costs { program.costs()[i].midpoint_radius().map_or(0.0, |c| c.0) } else { 0.0 };
                 self.scales[i] * (right - y.inner(program, i + 1))
             });
             let step = gram.solve(&residual);
-            for (i, (x, scale)) in step.iter().zip(&self.scales).enumerate() {
+            for (i, (x, scale)) in step.col_as_slice(0).iter().zip(&self.scales).enumerate() {
                 for e in program.matrix(i + 1) {
                     let block = program.blocks()[e.block];
                     let change = x * scale * middle(e);

@@ -22,6 +22,8 @@ use std::time::{Duration, Instant};
 
 use luenberger_proof::semidefinite::{Block, Program};
 
+use thiserror::Error;
+
 pub use reader::{LONGEST_LINE, ReadError, read};
 
 use crate::conic::{ConicProgram, Ending};
@@ -41,6 +43,32 @@ pub enum Status {
     Undecided,
 }
 
+/// Why a program stayed undecided.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Doubt {
+    /// The solver was not started.
+    #[error("the solver would take about {:.1} GB, and {:.1} GB are allowed", expected / 1e9, *allowed as f64 / 1e9)]
+    Memory {
+        /// Bytes.
+        expected: f64,
+        /// Bytes.
+        allowed: usize,
+    },
+    /// The time allowed was over.
+    #[error("the time allowed was over")]
+    Time,
+    /// The lower bound stands, the upper is open.
+    #[error("no feasible point of (P) could be proved: its interior is empty or thin")]
+    NoPrimalPoint,
+    /// The upper bound stands, the lower is open.
+    #[error("no feasible point of (D) could be proved: its interior is empty or thin, or its equations are dependent")]
+    NoDualPoint,
+    /// Neither bound.
+    #[error("neither a feasible point nor a ray of either program could be proved")]
+    NoPoint,
+}
+
 /// What [`solve`] found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -56,6 +84,8 @@ pub struct Outcome {
     pub x: Vec<f64>,
     /// The solver's own word for how its first run ended. Nothing rests on it.
     pub word: &'static str,
+    /// Where the status is undecided, what stood in the way.
+    pub why: Option<Doubt>,
     /// How often the solver ran.
     pub runs: usize,
     /// Its iterations, summed.
@@ -76,11 +106,14 @@ pub struct Settings {
     pub iterations: u32,
     /// The largest memory, in bytes, that the solver may be expected to take; it is not started beyond.
     pub memory: usize,
+    /// No iteration of the solver and no attempt at a proof is begun after this time; what is proved by then stands. Without it, what is found does not depend on
+    /// the machine.
+    pub time: Option<Duration>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { iterations: 200, memory: 8 << 30 }
+        Self { iterations: 200, memory: 8 << 30, time: None }
     }
 }
 
@@ -95,7 +128,8 @@ impl Default for Settings {
 /// ```
 pub fn solve(program: &Program, settings: &Settings) -> Outcome {
     let start = Instant::now();
-    let mut run = Run { program, settings, solving: Duration::ZERO, runs: 0, iterations: 0 };
+    let end = settings.time.and_then(|time| start.checked_add(time));
+    let mut run = Run { program, settings, end, solving: Duration::ZERO, runs: 0, iterations: 0 };
     let mut outcome = run.outcome();
     outcome.solving = run.solving;
     (outcome.runs, outcome.iterations) = (run.runs, run.iterations);
@@ -106,15 +140,23 @@ pub fn solve(program: &Program, settings: &Settings) -> Outcome {
 struct Run<'a> {
     program: &'a Program,
     settings: &'a Settings,
+    end: Option<Instant>,
     solving: Duration,
     runs: usize,
     iterations: u32,
 }
 
 impl Run<'_> {
+    fn is_late(&self) -> bool {
+        self.end.is_some_and(|end| Instant::now() >= end)
+    }
+
     fn propose(&mut self, program: &ConicProgram) -> Option<Path> {
         let start = Instant::now();
-        let path = interior::solve(program, self.settings.iterations);
+        if self.is_late() {
+            return None;
+        }
+        let path = interior::solve_until(program, self.settings.iterations, self.end);
         self.solving += start.elapsed();
         self.runs += 1;
         self.iterations += path.as_ref().map_or(0, |path| path.iterations);
@@ -129,16 +171,20 @@ impl Run<'_> {
             upper: f64::INFINITY,
             primal_margin: None,
             x: Vec::new(),
-            word: "too large",
+            word: "not started",
+            why: None,
             runs: 0,
             iterations: 0,
             solving: Duration::ZERO,
             verifying: Duration::ZERO,
         };
-        if expected_memory(program) > self.settings.memory as f64 {
+        let expected = expected_memory(program);
+        if expected > self.settings.memory as f64 {
+            outcome.why = Some(Doubt::Memory { expected, allowed: self.settings.memory });
             return outcome;
         }
         let Some(path) = self.propose(&pose::primal(program)) else {
+            outcome.why = Some(self.doubt(&outcome));
             outcome.word = "no proposal";
             return outcome;
         };
@@ -161,10 +207,20 @@ impl Run<'_> {
                 _ => outcome.lower.is_finite(),
             };
             if !excluded && self.is_infeasible(ending, &path, &equations, &mut outcome) {
-                break;
+                return outcome;
             }
         }
+        outcome.why = Some(self.doubt(&outcome));
         outcome
+    }
+
+    fn doubt(&self, outcome: &Outcome) -> Doubt {
+        match (outcome.lower.is_finite(), outcome.upper.is_finite()) {
+            _ if self.is_late() => Doubt::Time,
+            (true, _) => Doubt::NoPrimalPoint,
+            (_, true) => Doubt::NoDualPoint,
+            _ => Doubt::NoPoint,
+        }
     }
 
     /// An upper bound from the last iterate that is proved feasible; if none is, from the last of all, drawn towards a centre as far as it takes.
@@ -179,18 +235,19 @@ impl Run<'_> {
                 true
             })
         };
-        if path.iterates.iter().rev().any(|iterate| accept(&iterate.unknowns)) {
+        if centre::last(path.iterates.len(), |k| accept(&path.iterates[k].unknowns)) {
             return;
         }
         let Some(x) = path.last().map(|last| &last.unknowns) else { return };
         for room in ROOMS {
             let Some(centred) = self.propose(&pose::primal_centre(program, x, room)) else { continue };
             let Some(centre) = centred.last().map(|last| &last.unknowns[..program.unknowns()]) else { continue };
-            let is_found = centre::draw(|share| {
-                let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
-                accept(&drawn)
-            });
-            if is_found {
+            // Where the centre itself is not proved, nothing on the way to it is.
+            if accept(centre) {
+                centre::draw(|share| {
+                    let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
+                    accept(&drawn)
+                });
                 return;
             }
         }
@@ -207,7 +264,14 @@ impl Run<'_> {
             })
         };
         let point = |iterate: &Iterate| dual::blocks(program, &path.on_equations(iterate, false));
-        if path.iterates.iter().rev().any(|iterate| accept(point(iterate))) {
+        let end = self.end;
+        let is_late = || end.is_some_and(|end| Instant::now() >= end);
+        // The plain projection is cheap and leaves the cone now and then; the other stays in it.
+        let is_found = centre::last(path.iterates.len(), |k| {
+            let iterate = &path.iterates[k];
+            accept(dual::blocks(program, &iterate.multipliers)) || (!is_late() && accept(point(iterate)))
+        });
+        if is_found || is_late() {
             return;
         }
         let Some(y) = path.last().map(point) else { return };
@@ -215,12 +279,14 @@ impl Run<'_> {
             let posed = pose::dual_centre(program, y.value(program), y.size(), room);
             let Some(centred) = self.propose(&posed.program) else { continue };
             // The last of these iterates has the most margin, and satisfies its equations the least.
-            for last in centred.iterates.iter().rev() {
-                let centre = posed.centre(program, &centred.on_equations(last, false));
+            let is_found = centre::last(centred.iterates.len(), |k| {
+                let centre = posed.centre(program, &centred.on_equations(&centred.iterates[k], false));
                 let centre = equations.move_onto(program, centre, true);
-                if centre::draw(|share| accept(y.towards(&centre, share))) {
-                    return;
-                }
+                // Where the centre itself is not proved, nothing on the way to it is.
+                !is_late() && accept(centre.clone()) && centre::draw(|share| accept(y.towards(&centre, share)))
+            });
+            if is_found || is_late() {
+                return;
             }
         }
     }
@@ -246,12 +312,17 @@ impl Run<'_> {
             let y = equations.move_onto(program, y, false).into_blocks(program);
             program.is_primal_infeasible(&y).is_some()
         };
-        if path.iterates.iter().rev().any(|last| is_ray(dual::blocks(program, &path.on_equations(last, true)))) {
+        let iterates = &path.iterates;
+        if centre::last(iterates.len(), |k| {
+            is_ray(dual::blocks(program, &iterates[k].multipliers))
+                || is_ray(dual::blocks(program, &path.on_equations(&iterates[k], true)))
+        }) {
             return true;
         }
         let posed = pose::dual_ray(program);
         self.propose(&posed.program).is_some_and(|ray| {
-            ray.iterates.iter().rev().any(|last| is_ray(posed.centre(program, &ray.on_equations(last, false))))
+            let centre = |k: usize| posed.centre(program, &ray.on_equations(&ray.iterates[k], false));
+            centre::last(ray.iterates.len(), |k| is_ray(centre(k)))
         })
     }
 
@@ -259,8 +330,8 @@ impl Run<'_> {
     fn is_dual_infeasible(&mut self, path: &Path) -> bool {
         let program = self.program;
         let is_ray = |iterate: &Iterate| program.is_dual_infeasible(&iterate.unknowns[..program.unknowns()]).is_some();
-        path.iterates.iter().rev().any(is_ray)
-            || self.propose(&pose::primal_ray(program)).is_some_and(|ray| ray.iterates.iter().rev().any(is_ray))
+        let any = |path: &Path| centre::last(path.iterates.len(), |k| is_ray(&path.iterates[k]));
+        any(path) || self.propose(&pose::primal_ray(program)).is_some_and(|ray| any(&ray))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The four statements of the [module](super), each from one proposed point.
 
-use super::gram::{Equations, inner, is_above, norm};
+use super::gram::{inner, is_above, norm};
 use super::{Block, DualBlock, Program};
 use crate::definite::positive_definite;
 use crate::interval::Interval;
@@ -35,7 +35,7 @@ impl Program {
 
     /// The optimum of (P) is at least `tr(F_0 Y) - error`, if a feasible point of (D) near Y can be proved to exist.
     ///
-    /// The blocks of Y must be symmetric. Cost: a few Cholesky factorisations of order m, one of each block.
+    /// The blocks of Y must be symmetric. Cost: one Cholesky factorisation of each block; at the first call a few of order m, if the constraints ask for them.
     pub fn lower_bound(&self, y: &[DualBlock]) -> Option<DualBound> {
         self.dual(y, |i| self.costs()[i]).filter(|bound| bound.value.is_finite())
     }
@@ -109,7 +109,7 @@ impl Program {
         }
         let residuals: Vec<Interval> =
             (0..self.unknowns()).map(|i| right_side(i).sub(&inner(self.matrix(i + 1), y))).collect();
-        let distance = Equations::of(self)?.distance(&residuals);
+        let distance = self.equations()?.distance(&residuals);
         if !(distance.is_finite() && is_above(self.blocks(), y, distance)) {
             return None;
         }

@@ -17,7 +17,8 @@
 //! **Equations.** No binary64 matrix Y satisfies `tr(F_i Y) = c_i` exactly, but one is near: with the residuals `r_i = c_i - tr(F_i Y)` and the Gram
 //! matrix `G_ij = tr(F_i F_j)`, the matrix `Y* = Y + sum_i (G^-1 r)_i F_i` does, and its distance in the Frobenius norm is `sqrt(r'G^-1 r) <= |r| / sqrt(lambda_min(G)) =: delta`.
 //! Hence `Y >= delta I` proves that a feasible Y* >= 0 exists, and `tr(F_0 Y*) >= tr(F_0 Y) - delta |F_0|`. Every quantity is bounded with outward rounding, after the
-//! constraints are scaled by powers of two, which changes no statement. Dependent constraints (a singular G) prove nothing.
+//! constraints are scaled by powers of two, which changes no statement. Where constraints meet in few entries, `lambda_min(G)` is bounded from the sums of their rows
+//! (Gershgorin), else by Cholesky. Dependent constraints (a singular G) prove nothing.
 //!
 //! Sources: C. Jansson, D. Chaykin, C. Keil, Rigorous error bounds for the optimal value in semidefinite programming, SIAM J. Numer. Anal. 46,
 //! 2007, for what can be bounded; the distance above is derived here.
@@ -26,6 +27,10 @@ mod bounds;
 mod gram;
 
 pub use bounds::{DualBound, PrimalBound};
+
+use std::sync::OnceLock;
+
+use gram::Equations;
 
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -81,12 +86,20 @@ impl DualBlock {
 }
 
 /// The program of the [module](self)'s head.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Program {
     blocks: Vec<Block>,
     costs: Vec<Interval>,
     /// F_0, F_1, ..., F_m; entries sorted by position, each position once.
     matrices: Vec<Vec<Entry>>,
+    /// What is known of the equations of (D), once it has been asked for: it is the same for every Y.
+    equations: OnceLock<Option<Equations>>,
+}
+
+impl PartialEq for Program {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.blocks, &self.costs, &self.matrices) == (&other.blocks, &other.costs, &other.matrices)
+    }
 }
 
 /// Why data make no semidefinite program, or a point does not belong to it.
@@ -203,7 +216,7 @@ impl Program {
                 return Err(ProgramError::Repeated { matrix, block, row, column });
             }
         }
-        Ok(Self { blocks, costs, matrices })
+        Ok(Self { blocks, costs, matrices, equations: OnceLock::new() })
     }
 
     /// The blocks.
@@ -220,6 +233,10 @@ impl Program {
     /// of the caller, answered by no entries.
     pub fn matrix(&self, k: usize) -> &[Entry] {
         self.matrices.get(k).map_or(&[], Vec::as_slice)
+    }
+
+    fn equations(&self) -> Option<&Equations> {
+        self.equations.get_or_init(|| Equations::of(self)).as_ref()
     }
 
     /// Number of unknowns, m.

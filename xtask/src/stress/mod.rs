@@ -1,0 +1,3 @@
+//! What is tried by the million, for longer than a suite of tests may take.
+
+pub(crate) mod proof;
