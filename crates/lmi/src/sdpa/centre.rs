@@ -1,9 +1,9 @@
 //! Which proposal to prove: the last that can be, or one drawn towards a centre as little as it takes.
 
-/// Calls `accept` with growing shares of the way to the centre, from 1e-14 by decades to 1, until it says yes; then halves the gap between the last no
-/// and the yes three times on the logarithmic scale. Whether it ever said yes; at most 18 calls.
-pub(super) fn draw(mut accept: impl FnMut(f64) -> bool) -> bool {
-    let Some(mut yes) = (-14..=0).map(|k| 10f64.powi(k)).find(|&share| accept(share)) else { return false };
+/// Calls `accept` with growing shares of the way to the centre, from `10^least` by decades to 1, until it says yes; then halves the gap between the last no
+/// and the yes three times on the logarithmic scale. Whether it ever said yes; at most 18 calls from 1e-14.
+pub(super) fn draw(least: i32, mut accept: impl FnMut(f64) -> bool) -> bool {
+    let Some(mut yes) = (least..=0).map(|k| 10f64.powi(k)).find(|&share| accept(share)) else { return false };
     let mut no = yes / 10.0;
     for _ in 0..3 {
         let middle = (no * yes).sqrt();
@@ -16,9 +16,9 @@ pub(super) fn draw(mut accept: impl FnMut(f64) -> bool) -> bool {
     true
 }
 
-/// Calls `accept` with the numbers below `count`, backwards in growing steps until it says yes, then twice between the last no and the yes. Whether it ever said yes;
+/// Calls `accept` with the numbers below `count`, backwards in growing steps until it says yes, then twice between the last no and the yes. The last yes;
 /// about 3 + log2(count) calls, where most that are offered get worse towards 0 and are easier to accept.
-pub(super) fn last(count: usize, mut accept: impl FnMut(usize) -> bool) -> bool {
+pub(super) fn last(count: usize, mut accept: impl FnMut(usize) -> bool) -> Option<usize> {
     let mut no = 0;
     let mut back = 1;
     while no < count {
@@ -36,12 +36,12 @@ pub(super) fn last(count: usize, mut accept: impl FnMut(usize) -> bool) -> bool 
                     no = middle;
                 }
             }
-            return true;
+            return Some(count - yes);
         }
         no = back;
         back *= 2;
     }
-    false
+    None
 }
 
 #[cfg(test)]
@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn the_last_acceptable_is_found_nearly() {
         for count in 0..20 {
-            assert!(!last(count, |_| false));
+            assert_eq!(last(count, |_| false), None);
             for most in 0..count {
                 let (mut best, mut calls) = (0, 0);
                 let found = last(count, |k| {
@@ -62,7 +62,7 @@ mod tests {
                     k <= most
                 });
                 // Of steps of at most 8, two halvings leave 2.
-                assert!(found && best + 2 >= most && calls <= 8, "{most} of {count}: {best} in {calls}");
+                assert!(found == Some(best) && best + 2 >= most && calls <= 8, "{most} of {count}: {best} in {calls}");
             }
         }
     }
@@ -72,7 +72,7 @@ mod tests {
         for least in [3e-13, 0.02, 1.0] {
             let mut last = f64::INFINITY;
             let mut calls = 0;
-            draw(|share| {
+            draw(-14, |share| {
                 calls += 1;
                 if share >= least {
                     last = last.min(share);

@@ -99,6 +99,15 @@ pub struct Outcome {
 /// How much of its cost a centre may give for its margin, relative to `1 + |value|`: little first.
 const ROOMS: [f64; 2] = [1e-3, 1.0];
 
+/// The least shares of the way to a centre, and to a point already proved, as powers of ten.
+const NEAREST: i32 = -14;
+const NEAR: i32 = -7;
+
+/// Whether the cost of a proved point is so far from that of a proposal that it pays to look between them.
+fn is_wide(proposed: f64, proved: f64) -> bool {
+    (proposed - proved).abs() > 1e-8 * (1.0 + proposed.abs())
+}
+
 /// How hard to try.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
@@ -223,7 +232,8 @@ impl Run<'_> {
         }
     }
 
-    /// An upper bound from the last iterate that is proved feasible; if none is, from the last of all, drawn towards a centre as far as it takes.
+    /// An upper bound from the last iterate that is proved feasible, from a point between it and the last of all where the two are far apart; if none is, from the last
+    /// of all, drawn towards a centre as far as it takes.
     fn bound_above(&mut self, path: &Path, outcome: &mut Outcome) {
         let program = self.program;
         let mut accept = |x: &[f64]| {
@@ -235,19 +245,23 @@ impl Run<'_> {
                 true
             })
         };
-        if centre::last(path.iterates.len(), |k| accept(&path.iterates[k].unknowns)) {
+        let Some(x) = path.last().map(|last| &last.unknowns) else { return };
+        let drawn = |end: &[f64], share: f64| -> Vec<f64> {
+            x.iter().zip(end).map(|(x, end)| x + share * (end - x)).collect()
+        };
+        if let Some(k) = centre::last(path.iterates.len(), |k| accept(&path.iterates[k].unknowns)) {
+            let end = &path.iterates[k].unknowns;
+            if is_wide(pose::value(program, x), pose::value(program, end)) && !self.is_late() {
+                centre::draw(NEAR, |share| accept(&drawn(end, share)));
+            }
             return;
         }
-        let Some(x) = path.last().map(|last| &last.unknowns) else { return };
         for room in ROOMS {
             let Some(centred) = self.propose(&pose::primal_centre(program, x, room)) else { continue };
             let Some(centre) = centred.last().map(|last| &last.unknowns[..program.unknowns()]) else { continue };
             // Where the centre itself is not proved, nothing on the way to it is.
             if accept(centre) {
-                centre::draw(|share| {
-                    let drawn: Vec<f64> = x.iter().zip(centre).map(|(x, c)| x + share * (c - x)).collect();
-                    accept(&drawn)
-                });
+                centre::draw(NEAREST, |share| accept(&drawn(centre, share)));
                 return;
             }
         }
@@ -256,12 +270,15 @@ impl Run<'_> {
     /// A lower bound from Y, likewise.
     fn bound_below(&mut self, path: &Path, equations: &Equations, outcome: &mut Outcome) {
         let program = self.program;
+        let mut proved: Option<Point> = None;
         let mut accept = |y: Point| {
             let y = equations.move_onto(program, y, true);
-            program.lower_bound(&y.into_blocks(program)).is_some_and(|bound| {
-                outcome.lower = outcome.lower.max(bound.value);
-                true
-            })
+            let Some(bound) = program.lower_bound(&y.clone().into_blocks(program)) else { return false };
+            if bound.value > outcome.lower {
+                outcome.lower = bound.value;
+                proved = Some(y);
+            }
+            true
         };
         let point = |iterate: &Iterate| dual::blocks(program, &path.on_equations(iterate, false));
         let end = self.end;
@@ -270,11 +287,25 @@ impl Run<'_> {
         let is_found = centre::last(path.iterates.len(), |k| {
             let iterate = &path.iterates[k];
             accept(dual::blocks(program, &iterate.multipliers)) || (!is_late() && accept(point(iterate)))
-        });
-        if is_found || is_late() {
+        })
+        .is_some();
+        let Some(last) = path.last().filter(|_| !is_late()) else { return };
+        if is_found {
+            let y = dual::blocks(program, &last.multipliers);
+            if let Some(end) = proved.filter(|end| is_wide(y.value(program), end.value(program))) {
+                let mut best = outcome.lower;
+                centre::draw(NEAR, |share| {
+                    let y = equations.move_onto(program, y.towards(&end, share), true);
+                    program.lower_bound(&y.into_blocks(program)).is_some_and(|bound| {
+                        best = best.max(bound.value);
+                        true
+                    })
+                });
+                outcome.lower = best;
+            }
             return;
         }
-        let Some(y) = path.last().map(point) else { return };
+        let y = point(last);
         for room in ROOMS {
             let posed = pose::dual_centre(program, y.value(program), y.size(), room);
             let Some(centred) = self.propose(&posed.program) else { continue };
@@ -283,9 +314,13 @@ impl Run<'_> {
                 let centre = posed.centre(program, &centred.on_equations(&centred.iterates[k], false));
                 let centre = equations.move_onto(program, centre, true);
                 // Where the centre itself is not proved, nothing on the way to it is.
-                !is_late() && accept(centre.clone()) && centre::draw(|share| accept(y.towards(&centre, share)))
+                let is_proved = !is_late() && accept(centre.clone());
+                if is_proved {
+                    centre::draw(NEAREST, |share| accept(y.towards(&centre, share)));
+                }
+                is_proved
             });
-            if is_found || is_late() {
+            if is_found.is_some() || is_late() {
                 return;
             }
         }
@@ -316,13 +351,15 @@ impl Run<'_> {
         if centre::last(iterates.len(), |k| {
             is_ray(dual::blocks(program, &iterates[k].multipliers))
                 || is_ray(dual::blocks(program, &path.on_equations(&iterates[k], true)))
-        }) {
+        })
+        .is_some()
+        {
             return true;
         }
         let posed = pose::dual_ray(program);
         self.propose(&posed.program).is_some_and(|ray| {
             let centre = |k: usize| posed.centre(program, &ray.on_equations(&ray.iterates[k], false));
-            centre::last(ray.iterates.len(), |k| is_ray(centre(k)))
+            centre::last(ray.iterates.len(), |k| is_ray(centre(k))).is_some()
         })
     }
 
@@ -330,7 +367,7 @@ impl Run<'_> {
     fn is_dual_infeasible(&mut self, path: &Path) -> bool {
         let program = self.program;
         let is_ray = |iterate: &Iterate| program.is_dual_infeasible(&iterate.unknowns[..program.unknowns()]).is_some();
-        let any = |path: &Path| centre::last(path.iterates.len(), |k| is_ray(&path.iterates[k]));
+        let any = |path: &Path| centre::last(path.iterates.len(), |k| is_ray(&path.iterates[k])).is_some();
         any(path) || self.propose(&pose::primal_ray(program)).is_some_and(|ray| any(&ray))
     }
 }

@@ -25,6 +25,11 @@ fn costs(program: &Program) -> Vec<f64> {
     program.costs().iter().map(|c| c.midpoint_radius().map_or(0.0, |c| c.0)).collect()
 }
 
+/// c'x.
+pub(super) fn value(program: &Program, x: &[f64]) -> f64 {
+    costs(program).iter().zip(x).map(|(c, x)| c * x).sum()
+}
+
 /// The blocks of `sum_k x_k F_k` over the matrices listed with their unknowns and factors, a diagonal block as many of order one; `constant` times
 /// F_0 is the constant part, and `identity` the unknown that multiplies I.
 fn pencil(
@@ -102,7 +107,7 @@ pub(super) fn primal(program: &Program) -> ConicProgram {
 /// The centre of (P), with s as its last unknown.
 pub(super) fn primal_centre(program: &Program, x: &[f64], room: f64) -> ConicProgram {
     let (m, c) = (program.unknowns(), costs(program));
-    let value: f64 = c.iter().zip(x).map(|(c, x)| c * x).sum();
+    let value = value(program, x);
     let largest = x.iter().enumerate().map(|(k, x)| x.abs() * norm(program, k + 1)).fold(norm(program, 0), f64::max);
     let mut blocks = pencil(program, -1.0, None, Some((m, -1.0)));
     blocks.push(conic::Block::number(
