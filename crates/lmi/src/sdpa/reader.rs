@@ -4,8 +4,8 @@
 //! "comments, at the head of the file, begin with a quote or a star
 //! 1                       number of unknowns, m; what follows on the line is a comment
 //! 2                       number of blocks
-//! (2, -3)                 their orders; negative for a diagonal block
-//! 10.0                    the costs c
+//! (2, -3)                 their orders; negative for a diagonal block. Words after them are a comment
+//! 10.0                    the costs c, and perhaps words
 //! 0 1 1 2 -1.0            matrix (0 for F_0), block, row, column, value: of the upper triangle, numbers from 1
 //! ```
 //! Commas, parentheses and braces count as blanks, an entry below the diagonal for its mirror image, entries at one position add up. The numbers are read
@@ -118,10 +118,12 @@ pub fn read(text: impl BufRead) -> Result<Program, ReadError> {
             _ => Block::Diagonal(order.unsigned_abs() as usize),
         });
     }
+    tokens.words_are_comment();
     let mut costs = Vec::new();
     for _ in 0..unknowns {
         costs.push(tokens.decimal("a cost")?);
     }
+    tokens.words_are_comment();
     let mut matrices = vec![Vec::new(); unknowns + 1];
     while tokens.more()? {
         let matrix = tokens.integer("the number of a matrix", 0, signed(unknowns))? as usize;
@@ -206,12 +208,19 @@ impl<R: BufRead> Tokens<R> {
         self.at = self.line.len();
     }
 
+    /// What is left of the line is a comment unless it begins like a number: `(2, -3) = the orders`.
+    fn words_are_comment(&mut self) {
+        let rest = self.line[self.at..].trim_start_matches(is_blank);
+        if !rest.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) {
+            self.rest_is_comment();
+        }
+    }
+
     /// Whether there is another number; stands at it if there is.
     fn more(&mut self) -> Result<bool, ReadError> {
-        let blank = |c: char| c.is_whitespace() || matches!(c, ',' | '(' | ')' | '{' | '}' | '[' | ']');
         loop {
             let rest = &self.line[self.at..];
-            let trimmed = rest.trim_start_matches(blank);
+            let trimmed = rest.trim_start_matches(is_blank);
             if !trimmed.is_empty() {
                 self.at += rest.len() - trimmed.len();
                 return Ok(true);
@@ -228,9 +237,7 @@ impl<R: BufRead> Tokens<R> {
             return Err(ReadError::Truncated { line: self.number, expected });
         }
         let rest = &self.line[self.at..];
-        let end = rest
-            .find(|c: char| c.is_whitespace() || matches!(c, ',' | '(' | ')' | '{' | '}' | '[' | ']'))
-            .unwrap_or(rest.len());
+        let end = rest.find(is_blank).unwrap_or(rest.len());
         let token = &rest[..end];
         self.at += end;
         Ok(token)
@@ -254,6 +261,10 @@ impl<R: BufRead> Tokens<R> {
         let token = self.token(expected)?;
         decimal(token).map_err(|found| ReadError::Number { line: self.number, expected, found })
     }
+}
+
+fn is_blank(c: char) -> bool {
+    c.is_whitespace() || matches!(c, ',' | '(' | ')' | '{' | '}' | '[' | ']')
 }
 
 /// A count, none of which is beyond [`LARGEST`].
