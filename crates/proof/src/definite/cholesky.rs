@@ -371,11 +371,6 @@ mod tests {
             assert!((1.0..4.0).contains(&scaled), "{x:e} becomes {scaled}");
         }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     /// The plain loop of the head of this file.
     fn plainly(mut b: Matrix<f64>) -> Matrix<f64> {

@@ -16,7 +16,7 @@ pub(crate) const FAMILIES: [Family; 20] = [
     Family { name: "Gram, exactly of rank n - 1", make: gram_of_rank_one_less },
     Family { name: "Gram, rounded, any rank", make: gram_rounded },
     Family { name: "singular but for one ulp", make: singular_but_for_one_ulp },
-    Family { name: "|v|^2 I - vv', by an ulp or none", make: projector },
+    Family { name: "v'v I - vv', by an ulp or none", make: projector },
     Family { name: "Laplacians of graphs", make: laplacian },
     Family { name: "Pascal, singular, by an ulp or none", make: pascal },
     Family { name: "nearly equal rows", make: nearly_equal_rows },
@@ -103,7 +103,7 @@ fn exponents(random: &mut Random, n: usize, most: i32) -> Vec<i32> {
 
 fn small_integers(random: &mut Random) -> Matrix<f64> {
     let n = order(random, 12);
-    symmetric(n, |i, j| if i == j { random.random_range(-1..=7) as f64 } else { integer(random, 3) })
+    symmetric(n, |i, j| if i == j { f64::from(random.random_range(-1..=7_i32)) } else { integer(random, 3) })
 }
 
 fn integers_singular(random: &mut Random) -> Matrix<f64> {

@@ -17,8 +17,10 @@ use oracle::Integers;
 use trial::{Judged, SENSES, ask};
 pub(crate) use trial::Tally;
 
+type Examine = fn(&mut Random) -> Tally;
+
 /// The kinds beyond the families of matrices.
-const OTHERS: [(&str, fn(&mut Random) -> Tally); 5] = [
+const OTHERS: [(&str, Examine); 5] = [
     ("intervals, n <= 4", intervals::examine),
     ("decay rate of A - LC", statements::lyapunov),
     ("Stein, A - LC", statements::stein),

@@ -21,7 +21,7 @@ pub(crate) struct Integers {
 fn parts(x: f64) -> (IBig, i64) {
     assert!(x.is_finite());
     let (bits, sign) = (x.to_bits() & !(1 << 63), x.is_sign_negative());
-    let (biased, fraction) = ((bits >> 52) as i64, bits & ((1 << 52) - 1));
+    let (biased, fraction) = ((bits >> 52).cast_signed(), bits & ((1 << 52) - 1));
     let (digits, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
     let zeros = if digits == 0 { 0 } else { digits.trailing_zeros() };
     let magnitude = IBig::from(digits >> zeros);

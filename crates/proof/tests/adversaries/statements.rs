@@ -1,5 +1,7 @@
 //! The inequalities of Lyapunov, Stein and of feedback by an observer, on data for which they hold by much, by nothing, or not at all.
 
+use std::cmp::Ordering;
+
 use luenberger_proof::{Matrix, Verdict, statement};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng as Random;
@@ -21,7 +23,11 @@ fn product(a: &Matrix<f64>, b: &Matrix<f64>) -> Matrix<f64> {
 
 /// Lower triangular with ones on the diagonal, and its inverse, both of integers.
 fn unimodular(random: &mut Random, n: usize) -> (Matrix<f64>, Matrix<f64>) {
-    let l = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 } else if i > j { integer(random, 2) } else { 0.0 });
+    let l = Matrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        Ordering::Equal => 1.0,
+        Ordering::Greater => integer(random, 2),
+        Ordering::Less => 0.0,
+    });
     let mut inverse = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
     for i in 0..n {
         for j in 0..i {

@@ -67,10 +67,6 @@ impl Tally {
         self.wrong.extend(other.wrong);
     }
 
-    pub(crate) fn verdicts(&self) -> u64 {
-        self.proved + self.refuted + self.undecided
-    }
-
     /// Counts a verdict, of which `fault` says what is wrong with it.
     pub(crate) fn count<W: std::fmt::Debug>(
         &mut self,
