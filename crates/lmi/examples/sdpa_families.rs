@@ -7,7 +7,10 @@ mod families;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use families::{Instance, assignment, control, equal_partition, max_cut, max_cut_cycle, planted, theta, theta_kneser, truss, without_dual_point, without_primal_point};
+use families::{
+    Instance, assignment, control, equal_partition, max_cut, max_cut_cycle, planted, theta, theta_kneser, truss,
+    without_dual_point, without_primal_point,
+};
 
 fn main() -> ExitCode {
     let Some(folder) = std::env::args_os().nth(1).map(PathBuf::from) else {

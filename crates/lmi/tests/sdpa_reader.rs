@@ -65,13 +65,15 @@ struct Written {
 
 fn written() -> impl Strategy<Value = Written> {
     let block = prop_oneof![1_i64..=4, -4_i64..=-1];
-    (prop::collection::vec(block, 1..=3), prop::collection::vec(-99_i32..=99, 1..=4)).prop_flat_map(|(blocks, costs)| {
-        let (count, unknowns) = (blocks.len(), costs.len());
-        let entry = (0..=unknowns, 1..=count, 1_usize..=4, 1_usize..=4, -99_i32..=99);
-        (prop::collection::vec(entry, 0..24), prop::collection::vec(any::<u8>(), 64)).prop_map(
-            move |(entries, style)| Written { blocks: blocks.clone(), costs: costs.clone(), entries, style },
-        )
-    })
+    (prop::collection::vec(block, 1..=3), prop::collection::vec(-99_i32..=99, 1..=4)).prop_flat_map(
+        |(blocks, costs)| {
+            let (count, unknowns) = (blocks.len(), costs.len());
+            let entry = (0..=unknowns, 1..=count, 1_usize..=4, 1_usize..=4, -99_i32..=99);
+            (prop::collection::vec(entry, 0..24), prop::collection::vec(any::<u8>(), 64)).prop_map(
+                move |(entries, style)| Written { blocks: blocks.clone(), costs: costs.clone(), entries, style },
+            )
+        },
+    )
 }
 
 impl Written {

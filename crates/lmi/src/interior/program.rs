@@ -90,7 +90,9 @@ impl Scaled {
             }
             let mut constraints: Vec<_> = by_unknown.into_iter().collect();
             // As a matrix lies in memory.
-            constraints.iter_mut().for_each(|(_, entries)| entries.sort_by_key(|e| (e.column, e.row)));
+            for (_, entries) in &mut constraints {
+                entries.sort_by_key(|e| (e.column, e.row));
+            }
             constraints.sort_by_key(|(_, entries)| std::cmp::Reverse(entries.len()));
             dense.push(Dense { order: block.order, constant: constants, constraints });
         }

@@ -1,9 +1,9 @@
 //! Points of (D) in binary64: proposals, of which nothing is proved here.
 
-use luenberger_proof::Matrix;
-use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
+use luenberger_proof::Matrix;
+use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
 use nalgebra::DMatrix;
 
 /// A matrix Y in blocks; the diagonal blocks are columns.

@@ -15,6 +15,7 @@
 
 mod centre;
 mod dual;
+mod face;
 mod pose;
 mod reader;
 
@@ -204,7 +205,9 @@ impl Run<'_> {
             return outcome;
         }
         self.bound_above(&path, &mut outcome);
-        self.bound_below(&path, &equations, &mut outcome);
+        if !face::confines_dual(program) {
+            self.bound_below(&path, &equations, &mut outcome);
+        }
         if outcome.upper.is_finite() && outcome.lower.is_finite() {
             outcome.status = Status::Bounds;
             return outcome;
@@ -246,9 +249,8 @@ impl Run<'_> {
             })
         };
         let Some(x) = path.last().map(|last| &last.unknowns) else { return };
-        let drawn = |end: &[f64], share: f64| -> Vec<f64> {
-            x.iter().zip(end).map(|(x, end)| x + share * (end - x)).collect()
-        };
+        let drawn =
+            |end: &[f64], share: f64| -> Vec<f64> { x.iter().zip(end).map(|(x, end)| x + share * (end - x)).collect() };
         if let Some(k) = centre::last(path.iterates.len(), |k| accept(&path.iterates[k].unknowns)) {
             let end = &path.iterates[k].unknowns;
             if is_wide(pose::value(program, x), pose::value(program, end)) && !self.is_late() {

@@ -186,7 +186,8 @@ pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
     }
     rows.push((0.0, square.into_iter().map(|((i, j), x)| (i, j, x)).collect()));
     let mut file = File::new(&[n as i64], rows.iter().map(|row| row.0).collect());
-    let table = |rng: &mut ChaCha8Rng| -> Vec<f64> { (0..q * q).map(|_| f64::from(rng.random_range(0..10_i32))).collect() };
+    let table =
+        |rng: &mut ChaCha8Rng| -> Vec<f64> { (0..q * q).map(|_| f64::from(rng.random_range(0..10_i32))).collect() };
     let (flow, distance) = (table(&mut rng), table(&mut rng));
     for i in 0..q {
         for j in i + 1..q {

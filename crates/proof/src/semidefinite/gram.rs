@@ -238,8 +238,7 @@ mod tests {
         let mut matrices = vec![Vec::new()];
         matrices.extend((0..n).map(|i| vec![entry(i, i)]));
         matrices.push((0..n).flat_map(|i| (i..n).map(move |j| entry(i, j))).collect());
-        let program =
-            Program::new(vec![Block::Dense(n)], vec![Interval::zero(); n + 1], matrices).expect("well-posed");
+        let program = Program::new(vec![Block::Dense(n)], vec![Interval::zero(); n + 1], matrices).expect("well-posed");
         let bound = from_circles(&program, &scales(&program), &by_position(&program));
         assert!(bound > 0.1, "{bound}");
     }

@@ -14,8 +14,8 @@ use rand_chacha::ChaCha8Rng as Random;
 
 use families::FAMILIES;
 use oracle::Integers;
-use trial::{Judged, SENSES, ask};
 pub(crate) use trial::Tally;
+use trial::{Judged, SENSES, ask};
 
 type Examine = fn(&mut Random) -> Tally;
 

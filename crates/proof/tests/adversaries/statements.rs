@@ -156,9 +156,7 @@ pub(crate) fn feedback(random: &mut Random) -> Tally {
     let closed = Matrix::from_fn(n, n, |i, j| skew[(i, j)] - skew[(j, i)] - q[(i, j)] + bk[(i, j)]);
     let p1 = Matrix::from_fn(n, n, |i, j| if i == j { unit } else { 0.0 });
     // Both inequalities are about one plant: the observer's gain makes up for the difference, with all states measured.
-    let f = Matrix::from_fn(n, n, |i, j| {
-        o.a[(i, j)] - (0..o.c.rows()).map(|r| o.l[(i, r)] * o.c[(r, j)]).sum::<f64>()
-    });
+    let f = Matrix::from_fn(n, n, |i, j| o.a[(i, j)] - (0..o.c.rows()).map(|r| o.l[(i, r)] * o.c[(r, j)]).sum::<f64>());
     o.l = Matrix::from_fn(n, n, |i, j| closed[(i, j)] - f[(i, j)]);
     o.c = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
     o.a = closed;
@@ -190,7 +188,8 @@ pub(crate) fn hurwitz(random: &mut Random) -> Tally {
         Verdict::Proved { margin } => {
             let rate = exact_p.times(&Integers::scalar(n, 2.0 * margin));
             let at_rate = Judged::of(decrease.plus(&rate));
-            (*margin < 0.0 || !Sense::NegativeSemidefinite.is_true(at_rate.inertia)).then_some("a margin above the truth")
+            (*margin < 0.0 || !Sense::NegativeSemidefinite.is_true(at_rate.inertia))
+                .then_some("a margin above the truth")
         }
         Verdict::Refuted { .. } if !decreases || positive => Some("wrongly refuted"),
         Verdict::Refuted { witness } => {
@@ -203,11 +202,7 @@ pub(crate) fn hurwitz(random: &mut Random) -> Tally {
     tally
 }
 
-fn counted(
-    verdict: &Verdict<luenberger_proof::Direction>,
-    truth: &Judged,
-    data: impl std::fmt::Debug,
-) -> Tally {
+fn counted(verdict: &Verdict<luenberger_proof::Direction>, truth: &Judged, data: impl std::fmt::Debug) -> Tally {
     let mut tally = Tally { cases: 1, ..Tally::default() };
     tally.count(verdict, true, data, truth.fault(verdict, Sense::NegativeDefinite));
     tally

@@ -111,7 +111,9 @@ impl Judged {
             Verdict::Proved { margin } => (!self.has_margin(*margin, sense)).then_some("a margin above the truth"),
             Verdict::Refuted { .. } if truth => Some("wrongly refuted"),
             Verdict::Refuted { witness } => (!refutes(&self.m, witness, sense)).then_some("a witness of nothing"),
-            Verdict::Undecided { why: Doubt::DataTooUncertain { .. }, .. } => Some("uncertain of numbers that are given"),
+            Verdict::Undecided { why: Doubt::DataTooUncertain { .. }, .. } => {
+                Some("uncertain of numbers that are given")
+            }
             Verdict::Undecided { .. } => None,
         }
     }
