@@ -185,7 +185,7 @@ proptest! {
             let at = at.min(damaged.len());
             let end = (at + patch.len() / 2).min(damaged.len());
             damaged.splice(at..end, patch.iter().copied());
-            let lines = damaged.iter().filter(|b| **b == b'\n').count() + 1;
+            let lines = damaged.split(|b| *b == b'\n').count();
             match read(&damaged[..]) {
                 Ok(program) => {
                     let found = solve(&program, &Settings { iterations: 40, memory: 1 << 22, time: None });
