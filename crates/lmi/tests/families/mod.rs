@@ -5,6 +5,8 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
+use luenberger_proof::semidefinite::Block;
+use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -31,13 +33,13 @@ pub(crate) struct Instance {
 
 /// An SDPA file in the making.
 struct File {
-    blocks: Vec<i64>,
+    blocks: Vec<Block>,
     costs: Vec<f64>,
     entries: String,
 }
 
 impl File {
-    fn new(blocks: &[i64], costs: Vec<f64>) -> Self {
+    fn new(blocks: &[Block], costs: Vec<f64>) -> Self {
         Self { blocks: blocks.to_vec(), costs, entries: String::new() }
     }
 
@@ -54,7 +56,15 @@ impl File {
             "\"{name}\n{}\n{}\n{}\n{}\n{}",
             self.costs.len(),
             self.blocks.len(),
-            list(self.blocks.iter().map(ToString::to_string).collect()),
+            list(
+                self.blocks
+                    .iter()
+                    .map(|block| match block {
+                        Block::Dense(n) => n.to_string(),
+                        Block::Diagonal(n) => format!("-{n}"),
+                    })
+                    .collect()
+            ),
             list(self.costs.iter().map(|c| format!("{c:e}")).collect()),
             self.entries
         );
@@ -88,9 +98,11 @@ fn laplacian(n: usize, edges: &[(usize, usize)], mut put: impl FnMut(usize, usiz
 }
 
 fn max_cut_of(name: String, n: usize, edges: &[(usize, usize)], optimum: Option<f64>) -> Instance {
-    let mut file = File::new(&[n as i64], vec![1.0; n]);
+    let mut file = File::new(&[Block::Dense(n)], vec![1.0; n]);
     laplacian(n, edges, |i, j, x| file.put(0, 1, i, j, 0.25 * x));
-    (1..=n).for_each(|i| file.put(i, 1, i, i, 1.0));
+    for i in 1..=n {
+        file.put(i, 1, i, i, 1.0);
+    }
     file.finish(name, Known::Bounded(optimum))
 }
 
@@ -111,9 +123,11 @@ pub(crate) fn max_cut_cycle(n: usize) -> Instance {
 fn theta_of(name: String, n: usize, edges: &[(usize, usize)], optimum: Option<f64>) -> Instance {
     let mut costs = vec![0.0; edges.len() + 1];
     costs[0] = 1.0;
-    let mut file = File::new(&[n as i64], costs);
+    let mut file = File::new(&[Block::Dense(n)], costs);
     for i in 1..=n {
-        (i..=n).for_each(|j| file.put(0, 1, i, j, 1.0));
+        for j in i..=n {
+            file.put(0, 1, i, j, 1.0);
+        }
         file.put(1, 1, i, i, 1.0);
     }
     for (k, &(i, j)) in edges.iter().enumerate() {
@@ -147,11 +161,13 @@ pub(crate) fn equal_partition(n: usize, degree: f64, seed: u64) -> Instance {
     let edges = graph(n, (degree / n as f64).min(1.0), &mut rng);
     let mut costs = vec![1.0; n];
     costs.push(0.0);
-    let mut file = File::new(&[n as i64], costs);
+    let mut file = File::new(&[Block::Dense(n)], costs);
     laplacian(n, &edges, |i, j, x| file.put(0, 1, i, j, -x));
     for i in 1..=n {
         file.put(i, 1, i, i, 1.0);
-        (i..=n).for_each(|j| file.put(n + 1, 1, i, j, 1.0));
+        for j in i..=n {
+            file.put(n + 1, 1, i, j, 1.0);
+        }
     }
     file.finish(format!("gpp-{n}-{seed}"), Known::AboveOnly(None))
 }
@@ -162,7 +178,7 @@ pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let n = q * q + 1;
     let at = |i: usize, p: usize| 2 + i * q + p;
-    let mut rows: Vec<(f64, Vec<(usize, usize, f64)>)> = vec![(1.0, vec![(1, 1, 1.0)])];
+    let mut rows = vec![(1.0, vec![(1, 1, 1.0)])];
     rows.extend((2..=n).map(|i| (0.0, vec![(i, i, 1.0), (1, i, -0.5)])));
     for i in 0..q {
         for p in 0..q {
@@ -185,7 +201,7 @@ pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
         }
     }
     rows.push((0.0, square.into_iter().map(|((i, j), x)| (i, j, x)).collect()));
-    let mut file = File::new(&[n as i64], rows.iter().map(|row| row.0).collect());
+    let mut file = File::new(&[Block::Dense(n)], rows.iter().map(|row| row.0).collect());
     let table =
         |rng: &mut ChaCha8Rng| -> Vec<f64> { (0..q * q).map(|_| f64::from(rng.random_range(0..10_i32))).collect() };
     let (flow, distance) = (table(&mut rng), table(&mut rng));
@@ -199,7 +215,9 @@ pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
         }
     }
     for (k, (_, entries)) in rows.iter().enumerate() {
-        entries.iter().for_each(|&(i, j, x)| file.put(k + 1, 1, i, j, x));
+        for &(i, j, x) in entries {
+            file.put(k + 1, 1, i, j, x);
+        }
     }
     file.finish(format!("qap-{q}-{seed}"), Known::AboveOnly(None))
 }
@@ -207,28 +225,24 @@ pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
 /// control: the largest s with `[-(A'P + PA) - C'DC, -PB; -B'P, D] >= s I`, `P <= I`, `0 <= D` diagonal, of a random stable system: two blocks, 2n and n.
 pub(crate) fn control(n: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut matrix = |size: f64| -> Vec<Vec<f64>> {
-        (0..n).map(|_| (0..n).map(|_| size * (rng.random_range(0.0..2.0_f64) - 1.0)).collect()).collect()
-    };
-    let (mut a, b, c) = (matrix(1.0), matrix(0.5), matrix(0.5));
-    for (i, row) in a.iter_mut().enumerate() {
-        row[i] -= 1.5 * (n as f64).sqrt();
-    }
+    let mut matrix = |size: f64| DMatrix::from_fn(n, n, |_, _| size * (rng.random_range(0.0..2.0_f64) - 1.0));
+    let (a, b, c) = (matrix(1.0), matrix(0.5), matrix(0.5));
+    let a = a - DMatrix::identity(n, n) * (1.5 * (n as f64).sqrt());
     let pairs: Vec<(usize, usize)> = (0..n).flat_map(|i| (i..n).map(move |j| (i, j))).collect();
     let m = pairs.len() + n + 1;
     let mut costs = vec![0.0; m];
     costs[m - 1] = -1.0;
-    let mut file = File::new(&[2 * n as i64, n as i64, -(n as i64)], costs);
+    let mut file = File::new(&[Block::Dense(2 * n), Block::Dense(n), Block::Diagonal(n)], costs);
     for (k, &(p, q)) in pairs.iter().enumerate() {
         // P = E: E(p, q) = E(q, p) = 1.
         let e = |i: usize, j: usize| f64::from(u8::from((i, j) == (p, q) || (j, i) == (p, q)));
-        let product = |m: &[Vec<f64>], i: usize, j: usize| -> f64 {
+        let product = |m: &DMatrix<f64>, i: usize, j: usize| -> f64 {
             let mut sum = 0.0;
             if i == p {
-                sum += m[q][j];
+                sum += m[(q, j)];
             }
             if i == q && p != q {
-                sum += m[p][j];
+                sum += m[(p, j)];
             }
             sum
         };
@@ -245,7 +259,9 @@ pub(crate) fn control(n: usize, seed: u64) -> Instance {
     for d in 0..n {
         let k = pairs.len() + d + 1;
         for i in 0..n {
-            (i..n).for_each(|j| file.put(k, 1, i + 1, j + 1, -c[d][i] * c[d][j]));
+            for j in i..n {
+                file.put(k, 1, i + 1, j + 1, -c[(d, i)] * c[(d, j)]);
+            }
         }
         file.put(k, 1, n + d + 1, n + d + 1, 1.0);
         file.put(k, 3, d + 1, d + 1, 1.0);
@@ -265,8 +281,8 @@ pub(crate) fn truss(order: usize, bars: usize, loads: usize, seed: u64) -> Insta
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut costs = vec![0.0; bars + 1];
     costs[bars] = 1.0;
-    let mut blocks = vec![order as i64 + 1; loads];
-    blocks.push(-(bars as i64 + 1));
+    let mut blocks = vec![Block::Dense(order + 1); loads];
+    blocks.push(Block::Diagonal(bars + 1));
     let mut file = File::new(&blocks, costs);
     for t in 1..=bars {
         // A bar touches four coordinates.
@@ -276,7 +292,9 @@ pub(crate) fn truss(order: usize, bars: usize, loads: usize, seed: u64) -> Insta
         let b: Vec<f64> = places.iter().map(|_| rng.random_range(0.0..2.0_f64) - 1.0).collect();
         for load in 1..=loads {
             for (k, i) in places.iter().enumerate() {
-                (k..places.len()).for_each(|l| file.put(t, load, *i, places[l], b[k] * b[l]));
+                for l in k..places.len() {
+                    file.put(t, load, *i, places[l], b[k] * b[l]);
+                }
             }
         }
         file.put(t, loads + 1, t, t, 1.0);
@@ -294,39 +312,31 @@ pub(crate) fn truss(order: usize, bars: usize, loads: usize, seed: u64) -> Insta
 }
 
 /// The entries of a random symmetric matrix of integers.
-fn integers(n: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
-    let mut m = vec![vec![0.0; n]; n];
-    for i in 0..n {
-        for j in i..n {
-            let x = f64::from(rng.random_range(-5..=5_i32));
-            m[i][j] = x;
-            m[j][i] = x;
-        }
-    }
+fn integers(n: usize, rng: &mut ChaCha8Rng) -> DMatrix<f64> {
+    let mut m = DMatrix::from_fn(n, n, |_, _| f64::from(rng.random_range(-5..=5_i32)));
+    m.fill_lower_triangle_with_upper_triangle();
     m
-}
-
-fn form(m: &[Vec<f64>], v: &[f64]) -> f64 {
-    m.iter().zip(v).map(|(row, x)| x * row.iter().zip(v).map(|(a, y)| a * y).sum::<f64>()).sum()
 }
 
 /// Random integers with a known pair of optimal points: `Y = v v'` and `X = |v|^2 I - v v'` are complementary; F_1 = I, so that (P) has an interior; (D) has none that is
 /// known.
 pub(crate) fn planted(n: usize, m: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let v: Vec<f64> = (0..n).map(|_| f64::from(rng.random_range(1..=3_i32))).collect();
+    let v = DVector::from_fn(n, |_, _| f64::from(rng.random_range(1..=3_i32)));
     let x: Vec<f64> = (0..m).map(|_| f64::from(rng.random_range(-4..=4_i32))).collect();
-    let identity: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-    let matrices: Vec<_> = std::iter::once(identity).chain((1..m).map(|_| integers(n, &mut rng))).collect();
-    let costs: Vec<f64> = matrices.iter().map(|f| form(f, &v)).collect();
-    let square: f64 = v.iter().map(|v| v * v).sum();
+    let matrices: Vec<_> =
+        std::iter::once(DMatrix::identity(n, n)).chain((1..m).map(|_| integers(n, &mut rng))).collect();
+    let costs: Vec<f64> = matrices.iter().map(|f| v.dot(&(f * &v))).collect();
+    let square = v.norm_squared();
     let optimum = costs.iter().zip(&x).map(|(c, x)| c * x).sum();
-    let mut file = File::new(&[n as i64], costs);
+    let mut file = File::new(&[Block::Dense(n)], costs);
     for i in 0..n {
         for j in i..n {
             let slack = if i == j { square } else { 0.0 } - v[i] * v[j];
-            file.put(0, 1, i + 1, j + 1, matrices.iter().zip(&x).map(|(f, x)| f[i][j] * x).sum::<f64>() - slack);
-            matrices.iter().enumerate().for_each(|(k, f)| file.put(k + 1, 1, i + 1, j + 1, f[i][j]));
+            file.put(0, 1, i + 1, j + 1, matrices.iter().zip(&x).map(|(f, x)| f[(i, j)] * x).sum::<f64>() - slack);
+            for (k, f) in matrices.iter().enumerate() {
+                file.put(k + 1, 1, i + 1, j + 1, f[(i, j)]);
+            }
         }
     }
     file.finish(format!("planted-{n}-{m}-{seed}"), Known::AboveOnly(Some(optimum)))
@@ -336,13 +346,15 @@ pub(crate) fn planted(n: usize, m: usize, seed: u64) -> Instance {
 pub(crate) fn without_primal_point(n: usize, m: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let costs = (0..m).map(|_| f64::from(rng.random_range(-5..=5_i32))).collect();
-    let mut file = File::new(&[n as i64], costs);
+    let mut file = File::new(&[Block::Dense(n)], costs);
     for k in 0..=m {
         let mut f = integers(n, &mut rng);
-        let trace: f64 = (0..n).map(|i| f[i][i]).sum();
-        f[n - 1][n - 1] -= if k == 0 { trace - 3.0 } else { trace };
+        let trace = f.trace();
+        f[(n - 1, n - 1)] -= if k == 0 { trace - 3.0 } else { trace };
         for i in 0..n {
-            (i..n).for_each(|j| file.put(k, 1, i + 1, j + 1, f[i][j]));
+            for j in i..n {
+                file.put(k, 1, i + 1, j + 1, f[(i, j)]);
+            }
         }
     }
     file.finish(format!("infp-{n}-{m}-{seed}"), Known::PrimalInfeasible)
@@ -352,12 +364,12 @@ pub(crate) fn without_primal_point(n: usize, m: usize, seed: u64) -> Instance {
 pub(crate) fn without_dual_point(n: usize, m: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let costs = (0..m).map(|k| if k == 0 { -2.0 } else { f64::from(rng.random_range(-5..=5_i32)) }).collect();
-    let mut file = File::new(&[n as i64], costs);
+    let mut file = File::new(&[Block::Dense(n)], costs);
     for k in 0..=m {
         let f = integers(n, &mut rng);
         for i in 0..n {
             for j in i..n {
-                let x = if k == 1 { f64::from(u8::from(i == j)) } else { f[i][j] };
+                let x = if k == 1 { f64::from(u8::from(i == j)) } else { f[(i, j)] };
                 file.put(k, 1, i + 1, j + 1, x);
             }
         }
