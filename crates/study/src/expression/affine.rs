@@ -1,0 +1,50 @@
+//! Which expressions are affine in states and inputs, by their form.
+
+use super::function::{Binary, Unary};
+use super::scope::Symbol;
+use super::tree::{Node, Tree};
+
+/// What is known of a node.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Constant,
+    Affine,
+    /// Not affine because of that node.
+    Not(usize),
+}
+
+/// # Errors
+/// The first node that is not affine.
+pub(super) fn affine(tree: &Tree) -> Result<(), usize> {
+    use Form::{Affine, Constant, Not};
+    let mut forms: Vec<Form> = Vec::new();
+    for (index, node) in tree.nodes().enumerate() {
+        let form = match node {
+            Node::Number(_) | Node::Symbol(Symbol::Pi | Symbol::E | Symbol::Parameter(_), _) => Constant,
+            Node::Symbol(Symbol::State(_) | Symbol::Input(_), _) => Affine,
+            Node::Symbol(Symbol::Time, _) => Not(index),
+            Node::Unary(unary, x) => match forms[*x] {
+                Affine if *unary != Unary::Negate => Not(index),
+                form => form,
+            },
+            Node::Binary(operation, x, y) => match (operation, forms[*x], forms[*y]) {
+                (_, Not(why), _) | (_, _, Not(why)) => Not(why),
+                (_, Constant, Constant) => Constant,
+                (Binary::Add | Binary::Subtract, ..)
+                | (Binary::Multiply, Constant, _)
+                | (Binary::Multiply | Binary::Divide, _, Constant) => Affine,
+                _ => Not(index),
+            },
+            Node::Saturate(x, low, high) => match (forms[*x], forms[*low], forms[*high]) {
+                (Not(why), ..) | (_, Not(why), _) | (_, _, Not(why)) => Not(why),
+                (Constant, Constant, Constant) => Constant,
+                _ => Not(index),
+            },
+        };
+        forms.push(form);
+    }
+    match forms.last() {
+        Some(Not(why)) => Err(*why),
+        _ => Ok(()),
+    }
+}

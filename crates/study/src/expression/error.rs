@@ -1,0 +1,209 @@
+//! What can be wrong with the text of an expression, and where.
+
+use core::fmt;
+use core::ops::Range;
+
+use super::LIMITS;
+
+/// What is wrong with an expression, with the place in its text.
+///
+/// ```
+/// use luenberger_study::expression::{Expression, Scope};
+/// let error = Expression::parse("x1 * sinn(x2)", &Scope::plant(2, 0)).unwrap_err();
+/// assert_eq!(error.to_string(), "line 1, column 6: there is no function `sinn`; did you mean `sin`?");
+/// assert_eq!(error.pointer(), "x1 * sinn(x2)\n     ^^^^");
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpressionError {
+    text: String,
+    span: Range<usize>,
+    kind: ExpressionErrorKind,
+}
+
+impl ExpressionError {
+    pub(super) fn new(text: &str, span: Range<usize>, kind: ExpressionErrorKind) -> Self {
+        Self { text: text.to_owned(), span, kind }
+    }
+
+    /// What is wrong.
+    pub fn kind(&self) -> &ExpressionErrorKind {
+        &self.kind
+    }
+
+    /// The bytes of the text that are meant; empty at the end of the text.
+    pub fn span(&self) -> Range<usize> {
+        self.span.clone()
+    }
+
+    /// The text of the expression.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The line, from 1.
+    pub fn line(&self) -> usize {
+        self.before().matches('\n').count() + 1
+    }
+
+    /// The column, in characters from 1.
+    pub fn column(&self) -> usize {
+        self.before().chars().rev().take_while(|&c| c != '\n').count() + 1
+    }
+
+    /// The line of the text with marks below the place that is meant.
+    pub fn pointer(&self) -> String {
+        let line = self.text.lines().nth(self.line() - 1).unwrap_or("");
+        let meant = self.text.get(self.span.clone()).unwrap_or("").lines().next().unwrap_or("").chars().count();
+        format!("{line}\n{}{}", " ".repeat(self.column() - 1), "^".repeat(meant.max(1)))
+    }
+
+    fn before(&self) -> &str {
+        self.text.get(..self.span.start).unwrap_or(&self.text)
+    }
+}
+
+impl fmt::Display for ExpressionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}, column {}: {}", self.line(), self.column(), self.kind)
+    }
+}
+
+impl std::error::Error for ExpressionError {}
+
+/// What was found instead of what was expected.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// The text ends.
+    End,
+    /// A word, a number or a character.
+    Text(String),
+}
+
+impl fmt::Display for Found {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::End => f.write_str("the end of the expression"),
+            Self::Text(text) => write!(f, "`{text}`"),
+        }
+    }
+}
+
+/// The columns that have numbered names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// x1, x2, ...
+    States,
+    /// u1, u2, ...
+    Inputs,
+}
+
+/// What can be wrong with an expression.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExpressionErrorKind {
+    /// Nothing but white space.
+    #[error("the expression is empty: expected {expected}")]
+    Empty {
+        /// What an expression begins with.
+        expected: &'static str,
+    },
+    /// Something that does not belong there.
+    #[error("expected {expected}, found {found}")]
+    Unexpected {
+        /// What would fit.
+        expected: &'static str,
+        /// What is there.
+        found: Found,
+    },
+    /// A number that is no binary64 number.
+    #[error("the number {text} is too large: the largest is 1.8e308")]
+    Number {
+        /// As it is written.
+        text: String,
+    },
+    /// A name that nobody has.
+    #[error("there is no `{name}`; {}", advice(nearest.as_ref(), known))]
+    UnknownName {
+        /// The name.
+        name: String,
+        /// The nearest known one, if one is near.
+        nearest: Option<String>,
+        /// The names there are.
+        known: String,
+    },
+    /// A state or an input that does not exist.
+    #[error("there is no `{name}`: {}", numbered(*family, *count))]
+    OutOfRange {
+        /// The name.
+        name: String,
+        /// States or inputs.
+        family: Family,
+        /// How many there are.
+        count: usize,
+    },
+    /// A name that exists and may not be used here.
+    #[error("`{name}` may not be used here: {reason}")]
+    Unavailable {
+        /// The name.
+        name: String,
+        /// Why not.
+        reason: &'static str,
+    },
+    /// A function that does not exist.
+    #[error("there is no function `{name}`; {}", advice(nearest.as_ref(), known))]
+    UnknownFunction {
+        /// The name.
+        name: String,
+        /// The nearest known one, if one is near.
+        nearest: Option<String>,
+        /// The functions there are.
+        known: String,
+    },
+    /// The name of a number with arguments.
+    #[error("`{name}` is not a function; write `{name}*(...)` for a product")]
+    NotAFunction {
+        /// The name.
+        name: String,
+    },
+    /// A function without arguments.
+    #[error("`{name}` is a function: write `{name}(...)`")]
+    WithoutArguments {
+        /// The name.
+        name: String,
+    },
+    /// A wrong number of arguments.
+    #[error("`{function}` takes {expected}, and has {found}")]
+    Arguments {
+        /// The function.
+        function: &'static str,
+        /// How many it takes, in words.
+        expected: &'static str,
+        /// How many there are.
+        found: usize,
+    },
+    /// A text longer than is read.
+    #[error("the expression has {length} bytes; at most {} are read", LIMITS.length)]
+    TooLong {
+        /// Its length in bytes.
+        length: usize,
+    },
+    /// Parentheses, powers, signs or pending operations within each other beyond the bound.
+    #[error("the expression is nested too deeply: more than {} operations wait for their operands", LIMITS.depth)]
+    TooDeep,
+}
+
+fn advice(nearest: Option<&String>, known: &str) -> String {
+    nearest.map_or_else(|| format!("known are {known}"), |nearest| format!("did you mean `{nearest}`?"))
+}
+
+fn numbered(family: Family, count: usize) -> String {
+    let (letter, one, many) = match family {
+        Family::States => ('x', "state", "states"),
+        Family::Inputs => ('u', "input", "inputs"),
+    };
+    match count {
+        0 => format!("there are no {many}"),
+        1 => format!("there is one {one}, {letter}1"),
+        _ => format!("there are {count} {many}, {letter}1 to {letter}{count}"),
+    }
+}

@@ -1,0 +1,227 @@
+//! The functions of expressions: names, numbers of arguments, and what they compute over any scalar.
+//!
+//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Three are more than a call, each for the sake of derivatives:
+//! - `x^n` at x = 0 with n > 1 is 0 with derivative 0, where `exp(n ln x)` has none;
+//! - `atan2(y, x)` near the axis x = 0 is `+-pi/2 - atan(x/y)`, whose derivative exists there;
+//! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity.
+
+use nalgebra::{RealField, convert};
+
+/// A function of one argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unary {
+    Negate,
+    Reciprocal,
+    Abs,
+    Sign,
+    Sqrt,
+    Exp,
+    Ln,
+    Log10,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Asinh,
+    Acosh,
+    Atanh,
+}
+
+/// An operation or a function of two arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Binary {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Atan2,
+    Min,
+    Max,
+}
+
+/// What a name before a parenthesis stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Function {
+    Unary(Unary),
+    /// Of two arguments.
+    Binary(Binary),
+    /// Of two or more: the smallest, the largest.
+    Fold(Binary),
+    /// `sat(x)` or `sat(x, low, high)`.
+    Saturate,
+}
+
+/// All functions by name.
+const FUNCTIONS: [(&str, Function); 23] = [
+    ("abs", Function::Unary(Unary::Abs)),
+    ("acos", Function::Unary(Unary::Acos)),
+    ("acosh", Function::Unary(Unary::Acosh)),
+    ("asin", Function::Unary(Unary::Asin)),
+    ("asinh", Function::Unary(Unary::Asinh)),
+    ("atan", Function::Unary(Unary::Atan)),
+    ("atan2", Function::Binary(Binary::Atan2)),
+    ("atanh", Function::Unary(Unary::Atanh)),
+    ("cos", Function::Unary(Unary::Cos)),
+    ("cosh", Function::Unary(Unary::Cosh)),
+    ("exp", Function::Unary(Unary::Exp)),
+    ("ln", Function::Unary(Unary::Ln)),
+    ("log10", Function::Unary(Unary::Log10)),
+    ("max", Function::Fold(Binary::Max)),
+    ("min", Function::Fold(Binary::Min)),
+    ("pow", Function::Binary(Binary::Power)),
+    ("sat", Function::Saturate),
+    ("sign", Function::Unary(Unary::Sign)),
+    ("sin", Function::Unary(Unary::Sin)),
+    ("sinh", Function::Unary(Unary::Sinh)),
+    ("sqrt", Function::Unary(Unary::Sqrt)),
+    ("tan", Function::Unary(Unary::Tan)),
+    ("tanh", Function::Unary(Unary::Tanh)),
+];
+
+/// Names that other languages give to functions there are.
+const ELSEWHERE: [(&str, &str); 10] = [
+    ("log", "ln"),
+    ("arcsin", "asin"),
+    ("arccos", "acos"),
+    ("arctan", "atan"),
+    ("arctan2", "atan2"),
+    ("sgn", "sign"),
+    ("signum", "sign"),
+    ("power", "pow"),
+    ("clip", "sat"),
+    ("clamp", "sat"),
+];
+
+/// The function of that name.
+pub(super) fn function(name: &str) -> Option<(&'static str, Function)> {
+    FUNCTIONS.into_iter().find(|(known, _)| *known == name)
+}
+
+/// The names of all functions.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.into_iter().map(|(name, _)| name)
+}
+
+/// What another language's name is called here.
+pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
+    ELSEWHERE.into_iter().find(|(theirs, _)| *theirs == name).map(|(_, ours)| ours)
+}
+
+impl Function {
+    /// How many arguments it takes, in words, and whether so many fit.
+    pub(super) fn takes(self, count: usize) -> (&'static str, bool) {
+        match self {
+            Self::Unary(_) => ("one argument", count == 1),
+            Self::Binary(_) => ("two arguments", count == 2),
+            Self::Fold(_) => ("two arguments or more", count >= 2),
+            Self::Saturate => ("one argument, or three: sat(x, low, high)", count == 1 || count == 3),
+        }
+    }
+}
+
+impl Unary {
+    /// Its name as a function.
+    pub(super) fn name(self) -> &'static str {
+        let named = FUNCTIONS.into_iter().find(|(_, function)| *function == Function::Unary(self));
+        // The two without a name are the signs - and 1/.
+        named.map_or(if self == Self::Negate { "-" } else { "1/" }, |(name, _)| name)
+    }
+
+    pub(super) fn at<T: RealField + Copy>(self, x: T) -> T {
+        match self {
+            Self::Negate => -x,
+            Self::Reciprocal => x.recip(),
+            Self::Abs => x.abs(),
+            // 0 at 0, where the library's sign is that of the zero.
+            Self::Sign => {
+                if x == T::zero() {
+                    T::zero()
+                } else {
+                    x.signum()
+                }
+            }
+            Self::Sqrt => x.sqrt(),
+            Self::Exp => x.exp(),
+            Self::Ln => x.ln(),
+            Self::Log10 => x.log10(),
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Tan => x.tan(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
+            Self::Atan => x.atan(),
+            Self::Sinh => x.sinh(),
+            Self::Cosh => x.cosh(),
+            Self::Tanh => tanh(x),
+            Self::Asinh => x.asinh(),
+            Self::Acosh => x.acosh(),
+            Self::Atanh => x.atanh(),
+        }
+    }
+}
+
+impl Binary {
+    /// Its name as a function, or its sign.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Subtract => "-",
+            Self::Multiply => "*",
+            Self::Divide => "/",
+            Self::Power => "^",
+            Self::Atan2 => "atan2",
+            Self::Min => "min",
+            Self::Max => "max",
+        }
+    }
+
+    pub(super) fn at<T: RealField + Copy>(self, x: T, y: T) -> T {
+        match self {
+            Self::Add => x + y,
+            Self::Subtract => x - y,
+            Self::Multiply => x * y,
+            Self::Divide => x / y,
+            Self::Power => power(x, y),
+            Self::Atan2 => atan2(x, y),
+            Self::Min => x.min(y),
+            Self::Max => x.max(y),
+        }
+    }
+}
+
+/// The nearest number to x between low and high.
+pub(super) fn saturate<T: RealField + Copy>(x: T, low: T, high: T) -> T {
+    x.max(low).min(high)
+}
+
+fn tanh<T: RealField + Copy>(x: T) -> T {
+    let far: T = convert(300.0);
+    let tail = |q: T| (T::one() - q) / (T::one() + q);
+    if x > far {
+        tail((-x - x).exp())
+    } else if x < -far {
+        -tail((x + x).exp())
+    } else {
+        x.tanh()
+    }
+}
+
+fn power<T: RealField + Copy>(x: T, n: T) -> T {
+    if x == T::zero() && n > T::one() { T::zero() } else { x.powf(n) }
+}
+
+fn atan2<T: RealField + Copy>(y: T, x: T) -> T {
+    let near: T = convert(1e-8);
+    if x.abs() < y.abs() * near {
+        let quarter = if y > T::zero() { T::frac_pi_2() } else { -T::frac_pi_2() };
+        quarter - (x / y).atan()
+    } else {
+        y.atan2(x)
+    }
+}

@@ -1,0 +1,154 @@
+//! Expressions: right-hand sides, outputs and signals as text, `ln(0.1 + exp(x2 - x1))`.
+//!
+//! | what | how it is written |
+//! |---|---|
+//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t` |
+//! | numbers, parameters | `0.5`, `.5`, `1e-3`, `pi`, `e`; any other name that has a value |
+//! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
+//! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |
+//! | with kinks | `abs`, `min` and `max` of two or more, `sat(x, low, high)` (`sat(x)` is between -1 and 1) |
+//! | with a jump | `sign`, which is 0 at 0 |
+//!
+//! A text is parsed into a syntax tree and compiled to a flat list of instructions, which is evaluated over any scalar: numbers, dual numbers (so that Jacobians are exact), the
+//! intervals of `luenberger-design`. An evaluation allocates nothing and does not recurse. Where the mathematics has no answer (`1/0`, `ln(-1)`)
+//! the value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] says which part of the text it comes from.
+
+mod affine;
+mod error;
+mod function;
+mod parse;
+mod scope;
+mod tape;
+mod tree;
+mod undefined;
+
+use core::fmt;
+
+use nalgebra::RealField;
+
+pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
+pub use scope::{ParameterError, Parameters, Scope};
+pub use undefined::Undefined;
+
+use tape::Tape;
+use tree::Tree;
+
+/// How long and how deep an expression may be.
+struct Limits {
+    /// Bytes of its text.
+    length: usize,
+    /// Operations that wait for an operand while it is parsed, and values that wait while it is evaluated.
+    depth: usize,
+}
+
+const LIMITS: Limits = Limits { length: 8192, depth: 64 };
+
+/// A parsed expression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    text: String,
+    tree: Tree,
+    tape: Tape,
+}
+
+impl Expression {
+    /// The expression in a text of at most 8192 bytes, with at most 64 operations within each other.
+    ///
+    /// Cost: linear in the length.
+    ///
+    /// ```
+    /// use luenberger_study::expression::{Expression, Parameters, Scope};
+    /// let scope = Scope::plant(2, 1).with(&Parameters::from([("k".to_owned(), 2.0), ("J".to_owned(), 0.5)]))?;
+    /// let torque = Expression::parse("-k*sin(x1)^2 + u1/J", &scope)?;
+    /// let (x, u) = ([0.3, 0.0], [1.0]);
+    /// assert_eq!(torque.evaluate(0.0, &x, &u), -2.0 * 0.3f64.sin().powi(2) + 1.0 / 0.5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`ExpressionError`] with the place in the text.
+    pub fn parse(text: &str, scope: &Scope) -> Result<Self, ExpressionError> {
+        let tree = parse::parse(text, scope)?;
+        let tape = Tape::compile(&tree)
+            .map_err(|node| ExpressionError::new(text, tree.span(node), ExpressionErrorKind::TooDeep))?;
+        Ok(Self { text: text.to_owned(), tree, tape })
+    }
+
+    /// Its value at the time t, the states x and the inputs u, over any scalar. NaN where x or u is too short.
+    pub fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T]) -> T {
+        self.tape.evaluate(t, x, u, |_| ())
+    }
+
+    /// Its value, if that is a finite number.
+    ///
+    /// ```
+    /// use luenberger_study::expression::{Expression, Scope};
+    /// let expression = Expression::parse("x2 + 1/(x1 - 2)", &Scope::plant(2, 0))?;
+    /// let undefined = expression.examine(0.0, &[2.0, 1.0], &[]).unwrap_err();
+    /// assert_eq!(undefined.to_string(), "`1/(x1 - 2)` is infinite: `1` is 1 and `(x1 - 2)` is 0");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`Undefined`] names the first part of the text that is not finite.
+    pub fn examine(&self, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
+        undefined::value(self, t, x, u)
+    }
+
+    /// The derivatives by all states, to rounding, if they are finite numbers.
+    ///
+    /// ```
+    /// use luenberger_study::expression::{Expression, Scope};
+    /// let expression = Expression::parse("x1^2*x2", &Scope::plant(2, 0))?;
+    /// assert_eq!(expression.gradient(0.0, &[3.0, 5.0], &[])?, [30.0, 9.0]);
+    /// let root = Expression::parse("3*sqrt(x2)", &Scope::plant(2, 0))?;
+    /// let undefined = root.gradient(0.0, &[1.0, 0.0], &[]).unwrap_err();
+    /// assert_eq!(undefined.to_string(), "`sqrt(x2)` has no finite derivative by x2: `x2` is 0");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`Undefined`] names the first part of the text of which the value or a derivative is not finite.
+    pub fn gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
+        (0..x.len()).map(|k| undefined::derivative(self, t, x, u, Family::States, k)).collect()
+    }
+
+    /// The derivatives by all inputs; as [`gradient`](Self::gradient).
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient).
+    pub fn input_gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
+        (0..u.len()).map(|k| undefined::derivative(self, t, x, u, Family::Inputs, k)).collect()
+    }
+
+    /// Whether it is affine in states and inputs with coefficients that do not depend on time: `a'x + b'u + c`.
+    ///
+    /// Decided by its form: sums, products with constants, quotients by constants. What is affine only because terms cancel, as `x1*x2 - x2*x1`, is not found out.
+    ///
+    /// ```
+    /// use luenberger_study::expression::{Expression, Scope};
+    /// let scope = Scope::plant(2, 1);
+    /// assert!(Expression::parse("sqrt(2)*x1 - (x2 + u1)/3", &scope)?.affine().is_ok());
+    /// assert_eq!(Expression::parse("x1 + 2*(x1*x2)", &scope)?.affine().unwrap_err(), "(x1*x2)");
+    /// # Ok::<(), luenberger_study::expression::ExpressionError>(())
+    /// ```
+    /// # Errors
+    /// The first part of the text that is not.
+    pub fn affine(&self) -> Result<(), &str> {
+        affine::affine(&self.tree).map_err(|node| self.part(node))
+    }
+
+    /// The text that was parsed.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The part of the text that belongs to a node.
+    fn part(&self, node: usize) -> &str {
+        self.text.get(self.tree.span(node)).unwrap_or(&self.text)
+    }
+}
+
+/// As few parentheses as give the same expression.
+impl fmt::Display for Expression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.tree.print())
+    }
+}

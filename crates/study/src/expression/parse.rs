@@ -1,0 +1,296 @@
+//! The grammar of expressions.
+//!
+//! ```text
+//! sum      5, from the left      a + b, a - b
+//! product  7, from the left      a*b, a/b
+//! sign     8                     -a, +a
+//! power    9, from the right     a^b, a**b         -x^2 is -(x^2), 2^-1 is 0.5, 2^3^2 is 2^9
+//! operand                        number, name, name(a, ...), (a)
+//! ```
+//!
+//! Binding powers go to the Pratt parser of `winnow`, whose state is the tree that grows and the depth that is left.
+
+use core::ops::Range;
+
+use winnow::ascii::{digit1, multispace0};
+use winnow::combinator::{Infix, Prefix, alt, expression, opt};
+use winnow::error::{ErrMode, ParserError};
+use winnow::prelude::*;
+use winnow::stream::{LocatingSlice, Location, Stateful, Stream};
+use winnow::token::{any, one_of, take_while};
+
+use super::LIMITS;
+use super::error::{ExpressionError, ExpressionErrorKind, Found};
+use super::function::{self, Binary, Function, Unary};
+use super::scope::{Scope, begins_word, continues_word, nearest};
+use super::tree::{Node, Tree};
+
+/// What an operand begins with.
+const OPERAND: &str = "a number, a name, `(` or `-`";
+
+/// The tree that grows, and where the parser stands in its nesting.
+#[derive(Debug)]
+struct Growth<'s> {
+    text: &'s str,
+    scope: &'s Scope,
+    tree: Tree,
+    /// Operations that wait for an operand.
+    waiting: usize,
+}
+
+type Input<'s> = Stateful<LocatingSlice<&'s str>, Growth<'s>>;
+
+type Parsed<O> = Result<O, ErrMode<Failure>>;
+
+/// What is wrong, and where; without a kind where another rule may still fit.
+#[derive(Debug)]
+struct Failure(Option<(Range<usize>, ExpressionErrorKind)>);
+
+impl<'s> ParserError<Input<'s>> for Failure {
+    type Inner = Self;
+
+    fn from_input(_: &Input<'s>) -> Self {
+        Self(None)
+    }
+
+    fn into_inner(self) -> Result<Self::Inner, Self> {
+        Ok(self)
+    }
+}
+
+fn wrong<O>(span: Range<usize>, kind: ExpressionErrorKind) -> Parsed<O> {
+    Err(ErrMode::Cut(Failure(Some((span, kind)))))
+}
+
+/// The tree of a text.
+pub(super) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> {
+    let error = |span, kind| Err(ExpressionError::new(text, span, kind));
+    if text.len() > LIMITS.length {
+        return error(0..0, ExpressionErrorKind::TooLong { length: text.len() });
+    }
+    if text.trim().is_empty() {
+        return error(0..text.len(), ExpressionErrorKind::Empty { expected: OPERAND });
+    }
+    let state = Growth { text, scope, tree: Tree::default(), waiting: 0 };
+    let mut input = Stateful { input: LocatingSlice::new(text), state };
+    match sum(&mut input).and_then(|_| end(&mut input, "an operator or the end of the expression")) {
+        Ok(()) => Ok(input.state.tree),
+        Err(ErrMode::Cut(Failure(Some((span, kind)))) | ErrMode::Backtrack(Failure(Some((span, kind))))) => {
+            error(span, kind)
+        }
+        // Every rule that fails for good has said why; this is what is left to say of any other.
+        Err(_) => {
+            let (span, found) = found(&input);
+            error(span, ExpressionErrorKind::Unexpected { expected: OPERAND, found })
+        }
+    }
+}
+
+/// The word, the number or the character that comes next.
+fn found(input: &Input<'_>) -> (Range<usize>, Found) {
+    let text = input.state.text;
+    let rest = text.get(input.current_token_start()..).unwrap_or("").trim_start();
+    let start = text.len() - rest.len();
+    let length = match rest.chars().next() {
+        None => return (start..start, Found::End),
+        Some(first) if first.is_ascii_digit() || begins_word(first) => {
+            rest.find(|c| !continues_word(c) && c != '.').unwrap_or(rest.len())
+        }
+        Some(first) => first.len_utf8(),
+    };
+    (start..start + length, Found::Text(rest[..length].to_owned()))
+}
+
+fn unexpected<O>(input: &Input<'_>, expected: &'static str) -> Parsed<O> {
+    let (span, found) = found(input);
+    wrong(span, ExpressionErrorKind::Unexpected { expected, found })
+}
+
+fn end(input: &mut Input<'_>, expected: &'static str) -> Parsed<()> {
+    space(input)?;
+    if input.is_empty() { Ok(()) } else { unexpected(input, expected) }
+}
+
+fn space(input: &mut Input<'_>) -> Parsed<()> {
+    multispace0.void().parse_next(input)
+}
+
+/// One more operation waits for an operand.
+fn wait(input: &mut Input<'_>, at: usize) -> Parsed<()> {
+    input.state.waiting += 1;
+    if input.state.waiting > LIMITS.depth {
+        return wrong(at..at + 1, ExpressionErrorKind::TooDeep);
+    }
+    Ok(())
+}
+
+fn sum(input: &mut Input<'_>) -> Parsed<usize> {
+    expression(operand).prefix(sign).infix(operator).parse_next(input)
+}
+
+/// `-` or `+` before an operand: it is called where no operand begins.
+fn sign<'s>(input: &mut Input<'s>) -> Parsed<Prefix<Input<'s>, usize, ErrMode<Failure>>> {
+    space(input)?;
+    let at = input.current_token_start();
+    let Some(sign) = opt(one_of(('-', '+'))).parse_next(input)? else { return unexpected(input, OPERAND) };
+    wait(input, at)?;
+    Ok(if sign == '-' { Prefix(8, negated) } else { Prefix(8, positive) })
+}
+
+fn negated(input: &mut Input<'_>, x: usize) -> Parsed<usize> {
+    input.state.waiting -= 1;
+    let span = input.state.tree.span(x);
+    let before = input.state.text.get(..span.start).unwrap_or("").trim_end();
+    Ok(input.state.tree.push(Node::Unary(Unary::Negate, x), before.len().saturating_sub(1)..span.end))
+}
+
+fn positive(input: &mut Input<'_>, x: usize) -> Parsed<usize> {
+    input.state.waiting -= 1;
+    Ok(x)
+}
+
+/// An operator between operands.
+fn operator<'s>(input: &mut Input<'s>) -> Parsed<Infix<Input<'s>, usize, ErrMode<Failure>>> {
+    space(input)?;
+    let at = input.current_token_start();
+    let sign = alt(("**", "+", "-", "*", "/", "^")).parse_next(input)?;
+    Ok(match sign {
+        "+" => Infix::Left(5, |input, x, y| binary(input, Binary::Add, x, y)),
+        "-" => Infix::Left(5, |input, x, y| binary(input, Binary::Subtract, x, y)),
+        "*" => Infix::Left(7, |input, x, y| binary(input, Binary::Multiply, x, y)),
+        "/" => Infix::Left(7, |input, x, y| binary(input, Binary::Divide, x, y)),
+        _ => {
+            // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given back.
+            wait(input, at)?;
+            Infix::Right(9, |input, x, y| {
+                input.state.waiting -= 1;
+                binary(input, Binary::Power, x, y)
+            })
+        }
+    })
+}
+
+fn binary(input: &mut Input<'_>, operation: Binary, x: usize, y: usize) -> Parsed<usize> {
+    let tree = &mut input.state.tree;
+    let span = tree.span(x).start..tree.span(y).end;
+    Ok(tree.push(Node::Binary(operation, x, y), span))
+}
+
+fn operand(input: &mut Input<'_>) -> Parsed<usize> {
+    space(input)?;
+    match input.peek_token() {
+        Some('(') => group(input),
+        Some(c) if c.is_ascii_digit() || c == '.' => number(input),
+        Some(c) if begins_word(c) => word(input),
+        // Perhaps a sign.
+        _ => Err(ErrMode::Backtrack(Failure(None))),
+    }
+}
+
+/// `(a)`.
+fn group(input: &mut Input<'_>) -> Parsed<usize> {
+    let start = input.current_token_start();
+    any.void().parse_next(input)?;
+    wait(input, start)?;
+    let inside = sum(input)?;
+    closed(input, "an operator or `)`")?;
+    let end = input.current_token_start();
+    input.state.tree.widen(inside, start..end);
+    Ok(inside)
+}
+
+fn closed(input: &mut Input<'_>, expected: &'static str) -> Parsed<()> {
+    space(input)?;
+    if opt(')').parse_next(input)?.is_none() {
+        return unexpected(input, expected);
+    }
+    input.state.waiting -= 1;
+    Ok(())
+}
+
+/// Digits with a point and an exponent: `1`, `.5`, `2.`, `1e-3`.
+fn number(input: &mut Input<'_>) -> Parsed<usize> {
+    let start = input.current_token_start();
+    let exponent = |input: &mut Input<'_>| -> Parsed<()> {
+        (one_of(('e', 'E')), opt(one_of(('+', '-'))), digit1).void().parse_next(input)
+    };
+    let mantissa = |input: &mut Input<'_>| -> Parsed<()> {
+        alt(((digit1, opt(('.', opt(digit1)))).void(), ('.', digit1).void())).parse_next(input)
+    };
+    let Ok(text) = (mantissa, opt(exponent)).take().parse_next(input) else {
+        return unexpected(input, OPERAND);
+    };
+    let span = start..start + text.len();
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(input.state.tree.push(Node::Number(number), span)),
+        _ => wrong(span, ExpressionErrorKind::Number { text: text.to_owned() }),
+    }
+}
+
+/// A name, with arguments if it is a function.
+fn word(input: &mut Input<'_>) -> Parsed<usize> {
+    let start = input.current_token_start();
+    let name: &str = take_while(1.., continues_word).parse_next(input)?;
+    let span = start..start + name.len();
+    let checkpoint = input.checkpoint();
+    space(input)?;
+    let open = input.current_token_start();
+    if opt('(').parse_next(input)?.is_some() {
+        wait(input, open)?;
+        return call(input, name, span);
+    }
+    input.reset(&checkpoint);
+    let scope = input.state.scope;
+    match (scope.resolve(name), function::function(name)) {
+        (Ok(symbol), _) => Ok(input.state.tree.push(Node::Symbol(symbol, name.to_owned()), span)),
+        (Err(_), Some(_)) => wrong(span, ExpressionErrorKind::WithoutArguments { name: name.to_owned() }),
+        (Err(kind), None) => wrong(span, kind),
+    }
+}
+
+/// The arguments of a function, after the parenthesis.
+fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> {
+    let Some((name, function)) = function::function(name) else {
+        let name = name.to_owned();
+        if input.state.scope.resolve(&name).is_ok() {
+            return wrong(span, ExpressionErrorKind::NotAFunction { name });
+        }
+        let near = function::elsewhere(&name).map(str::to_owned).or_else(|| nearest(&name, function::names()));
+        let known = function::names().collect::<Vec<_>>().join(", ");
+        return wrong(span, ExpressionErrorKind::UnknownFunction { name, nearest: near, known });
+    };
+    let mut arguments = Vec::new();
+    space(input)?;
+    if input.peek_token() != Some(')') {
+        loop {
+            arguments.push(sum(input)?);
+            space(input)?;
+            if opt(',').parse_next(input)?.is_none() {
+                break;
+            }
+        }
+    }
+    closed(input, "an operator, `,` or `)`")?;
+    let whole = span.start..input.current_token_start();
+    let (takes, fits) = function.takes(arguments.len());
+    let tree = &mut input.state.tree;
+    match (function, arguments.as_slice()) {
+        (Function::Unary(unary), &[x]) => Ok(tree.push(Node::Unary(unary, x), whole)),
+        (Function::Binary(binary), &[x, y]) => Ok(tree.push(Node::Binary(binary, x, y), whole)),
+        // From the last to the first, as a stack finds them.
+        (Function::Fold(binary), [first @ .., last]) if fits => {
+            Ok(first.iter().rev().fold(*last, |y, x| tree.push(Node::Binary(binary, *x, y), whole.clone())))
+        }
+        (Function::Saturate, &[x, low, high]) => Ok(tree.push(Node::Saturate(x, low, high), whole)),
+        (Function::Saturate, &[x]) => {
+            let one = tree.push(Node::Number(1.0), whole.clone());
+            let low = tree.push(Node::Unary(Unary::Negate, one), whole.clone());
+            let high = tree.push(Node::Number(1.0), whole.clone());
+            Ok(tree.push(Node::Saturate(x, low, high), whole))
+        }
+        _ => wrong(
+            whole,
+            ExpressionErrorKind::Arguments { function: name, expected: takes, found: arguments.len() },
+        ),
+    }
+}

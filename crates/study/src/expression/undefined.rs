@@ -1,0 +1,90 @@
+//! Where an expression has no value or no derivative: which part of its text, and from which values.
+
+use core::fmt;
+
+use nalgebra::RealField;
+use num_dual::Dual64;
+
+use super::error::Family;
+use super::Expression;
+
+/// A part of an expression that is not finite, although what it is made of is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Undefined {
+    /// The part, as it is written.
+    pub part: String,
+    /// Its value.
+    pub value: f64,
+    /// By which state or input it was differentiated, from 0; none where the value itself is not finite.
+    pub derivative_by: Option<(Family, usize)>,
+    /// What it is made of, as it is written, with the values.
+    pub operands: Vec<(String, f64)>,
+}
+
+impl fmt::Display for Undefined {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "`{}` ", self.part)?;
+        match self.derivative_by {
+            Some((Family::States, k)) => write!(f, "has no finite derivative by x{}", k + 1)?,
+            Some((Family::Inputs, k)) => write!(f, "has no finite derivative by u{}", k + 1)?,
+            None if self.value.is_nan() => f.write_str("is not defined")?,
+            None => f.write_str("is infinite")?,
+        }
+        for (k, (part, value)) in self.operands.iter().enumerate() {
+            write!(f, "{}`{part}` is {value}", if k == 0 { ": " } else { " and " })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Undefined {}
+
+/// The value, or the first part of the text for which `bad` holds; `number` is what is shown of a scalar.
+fn run<T: RealField + Copy>(
+    expression: &Expression,
+    (t, x, u): (T, &[T], &[T]),
+    bad: impl Fn(T) -> bool,
+    number: impl Fn(T) -> f64,
+) -> Result<T, Undefined> {
+    let mut first = None;
+    // The nodes whose values are on the stack.
+    let mut stack: Vec<usize> = Vec::new();
+    let value = expression.tape.evaluate(t, x, u, |step| {
+        let operands = stack.split_off(stack.len() - step.operands.len());
+        if first.is_none() && bad(step.value) {
+            let written = |(node, value): (&usize, &T)| (expression.part(*node).to_owned(), number(*value));
+            first = Some(Undefined {
+                part: expression.part(step.node).to_owned(),
+                value: number(step.value),
+                derivative_by: None,
+                operands: operands.iter().zip(step.operands).map(written).collect(),
+            });
+        }
+        stack.push(step.node);
+    });
+    first.map_or(Ok(value), Err)
+}
+
+pub(super) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
+    run(expression, (t, x, u), |value| !value.is_finite(), |value| value)
+}
+
+/// The derivative by one state or input.
+pub(super) fn derivative(
+    expression: &Expression,
+    t: f64,
+    x: &[f64],
+    u: &[f64],
+    family: Family,
+    index: usize,
+) -> Result<f64, Undefined> {
+    value(expression, t, x, u)?;
+    let lifted = |column: &[f64], along: bool| -> Vec<Dual64> {
+        let seed = |k: usize| if along && k == index { 1.0 } else { 0.0 };
+        column.iter().enumerate().map(|(k, entry)| Dual64::new(*entry, seed(k))).collect()
+    };
+    let (x, u) = (lifted(x, family == Family::States), lifted(u, family == Family::Inputs));
+    run(expression, (Dual64::from_re(t), &x, &u), |value| !value.eps.is_finite(), |value| value.re)
+        .map(|value| value.eps)
+        .map_err(|undefined| Undefined { derivative_by: Some((family, index)), ..undefined })
+}
