@@ -168,6 +168,21 @@ where
         &self.noises
     }
 
+    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat)` of a sample at time t has by this belief, p x p.
+    pub fn innovation_covariance(&self, t: T, belief: &Belief<T, N>) -> OMatrix<T, P, P>
+    where
+        N: DimAdd<U1>,
+        DefaultAllocator: Allocator<N, DimSum<N, U1>>,
+    {
+        let c = self.plant.output_jacobian(t, &belief.estimate());
+        self.seen(&c, &(&c * belief.covariance()))
+    }
+
+    /// `S = (H P) H' + V`.
+    fn seen(&self, c: &OMatrix<T, P, N>, cp: &OMatrix<T, P, N>) -> OMatrix<T, P, P> {
+        cp * c.transpose() + &self.noises.v
+    }
+
     /// Estimate and covariance after a measurement.
     ///
     /// If the innovation covariance is not positive definite in floating point (an overflow, a NaN, a P that has lost its
@@ -175,7 +190,7 @@ where
     fn correct(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, y: &OVector<T, P>) {
         let c = self.plant.output_jacobian(t, xhat);
         let cp = &c * &*p;
-        let Some(factor) = Cholesky::new(&cp * c.transpose() + &self.noises.v) else { return };
+        let Some(factor) = Cholesky::new(self.seen(&c, &cp)) else { return };
         // K' = S^-1 (H P).
         let gain = factor.solve(&cp).transpose();
         let order = xhat.shape_generic().0;
