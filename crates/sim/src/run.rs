@@ -150,7 +150,9 @@ impl<'m, 'a> Runner<'m, 'a> {
     /// When something jumps next after `t`, `end` at the latest.
     fn next_jump(&self, t: f64, end: f64) -> f64 {
         let clocks = [&self.noise_clock, &self.hold_clock].into_iter().chain(&self.sample_clocks).flatten();
-        let breakpoint = self.model.breakpoints.iter().copied().find(|&breakpoint| breakpoint > t);
+        // They are sorted, and a table of samples has many.
+        let breakpoints = &self.model.breakpoints;
+        let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= t)).copied();
         clocks.map(Periodic::next).chain(breakpoint).fold(end, f64::min)
     }
 
