@@ -18,9 +18,16 @@ enum Kind<'a> {
     Zero,
     Constant(Vec<f64>),
     Function(Function<'a>),
-    Feedback { observer: String, gain: DMatrix<f64> },
-    StateFeedback { gain: DMatrix<f64> },
+    Feedback {
+        observer: String,
+        gain: DMatrix<f64>,
+    },
+    StateFeedback {
+        gain: DMatrix<f64>,
+    },
     Law(Law<'a>),
+    /// The sum of a signal and a function of time.
+    Plus(Box<Kind<'a>>, Function<'a>),
 }
 
 impl<'a> Signal<'a> {
@@ -71,41 +78,84 @@ impl<'a> Signal<'a> {
         Self(Kind::Law(Box::new(law)))
     }
 
+    /// This signal and a reference: `reference(t, r)` writes r, which is added, as in `u = r - K xhat`.
+    ///
+    /// ```
+    /// use luenberger_sim::{Scenario, Signal};
+    /// use nalgebra::dmatrix;
+    /// // x1'' = u is led to x1 = 2 by u = 2 k1 - k1 x1 - k2 x2.
+    /// let u = Signal::state_feedback(dmatrix![4.0, 4.0]).plus(|_, r| r.fill(8.0));
+    /// let trajectory = Scenario::new(luenberger_plants::double_integrator()).input(u).until(20.0, 2).run()?;
+    /// assert!((trajectory.x[(1, 0)] - 2.0).abs() < 1e-9);
+    /// # Ok::<(), luenberger_sim::SimError>(())
+    /// ```
+    #[must_use]
+    pub fn plus(self, reference: impl Fn(f64, &mut [f64]) + 'a) -> Self {
+        Self(Kind::Plus(Box::new(self.0), Box::new(reference)))
+    }
+
     /// Whether estimates are needed to evaluate it.
     pub(crate) fn reads_estimates(&self) -> bool {
-        matches!(self.0, Kind::Feedback { .. } | Kind::Law(_))
+        self.0.reads_estimates()
     }
 
     /// Checks lengths, names and entries against a plant with `states`, `inputs` and the named observers' estimates.
     pub(crate) fn check(&self, states: usize, inputs: usize, estimates: &[(String, usize)]) -> Result<(), SimError> {
+        self.0.check(states, inputs, estimates)
+    }
+
+    /// Writes the input.
+    pub(crate) fn write(&self, view: &View<'_>, u: &mut [f64]) {
+        self.0.write(view, u);
+    }
+}
+
+impl Kind<'_> {
+    fn reads_estimates(&self) -> bool {
+        match self {
+            Self::Feedback { .. } | Self::Law(_) => true,
+            Self::Plus(signal, _) => signal.reads_estimates(),
+            _ => false,
+        }
+    }
+
+    fn check(&self, states: usize, inputs: usize, estimates: &[(String, usize)]) -> Result<(), SimError> {
         let fits = |gain: &DMatrix<f64>, columns: usize| {
             check_finite("the feedback gain K", gain.as_slice())?;
             length("rows of the feedback gain K", inputs, gain.nrows())?;
             length("columns of the feedback gain K", columns, gain.ncols())
         };
-        match &self.0 {
-            Kind::Zero | Kind::Function(_) | Kind::Law(_) => Ok(()),
-            Kind::Constant(value) => {
+        match self {
+            Self::Zero | Self::Function(_) | Self::Law(_) => Ok(()),
+            Self::Plus(signal, _) => signal.check(states, inputs, estimates),
+            Self::Constant(value) => {
                 check_finite("the constant input", value)?;
                 length("the constant input", inputs, value.len())
             }
-            Kind::StateFeedback { gain } => fits(gain, states),
-            Kind::Feedback { observer, gain } => match estimates.iter().find(|(name, _)| name == observer) {
+            Self::StateFeedback { gain } => fits(gain, states),
+            Self::Feedback { observer, gain } => match estimates.iter().find(|(name, _)| name == observer) {
                 Some((_, columns)) => fits(gain, *columns),
                 None => Err(SimError::UnknownName { name: observer.clone() }),
             },
         }
     }
 
-    /// Writes the input.
-    pub(crate) fn write(&self, view: &View<'_>, u: &mut [f64]) {
-        match &self.0 {
-            Kind::Zero => u.fill(0.0),
-            Kind::Constant(value) => u.copy_from_slice(value),
-            Kind::Function(f) => f(view.t, u),
-            Kind::StateFeedback { gain } => feed_back(gain, view.x, u),
-            Kind::Feedback { observer, gain } => feed_back(gain, view.estimate(observer).unwrap_or(&[]), u),
-            Kind::Law(law) => law(view, u),
+    fn write(&self, view: &View<'_>, u: &mut [f64]) {
+        match self {
+            Self::Zero => u.fill(0.0),
+            Self::Constant(value) => u.copy_from_slice(value),
+            Self::Function(f) => f(view.t, u),
+            Self::StateFeedback { gain } => feed_back(gain, view.x, u),
+            Self::Feedback { observer, gain } => feed_back(gain, view.estimate(observer).unwrap_or(&[]), u),
+            Self::Law(law) => law(view, u),
+            Self::Plus(signal, reference) => {
+                let mut r = vec![0.0; u.len()];
+                reference(view.t, &mut r);
+                signal.write(view, u);
+                for (u, r) in u.iter_mut().zip(&r) {
+                    *u += r;
+                }
+            }
         }
     }
 }
