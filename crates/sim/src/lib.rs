@@ -32,6 +32,7 @@
 //! | [`scenario`], [`trajectory`] | what is to be run; what a run leaves |
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
+//! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output |
 //! | [`gramian`] | the empirical observability Gramian: what the output says of the initial state |
@@ -53,7 +54,9 @@ pub mod metrics;
 mod model;
 pub mod noise;
 mod radau;
+pub mod replay;
 mod run;
+pub mod samples;
 pub mod scenario;
 pub mod signal;
 pub mod trajectory;
@@ -67,6 +70,8 @@ pub use gramian::{EmpiricalGramian, GramianSettings, empirical_gramian};
 pub use integral::Integrand;
 pub use integrate::{Integrator, Settings, solve};
 pub use noise::Noise;
+pub use replay::{Recording, Replay, Replayed, ReplayedObserver};
+pub use samples::{Between, Samples};
 pub use scenario::Scenario;
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};

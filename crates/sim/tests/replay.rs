@@ -1,0 +1,201 @@
+//! Replay: an observer on a log of a simulation does what it did in the simulation, and the statistics say what is in the data.
+
+use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
+use luenberger_observers::{LinearObserver, SampledObserver};
+use luenberger_plants::{Plant, double_integrator};
+use luenberger_sim::{Between, Noise, Recording, Replay, Scenario, Settings, Signal, SimError, Trajectory};
+use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Vector1, Vector2, dmatrix};
+
+type Filter = ExtendedKalmanFilter<luenberger_plants::StaticPlant<f64, 2, 1, 1>, f64, Const<2>, Const<1>, Const<1>>;
+
+fn observer() -> LinearObserver<f64, Const<2>, Const<1>, Const<1>> {
+    LinearObserver::of(double_integrator(), Vector2::new(7.0, 10.0)).unwrap()
+}
+
+fn simulated(samples: usize) -> Trajectory {
+    Scenario::new(double_integrator())
+        .initial_state(&[-3.0, 1.0])
+        .input(Signal::scalar(f64::sin))
+        .observer("linear", observer(), &[0.0, 0.0])
+        .until(4.0, samples)
+        .run()
+        .unwrap()
+}
+
+fn recording(run: &Trajectory) -> Recording {
+    Recording::new(run.t.clone(), run.u.clone(), run.y.clone()).unwrap()
+}
+
+/// The largest difference of the estimates of the simulation and of the replay of its log.
+fn apart(samples: usize, inputs: Between, outputs: Between) -> f64 {
+    let run = simulated(samples);
+    let log = recording(&run).between(inputs, outputs).unwrap();
+    let replayed = Replay::new(double_integrator(), log).observer("linear", observer(), &[0.0, 0.0]).run().unwrap();
+    let linear = replayed.observer("linear").unwrap();
+    assert_eq!(linear.t, run.t);
+    (&linear.estimate - &run.observers[0].estimate).amax()
+}
+
+/// Straight lines miss a quantity by `h^2/8` of its second derivative: here |y''| = |u| <= 1 and |u''| <= 1. The error `d' = (A - L C) d + L dy + B du` has the poles -2 and -5; the integral
+/// of `|exp((A - L C) t) [L B]|` is below 4 in each row.
+#[test]
+fn a_replayed_simulation_is_the_simulation_up_to_interpolation() {
+    let h = |samples: usize| 4.0 / (samples - 1) as f64;
+    let line = |samples| apart(samples, Between::Line, Between::Line);
+    let (coarse, fine) = (line(101), line(201));
+    assert!(coarse <= 4.0 * 2.0 * h(101).powi(2) / 8.0, "{coarse:e}");
+    // Of second order in the period.
+    assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+    // Held, inputs are late by half a period, and more so outputs, which L multiplies: first order.
+    let (coarse, fine) = (apart(101, Between::Hold, Between::Hold), apart(201, Between::Hold, Between::Hold));
+    assert!((1.8..2.2).contains(&(coarse / fine)) && coarse > 5.0 * line(101), "{coarse:e} {fine:e}");
+}
+
+/// An input that was held is known exactly, also at its jumps.
+#[test]
+fn held_inputs_are_replayed_as_they_were() {
+    let run = Scenario::new(double_integrator())
+        .input(Signal::scalar(|t| (3.0 * t).cos()))
+        .hold_input(0.01)
+        .observer("linear", observer(), &[1.0, -1.0])
+        .until(4.0, 401)
+        .run()
+        .unwrap();
+    let replayed =
+        Replay::new(double_integrator(), recording(&run)).observer("linear", observer(), &[1.0, -1.0]).run().unwrap();
+    let apart = (&replayed.observers[0].estimate - &run.observers[0].estimate).amax();
+    // Only y is interpolated: |y''| = |u| <= 1, and |exp((A - L C) t) L| has an integral below 4.
+    assert!(apart <= 4.0 * 1e-4 / 8.0, "{apart:e}");
+}
+
+fn filter(v: f64) -> Filter {
+    let noises = Noises { w: Matrix2::zeros(), v: Matrix1::new(v), p0: Matrix2::identity() * 1e-2 };
+    ExtendedKalmanFilter::new(double_integrator(), noises, 0.02, 1).unwrap()
+}
+
+/// A log every 0.02 s, with Gaussian noise of deviation 0.1 on the output.
+fn noisy() -> (Trajectory, Recording) {
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[0.1, -0.1])
+        .input(Signal::scalar(f64::sin))
+        .hold_input(0.02)
+        .sampled_observer("filter", filter(0.01), &[0.0, 0.0])
+        .until(20.0, 1001)
+        .run()
+        .unwrap();
+    let noise = Noise::gaussian(&[0.1], 0.02, 11);
+    let y = DMatrix::from_fn(1001, 1, |k, _| run.y[(k, 0)] + noise.sample(k as u64)[0]);
+    let log = Recording::new(run.t.clone(), run.u.clone(), y).unwrap();
+    (run, log)
+}
+
+/// A sampled-data observer sees the samples of the log and no others: its replay is its run.
+#[test]
+fn sampled_observers_are_replayed_exactly() {
+    let (run, _) = noisy();
+    let replayed = Replay::new(double_integrator(), recording(&run))
+        .sampled_observer("filter", filter(0.01), &[0.0, 0.0])
+        .run()
+        .unwrap();
+    let replayed = replayed.observer("filter").unwrap();
+    assert_eq!((replayed.t.len(), replayed.interpolated), (1001, 0));
+    let apart = (&replayed.estimate - &run.observers[0].estimate).amax();
+    // The samples of the log are those of the run to its integration error.
+    assert!(apart <= 1e-9, "{apart:e}");
+    // The covariance is not known of an observer that is only sampled.
+    assert!(replayed.normalised.is_none() && replayed.consistency(0.0).unwrap().is_none());
+    // Every third sample is missing: the observer keeps its period, and what it takes from in between is counted.
+    let kept: Vec<usize> = (0..1001).filter(|k| k % 3 != 2).collect();
+    let pick = |m: &DMatrix<f64>| DMatrix::from_fn(kept.len(), 1, |i, _| m[(kept[i], 0)]);
+    let log = Recording::new(kept.iter().map(|&k| run.t[k]).collect(), pick(&run.u), pick(&run.y)).unwrap();
+    let thinned =
+        Replay::new(double_integrator(), log).sampled_observer("filter", filter(0.01), &[0.0, 0.0]).run().unwrap();
+    assert_eq!((thinned.observers[0].t.len(), thinned.observers[0].interpolated), (1001, 333));
+    assert!((&thinned.observers[0].estimate - &run.observers[0].estimate).amax() < 0.05);
+}
+
+/// The filter that knows the noise has white innovations of the covariance it believes in; one that does not is found out.
+#[test]
+fn innovations_tell_a_right_filter_from_a_wrong_one() {
+    let (_, log) = noisy();
+    let replayed = Replay::new(double_integrator(), log)
+        .filter("right", filter(0.01), &[0.0, 0.0])
+        .filter("trusting", filter(1e-4), &[0.0, 0.0])
+        .filter("doubting", filter(1.0), &[0.0, 0.0])
+        .observer("slow", LinearObserver::of(double_integrator(), Vector2::new(0.2, 0.01)).unwrap(), &[2.0, 0.0])
+        .run()
+        .unwrap();
+    let consistency = |name: &str| replayed.observer(name).unwrap().consistency(0.0).unwrap().unwrap();
+    let right = consistency("right");
+    assert!((right.bounds.0..right.bounds.1).contains(&right.mean), "{right:?}");
+    assert!((right.bounds.1 - 1.0 - 1.96 * (2.0f64 / 1001.0).sqrt()).abs() < 1e-12);
+    assert!(consistency("trusting").mean > 50.0 && consistency("doubting").mean < 0.02);
+    let statistics = |name: &str| replayed.observer(name).unwrap().statistics(1.0).unwrap().remove(0);
+    let right = statistics("right");
+    let whiteness = right.whiteness.clone().unwrap();
+    assert!(whiteness.p_value > 0.01, "{whiteness:?}");
+    let outside = whiteness.autocorrelation.iter().filter(|r| r.abs() > whiteness.bound).count();
+    assert!(outside <= 3, "{whiteness:?}");
+    // The noise itself: 0.1, to three deviations of a root mean square of 951 samples.
+    assert!((right.rms - 0.1).abs() < 3.0 * 0.1 / (2.0 * 951f64).sqrt() && right.samples == 951, "{right:?}");
+    // An observer that is still on its way: its innovation is the error that it has not corrected.
+    let slow = statistics("slow");
+    assert!(slow.whiteness.unwrap().p_value < 1e-12 && slow.mean.abs() > 0.05);
+}
+
+/// What does not fit, with its numbers; and what happens on the way.
+#[test]
+fn bad_recordings_and_observers_are_refused() {
+    let t = vec![0.0, 0.1, 0.2];
+    let column = |rows: usize, value: f64| DMatrix::from_element(rows, 1, value);
+    assert_eq!(Recording::new(vec![0.0], column(1, 0.0), column(1, 0.0)), Err(SimError::Samples { samples: 1 }));
+    let short = Recording::new(t.clone(), column(2, 0.0), column(3, 0.0)).unwrap_err();
+    assert!(matches!(short, SimError::Length { expected: 3, found: 2, .. }));
+    let unsorted = Recording::new(vec![0.0, 0.2, 0.2], column(3, 0.0), column(3, 0.0)).unwrap_err();
+    assert_eq!(unsorted, SimError::TimesUnsorted { index: 2, previous: 0.2, next: 0.2 });
+    let nan = Recording::new(t.clone(), column(3, 0.0), dmatrix![0.0; f64::NAN; 0.0]).unwrap_err();
+    assert!(matches!(nan, SimError::NotFinite { index: 1, .. }));
+
+    let log = || Recording::new(t.clone(), column(3, 0.0), column(3, 1.0)).unwrap();
+    let two_outputs = Recording::new(t.clone(), column(3, 0.0), DMatrix::zeros(3, 2)).unwrap();
+    let wrong = Replay::new(double_integrator(), two_outputs).run().unwrap_err();
+    assert!(matches!(wrong, SimError::Length { expected: 1, found: 2, .. }));
+    let twice = Replay::new(double_integrator(), log()).observer("a", observer(), &[0.0; 2]).observer(
+        "a",
+        observer(),
+        &[0.0; 2],
+    );
+    assert_eq!(twice.run(), Err(SimError::DuplicateName { name: "a".to_owned() }));
+    let initial = Replay::new(double_integrator(), log()).observer("a", observer(), &[0.0]).run().unwrap_err();
+    assert!(matches!(initial, SimError::Length { expected: 2, found: 1, .. }));
+    let settings = Settings { rtol: -1.0, ..Settings::default() };
+    assert!(Replay::new(double_integrator(), log()).settings(settings).run().is_err());
+    let unstable = LinearObserver::of(double_integrator(), Vector2::new(-1e4, -1e7)).unwrap();
+    let blown = Replay::new(double_integrator(), log()).observer("a", unstable, &[0.0; 2]).run();
+    assert!(matches!(blown, Err(SimError::BlowUp { .. })), "{blown:?}");
+    let run = Replay::new(double_integrator(), log()).observer("a", observer(), &[0.0; 2]).run().unwrap();
+    assert!(run.observer("b").is_err() && run.observer("a").unwrap().statistics(9.0).is_err());
+    // An observer of some states has no innovation.
+    let partial = Replay::new(double_integrator(), log()).partial_observer("a", observer(), &[0.0; 2]).run().unwrap();
+    assert!(partial.observers[0].innovation.is_none() && partial.observers[0].statistics(0.0).unwrap().is_empty());
+}
+
+/// The covariance that a filter shows is the one that its correction uses: after a sample, `P+ = P - P H' S^-1 H P`.
+#[test]
+fn the_innovation_covariance_is_that_of_the_correction() {
+    let filter = filter(0.01);
+    let (u, y) = (Vector1::new(0.0), Vector1::new(0.3));
+    let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+    for k in 0..5 {
+        filter.step(0.02 * f64::from(k), &mut belief, &u, &y);
+    }
+    let (p, s) = (belief.covariance(), filter.innovation_covariance(0.1, &belief));
+    let c = double_integrator().c;
+    assert!((s - (c * p * c.transpose() + Matrix1::new(0.01))).amax() <= 4.0 * f64::EPSILON);
+    let gain = p * c.transpose() / s[(0, 0)];
+    let corrected = belief.estimate() + gain * (y - double_integrator().output(0.0, &belief.estimate()));
+    filter.step(0.1, &mut belief, &u, &y);
+    // One Runge-Kutta step of a double integrator is exact.
+    let predicted = Vector2::new(corrected[0] + 0.02 * corrected[1], corrected[1]);
+    assert!((belief.estimate() - predicted).amax() <= 16.0 * f64::EPSILON);
+}
