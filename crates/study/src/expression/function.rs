@@ -1,9 +1,10 @@
 //! The functions of expressions: names, numbers of arguments, and what they compute over any scalar.
 //!
-//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Three are more than a call, each for the sake of derivatives:
+//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four are more than a call, each for the sake of derivatives:
 //! - `x^n` at x = 0 with n > 1 is 0 with derivative 0, where `exp(n ln x)` has none;
 //! - `atan2(y, x)` near the axis x = 0 is `+-pi/2 - atan(x/y)`, whose derivative exists there;
-//! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity.
+//! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity;
+//! - `ln(a + exp(z))` for z > 1 is `z + ln(1 + a exp(-z))`, which does not overflow and loses less over an interval.
 
 use nalgebra::{RealField, convert};
 
@@ -43,6 +44,10 @@ pub(super) enum Binary {
     Atan2,
     Min,
     Max,
+    /// `ln(x + exp(y))`, which a compiled expression has in place of its three operations.
+    LnPlusExp,
+    /// `ln(exp(x) + y)`.
+    LnExpPlus,
 }
 
 /// What a name before a parenthesis stands for.
@@ -178,6 +183,7 @@ impl Binary {
             Self::Atan2 => "atan2",
             Self::Min => "min",
             Self::Max => "max",
+            Self::LnPlusExp | Self::LnExpPlus => "ln",
         }
     }
 
@@ -191,6 +197,8 @@ impl Binary {
             Self::Atan2 => atan2(x, y),
             Self::Min => x.min(y),
             Self::Max => x.max(y),
+            Self::LnPlusExp => ln_plus_exp(x, y),
+            Self::LnExpPlus => ln_plus_exp(y, x),
         }
     }
 }
@@ -210,6 +218,11 @@ fn tanh<T: RealField + Copy>(x: T) -> T {
     } else {
         x.tanh()
     }
+}
+
+/// `ln(a + exp(z))`: both branches are the same function, defined where the other is.
+fn ln_plus_exp<T: RealField + Copy>(a: T, z: T) -> T {
+    if z < T::one() { (a + z.exp()).ln() } else { z + (a * (-z).exp()).ln_1p() }
 }
 
 fn power<T: RealField + Copy>(x: T, n: T) -> T {

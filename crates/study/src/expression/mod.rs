@@ -30,6 +30,8 @@ pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
 pub use scope::{ParameterError, Parameters, Scope};
 pub use undefined::Undefined;
 
+pub(crate) use scope::nearest as nearest_name;
+
 use tape::Tape;
 use tree::Tree;
 

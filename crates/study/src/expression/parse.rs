@@ -217,7 +217,10 @@ fn number(input: &mut Input<'_>) -> Parsed<usize> {
     let mantissa = |input: &mut Input<'_>| -> Parsed<()> {
         alt(((digit1, opt(('.', opt(digit1)))).void(), ('.', digit1).void())).parse_next(input)
     };
+    let checkpoint = input.checkpoint();
     let Ok(text) = (mantissa, opt(exponent)).take().parse_next(input) else {
+        // A point alone.
+        input.reset(&checkpoint);
         return unexpected(input, OPERAND);
     };
     let span = start..start + text.len();
@@ -288,9 +291,6 @@ fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> 
             let high = tree.push(Node::Number(1.0), whole.clone());
             Ok(tree.push(Node::Saturate(x, low, high), whole))
         }
-        _ => wrong(
-            whole,
-            ExpressionErrorKind::Arguments { function: name, expected: takes, found: arguments.len() },
-        ),
+        _ => wrong(whole, ExpressionErrorKind::Arguments { function: name, expected: takes, found: arguments.len() }),
     }
 }

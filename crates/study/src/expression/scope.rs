@@ -116,7 +116,8 @@ impl Scope {
     /// What the name stands for.
     pub(super) fn resolve(&self, name: &str) -> Result<Symbol, ExpressionErrorKind> {
         let unavailable = |reason| Err(ExpressionErrorKind::Unavailable { name: name.to_owned(), reason });
-        let out_of_range = |family, count| Err(ExpressionErrorKind::OutOfRange { name: name.to_owned(), family, count });
+        let out_of_range =
+            |family, count| Err(ExpressionErrorKind::OutOfRange { name: name.to_owned(), family, count });
         if let Some(value) = self.parameters.get(name) {
             return Ok(Symbol::Parameter(*value));
         }
@@ -172,12 +173,15 @@ impl Scope {
     }
 }
 
-/// The nearest of the known names, if one is within a third of its letters.
-pub(super) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Option<String> {
+/// The nearest of the known names, if one differs in a third of its letters at most, and not in all.
+pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Option<String> {
     let length = name.chars().count();
     known
         .map(|candidate| (strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()), candidate))
-        .filter(|(distance, candidate)| *distance <= length.max(candidate.chars().count()).div_ceil(3))
+        .filter(|(distance, candidate)| {
+            let letters = length.max(candidate.chars().count());
+            *distance <= letters.div_ceil(3) && *distance < letters
+        })
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate.to_owned())
 }

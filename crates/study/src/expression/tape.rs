@@ -1,7 +1,7 @@
 //! The flat form of an expression: a list of instructions for a stack of scalars.
 //!
 //! Constants are joined only where that is exact in binary64: a box evaluation then encloses the real value of what is written, with the binary64 numbers that
-//! are written. A power with a small integer exponent becomes a product, defined and differentiable for every base.
+//! are written. A power with a small integer exponent becomes a product, defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
 
 use nalgebra::{RealField, convert};
 
@@ -147,6 +147,22 @@ fn append(code: &mut Vec<(Instruction, usize)>, instruction: Instruction, node: 
             if let Some(x) = constant(1) {
                 code.pop();
                 code.push((Instruction::Constant(-x), node));
+                return;
+            }
+        }
+        Instruction::Unary(Unary::Ln) => {
+            use Instruction::{Binary as Two, Constant, Unary as One};
+            // The sum's second operand ends before it: an exponential, or a number after one.
+            let (joined, length) = match code.as_slice() {
+                [.., (One(Unary::Exp), _), (Two(Binary::Add), _)] => (Binary::LnPlusExp, 2),
+                [.., (One(Unary::Exp), _), (Constant(_), _), (Two(Binary::Add), _)] => (Binary::LnExpPlus, 3),
+                _ => (Binary::Add, 0),
+            };
+            if length > 0 {
+                let number = (length == 3).then(|| code[code.len() - 2]);
+                code.truncate(code.len() - length);
+                code.extend(number);
+                code.push((Two(joined), node));
                 return;
             }
         }

@@ -74,7 +74,7 @@ impl Tree {
                             (format!("{}{sign}{}", held(x, PRODUCT), held(y, PRODUCT + 1)), PRODUCT)
                         }
                         Binary::Power => (format!("{}^{}", held(x, POWER + 1), held(y, SIGN)), POWER),
-                        Binary::Atan2 | Binary::Min | Binary::Max => (format!("{sign}({}, {})", x.0, y.0), ATOM),
+                        _ => (format!("{sign}({}, {})", x.0, y.0), ATOM),
                     }
                 }
                 Node::Saturate(x, low, high) => {

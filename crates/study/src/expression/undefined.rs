@@ -5,8 +5,8 @@ use core::fmt;
 use nalgebra::RealField;
 use num_dual::Dual64;
 
-use super::error::Family;
 use super::Expression;
+use super::error::Family;
 
 /// A part of an expression that is not finite, although what it is made of is.
 #[derive(Clone, Debug, PartialEq)]
