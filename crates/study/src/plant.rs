@@ -1,0 +1,393 @@
+//! Plants from text: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
+//!
+//! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers run it, and the designs of `luenberger-design` that enclose
+//! Jacobians over a box take it as it is. Sizes are known at run time; [`Fixed`] has them in its type, for the designs that ask for it.
+//!
+//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it: [`ExpressionPlant::affine`].
+
+use core::fmt;
+use std::sync::Arc;
+
+use luenberger_plants::{Dimensions, DynamicPlant, Plant, PlantError};
+use nalgebra::{DMatrix, DVector, RealField, SVector};
+
+use crate::expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
+
+/// A row of a plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// `x_k'`, from 0.
+    Derivative(usize),
+    /// `y_k`, from 0.
+    Output(usize),
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Derivative(k) => write!(f, "f{}", k + 1),
+            Self::Output(k) => write!(f, "h{}", k + 1),
+        }
+    }
+}
+
+/// What is wrong with a plant of expressions.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExpressionPlantError {
+    /// No states or no outputs.
+    #[error("a plant needs at least one state and one output: f has {states} rows, h has {outputs}")]
+    Empty {
+        /// Number of rows of f.
+        states: usize,
+        /// Number of rows of h.
+        outputs: usize,
+    },
+    /// More rows than are taken.
+    #[error("f has {states} rows and h {outputs}, with {inputs} inputs: at most {} of each are taken", LARGEST)]
+    TooLarge {
+        /// Number of rows of f.
+        states: usize,
+        /// Number of inputs.
+        inputs: usize,
+        /// Number of rows of h.
+        outputs: usize,
+    },
+    /// A parameter that cannot be one.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A text that is no expression.
+    #[error("{row}: {error}")]
+    Expression {
+        /// The row.
+        row: Row,
+        /// What is wrong with it.
+        error: ExpressionError,
+    },
+    /// A point with another number of coordinates than the plant.
+    #[error("{what} has {found} entries where the plant has {expected}")]
+    Length {
+        /// Which point.
+        what: &'static str,
+        /// How many entries fit.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A coordinate of a point that is NaN or infinite.
+    #[error("entry {index} of {what} is {value}, not a finite number")]
+    NotFinite {
+        /// Which point.
+        what: &'static str,
+        /// Which entry, from 0.
+        index: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// A row without a finite value or derivative at a point.
+    #[error("{row} = {text}: {undefined}, at x = {x:?}{}", at_input(u))]
+    Undefined {
+        /// The row.
+        row: Row,
+        /// Its text.
+        text: String,
+        /// The part that is not finite.
+        undefined: Undefined,
+        /// The state.
+        x: Vec<f64>,
+        /// The input.
+        u: Vec<f64>,
+    },
+    /// A plant with other sizes than a type.
+    #[error(
+        "the plant has {} states, {} inputs and {} outputs; the type says {}, {} and {}",
+        found.states, found.inputs, found.outputs, expected.states, expected.inputs, expected.outputs
+    )]
+    Sizes {
+        /// The sizes of the type.
+        expected: Dimensions,
+        /// The sizes of the plant.
+        found: Dimensions,
+    },
+}
+
+/// At most so many states, inputs and outputs.
+const LARGEST: usize = 1000;
+
+fn at_input(u: &[f64]) -> String {
+    if u.is_empty() { String::new() } else { format!(", u = {u:?}") }
+}
+
+/// Why a plant is not affine: the row and the part of its text.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{row} = {text} is not affine in states and inputs: `{part}` is not")]
+pub struct NotAffine {
+    /// The row.
+    pub row: Row,
+    /// Its text.
+    pub text: String,
+    /// The first part of it that is not affine.
+    pub part: String,
+}
+
+/// An affine plant `x' = A x + B u + f0`, `y = C x + h0`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AffinePlant {
+    /// A, n x n; B, n x m; C, p x n.
+    pub linear: DynamicPlant,
+    /// f(0, 0), n entries.
+    pub f0: DVector<f64>,
+    /// h(0), p entries.
+    pub h0: DVector<f64>,
+}
+
+impl AffinePlant {
+    /// Whether `f0 = 0` and `h0 = 0`, so that it is a linear plant and not only the linear part of one.
+    pub fn is_linear(&self) -> bool {
+        self.f0.iter().chain(self.h0.iter()).all(|entry| *entry == 0.0)
+    }
+}
+
+#[derive(Debug, PartialEq)]
+struct Rows {
+    f: Vec<Expression>,
+    h: Vec<Expression>,
+    inputs: usize,
+}
+
+/// A plant `x' = f(t, x, u)`, `y = h(t, x)` whose rows are expressions. A copy shares them.
+///
+/// ```
+/// use luenberger_plants::{Plant, state_jacobian};
+/// use luenberger_study::expression::Parameters;
+/// use luenberger_study::plant::ExpressionPlant;
+/// use nalgebra::{dmatrix, dvector};
+///
+/// let parameters = Parameters::from([("g".to_owned(), 9.81), ("l".to_owned(), 0.5)]);
+/// let pendulum = ExpressionPlant::new(&["x2", "-g/l*sin(x1) + u1"], &["x1"], 1, &parameters)?;
+/// let (x, u) = (dvector![0.0, 2.0], dvector![1.0]);
+/// assert_eq!(pendulum.derivative(0.0, &x, &u), dvector![2.0, 1.0]);
+/// assert_eq!(state_jacobian(&pendulum, 0.0, &x, &u), dmatrix![0.0, 1.0; -9.81 / 0.5, 0.0]);
+/// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpressionPlant(Arc<Rows>);
+
+impl ExpressionPlant {
+    /// The plant with these rows of f and h, so many inputs, and these parameters.
+    ///
+    /// Rows of f may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows; rows of h all but the inputs.
+    ///
+    /// # Errors
+    /// [`ExpressionPlantError::Empty`], [`TooLarge`](ExpressionPlantError::TooLarge), [`Parameter`](ExpressionPlantError::Parameter), and
+    /// [`Expression`](ExpressionPlantError::Expression) for the first row that is none.
+    pub fn new<S: AsRef<str>>(
+        f: &[S],
+        h: &[S],
+        inputs: usize,
+        parameters: &Parameters,
+    ) -> Result<Self, ExpressionPlantError> {
+        let (states, outputs) = (f.len(), h.len());
+        if states == 0 || outputs == 0 {
+            return Err(ExpressionPlantError::Empty { states, outputs });
+        }
+        if states.max(inputs).max(outputs) > LARGEST {
+            return Err(ExpressionPlantError::TooLarge { states, inputs, outputs });
+        }
+        let parse = |texts: &[S], scope: &Scope, row: fn(usize) -> Row| -> Result<Vec<_>, _> {
+            let parsed = texts.iter().map(|text| Expression::parse(text.as_ref(), scope)).enumerate();
+            parsed
+                .map(|(k, one)| one.map_err(|error| ExpressionPlantError::Expression { row: row(k), error }))
+                .collect()
+        };
+        let f = parse(f, &Scope::plant(states, inputs).with(parameters)?, Row::Derivative)?;
+        let h = parse(h, &Scope::output(states).with(parameters)?, Row::Output)?;
+        Ok(Self(Arc::new(Rows { f, h, inputs })))
+    }
+
+    /// The rows of f.
+    pub fn f(&self) -> &[Expression] {
+        &self.0.f
+    }
+
+    /// The rows of h.
+    pub fn h(&self) -> &[Expression] {
+        &self.0.h
+    }
+
+    /// Checks that f, h and their Jacobians are finite at a point, such as the start of a run.
+    ///
+    /// ```
+    /// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+    /// let plant = ExpressionPlant::new(&["ln(x1)"], &["x1"], 0, &Parameters::new())?;
+    /// let error = plant.check_at(0.0, &[-1.0], &[]).unwrap_err();
+    /// assert_eq!(error.to_string(), "f1 = ln(x1): `ln(x1)` is not defined: `x1` is -1, at x = [-1.0]");
+    /// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+    /// ```
+    /// # Errors
+    /// [`ExpressionPlantError::Length`] and [`NotFinite`](ExpressionPlantError::NotFinite) for the point,
+    /// [`Undefined`](ExpressionPlantError::Undefined) for the first row that has no value or no derivative there.
+    pub fn check_at(&self, t: f64, x: &[f64], u: &[f64]) -> Result<(), ExpressionPlantError> {
+        let size = self.size();
+        let point = |what, expected: usize, column: &[f64]| match column.iter().position(|entry| !entry.is_finite()) {
+            _ if column.len() != expected => Err(ExpressionPlantError::Length { what, expected, found: column.len() }),
+            Some(index) => Err(ExpressionPlantError::NotFinite { what, index, value: column[index] }),
+            None => Ok(()),
+        };
+        point("the state", size.states, x)?;
+        point("the input", size.inputs, u)?;
+        point("the time", 1, &[t])?;
+        for (row, expression) in self.rows() {
+            let seen = |undefined| self.undefined(row, undefined, x, u);
+            expression.gradient(t, x, u).map_err(seen)?;
+            if matches!(row, Row::Derivative(_)) {
+                expression.input_gradient(t, x, u).map_err(seen)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The matrices of a plant that is affine by its form, see [`Expression::affine`]: exact up to the rounding of what is written.
+    ///
+    /// ```
+    /// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+    /// use nalgebra::dmatrix;
+    /// let parameters = Parameters::from([("m".to_owned(), 2.0)]);
+    /// let plant = ExpressionPlant::new(&["x2", "(u1 - 3*x1)/m"], &["x1"], 1, &parameters)?.affine()?;
+    /// assert!(plant.is_linear());
+    /// assert_eq!(plant.linear.a, dmatrix![0.0, 1.0; -1.5, 0.0]);
+    /// assert_eq!(plant.linear.b, dmatrix![0.0; 0.5]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`AffineError::NotAffine`] names the first part that is not; [`AffineError::Undefined`] a coefficient that is not finite.
+    pub fn affine(&self) -> Result<AffinePlant, AffineError> {
+        for (row, expression) in self.rows() {
+            expression.affine().map_err(|part| {
+                AffineError::NotAffine(NotAffine { row, text: expression.text().to_owned(), part: part.to_owned() })
+            })?;
+        }
+        let size = self.size();
+        let (x, u) = (vec![0.0; size.states], vec![0.0; size.inputs]);
+        self.check_at(0.0, &x, &u).map_err(AffineError::Undefined)?;
+        let gradients = |rows: &[Expression], by: fn(&Expression, &[f64], &[f64]) -> Vec<f64>, columns: usize| {
+            let entries: Vec<f64> = rows.iter().flat_map(|row| by(row, &x, &u)).collect();
+            DMatrix::from_row_slice(rows.len(), columns, &entries)
+        };
+        // Checked above, so that nothing is left out.
+        let by_state = |row: &Expression, x: &[f64], u: &[f64]| row.gradient(0.0, x, u).unwrap_or_default();
+        let by_input = |row: &Expression, x: &[f64], u: &[f64]| row.input_gradient(0.0, x, u).unwrap_or_default();
+        let a = gradients(self.f(), by_state, size.states);
+        let b = gradients(self.f(), by_input, size.inputs);
+        let c = gradients(self.h(), by_state, size.states);
+        let values =
+            |rows: &[Expression]| DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(0.0, &x, &u)));
+        let linear = DynamicPlant::new(a, b, c).map_err(AffineError::Matrices)?;
+        Ok(AffinePlant { linear, f0: values(self.f()), h0: values(self.h()) })
+    }
+
+    /// The same plant with its sizes in the type.
+    ///
+    /// # Errors
+    /// [`ExpressionPlantError::Sizes`] if they are others.
+    pub fn fixed<const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<Fixed<N, M, P>, ExpressionPlantError> {
+        let expected = Dimensions { states: N, inputs: M, outputs: P };
+        let found = self.size();
+        if expected == found { Ok(Fixed(self.clone())) } else { Err(ExpressionPlantError::Sizes { expected, found }) }
+    }
+
+    fn size(&self) -> Dimensions {
+        Dimensions { states: self.0.f.len(), inputs: self.0.inputs, outputs: self.0.h.len() }
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (Row, &Expression)> {
+        let f = self.0.f.iter().enumerate().map(|(k, row)| (Row::Derivative(k), row));
+        f.chain(self.0.h.iter().enumerate().map(|(k, row)| (Row::Output(k), row)))
+    }
+
+    fn undefined(&self, row: Row, undefined: Undefined, x: &[f64], u: &[f64]) -> ExpressionPlantError {
+        let text = match row {
+            Row::Derivative(k) => &self.0.f[k],
+            Row::Output(k) => &self.0.h[k],
+        };
+        let text = text.text().to_owned();
+        ExpressionPlantError::Undefined { row, text, undefined, x: x.to_vec(), u: u.to_vec() }
+    }
+}
+
+/// Why there are no matrices.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum AffineError {
+    /// A row that is not affine.
+    #[error(transparent)]
+    NotAffine(NotAffine),
+    /// A coefficient that is not finite.
+    #[error("the plant is affine by its form, but a coefficient is not finite: {0}")]
+    Undefined(ExpressionPlantError),
+    /// The matrices do not make a plant.
+    #[error(transparent)]
+    Matrices(PlantError),
+}
+
+impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        self.size()
+    }
+
+    fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        let (rows, x, u) = (&self.0.f, x.as_slice(), u.as_slice());
+        DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, u)))
+    }
+
+    fn output(&self, t: T, x: &DVector<T>) -> DVector<T> {
+        let (rows, x) = (&self.0.h, x.as_slice());
+        DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, &[])))
+    }
+}
+
+/// An [`ExpressionPlant`] with n, m and p in its type: for designs that need them there, such as the numerical KKL observer.
+///
+/// ```
+/// use luenberger_plants::Plant;
+/// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+/// use nalgebra::{SVector, Vector2};
+/// let duffing = ExpressionPlant::new(&["x2^3", "-x1"], &["x1"], 0, &Parameters::new())?;
+/// assert_eq!(duffing.fixed::<2, 0, 1>()?.derivative(0.0, &Vector2::new(1.0, 2.0), &SVector::zeros()), Vector2::new(8.0, -1.0));
+/// assert!(duffing.fixed::<2, 1, 1>().is_err());
+/// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fixed<const N: usize, const M: usize, const P: usize>(ExpressionPlant);
+
+impl<const N: usize, const M: usize, const P: usize> Fixed<N, M, P> {
+    /// The plant.
+    pub fn plant(&self) -> &ExpressionPlant {
+        &self.0
+    }
+}
+
+impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<T> for Fixed<N, M, P> {
+    type State = SVector<T, N>;
+    type Input = SVector<T, M>;
+    type Output = SVector<T, P>;
+
+    fn dimensions(&self) -> Dimensions {
+        self.0.size()
+    }
+
+    fn derivative(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SVector<T, N> {
+        let rows = self.0.f();
+        SVector::from_fn(|k, _| rows[k].evaluate(t, x.as_slice(), u.as_slice()))
+    }
+
+    fn output(&self, t: T, x: &SVector<T, N>) -> SVector<T, P> {
+        let rows = self.0.h();
+        SVector::from_fn(|k, _| rows[k].evaluate(t, x.as_slice(), &[]))
+    }
+}

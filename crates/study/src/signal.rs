@@ -1,0 +1,234 @@
+//! Inputs and references of a study: expressions of time, tables, and feedback.
+
+use luenberger_sim::{Samples, Signal};
+use nalgebra::DMatrix;
+
+use crate::expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
+
+/// What is wrong with a signal. Components count from 1 in the messages.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SignalError {
+    /// A parameter that cannot be one.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A text that is no expression of time.
+    #[error("component {}: {error}", index + 1)]
+    Expression {
+        /// Which component, from 0.
+        index: usize,
+        /// What is wrong with it.
+        error: ExpressionError,
+    },
+    /// A signal with another number of components than are needed.
+    #[error("the signal has {found} components where {expected} are needed")]
+    Length {
+        /// How many are needed.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// An expression without a finite value at a time.
+    #[error("component {} = {text}: {undefined}, at t = {time}", index + 1)]
+    Undefined {
+        /// Which component, from 0.
+        index: usize,
+        /// Its text.
+        text: String,
+        /// The part that is not finite.
+        undefined: Undefined,
+        /// The time.
+        time: f64,
+    },
+    /// A table that does not reach over a run.
+    #[error("the table reaches from t = {} to t = {}, the run from t = {} to t = {}", table.0, table.1, run.0, run.1)]
+    Span {
+        /// First and last time of the table.
+        table: (f64, f64),
+        /// Start and end of the run.
+        run: (f64, f64),
+    },
+}
+
+/// A function of time with several components.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Program {
+    /// One expression of t for each component.
+    Expressions(Vec<Expression>),
+    /// Columns of a table.
+    Table(Samples),
+}
+
+/// At how many times a program is tried before it is run.
+const TRIES: usize = 1000;
+
+impl Program {
+    /// The program of these expressions of `t` and the parameters.
+    ///
+    /// ```
+    /// use luenberger_study::{expression::Parameters, signal::Program};
+    /// let program = Program::expressions(&["2*sin(3*t)", "max(0, t - 1)"], &Parameters::new())?;
+    /// let mut u = [0.0; 2];
+    /// program.at(2.0, &mut u);
+    /// assert_eq!(u, [2.0 * 6f64.sin(), 1.0]);
+    /// # Ok::<(), luenberger_study::signal::SignalError>(())
+    /// ```
+    /// # Errors
+    /// [`SignalError::Parameter`], and [`SignalError::Expression`] for the first that is none.
+    pub fn expressions<S: AsRef<str>>(texts: &[S], parameters: &Parameters) -> Result<Self, SignalError> {
+        let scope = Scope::time().with(parameters)?;
+        let parsed = texts.iter().map(|text| Expression::parse(text.as_ref(), &scope)).enumerate();
+        let expressions = parsed.map(|(index, one)| one.map_err(|error| SignalError::Expression { index, error }));
+        Ok(Self::Expressions(expressions.collect::<Result<_, _>>()?))
+    }
+
+    /// Number of components.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Expressions(expressions) => expressions.len(),
+            Self::Table(samples) => samples.values().ncols(),
+        }
+    }
+
+    /// Whether it has no components.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Writes the components at the time t.
+    pub fn at(&self, t: f64, value: &mut [f64]) {
+        match self {
+            Self::Expressions(expressions) => {
+                for (value, expression) in value.iter_mut().zip(expressions) {
+                    *value = expression.evaluate(t, &[], &[]);
+                }
+            }
+            Self::Table(samples) => samples.at(t, value),
+        }
+    }
+
+    /// Checks that it has so many components and is finite over a run: expressions at 1001 equally spaced times, a table by its ends.
+    ///
+    /// # Errors
+    /// [`SignalError::Length`], [`SignalError::Undefined`], [`SignalError::Span`].
+    pub fn check(&self, components: usize, start: f64, end: f64) -> Result<(), SignalError> {
+        if self.len() != components {
+            return Err(SignalError::Length { expected: components, found: self.len() });
+        }
+        match self {
+            Self::Expressions(expressions) => {
+                let times = (0..=TRIES).map(|k| start + (end - start) * k as f64 / TRIES as f64);
+                for time in times {
+                    for (index, expression) in expressions.iter().enumerate() {
+                        expression.examine(time, &[], &[]).map_err(|undefined| SignalError::Undefined {
+                            index,
+                            text: expression.text().to_owned(),
+                            undefined,
+                            time,
+                        })?;
+                    }
+                }
+                Ok(())
+            }
+            Self::Table(samples) => {
+                let (first, last) = (samples.times()[0], samples.times()[samples.times().len() - 1]);
+                // Up to rounding in multiples of a period.
+                let slack = 1e-9 * (last - first);
+                let inside = first - slack <= start && end <= last + slack;
+                if inside { Ok(()) } else { Err(SignalError::Span { table: (first, last), run: (start, end) }) }
+            }
+        }
+    }
+
+    /// The times within a run at which it jumps or has a kink: those of a table. What an expression does is not known; name its jumps yourself.
+    pub fn breakpoints(&self, start: f64, end: f64) -> Vec<f64> {
+        match self {
+            Self::Expressions(_) => Vec::new(),
+            Self::Table(samples) => samples.times().iter().copied().filter(|t| (start..end).contains(t)).collect(),
+        }
+    }
+
+    fn signal(&self) -> Signal<'static> {
+        let program = self.clone();
+        Signal::function(move |t, u| program.at(t, u))
+    }
+}
+
+/// The input of a plant in a study.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Input {
+    /// `u = 0`.
+    Zero,
+    /// `u = r(t)`.
+    Program(Program),
+    /// `u = r(t) - K xhat`.
+    Feedback {
+        /// The observer that estimates.
+        observer: String,
+        /// K, m x n.
+        gain: DMatrix<f64>,
+        /// r, 0 if there is none.
+        reference: Option<Program>,
+    },
+    /// `u = r(t) - K x` with the true state, to compare with.
+    StateFeedback {
+        /// K, m x n.
+        gain: DMatrix<f64>,
+        /// r, 0 if there is none.
+        reference: Option<Program>,
+    },
+}
+
+impl Input {
+    /// The input as a simulation takes it.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use luenberger_sim::Scenario;
+    /// use luenberger_study::{expression::Parameters, signal::{Input, Program}};
+    /// use nalgebra::{Vector2, dmatrix};
+    ///
+    /// let plant = luenberger_plants::double_integrator();
+    /// let observer = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0))?;
+    /// let reference = Program::expressions(&["8"], &Parameters::new())?;
+    /// let input = Input::Feedback { observer: "linear".into(), gain: dmatrix![4.0, 4.0], reference: Some(reference) };
+    /// let scenario = Scenario::new(plant).observer("linear", observer, &[1.0, -1.0]);
+    /// let trajectory = scenario.input(input.signal()).until(20.0, 2).run()?;
+    /// assert!((trajectory.x[(1, 0)] - 2.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn signal(&self) -> Signal<'static> {
+        let led = |signal: Signal<'static>, reference: &Option<Program>| match reference.clone() {
+            Some(program) => signal.plus(move |t, r| program.at(t, r)),
+            None => signal,
+        };
+        match self {
+            Self::Zero => Signal::zero(),
+            Self::Program(program) => program.signal(),
+            Self::Feedback { observer, gain, reference } => led(Signal::feedback(observer, gain.clone()), reference),
+            Self::StateFeedback { gain, reference } => led(Signal::state_feedback(gain.clone()), reference),
+        }
+    }
+
+    /// What in it is a function of time.
+    pub fn program(&self) -> Option<&Program> {
+        match self {
+            Self::Zero => None,
+            Self::Program(program) => Some(program),
+            Self::Feedback { reference, .. } | Self::StateFeedback { reference, .. } => reference.as_ref(),
+        }
+    }
+
+    /// Checks its function of time against a run: see [`Program::check`]. The gain and the observer are checked by the simulation.
+    ///
+    /// # Errors
+    /// Those of [`Program::check`].
+    pub fn check(&self, inputs: usize, start: f64, end: f64) -> Result<(), SignalError> {
+        self.program().map_or(Ok(()), |program| program.check(inputs, start, end))
+    }
+
+    /// As [`Program::breakpoints`].
+    pub fn breakpoints(&self, start: f64, end: f64) -> Vec<f64> {
+        self.program().map_or_else(Vec::new, |program| program.breakpoints(start, end))
+    }
+}

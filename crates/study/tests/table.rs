@@ -1,0 +1,114 @@
+//! CSV tables: what is read, what is refused with its place, and what looks wrong in a log.
+
+use luenberger_sim::{Between, SimError};
+use luenberger_study::table::{Suspicion, Table, TableError};
+use proptest::prelude::*;
+
+fn error(text: &str) -> String {
+    Table::parse(text).unwrap_err().to_string()
+}
+
+#[test]
+fn tables_of_several_dialects_are_read() {
+    let expected = Table::parse("t,u1,y1\n0,1,2\n0.5,-1e-3,.25\n").unwrap();
+    for text in [
+        "t;u1;y1\n0;1;2\n0.5;-1e-3;.25\n",
+        "t\tu1\ty1\r\n0\t1\t2\r\n0.5\t-1e-3\t.25",
+        "\u{feff}# bench 3\n t , u1 ,y1\n\n0, 1, 2\n# a remark\n0.5,-0.001,0.25\n\n",
+        "\"t\",\"u1\",\"y1\"\n0,1,2\n0.5,-1E-3,+0.25\n",
+    ] {
+        let table = Table::parse(text).unwrap();
+        assert_eq!((table.names(), table.rows()), (expected.names(), 2), "{text:?}");
+        for name in ["t", "u1", "y1"] {
+            assert_eq!(table.column(name).unwrap(), expected.column(name).unwrap(), "{text:?}");
+        }
+    }
+    let log = expected.recording("t", &["u1"], &["y1", "u1"]).unwrap();
+    assert_eq!(log.outputs().values().ncols(), 2);
+    let held = expected.samples("t", &["u1"], Between::Hold).unwrap();
+    let mut value = [0.0];
+    held.at(0.49, &mut value);
+    assert_eq!(value, [1.0]);
+    // No inputs is no column.
+    assert_eq!(expected.recording::<&str>("t", &[], &["y1"]).unwrap().inputs().values().ncols(), 0);
+}
+
+#[test]
+fn what_is_wrong_has_its_line_and_column() {
+    assert_eq!(error(""), "the table is empty: expected a line that names the columns");
+    assert_eq!(error("# only a remark\n\n"), "the table is empty: expected a line that names the columns");
+    assert!(error("0,1\n1,2\n").starts_with("line 1, column 1: expected the name of a column, found `0`"));
+    assert!(error("t,\n1,2\n").starts_with("line 1, column 2: expected the name of a column, found ``"));
+    assert_eq!(error("t,u,t\n"), "columns 1 and 3 are both named `t`");
+    assert_eq!(error("t,u\n0,1\n1\n"), "line 3 has 1 cells where the table has 2 columns");
+    assert_eq!(error("t,u\n0,1\n\n# x\n1,2,3\n"), "line 5 has 3 cells where the table has 2 columns");
+    assert_eq!(error("t,u\n0,1\n1,\n"), "line 3, column 2 (u): expected a number, found ``");
+    assert_eq!(error("t,u\n0,1\n1,1,5\n"), "line 3 has 3 cells where the table has 2 columns");
+    assert_eq!(error("t;u\n0;1,5\n"), "line 2, column 2 (u): expected a number, found `1,5`");
+    assert_eq!(error("t,u\n0,nan\n"), "line 2, column 2 (u): NaN is not a finite number");
+    assert_eq!(error("t,u\n0,1e400\n"), "line 2, column 2 (u): inf is not a finite number");
+
+    let table = Table::parse("t,u1,y1\n0,0,1\n").unwrap();
+    let few = table.recording("t", &["u1"], &["y1"]).unwrap_err();
+    assert_eq!(few.to_string(), "the table has 1 rows; at least 2 are needed");
+    let missing = table.column("time").unwrap_err();
+    assert_eq!(missing.to_string(), "there is no column `time`; the columns are t, u1, y1");
+    let table = Table::parse("t,y\n0,1\n0.2,1\n\n0.1,1\n").unwrap();
+    let unsorted = table.recording::<&str>("t", &[], &["y"]).unwrap_err();
+    assert_eq!(unsorted.to_string(), "line 5: the time 0.1 does not come after 0.2, the time of the row before");
+    let none = Table::read(std::path::Path::new("no/such/file.csv")).unwrap_err();
+    assert!(matches!(none, TableError::File { .. }) && none.to_string().contains("no/such/file.csv"));
+    // Nothing is read twice: the samples have been checked.
+    assert!(!matches!(unsorted, TableError::Samples(SimError::TimesUnsorted { .. })));
+}
+
+/// A log of 400 samples of a sine, with faults built in.
+fn log(fault: impl Fn(usize, f64) -> f64, time: impl Fn(usize) -> f64) -> Table {
+    let rows: Vec<String> = (0..400).map(|k| format!("{},{}", time(k), fault(k, (0.031 * k as f64).sin()))).collect();
+    Table::parse(&format!("t,y\n{}\n", rows.join("\n"))).unwrap()
+}
+
+fn suspicions(table: &Table) -> Vec<Suspicion> {
+    table.suspicions("t", &["y"]).unwrap()
+}
+
+#[test]
+fn gaps_saturation_and_dropouts_are_seen() {
+    let even = |k: usize| 0.01 * k as f64;
+    assert_eq!(suspicions(&log(|_, y| y, even)), []);
+    let gap = suspicions(&log(|_, y| y, |k| if k < 200 { even(k) } else { even(k) + 0.3 }));
+    assert!(matches!(gap[..], [Suspicion::Gap { from, to, .. }] if from == 1.99 && to == 2.3), "{gap:?}");
+    let saturated = suspicions(&log(|_, y| y.clamp(-2.0, 0.9), even));
+    assert!(
+        matches!(&saturated[..], [Suspicion::Saturated { value, samples, .. }] if *value == 0.9 && *samples > 20),
+        "{saturated:?}"
+    );
+    let frozen = suspicions(&log(|k, y| if (100..130).contains(&k) { 0.125 } else { y }, even));
+    let [Suspicion::Frozen { value, samples, during, .. }] = &frozen[..] else { panic!("{frozen:?}") };
+    assert_eq!((*value, *samples, *during), (0.125, 30, (1.0, 1.29)));
+    assert!(frozen[0].to_string().contains("dropout"));
+    assert!(matches!(suspicions(&log(|_, _| 4.0, even))[..], [Suspicion::Constant { value, .. }] if value == 4.0));
+    // A coarse sensor and a switch repeat their values, and do nothing wrong.
+    assert_eq!(suspicions(&log(|_, y| (8.0 * y).round() / 8.0, even)), []);
+    assert_eq!(suspicions(&log(|_, y| y.signum(), even)), []);
+}
+
+proptest! {
+    /// Any text ends in a table or an error.
+    #[test]
+    fn no_text_panics(text in "[t,u;0-9.e+\\-#\"\n \t\u{feff}]{0,80}") {
+        if let Ok(table) = Table::parse(&text) {
+            prop_assert!(table.names().iter().all(|name| table.column(name).unwrap().len() == table.rows()));
+            let time = &table.names()[0];
+            let _ = table.suspicions(time, table.names());
+        }
+    }
+
+    /// Numbers survive being printed and read.
+    #[test]
+    fn numbers_are_read_to_the_last_bit(values in prop::collection::vec(prop::num::f64::NORMAL, 2..20)) {
+        let rows: Vec<String> = values.iter().enumerate().map(|(k, y)| format!("{k},{y:e}")).collect();
+        let table = Table::parse(&format!("t,y\n{}", rows.join("\n"))).unwrap();
+        prop_assert_eq!(table.column("y").unwrap(), &values[..]);
+    }
+}
