@@ -73,6 +73,12 @@ impl Samples {
         self.between
     }
 
+    /// The same samples with another rule.
+    #[must_use]
+    pub fn with(self, between: Between) -> Self {
+        Self { between, ..self }
+    }
+
     /// Writes the values at `t`, and beyond the ends those of the end. As many are written as there are columns and room for.
     ///
     /// Cost: the logarithm of the number of samples.

@@ -92,7 +92,7 @@ pub enum ExpressionPlantError {
         /// Its text.
         text: String,
         /// The part that is not finite.
-        undefined: Undefined,
+        undefined: Box<Undefined>,
         /// The state.
         x: Vec<f64>,
         /// The input.
@@ -269,7 +269,7 @@ impl ExpressionPlant {
         }
         let size = self.size();
         let (x, u) = (vec![0.0; size.states], vec![0.0; size.inputs]);
-        self.check_at(0.0, &x, &u).map_err(AffineError::Undefined)?;
+        self.check_at(0.0, &x, &u).map_err(|error| AffineError::Undefined(Box::new(error)))?;
         let gradients = |rows: &[Expression], by: fn(&Expression, &[f64], &[f64]) -> Vec<f64>, columns: usize| {
             let entries: Vec<f64> = rows.iter().flat_map(|row| by(row, &x, &u)).collect();
             DMatrix::from_row_slice(rows.len(), columns, &entries)
@@ -308,6 +308,7 @@ impl ExpressionPlant {
     }
 
     fn undefined(&self, row: Row, undefined: Undefined, x: &[f64], u: &[f64]) -> ExpressionPlantError {
+        let undefined = Box::new(undefined);
         let text = match row {
             Row::Derivative(k) => &self.0.f[k],
             Row::Output(k) => &self.0.h[k],
@@ -325,7 +326,7 @@ pub enum AffineError {
     NotAffine(NotAffine),
     /// A coefficient that is not finite.
     #[error("the plant is affine by its form, but a coefficient is not finite: {0}")]
-    Undefined(ExpressionPlantError),
+    Undefined(Box<ExpressionPlantError>),
     /// The matrices do not make a plant.
     #[error(transparent)]
     Matrices(PlantError),

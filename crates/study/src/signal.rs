@@ -36,7 +36,7 @@ pub enum SignalError {
         /// Its text.
         text: String,
         /// The part that is not finite.
-        undefined: Undefined,
+        undefined: Box<Undefined>,
         /// The time.
         time: f64,
     },
@@ -123,7 +123,7 @@ impl Program {
                         expression.examine(time, &[], &[]).map_err(|undefined| SignalError::Undefined {
                             index,
                             text: expression.text().to_owned(),
-                            undefined,
+                            undefined: Box::new(undefined),
                             time,
                         })?;
                     }

@@ -13,6 +13,9 @@ const X: [f64; 3] = [0.7, -1.3, 2.1];
 const U: [f64; 2] = [0.4, -0.9];
 const T: f64 = 1.7;
 
+/// A derivative in closed form.
+type Derivative = fn(f64) -> f64;
+
 fn parse(text: &str) -> Expression {
     Expression::parse(text, &scope()).unwrap_or_else(|error| panic!("{text}: {error}\n{}", error.pointer()))
 }
@@ -95,7 +98,7 @@ fn precedence() {
 /// Every function against its derivative in closed form, along x1 = 0.7 or where it is told.
 #[test]
 fn derivatives_are_the_closed_forms() {
-    let table: [(&str, f64, fn(f64) -> f64); 33] = [
+    let table: [(&str, f64, Derivative); 33] = [
         ("abs(x1)", -0.4, |_| -1.0),
         ("sign(x1)", -0.4, |_| 0.0),
         ("sqrt(x1)", 0.7, |x| 0.5 / x.sqrt()),

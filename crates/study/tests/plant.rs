@@ -1,16 +1,20 @@
 //! Plants of the papers written as text are those written in Rust: right-hand sides, Jacobians, and what designs prove of them.
 
 use luenberger_design::enclosure::enclose;
-use luenberger_design::{DesignError, LpvDesign, Region};
+use luenberger_design::kkl::KklSettings;
+use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
+use luenberger_design::{DesignError, KklCandidate, LpvDesign, Region};
+use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
 use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
-use luenberger_observers::{NonlinearLuenbergerObserver, SampledObserver};
+use luenberger_observers::mean_value::EstimateAndError;
+use luenberger_observers::{Integral, MeanValueObserver, NonlinearLuenbergerObserver, Observer, SampledObserver};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Differentiable, Dimensions, Plant, ReverseDuffing, VanDerPol, flexible_joint,
 };
 use luenberger_sim::{Scenario, Signal};
 use luenberger_study::expression::Parameters;
 use luenberger_study::plant::{AffineError, ExpressionPlant, ExpressionPlantError, Row};
-use nalgebra::{Const, DMatrix, DVector, Dyn, OVector, Vector2, dmatrix, dvector};
+use nalgebra::{Const, DMatrix, DVector, Dyn, OVector, SVector, Vector2, Vector3, dmatrix, dvector};
 use proptest::prelude::*;
 
 fn parameters(named: &[(&str, f64)]) -> Parameters {
@@ -163,6 +167,46 @@ fn observers_run_on_a_plant_of_text() {
     let mut belief = filter.initial(0.0, &DVector::zeros(4), &u, &y);
     filter.step(0.0, &mut belief, &u, &y);
     assert!((belief.estimate()[0] - 0.5).abs() < 0.05 && belief.as_slice().len() == 20);
+}
+
+/// Maps of KKL observers are checked against it: terms of the two sides of the equation cancel as they do for the plant in Rust; and with fixed sizes its past is simulated.
+#[test]
+fn kkl_designs_take_it() {
+    let f = ["-x1^3 + exp(x3)", "-x2 + x1^2 + sin(x1)", "1/(x1^2 + 1) + x1*u1"];
+    let cascade = plant(&f, &["x1"], 1, &[]);
+    let candidate = KklCandidate::new(&cascade, &ExponentialCascadeMap, &[1, 2]).unwrap();
+    let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0), (-1.0, 1.0)]).inputs(&[(-3.0, 3.0)]);
+    let report = candidate.check(&region, &KklSettings::default()).unwrap();
+    assert_eq!(report.residual.bounds, [0.0, 0.0]);
+    assert!(report.residual.verdict.is_proved() && report.injectivity.verdict.is_proved());
+
+    let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();
+    let target = Target::<1, 3>::bessel(2.0).unwrap();
+    let duffing = plant(&["x2^3", "-x1"], &["x1"], 0, &[]).fixed::<2, 0, 1>().unwrap();
+    let text = Transform::new(&duffing, &target, &domain, SVector::zeros(), 1e-9).unwrap();
+    let rust = Transform::new(&ReverseDuffing, &target, &domain, SVector::zeros(), 1e-9).unwrap();
+    let x = Vector2::new(0.5, -0.3);
+    // Two integrations at 1e-9 of right-hand sides that differ by rounding.
+    assert!((text.at(&x).unwrap() - rust.at(&x).unwrap()).amax() < 1e-8);
+}
+
+/// The observer that integrates the Jacobian between estimate and measurement differentiates it, and single precision runs it.
+#[test]
+fn mean_value_observers_and_single_precision_run_on_it() {
+    let text = MeanValueObserver::new(chaotic(), 2.0, Integral, DVector::zeros(3)).unwrap();
+    let rust = MeanValueObserver::new(Chaotic, 2.0, Integral, Vector3::zeros()).unwrap();
+    let (x, e, y) = (dvector![0.3f64, -0.2, 1.1], dvector![0.1, 0.2, -0.4], dvector![0.5, 0.4]);
+    let found = text.derivative(0.0, &EstimateAndError::new(&x, &e), &DVector::zeros(0), &y);
+    let state = EstimateAndError::new(&[0.3, -0.2, 1.1].into(), &[0.1, 0.2, -0.4].into());
+    let expected = rust.derivative(0.0, &state, &SVector::zeros(), &[0.5, 0.4].into());
+    for (a, b) in found.as_slice().iter().zip(expected.as_slice()) {
+        let (a, b): (f64, f64) = (*a, *b);
+        // The adaptive quadrature of the Jacobian takes the same nodes; what differs is rounding, amplified by eta and the solution of a 3 x 3 system.
+        assert!((a - b).abs() <= 100.0 * ROUNDING * (1.0 + b.abs()), "{a} {b}");
+    }
+    let single = joint().derivative(0.0f32, &dvector![0.1, 0.2, 0.3, 0.4], &dvector![0.5]);
+    let double = joint().derivative(0.0, &dvector![0.1, 0.2, 0.3, 0.4], &dvector![0.5]);
+    assert!(single.iter().zip(&double).all(|(a, b)| (f64::from(*a) - b).abs() <= 1e2 * f64::from(f32::EPSILON)));
 }
 
 /// A linear plant in text has its matrices, whatever the form of its rows; a nonlinear one says which part is not.

@@ -190,7 +190,7 @@ impl<'a> Replay<'a> {
             Some(period) => log.step(state, period)?,
             None => log.integrate(state)?,
         }
-        log.finish()
+        Ok(log.finish())
     }
 }
 
@@ -291,12 +291,11 @@ impl<'r, 'a> Log<'r, 'a> {
         let samples = (((end - start) / period + 1e-9).floor() as usize).min(1_000_000_000);
         for j in 0..=samples {
             let t = start + j as f64 * period;
-            match self.replay.recording.inputs().sample_at(t, period) {
-                Some(k) => self.read(k, times[k]),
-                None => {
-                    self.interpolated += 1;
-                    self.read(times.partition_point(|&sample| sample <= t).saturating_sub(1), t);
-                }
+            if let Some(k) = self.replay.recording.inputs().sample_at(t, period) {
+                self.read(k, times[k]);
+            } else {
+                self.interpolated += 1;
+                self.read(times.partition_point(|&sample| sample <= t).saturating_sub(1), t);
             }
             self.note(t, &state)?;
             self.entry.observer.step(t, &mut state, &self.u, &self.y);
@@ -305,10 +304,10 @@ impl<'r, 'a> Log<'r, 'a> {
         Ok(())
     }
 
-    fn finish(self) -> Result<ReplayedObserver, SimError> {
+    fn finish(self) -> ReplayedObserver {
         let own = self.entry.observer.dimensions();
         let rows = self.t.len();
-        Ok(ReplayedObserver {
+        ReplayedObserver {
             name: self.entry.name.clone(),
             estimate: DMatrix::from_row_slice(rows, own.estimate, &self.estimates),
             innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, own.outputs, &self.innovations)),
@@ -316,7 +315,7 @@ impl<'r, 'a> Log<'r, 'a> {
             interpolated: self.interpolated,
             steps: self.steps,
             t: self.t,
-        })
+        }
     }
 }
 

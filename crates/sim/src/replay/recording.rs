@@ -27,12 +27,9 @@ impl Recording {
     }
 
     /// The same with other rules for what is between the samples.
-    ///
-    /// # Errors
-    /// None for a recording that exists.
-    pub fn between(self, inputs: Between, outputs: Between) -> Result<Self, SimError> {
-        let again = |samples: &Samples, rule| Samples::new(samples.times().to_vec(), samples.values().clone(), rule);
-        Ok(Self { inputs: again(&self.inputs, inputs)?, outputs: again(&self.outputs, outputs)? })
+    #[must_use]
+    pub fn between(self, inputs: Between, outputs: Between) -> Self {
+        Self { inputs: self.inputs.with(inputs), outputs: self.outputs.with(outputs) }
     }
 
     /// The times.

@@ -15,14 +15,14 @@ use super::LIMITS;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionError {
-    text: String,
+    text: Box<str>,
     span: Range<usize>,
-    kind: ExpressionErrorKind,
+    kind: Box<ExpressionErrorKind>,
 }
 
 impl ExpressionError {
     pub(super) fn new(text: &str, span: Range<usize>, kind: ExpressionErrorKind) -> Self {
-        Self { text: text.to_owned(), span, kind }
+        Self { text: text.into(), span, kind: Box::new(kind) }
     }
 
     /// What is wrong.

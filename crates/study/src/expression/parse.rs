@@ -134,19 +134,23 @@ fn sign<'s>(input: &mut Input<'s>) -> Parsed<Prefix<Input<'s>, usize, ErrMode<Fa
     let at = input.current_token_start();
     let Some(sign) = opt(one_of(('-', '+'))).parse_next(input)? else { return unexpected(input, OPERAND) };
     wait(input, at)?;
-    Ok(if sign == '-' { Prefix(8, negated) } else { Prefix(8, positive) })
+    Ok(if sign == '-' {
+        Prefix(8, |input, x| Ok(negated(input, x)))
+    } else {
+        Prefix(8, |input, x| Ok(positive(input, x)))
+    })
 }
 
-fn negated(input: &mut Input<'_>, x: usize) -> Parsed<usize> {
+fn negated(input: &mut Input<'_>, x: usize) -> usize {
     input.state.waiting -= 1;
     let span = input.state.tree.span(x);
     let before = input.state.text.get(..span.start).unwrap_or("").trim_end();
-    Ok(input.state.tree.push(Node::Unary(Unary::Negate, x), before.len().saturating_sub(1)..span.end))
+    input.state.tree.push(Node::Unary(Unary::Negate, x), before.len().saturating_sub(1)..span.end)
 }
 
-fn positive(input: &mut Input<'_>, x: usize) -> Parsed<usize> {
+fn positive(input: &mut Input<'_>, x: usize) -> usize {
     input.state.waiting -= 1;
-    Ok(x)
+    x
 }
 
 /// An operator between operands.
@@ -155,25 +159,25 @@ fn operator<'s>(input: &mut Input<'s>) -> Parsed<Infix<Input<'s>, usize, ErrMode
     let at = input.current_token_start();
     let sign = alt(("**", "+", "-", "*", "/", "^")).parse_next(input)?;
     Ok(match sign {
-        "+" => Infix::Left(5, |input, x, y| binary(input, Binary::Add, x, y)),
-        "-" => Infix::Left(5, |input, x, y| binary(input, Binary::Subtract, x, y)),
-        "*" => Infix::Left(7, |input, x, y| binary(input, Binary::Multiply, x, y)),
-        "/" => Infix::Left(7, |input, x, y| binary(input, Binary::Divide, x, y)),
+        "+" => Infix::Left(5, |input, x, y| Ok(binary(input, Binary::Add, x, y))),
+        "-" => Infix::Left(5, |input, x, y| Ok(binary(input, Binary::Subtract, x, y))),
+        "*" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Multiply, x, y))),
+        "/" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Divide, x, y))),
         _ => {
             // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given back.
             wait(input, at)?;
             Infix::Right(9, |input, x, y| {
                 input.state.waiting -= 1;
-                binary(input, Binary::Power, x, y)
+                Ok(binary(input, Binary::Power, x, y))
             })
         }
     })
 }
 
-fn binary(input: &mut Input<'_>, operation: Binary, x: usize, y: usize) -> Parsed<usize> {
+fn binary(input: &mut Input<'_>, operation: Binary, x: usize, y: usize) -> usize {
     let tree = &mut input.state.tree;
     let span = tree.span(x).start..tree.span(y).end;
-    Ok(tree.push(Node::Binary(operation, x, y), span))
+    tree.push(Node::Binary(operation, x, y), span)
 }
 
 fn operand(input: &mut Input<'_>) -> Parsed<usize> {
