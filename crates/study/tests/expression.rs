@@ -155,7 +155,7 @@ fn what_is_undefined_is_named() {
         ("x3 + u1/(x1 - x2)", [1.0, 1.0, 0.0], "`u1/(x1 - x2)` is not defined: `u1` is 0 and `(x1 - x2)` is 0"),
         ("ln(x1*x2)", [1.0, -2.0, 0.0], "`ln(x1*x2)` is not defined: `x1*x2` is -2"),
         ("k*exp(x1)", [1000.0, 0.0, 0.0], "`exp(x1)` is infinite: `x1` is 1000"),
-        ("1 + sqrt(abs(x2))", [1.0, 0.0, 0.0], "`sqrt(abs(x2))` has no finite derivative by x1: `abs(x2)` is 0"),
+        ("1 + sqrt(abs(x2))", [1.0, 0.0, 0.0], "`sqrt(abs(x2))` has no finite derivative by x2: `abs(x2)` is 0"),
         ("x1^-1", [0.0; 3], "`x1^-1` is infinite: `x1` is 0"),
     ];
     for (text, x, expected) in table {
@@ -181,6 +181,7 @@ fn errors_say_where_and_what() {
         ("u3*2", "line 1, column 1: there is no `u3`: there are 2 inputs, u1 to u2"),
         ("3*J1", "line 1, column 3: there is no `J1`; did you mean `J_1`?"),
         ("log(x1)", "line 1, column 1: there is no function `log`; did you mean `ln`?"),
+        ("sinn(x1)", "line 1, column 1: there is no function `sinn`; did you mean `sin`?"),
         ("sim(x1)", "line 1, column 1: there is no function `sim`; did you mean `sin`?"),
         ("k(x1)", "line 1, column 1: `k` is not a function; write `k*(...)` for a product"),
         ("sin*2", "line 1, column 1: `sin` is a function: write `sin(...)`"),

@@ -109,7 +109,7 @@ impl Expression {
     /// # Errors
     /// [`Undefined`] names the first part of the text of which the value or a derivative is not finite.
     pub fn gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
-        (0..x.len()).map(|k| undefined::derivative(self, t, x, u, Family::States, k)).collect()
+        undefined::gradient(self, t, x, u, Family::States)
     }
 
     /// The derivatives by all inputs; as [`gradient`](Self::gradient).
@@ -117,7 +117,7 @@ impl Expression {
     /// # Errors
     /// As [`gradient`](Self::gradient).
     pub fn input_gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
-        (0..u.len()).map(|k| undefined::derivative(self, t, x, u, Family::Inputs, k)).collect()
+        undefined::gradient(self, t, x, u, Family::Inputs)
     }
 
     /// Whether it is affine in states and inputs with coefficients that do not depend on time: `a'x + b'u + c`.

@@ -1,5 +1,6 @@
 //! The names that an expression may use.
 
+use core::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use super::error::{ExpressionErrorKind, Family};
@@ -182,7 +183,11 @@ pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> O
             let letters = length.max(candidate.chars().count());
             *distance <= letters.div_ceil(3) && *distance < letters
         })
-        .min_by_key(|(distance, _)| *distance)
+        // Among equals, the one that begins alike for longest.
+        .min_by_key(|(distance, candidate)| {
+            let alike = name.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
+            (*distance, Reverse(alike))
+        })
         .map(|(_, candidate)| candidate.to_owned())
 }
 

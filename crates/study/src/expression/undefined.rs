@@ -39,13 +39,13 @@ impl fmt::Display for Undefined {
 
 impl std::error::Error for Undefined {}
 
-/// The value, or the first part of the text for which `bad` holds; `number` is what is shown of a scalar.
+/// The value, or the first part of the text for which `bad` holds, with its operands; `number` is what is shown of a scalar.
 fn run<T: RealField + Copy>(
     expression: &Expression,
     (t, x, u): (T, &[T], &[T]),
     bad: impl Fn(T) -> bool,
     number: impl Fn(T) -> f64,
-) -> Result<T, Undefined> {
+) -> Result<T, (Undefined, Vec<T>)> {
     let mut first = None;
     // The nodes whose values are on the stack.
     let mut stack: Vec<usize> = Vec::new();
@@ -53,12 +53,13 @@ fn run<T: RealField + Copy>(
         let operands = stack.split_off(stack.len() - step.operands.len());
         if first.is_none() && bad(step.value) {
             let written = |(node, value): (&usize, &T)| (expression.part(*node).to_owned(), number(*value));
-            first = Some(Undefined {
+            let undefined = Undefined {
                 part: expression.part(step.node).to_owned(),
                 value: number(step.value),
                 derivative_by: None,
                 operands: operands.iter().zip(step.operands).map(written).collect(),
-            });
+            };
+            first = Some((undefined, step.operands.to_vec()));
         }
         stack.push(step.node);
     });
@@ -66,25 +67,38 @@ fn run<T: RealField + Copy>(
 }
 
 pub(super) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
-    run(expression, (t, x, u), |value| !value.is_finite(), |value| value)
+    run(expression, (t, x, u), |value| !value.is_finite(), |value| value).map_err(|(undefined, _)| undefined)
 }
 
-/// The derivative by one state or input.
-pub(super) fn derivative(
+/// The derivatives by all states, or by all inputs.
+///
+/// Where a part has no derivative, none is finite: 0 times infinity is not a number along the directions that do not move it. The error is that of a direction that does.
+pub(super) fn gradient(
     expression: &Expression,
     t: f64,
     x: &[f64],
     u: &[f64],
     family: Family,
-    index: usize,
-) -> Result<f64, Undefined> {
+) -> Result<Vec<f64>, Undefined> {
     value(expression, t, x, u)?;
-    let lifted = |column: &[f64], along: bool| -> Vec<Dual64> {
-        let seed = |k: usize| if along && k == index { 1.0 } else { 0.0 };
-        column.iter().enumerate().map(|(k, entry)| Dual64::new(*entry, seed(k))).collect()
-    };
-    let (x, u) = (lifted(x, family == Family::States), lifted(u, family == Family::Inputs));
-    run(expression, (Dual64::from_re(t), &x, &u), |value| !value.eps.is_finite(), |value| value.re)
-        .map(|value| value.eps)
-        .map_err(|undefined| Undefined { derivative_by: Some((family, index)), ..undefined })
+    let count = if family == Family::States { x.len() } else { u.len() };
+    let mut slopes = Vec::with_capacity(count);
+    let mut error: Option<(Undefined, bool)> = None;
+    for index in 0..count {
+        let lifted = |column: &[f64], along: bool| -> Vec<Dual64> {
+            let seed = |k: usize| if along && k == index { 1.0 } else { 0.0 };
+            column.iter().enumerate().map(|(k, entry)| Dual64::new(*entry, seed(k))).collect()
+        };
+        let (x, u) = (lifted(x, family == Family::States), lifted(u, family == Family::Inputs));
+        match run(expression, (Dual64::from_re(t), &x, &u), |value| !value.eps.is_finite(), |value| value.re) {
+            Ok(value) => slopes.push(value.eps),
+            Err((undefined, operands)) => {
+                let moved = operands.iter().any(|operand| operand.eps != 0.0);
+                if error.as_ref().is_none_or(|(_, known)| moved && !known) {
+                    error = Some((Undefined { derivative_by: Some((family, index)), ..undefined }, moved));
+                }
+            }
+        }
+    }
+    error.map_or(Ok(slopes), |(undefined, _)| Err(undefined))
 }
