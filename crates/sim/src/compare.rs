@@ -231,25 +231,11 @@ impl<'a> Comparison<'a> {
         let cost = cost(observer.as_ref(), &z0, &u0, &y0);
         let cost = Cost { seconds: cost, per_sample: observer.period().is_some() };
         let outcome = match trajectory {
-            Ok(trajectory) => Ok(merits(&trajectory, name, band)?),
+            Ok(trajectory) => Ok(Merits::of(&trajectory, name, "e^2", band)?),
             Err(error) => Err(error),
         };
         Ok(Row { name: name.clone(), given, outcome, cost })
     }
-}
-
-fn merits(trajectory: &Trajectory, name: &str, band: f64) -> Result<Merits, SimError> {
-    let norm =
-        trajectory.trace(|view| view.error(name).map_or(f64::NAN, |e| e.iter().map(|e| e * e).sum::<f64>().sqrt()));
-    let (start, end) = trajectory.span();
-    let squared = trajectory.integral("e^2")?.last().copied().unwrap_or(f64::NAN);
-    Ok(Merits {
-        settling_first: metrics::settling_first(&norm, band),
-        settling_last: metrics::settling_last(&norm, band),
-        peak: metrics::peak(&norm)?.value.abs(),
-        rms: (squared / (end - start)).sqrt(),
-        last: norm.last(),
-    })
 }
 
 /// Whether `answer` stands in `state`, entry for entry up to rounding. A single number, or one with zeros, may stand there by
@@ -322,6 +308,41 @@ pub struct Merits {
     pub rms: f64,
     /// |e| at the end.
     pub last: f64,
+}
+
+impl Merits {
+    /// The merits of an observer in a run that integrates the square of its error under the name `integral`; settled is within `band`.
+    ///
+    /// ```
+    /// use luenberger_sim::{Integrand, Merits, Scenario};
+    /// use luenberger_observers::LinearObserver;
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let run = Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .integral("J", Integrand::squared_error("linear"))
+    ///     .until(8.0, 2)
+    ///     .run()?;
+    /// let merits = Merits::of(&run, "linear", "J", 0.05)?;
+    /// assert!(merits.peak >= 1.0 && merits.last < 1e-5 && merits.settling_last < Some(3.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn of(trajectory: &Trajectory, observer: &str, integral: &str, band: f64) -> Result<Self, SimError> {
+        trajectory.observer(observer)?;
+        let norm = trajectory
+            .trace(|view| view.error(observer).map_or(f64::NAN, |e| e.iter().map(|e| e * e).sum::<f64>().sqrt()));
+        let (start, end) = trajectory.span();
+        let squared = trajectory.integral(integral)?.last().copied().unwrap_or(f64::NAN);
+        Ok(Self {
+            settling_first: metrics::settling_first(&norm, band),
+            settling_last: metrics::settling_last(&norm, band),
+            peak: metrics::peak(&norm)?.value.abs(),
+            rms: (squared / (end - start)).sqrt(),
+            last: norm.last(),
+        })
+    }
 }
 
 /// Time of one evaluation, the conversion from and to slices included.
