@@ -1,0 +1,238 @@
+//! Why an observer does not fit: the hypothesis that fails, with its numbers, and the kinds that would fit.
+
+use luenberger_design::DesignError;
+use luenberger_linalg::{LinalgError, detectability, observability};
+use luenberger_plants::Plant;
+use nalgebra::DVector;
+
+use super::runnable::Chains;
+use crate::execute::in_words;
+use crate::model::{Builtin, Model};
+use crate::results::FailureReport;
+use crate::study::{ObserverWish, Study};
+
+/// A design that failed, or a hypothesis that is checked here.
+pub(super) enum Misfit {
+    Design(DesignError),
+    NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
+}
+
+impl<E: Into<DesignError>> From<E> for Misfit {
+    fn from(error: E) -> Self {
+        Self::Design(error.into())
+    }
+}
+
+fn failure(wish: &ObserverWish, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
+    FailureReport { hypothesis, alternatives, line: wish.place.line }
+}
+
+/// The kinds that take nonlinear plants and could take this one.
+fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
+    let size = study.plant.model.size();
+    let mut kinds = vec![
+        ("lpv", "one gain for all Jacobians over a box `region`, with a proof"),
+        ("lipschitz", "one gain for all slopes within sectors, with a proof"),
+    ];
+    if measured_first(&study.plant.model).is_ok() && size.outputs < size.states {
+        kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
+    }
+    if size.inputs == 0 && size.outputs == 1 && (2..=3).contains(&size.states) {
+        kinds.push(("kkl-numerical", "by simulation, without a hypothesis on f, its errors measured"));
+    }
+    kinds.push(("extended-kalman", "without a proof: it converges from small errors"));
+    kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
+}
+
+pub(super) fn not_linear(study: &Study, wish: &ObserverWish) -> FailureReport {
+    let parts = study.plant.model.nonlinearities();
+    let what = match (&study.plant.model, parts.is_empty()) {
+        (Model::Builtin(builtin), _) => format!("`{}` is not", builtin.name()),
+        (_, false) => format!("this one is not, because of {}", parts.join(" and ")),
+        (_, true) => "this one has a constant term: put the origin where f and h are 0".to_owned(),
+    };
+    let kind = wish.kind.name();
+    let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x, and {what}");
+    failure(wish, hypothesis, for_nonlinear(study, kind))
+}
+
+pub(super) fn any(study: &Study, wish: &ObserverWish, misfit: Misfit) -> FailureReport {
+    match misfit {
+        Misfit::Design(design) => error(study, wish, &design),
+        Misfit::NonlinearOutput { output, state, low, high } => {
+            let hypothesis = format!(
+                "the kind {} needs outputs that are linear in the state, and the derivative of {} by {} is between {low:e} and {high:e}",
+                wish.kind.name(),
+                study.plant.outputs[output],
+                study.plant.states[state]
+            );
+            failure(wish, hypothesis, for_nonlinear(study, wish.kind.name()))
+        }
+    }
+}
+
+/// A design error in the words of the study.
+pub(super) fn error(study: &Study, wish: &ObserverWish, error: &DesignError) -> FailureReport {
+    let kind = wish.kind.name();
+    let mut hypothesis = error.to_string();
+    let alternatives = match error {
+        DesignError::Linalg(
+            LinalgError::Unobservable { .. } | LinalgError::NotDetectable { .. } | LinalgError::PoleMultiplicity { .. },
+        ) => return hidden(study, wish, hypothesis),
+        DesignError::Enclosure(_) => {
+            hypothesis.push_str("; the derivatives have to be bounded over the region");
+            let mut kinds = vec!["a smaller, bounded `region` in which the state is known to stay".to_owned()];
+            kinds.extend(for_nonlinear(study, kind).into_iter().filter(|other| {
+                !["lpv", "lipschitz", "mean-value"].iter().any(|enclosing| other.starts_with(enclosing))
+            }));
+            kinds
+        }
+        DesignError::TooManyVertices { .. } => vec![
+            "lipschitz: one sector for each entry that varies, in place of a vertex for each combination".to_owned(),
+            "a smaller `region`, in which fewer entries vary".to_owned(),
+        ],
+        DesignError::HiddenMode(_) | DesignError::Conflict(_) | DesignError::Infeasible { .. } => {
+            let mut kinds = vec!["a smaller `region` or a smaller `decay_rate`".to_owned()];
+            kinds.extend(for_nonlinear(study, kind));
+            kinds
+        }
+        DesignError::Undecided { .. } => vec!["a smaller `decay_rate` or `region`".to_owned()],
+        DesignError::NotHurwitz { .. } | DesignError::UnstableVertex { .. } => {
+            vec!["poles, decay_rate or lmi in place of a gain of one's own".to_owned()]
+        }
+        DesignError::NumericalKkl(_) => for_nonlinear(study, kind),
+        _ => Vec::new(),
+    };
+    failure(wish, hypothesis, alternatives)
+}
+
+/// A linear plant with a mode that no output sees: which mode, in which direction, and what is possible nevertheless.
+fn hidden(study: &Study, wish: &ObserverWish, why: String) -> FailureReport {
+    let mut hypothesis = why;
+    let mut alternatives = Vec::new();
+    let found = study
+        .plant
+        .model
+        .linear()
+        .and_then(|plant| Some((observability(&plant.a, &plant.c).ok()?, detectability(&plant.a, &plant.c).ok()?)));
+    if let Some((seen, detectable)) = found {
+        for mode in &seen.unobservable {
+            let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
+            hypothesis.push_str(&format!(
+                "; the mode {:.6} along {} leaves no trace in the outputs",
+                mode.eigenvalue,
+                in_words(study, &direction)
+            ));
+        }
+        if seen.unobservable.is_empty() {
+            alternatives
+                .push("fewer equal poles: each may be repeated as often as there are independent outputs".to_owned());
+        } else if detectable.is_detectable() {
+            alternatives.push(
+                "the hidden modes decay by themselves: `lmi = true`, `kalman`, or `poles` that contain them".to_owned(),
+            );
+        } else {
+            alternatives.push("no observer of any kind exists: add an output that sees this direction".to_owned());
+        }
+    }
+    failure(wish, hypothesis, alternatives)
+}
+
+/// Output k is state k, at points that no coincidence survives.
+fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
+    let size = model.size();
+    for point in points(size.states) {
+        let y = model.output(0.0, &point);
+        for k in 0..size.outputs.min(size.states) {
+            if y[k] != point[k] {
+                return Err((k, y[k], point[k]));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A few states without symmetry, inside of the domain of most right-hand sides.
+fn points(n: usize) -> Vec<DVector<f64>> {
+    let entry = |seed: f64| move |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
+    [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
+}
+
+pub(super) fn first_states_measured(study: &Study, wish: &ObserverWish) -> Result<(), FailureReport> {
+    let size = study.plant.model.size();
+    let kind = wish.kind.name();
+    if size.outputs >= size.states {
+        let hypothesis = format!(
+            "the kind {kind} is for plants with unmeasured states; this one measures {} of {}",
+            size.outputs, size.states
+        );
+        return Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
+    }
+    measured_first(&study.plant.model).map_err(|(k, found, expected)| {
+        let hypothesis = format!(
+            "the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {} is {found} where {} is {expected}",
+            study.plant.outputs[k], study.plant.states[k]
+        );
+        failure(wish, hypothesis, for_nonlinear(study, kind))
+    })
+}
+
+/// Each chain begins at its output, and no state of a chain but the next one enters its equation from above.
+pub(super) fn triangular(study: &Study, wish: &ObserverWish, chains: &Chains) -> Result<(), FailureReport> {
+    let size = study.plant.model.size();
+    let (states, kind) = (&study.plant.states, wish.kind.name());
+    let misfit = |hypothesis| Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
+    for point in points(size.states) {
+        let y = chains.model.output(0.0, &point);
+        for k in 0..size.outputs {
+            let head = chains.head(k);
+            if y[k] != point[head] {
+                return misfit(format!(
+                    "the kind {kind} needs chains that begin at the outputs: {} is {} where {} is {}",
+                    study.plant.outputs[k], y[k], states[head], point[head]
+                ));
+            }
+        }
+        let u = DVector::zeros(size.inputs);
+        let jacobian = luenberger_plants::state_jacobian(&chains.model, 0.0, &point, &u);
+        for (k, length) in chains.lengths.iter().enumerate() {
+            let head = chains.head(k);
+            for i in 0..length.saturating_sub(1) {
+                if jacobian[(head + i, head + i + 1)] == 0.0 {
+                    return misfit(format!(
+                        "the kind {kind} needs a chain: {}' does not depend on {}",
+                        states[head + i],
+                        states[head + i + 1]
+                    ));
+                }
+                if let Some(j) = (i + 2..*length).find(|j| jacobian[(head + i, head + j)] != 0.0) {
+                    return misfit(format!(
+                        "the kind {kind} needs a triangular plant: {}' depends on {}, which stands further down its chain than the next state",
+                        states[head + i],
+                        states[head + j]
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverWish) -> Result<(), FailureReport> {
+    let size = study.plant.model.size();
+    let kind = wish.kind.name();
+    let what = if size.inputs > 0 {
+        format!("it has {} inputs, on which T would depend", size.inputs)
+    } else if size.outputs != 1 {
+        format!("it has {} outputs", size.outputs)
+    } else if !(2..=3).contains(&size.states) {
+        format!("it has {} states, and the table of T would have points^{} entries", size.states, size.states)
+    } else {
+        return Ok(());
+    };
+    let hypothesis = format!("the kind {kind} takes plants of 2 or 3 states with one output and no input; {what}");
+    let linear = matches!(study.plant.model, Model::Linear(_) | Model::Builtin(Builtin::DoubleIntegrator(_)));
+    let alternatives =
+        if linear { vec!["luenberger or cubic: the plant is linear".to_owned()] } else { for_nonlinear(study, kind) };
+    Err(failure(wish, hypothesis, alternatives))
+}

@@ -1,0 +1,112 @@
+//! Numerical KKL observers of the plants of a study: sizes go into types here.
+
+use luenberger_design::DesignError;
+use luenberger_design::numerical_kkl::{Domain, Embedded, Escape, Interpolated, NumericalKklDesign, Settings, Target};
+use luenberger_observers::numerical_kkl::NumericalKklObserver;
+use luenberger_plants::{Dimensions, Plant};
+use nalgebra::{DVector, RealField, SVector, Vector1};
+
+use super::runnable::Runnable;
+use super::{Designed, number};
+use crate::model::Model;
+use crate::results::DesignReport;
+use crate::study::KklWish;
+
+/// The observer, for two and for three states.
+#[derive(Debug, Clone)]
+pub enum Kkl {
+    /// Two states, the accurate form.
+    Two(Box<NumericalKklObserver<Interpolated<2, 3>, f64, 2, 0, 1, 3>>),
+    /// Two states, the form for a microcontroller.
+    TwoEmbedded(Box<NumericalKklObserver<Embedded<2, 3>, f64, 2, 0, 1, 3>>),
+    /// Three states, the accurate form.
+    Three(Box<NumericalKklObserver<Interpolated<3, 4>, f64, 3, 0, 1, 4>>),
+    /// Three states, the form for a microcontroller.
+    ThreeEmbedded(Box<NumericalKklObserver<Embedded<3, 4>, f64, 3, 0, 1, 4>>),
+}
+
+/// A model without inputs and with one output, its number of states in its type.
+#[derive(Debug, Clone)]
+struct Sized<const N: usize>(Model);
+
+impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
+    type State = SVector<T, N>;
+    type Input = SVector<T, 0>;
+    type Output = Vector1<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: N, inputs: 0, outputs: 1 }
+    }
+
+    fn derivative(&self, t: T, x: &SVector<T, N>, _u: &SVector<T, 0>) -> SVector<T, N> {
+        let slope = self.0.derivative(t, &DVector::from_column_slice(x.as_slice()), &DVector::zeros(0));
+        SVector::from_fn(|i, _| slope[i])
+    }
+
+    fn output(&self, t: T, x: &SVector<T, N>) -> Vector1<T> {
+        Vector1::new(self.0.output(t, &DVector::from_column_slice(x.as_slice()))[0])
+    }
+}
+
+/// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output.
+pub(super) fn design(model: &Model, wish: &KklWish) -> Result<Designed, DesignError> {
+    if model.size().states == 2 {
+        let (design, report) = of_size::<2, 3>(model, wish)?;
+        let kkl = if wish.embedded {
+            Kkl::TwoEmbedded(Box::new(design.embedded))
+        } else {
+            Kkl::Two(Box::new(design.interpolated))
+        };
+        return Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, proof: None });
+    }
+    let (design, report) = of_size::<3, 4>(model, wish)?;
+    let kkl = if wish.embedded {
+        Kkl::ThreeEmbedded(Box::new(design.embedded))
+    } else {
+        Kkl::Three(Box::new(design.interpolated))
+    };
+    Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, proof: None })
+}
+
+type Design<const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z>;
+
+fn of_size<const N: usize, const Z: usize>(
+    model: &Model,
+    wish: &KklWish,
+) -> Result<(Design<N, Z>, DesignReport), DesignError> {
+    let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
+    let escape = wish.escape.map_or(Escape::Free, |margin| Escape::Slowed { margin });
+    let domain = Domain::new(ends(|end| end.0), ends(|end| end.1), escape)?;
+    let target = Target::<1, Z>::bessel(wish.cutoff)?;
+    let settings = Settings {
+        points: [wish.points; N],
+        leaves: wish.leaves,
+        degree: wish.degree,
+        samples: wish.samples,
+        // Three axes of 17 points are beyond the pairs that are compared.
+        injectivity_points: if N > 2 { 9 } else { 17 },
+        ..Settings::default()
+    };
+    let plant = Sized::<N>(model.clone());
+    let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| ())?;
+    let measured = &design.report;
+    let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
+    let mut numbers = vec![
+        number("memory", measured.horizon),
+        number("largest error of the table", measured.spline.1),
+        number("largest residual of dT/dx f = D T + B y", measured.residual.1),
+    ];
+    for i in 0..N {
+        numbers.push(number(&format!("largest error of the left inverse, x{}", i + 1), form.max[i]));
+    }
+    let report = DesignReport {
+        statement: "z' = D z + B y forgets its start; where x(t) stays in the box, the estimate comes as near as the left inverse is.".to_owned(),
+        matrices: Vec::new(),
+        poles: target.dynamics().complex_eigenvalues().iter().map(|pole| [pole.re, pole.im]).collect(),
+        numbers,
+        facts: Vec::new(),
+        verdict: "measured".to_owned(),
+        evidence: Some(format!("errors measured at {} points that the fit has not seen", form.samples)),
+    };
+    Ok((design, report))
+}

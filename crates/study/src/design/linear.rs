@@ -1,0 +1,102 @@
+//! The observers of linear plants.
+
+use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
+use luenberger_linalg::spectral_abscissa;
+use luenberger_plants::DynamicPlant;
+use nalgebra::DMatrix;
+
+use super::runnable::Runnable;
+use super::{Designed, Proof, facts, matrix, number, poles, reach, verdict};
+use crate::results::DesignReport;
+use crate::study::LinearWish;
+
+fn of(plant: &DynamicPlant, wish: &LinearWish) -> Result<LinearDesign, DesignError> {
+    LinearDesign::new(plant, &wish.wish, &wish.decrease)
+}
+
+pub(super) fn luenberger(plant: &DynamicPlant, wish: &LinearWish) -> Result<Designed, DesignError> {
+    let design = of(plant, wish)?;
+    let rate = -spectral_abscissa(&design.error_matrix())?;
+    let promised = match wish.wish {
+        Wish::DecayRate(rate) => format!(" Every error decays at least like exp(-{rate} t)."),
+        _ => String::new(),
+    };
+    let report = DesignReport {
+        statement: format!(
+            "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{rate:.4} t).{promised}"
+        ),
+        matrices: vec![matrix("L", &design.observer.l), matrix("P", &design.p), matrix("Q", &design.q)],
+        poles: poles(&design.poles),
+        numbers: vec![number("decay rate", rate)],
+        facts: facts(&design.certificate),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+    };
+    Ok(Designed {
+        runnable: Runnable::Linear(Box::new(design.observer.clone())),
+        report,
+        proof: Some(Proof::Linear(Box::new(design))),
+    })
+}
+
+pub(super) fn cubic(
+    plant: &DynamicPlant,
+    wish: &LinearWish,
+    theta: &DMatrix<f64>,
+    correction: &Correction,
+) -> Result<Designed, DesignError> {
+    let linear = of(plant, wish)?;
+    let design = CubicDesign::new(&linear, theta, correction)?;
+    let reach = reach(design.certificate.deployed.as_ref());
+    let report = DesignReport {
+        statement: format!(
+            "V = e'Pe decreases at least as fast as without the cubic term, whatever the error. {reach}"
+        ),
+        matrices: vec![
+            matrix("L", &design.observer.l),
+            matrix("N", &design.observer.n),
+            matrix("theta", &design.observer.theta),
+            matrix("P", &design.p),
+            matrix("Q", &design.q),
+            matrix("S", &design.s),
+        ],
+        poles: poles(&linear.poles),
+        numbers: vec![number("decay rate of small errors", -spectral_abscissa(&design.error_matrix())?)],
+        facts: facts(&design.certificate),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+    };
+    Ok(Designed {
+        runnable: Runnable::Cubic(Box::new(design.observer.clone())),
+        report,
+        proof: Some(Proof::Cubic(Box::new(design))),
+    })
+}
+
+pub(super) fn sampled(
+    plant: &DynamicPlant,
+    wish: &LinearWish,
+    theta: &DMatrix<f64>,
+    strength: f64,
+    period: f64,
+) -> Result<Designed, DesignError> {
+    let design = SampledCubicDesign::new(&of(plant, wish)?, theta, strength, period)?;
+    let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    let report = DesignReport {
+        statement: format!(
+            "Sampled every {period}: V = e'Pe decreases from sample to sample, whatever the error; in the end by the factor {:.4} each.",
+            slowest * slowest
+        ),
+        matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
+        poles: poles(&design.poles),
+        numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
+        facts: facts(&design.certificate),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+    };
+    Ok(Designed {
+        runnable: Runnable::SampledCubic(Box::new(design.observer.clone())),
+        report,
+        proof: Some(Proof::SampledCubic(Box::new(design))),
+    })
+}

@@ -1,0 +1,173 @@
+//! Each [[observer]] to its design, or to the reason why there is none.
+
+mod explain;
+mod kkl;
+mod linear;
+mod nonlinear;
+mod runnable;
+
+pub use kkl::Kkl;
+pub use runnable::{Chains, Runnable};
+
+use luenberger_design::{
+    Certificate, CubicDesign, DesignError, Fact, LinearDesign, LipschitzDesign, LpvDesign, RepairedDesign,
+    SampledCubicDesign,
+};
+use luenberger_proof::Verdict;
+use luenberger_proof::statement::{DeployedCubic, Reach};
+use nalgebra::{Complex, DMatrix, Dyn};
+
+use crate::model::Model;
+use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
+use crate::study::{ObserverKind, ObserverWish, Study};
+
+/// An observer with its evidence.
+#[derive(Debug, Clone)]
+pub struct Designed {
+    /// The observer, ready to run.
+    pub runnable: Runnable,
+    /// Its design in numbers and words.
+    pub report: DesignReport,
+    /// The design that a proof stands behind; none for observers whose evidence is measured, or who have none.
+    pub proof: Option<Proof>,
+}
+
+/// A design with a proof.
+#[derive(Debug, Clone)]
+pub enum Proof {
+    /// A linear observer.
+    Linear(Box<LinearDesign>),
+    /// A cubic one.
+    Cubic(Box<CubicDesign>),
+    /// A sampled cubic one.
+    SampledCubic(Box<SampledCubicDesign>),
+    /// One gain for all Jacobians over a box.
+    Lpv(Box<LpvDesign<Model, Dyn, Dyn, Dyn>>),
+    /// One gain for all nonlinearities within sectors.
+    Lipschitz(Box<LipschitzDesign>),
+    /// The repaired mean-value-theorem observer.
+    MeanValue(Box<RepairedDesign>),
+}
+
+impl Proof {
+    /// The certificate as a file that `luenberger-verify` checks without this program.
+    ///
+    /// # Errors
+    /// [`DesignError::CertificateFile`] names the inequality that is not proved.
+    pub fn file(&self, title: &str) -> Result<String, DesignError> {
+        let file = match self {
+            Self::Linear(design) => design.certificate_file(title),
+            Self::Cubic(design) => design.certificate_file(title),
+            Self::SampledCubic(design) => design.certificate_file(title),
+            Self::Lpv(design) => design.certificate_file(title),
+            Self::Lipschitz(design) => design.certificate_file(title),
+            Self::MeanValue(design) => design.certificate_file(title),
+        };
+        Ok(file?.to_json())
+    }
+}
+
+/// The design of one observer of a study.
+///
+/// # Errors
+/// [`FailureReport`] says which hypothesis fails and what would fit.
+pub fn design(study: &Study, wish: &ObserverWish) -> Result<Designed, FailureReport> {
+    let model = &study.plant.model;
+    let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
+    let explained = |error| explain::error(study, wish, &error);
+    match &wish.kind {
+        ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
+            linear::luenberger(&linear()?, gain).map_err(explained)
+        }
+        ObserverKind::Cubic { linear: gain, theta, correction } => {
+            linear::cubic(&linear()?, gain, theta, correction).map_err(explained)
+        }
+        ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
+            linear::sampled(&linear()?, gain, theta, *strength, *period).map_err(explained)
+        }
+        ObserverKind::Lpv { region, rate } => nonlinear::lpv(model, region, rate).map_err(explained),
+        ObserverKind::Lipschitz { split, region, rate, gain } => {
+            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref())
+                .map_err(|error| explain::any(study, wish, error))
+        }
+        ObserverKind::MeanValue { region, rate, eta, internal_error } => {
+            explain::first_states_measured(study, wish)?;
+            nonlinear::mean_value(model, region, *rate, *eta, internal_error).map_err(explained)
+        }
+        ObserverKind::HighGain { r, chains, alpha } => {
+            let chains = Chains { model: model.clone(), lengths: chains.clone() };
+            explain::triangular(study, wish, &chains)?;
+            nonlinear::high_gain(chains, alpha, *r).map_err(explained)
+        }
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
+            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)
+        }
+        ObserverKind::KklNumerical(kkl) => {
+            explain::small_and_autonomous(study, wish)?;
+            kkl::design(model, kkl).map_err(explained)
+        }
+    }
+}
+
+pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
+    let rows = m.row_iter().map(|row| row.iter().copied().collect()).collect();
+    NamedMatrix { name: name.to_owned(), rows }
+}
+
+pub(crate) fn number(name: &str, value: f64) -> NamedNumber {
+    NamedNumber { name: name.to_owned(), value: value.is_finite().then_some(value) }
+}
+
+fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
+    let mut poles: Vec<[f64; 2]> = poles.iter().map(|pole| [pole.re, pole.im]).collect();
+    poles.sort_by(|x, y| x[0].total_cmp(&y[0]).then(x[1].total_cmp(&y[1])));
+    poles
+}
+
+/// The facts of a certificate, each with its verdict in words.
+fn facts(certificate: &Certificate) -> Vec<FactReport> {
+    certificate.facts.iter().map(fact).collect()
+}
+
+fn fact(fact: &Fact) -> FactReport {
+    let words = match &fact.verdict {
+        Verdict::Proved { margin } if *margin > 0.0 => {
+            format!("proved, with the margin {margin:.3e}: rounding errors included, that much could be taken away")
+        }
+        Verdict::Proved { .. } => "proved, with no room: it holds with equality somewhere".to_owned(),
+        Verdict::Refuted { witness } => format!("false: {witness}"),
+        Verdict::Undecided { why, best } => format!("open: {why} (floating point sees a margin of {best:.3e})"),
+    };
+    FactReport {
+        statement: fact.statement.clone(),
+        verdict: fact.verdict.word().to_lowercase(),
+        margin: fact.verdict.margin(),
+        words,
+    }
+}
+
+fn verdict(certificate: &Certificate) -> String {
+    let refuted = certificate.facts.iter().any(|fact| fact.verdict.is_refuted());
+    let word = if certificate.is_proved() {
+        "proved"
+    } else if refuted {
+        "refuted"
+    } else {
+        "undecided"
+    };
+    word.to_owned()
+}
+
+/// From which errors the cubic observer converges with its gains as stored.
+fn reach(deployed: Option<&DeployedCubic>) -> String {
+    match deployed.map(|deployed| &deployed.reach) {
+        Some(Reach::Everywhere { .. }) => {
+            "With its gains exactly as stored it converges from every first error.".to_owned()
+        }
+        Some(Reach::Within(ellipsoid)) => format!(
+            "With its gains exactly as stored it converges from every first error of a norm below {:.4e}.",
+            ellipsoid.ball
+        ),
+        Some(Reach::Unproved) | None => "For its gains as stored nothing is proved.".to_owned(),
+    }
+}

@@ -1,0 +1,195 @@
+//! The observers of nonlinear plants.
+
+use luenberger_design::enclosure::enclose;
+use luenberger_design::lpv::Polytope;
+use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, Region, RepairedDesign, Sector};
+use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, Noises};
+use nalgebra::{DMatrix, DVector};
+
+use super::explain::Misfit;
+use super::runnable::{Chains, Runnable};
+use super::{Designed, Proof, facts, matrix, number, verdict};
+use crate::model::Model;
+use crate::results::DesignReport;
+use crate::study::{RateWish, Study};
+
+pub(super) fn lpv(model: &Model, region: &Region, rate: &RateWish) -> Result<Designed, DesignError> {
+    let design = match rate {
+        RateWish::Rate(rate) => LpvDesign::new(model.clone(), region, *rate),
+        // A hundredth of the ceiling is as near as a plan for an observer needs it.
+        RateWish::Fastest(ceiling) => LpvDesign::fastest(model.clone(), region, *ceiling, 0.01 * ceiling),
+        RateWish::Gain(gain, _) => LpvDesign::certify(model.clone(), region, gain),
+    }?;
+    let evidence =
+        design.stopped.as_ref().map(|(rate, why)| format!("nothing was proved at the rate {rate:.4}: {why}"));
+    let report = DesignReport {
+        statement: design.statement(),
+        matrices: vec![matrix("L", design.observer.l()), matrix("P", &design.p)],
+        poles: Vec::new(),
+        numbers: vec![
+            number("rate", design.rate),
+            number("overshoot", design.overshoot()),
+            number("vertices", design.polytope.vertices.len() as f64),
+        ],
+        facts: facts(&design.certificate),
+        verdict: verdict(&design.certificate),
+        evidence,
+    };
+    let runnable = Runnable::Copy(Box::new(design.observer.clone()));
+    Ok(Designed { runnable, report, proof: Some(Proof::Lpv(Box::new(design))) })
+}
+
+/// The entries of Df that vary over the box, each as a sector of its own: by the mean value theorem, component by component,
+/// `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
+fn sectors(model: &Model, region: &Region) -> Result<(DMatrix<f64>, DMatrix<f64>, Vec<Sector>), Misfit> {
+    let n = model.size().states;
+    let jacobians = enclose(model, region).map_err(DesignError::from)?;
+    let size = (0..n * n).map(|k| &jacobians.a[(k / n, k % n)]).map(|x| x.lo().abs().max(x.hi().abs()));
+    let size = size.filter(|x| x.is_finite()).fold(0.0, f64::max);
+    let mut a = DMatrix::zeros(n, n);
+    let mut sectors = Vec::new();
+    for i in 0..n {
+        for j in 0..n {
+            let entry = &jacobians.a[(i, j)];
+            // What is constant up to the rounding of its enclosure is a coefficient.
+            if entry.width() <= 8.0 * f64::EPSILON * size {
+                a[(i, j)] = f64::midpoint(entry.lo(), entry.hi());
+            } else {
+                let (mut g, mut h) = (DMatrix::zeros(n, 1), DMatrix::zeros(1, n));
+                (g[(i, 0)], h[(0, j)]) = (1.0, 1.0);
+                sectors.push(Sector::slope(g, h, entry.lo(), entry.hi()));
+            }
+        }
+    }
+    let outputs = model.size().outputs;
+    let mut c = DMatrix::zeros(outputs, n);
+    for i in 0..outputs {
+        for j in 0..n {
+            let entry = &jacobians.c[(i, j)];
+            if entry.width() > 8.0 * f64::EPSILON * entry.lo().abs().max(entry.hi().abs()) {
+                return Err(Misfit::NonlinearOutput { output: i, state: j, low: entry.lo(), high: entry.hi() });
+            }
+            c[(i, j)] = f64::midpoint(entry.lo(), entry.hi());
+        }
+    }
+    Ok((a, c, sectors))
+}
+
+pub(super) fn lipschitz(
+    study: &Study,
+    split: Option<&(DMatrix<f64>, Vec<Sector>)>,
+    region: &Region,
+    rate: f64,
+    gain: Option<&DMatrix<f64>>,
+) -> Result<Designed, Misfit> {
+    let model = &study.plant.model;
+    let (read_a, c, read) = sectors(model, region)?;
+    let (plant, count, whose) = match split {
+        Some((a, sectors)) => (
+            LipschitzPlant::new(a.clone(), c, sectors.clone())?,
+            sectors.len(),
+            "The sectors are the study's own, and not checked.",
+        ),
+        None => {
+            let count = read.len();
+            (LipschitzPlant::new(read_a, c, read)?, count, "The sectors enclose the Jacobian over the box.")
+        }
+    };
+    let design = match gain {
+        Some(gain) => LipschitzDesign::with_gain(&plant, gain, rate)?,
+        None => LipschitzDesign::new(&plant, rate)?,
+    };
+    let box_ = match region.to_string().as_str() {
+        "everywhere" => "From every x(0) and xhat(0)".to_owned(),
+        bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
+    };
+    let report = DesignReport {
+        statement: format!(
+            "{box_}, the error decays at least like exp(-{rate} t), whatever the {count} nonlinearities do within their sectors. {whose}"
+        ),
+        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        poles: Vec::new(),
+        numbers: vec![number("rate", design.rate), number("sectors", count as f64)],
+        facts: facts(&design.certificate),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+    };
+    let observer = design.observer(model.clone())?;
+    Ok(Designed {
+        runnable: Runnable::Copy(Box::new(observer)),
+        report,
+        proof: Some(Proof::Lipschitz(Box::new(design))),
+    })
+}
+
+pub(super) fn mean_value(
+    model: &Model,
+    region: &Region,
+    rate: f64,
+    eta: f64,
+    internal_error: &[f64],
+) -> Result<Designed, DesignError> {
+    let polytope = Polytope::new(enclose(model, region)?)?;
+    let vertices: Vec<DMatrix<f64>> = polytope.vertices.into_iter().map(|vertex| vertex.a).collect();
+    let design = RepairedDesign::new(&vertices, model.size().outputs, rate)?;
+    let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
+    let report = DesignReport {
+        statement: format!(
+            "With z = xhat + e, |x(t) - z(t)| <= {:.4e} |x(0) - z(0)| exp(-{rate} t) as long as x(t) and z(t) stay in the box ({region}).",
+            design.overshoot
+        ),
+        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        poles: Vec::new(),
+        numbers: vec![
+            number("rate", design.rate),
+            number("overshoot", design.overshoot),
+            number("eta", eta),
+            number("vertices", vertices.len() as f64),
+        ],
+        facts: facts(&design.certificate),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+    };
+    let runnable = Runnable::MeanValue(Box::new(observer));
+    Ok(Designed { runnable, report, proof: Some(Proof::MeanValue(Box::new(design))) })
+}
+
+pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, DesignError> {
+    let observer = HighGainObserver::new(chains, DVector::from_column_slice(alpha), r)?;
+    let gain = DMatrix::from_column_slice(observer.gain().len(), 1, observer.gain().as_slice());
+    let report = DesignReport {
+        statement: format!(
+            "The copy of the plant with the gains alpha_i / r^i, r = {r}: for a plant whose right-hand side is Lipschitz and r small enough the error decays like exp(-c t / r)."
+        ),
+        matrices: vec![matrix("alpha_i / r^i", &gain)],
+        poles: Vec::new(),
+        numbers: vec![number("r", r)],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some(
+            "how small r has to be is not computed: the theorem asks for some r, and this one is tried by running it"
+                .to_owned(),
+        ),
+    };
+    Ok(Designed { runnable: Runnable::HighGain(Box::new(observer)), report, proof: None })
+}
+
+pub(super) fn extended_kalman(
+    model: &Model,
+    (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    period: f64,
+    substeps: usize,
+) -> Result<Designed, DesignError> {
+    let noises = Noises { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    let report = DesignReport {
+        statement: format!("One measurement every {period}; its gain follows its own covariance along the estimate."),
+        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+        poles: Vec::new(),
+        numbers: vec![number("period", period)],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some("it converges from small errors, and nothing is promised from large ones".to_owned()),
+    };
+    Ok(Designed { runnable: Runnable::ExtendedKalman(Box::new(filter)), report, proof: None })
+}

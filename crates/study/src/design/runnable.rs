@@ -1,0 +1,139 @@
+//! The observers of a study as they run: one type for all, so that they go through the same simulations.
+
+use luenberger_observers::high_gain::{HighGainMap, Place};
+use luenberger_observers::{
+    CubicObserver, ExtendedKalmanFilter, HighGainObserver, Integral, LinearObserver, MeanValueObserver,
+    NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledObserver,
+};
+use luenberger_plants::Plant;
+use luenberger_sim::{Replay, Scenario};
+use nalgebra::{DVector, Dyn};
+
+use super::kkl::Kkl;
+use crate::model::Model;
+
+/// An observer, ready to run.
+#[derive(Debug, Clone)]
+pub enum Runnable {
+    /// Luenberger's, and the Kalman filter.
+    Linear(Box<LinearObserver<f64, Dyn, Dyn, Dyn>>),
+    /// The cubic one.
+    Cubic(Box<CubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// The sampled cubic one.
+    SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// The copy of the plant with a gain.
+    Copy(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
+    /// The mean-value-theorem observer.
+    MeanValue(Box<MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn>>),
+    /// High gains along chains.
+    HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
+    /// The extended Kalman filter.
+    ExtendedKalman(Box<ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
+    /// By simulation.
+    Kkl(Box<Kkl>),
+}
+
+/// The same call for each kind, in continuous time and in samples.
+macro_rules! each {
+    ($runnable:expr, $continuous:ident => $flow:expr, $sampled:ident => $step:expr) => {
+        match $runnable {
+            Runnable::Linear($continuous) => $flow,
+            Runnable::Cubic($continuous) => $flow,
+            Runnable::Copy($continuous) => $flow,
+            Runnable::MeanValue($continuous) => $flow,
+            Runnable::HighGain($continuous) => $flow,
+            Runnable::Kkl(kkl) => match kkl.as_ref() {
+                Kkl::Two($continuous) => $flow,
+                Kkl::TwoEmbedded($continuous) => $flow,
+                Kkl::Three($continuous) => $flow,
+                Kkl::ThreeEmbedded($continuous) => $flow,
+            },
+            Runnable::SampledCubic($sampled) => $step,
+            Runnable::ExtendedKalman($sampled) => $step,
+        }
+    };
+}
+
+impl Runnable {
+    /// The scenario with this observer in it.
+    pub fn join<'a>(&'a self, scenario: Scenario<'a>, name: &str, initial: &[f64]) -> Scenario<'a> {
+        each!(
+            self,
+            observer => scenario.observer(name, observer.as_ref(), initial),
+            sampled => scenario.sampled_observer(name, sampled.as_ref(), initial)
+        )
+    }
+
+    /// The replay of a log with this observer in it.
+    pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        if let Self::ExtendedKalman(filter) = self {
+            // As a filter it says what covariance it believes its innovation to have.
+            return replay.filter(name, filter.as_ref().clone(), initial);
+        }
+        each!(
+            self,
+            observer => replay.observer(name, observer.as_ref(), initial),
+            sampled => replay.sampled_observer(name, sampled.as_ref(), initial)
+        )
+    }
+
+    /// Its sampling period; none in continuous time.
+    pub fn period(&self) -> Option<f64> {
+        each!(self, _observer => None, sampled => Some(sampled.period()))
+    }
+
+    /// Lengths of its columns.
+    pub fn dimensions(&self) -> ObserverDimensions {
+        each!(self, observer => Observer::<f64>::dimensions(observer.as_ref()), sampled => SampledObserver::<f64>::dimensions(sampled.as_ref()))
+    }
+}
+
+/// A plant in triangular form: chain k has `lengths[k]` consecutive states, of which the first is the output k.
+#[derive(Debug, Clone)]
+pub struct Chains {
+    pub(super) model: Model,
+    pub(super) lengths: Vec<usize>,
+}
+
+impl Chains {
+    /// The state at which chain `k` begins.
+    pub(super) fn head(&self, k: usize) -> usize {
+        self.lengths.iter().take(k).sum()
+    }
+}
+
+impl HighGainMap<f64> for Chains {
+    type Xi = Dyn;
+    type Inputs = Dyn;
+    type Outputs = Dyn;
+    type Estimate = Dyn;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = self.model.size();
+        ObserverDimensions { state: size.states, inputs: size.inputs, outputs: size.outputs, estimate: size.states }
+    }
+
+    fn place(&self, i: usize) -> Place {
+        let mut head = 0;
+        for (output, length) in self.lengths.iter().enumerate() {
+            if i < head + length {
+                return Place { output, position: i - head + 1 };
+            }
+            head += length;
+        }
+        // Beyond the last chain: no position, which the constructor refuses.
+        Place { output: self.lengths.len(), position: 0 }
+    }
+
+    fn drift(&self, t: f64, xi: &DVector<f64>, u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {
+        self.model.derivative(t, xi, u)
+    }
+
+    fn estimate(&self, _t: f64, xi: &DVector<f64>, _u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {
+        xi.clone()
+    }
+
+    fn start(&self, _t: f64, estimate: &DVector<f64>, _u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {
+        estimate.clone()
+    }
+}

@@ -1,0 +1,299 @@
+//! Mistakes in a file: where they are, what was expected, and the lines around them.
+//!
+//! A [`Diagnostic`] knows the bytes it speaks of; a [`Source`] turns them into line and column, and [`Diagnostics`] prints all of a file's mistakes in the order of the file:
+//!
+//! ```text
+//! error: `pols` is not a key of an observer of the kind luenberger
+//!   --> study.toml:14:1
+//!    |
+//! 14 | pols = [-2, -5]
+//!    | ^^^^ expected one of name, kind, initial, poles, decay_rate
+//!    = help: the nearest key is `poles`
+//! ```
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+/// A text with its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    name: String,
+    text: String,
+}
+
+/// A place in a text, counted from 1; columns are counted in characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Place {
+    /// The line.
+    pub line: usize,
+    /// The column.
+    pub column: usize,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
+impl Source {
+    /// The text `text` of the file `name`.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+
+    /// The name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Where the byte `offset` stands; the end of the text for one beyond it.
+    ///
+    /// ```
+    /// use luenberger_study::diagnostic::{Place, Source};
+    /// assert_eq!(Source::new("study.toml", "a = 1\nb = 2\n").place(8), Place { line: 2, column: 3 });
+    /// ```
+    pub fn place(&self, offset: usize) -> Place {
+        let offset = self.boundary(offset);
+        let before = &self.text[..offset];
+        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        Place { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
+    }
+
+    /// The offset itself, or the start of the character it falls into.
+    fn boundary(&self, offset: usize) -> usize {
+        let mut offset = offset.min(self.text.len());
+        while !self.text.is_char_boundary(offset) {
+            offset -= 1;
+        }
+        offset
+    }
+
+    /// The line that holds the byte `offset`, without its end, and the offset at which it starts.
+    fn line(&self, offset: usize) -> (usize, &str) {
+        let offset = self.boundary(offset);
+        let start = self.text[..offset].rfind('\n').map_or(0, |newline| newline + 1);
+        let rest = &self.text[start..];
+        let line = rest.split('\n').next().unwrap_or(rest);
+        (start, line.strip_suffix('\r').unwrap_or(line))
+    }
+}
+
+/// One mistake.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// What is wrong.
+    pub message: String,
+    /// The bytes it speaks of.
+    pub span: Range<usize>,
+    /// What was expected there, in words that stand under the excerpt.
+    pub expected: String,
+    /// What may help, if anything is known.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// A mistake at `span`, where `expected` was expected.
+    pub fn new(span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self { message: message.into(), span, expected: expected.into(), help: None }
+    }
+
+    /// The same with a hint.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// All mistakes of one file: at least one, in the order of the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostics {
+    source: Arc<Source>,
+    list: Vec<Diagnostic>,
+}
+
+/// A mistake as a machine reads it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Located {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+    /// What is wrong.
+    pub message: String,
+    /// What was expected.
+    pub expected: String,
+    /// What may help.
+    pub help: Option<String>,
+}
+
+/// The sequences that colour a terminal.
+struct Paint {
+    red: &'static str,
+    blue: &'static str,
+    bold: &'static str,
+    reset: &'static str,
+}
+
+const COLOURED: Paint = Paint { red: "\x1b[1;31m", blue: "\x1b[1;34m", bold: "\x1b[1m", reset: "\x1b[0m" };
+const PLAIN: Paint = Paint { red: "", blue: "", bold: "", reset: "" };
+
+impl Diagnostics {
+    /// The mistakes `list` of `source`.
+    pub fn new(source: Arc<Source>, mut list: Vec<Diagnostic>) -> Self {
+        list.sort_by_key(|diagnostic| (diagnostic.span.start, diagnostic.span.end));
+        list.dedup();
+        Self { source, list }
+    }
+
+    /// The file.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// The mistakes.
+    pub fn list(&self) -> &[Diagnostic] {
+        &self.list
+    }
+
+    /// The mistakes with line and column, for machines.
+    pub fn located(&self) -> Vec<Located> {
+        let located = |diagnostic: &Diagnostic| {
+            let Place { line, column } = self.source.place(diagnostic.span.start);
+            Located {
+                file: self.source.name.clone(),
+                line,
+                column,
+                message: diagnostic.message.clone(),
+                expected: diagnostic.expected.clone(),
+                help: diagnostic.help.clone(),
+            }
+        };
+        self.list.iter().map(located).collect()
+    }
+
+    /// All mistakes with their excerpts, coloured by escape sequences or not.
+    pub fn render(&self, coloured: bool) -> String {
+        let paint = if coloured { COLOURED } else { PLAIN };
+        let mut text: String = self.list.iter().map(|diagnostic| self.one(diagnostic, &paint)).collect();
+        if self.list.len() > 1 {
+            text.push_str(&format!("{} mistakes in {}\n", self.list.len(), self.source.name));
+        }
+        text
+    }
+
+    fn one(&self, diagnostic: &Diagnostic, paint: &Paint) -> String {
+        let Paint { red, blue, bold, reset } = paint;
+        let place = self.source.place(diagnostic.span.start);
+        let (start, line) = self.source.line(diagnostic.span.start);
+        let number = place.line.to_string();
+        let margin = " ".repeat(number.len());
+        let end = self.source.boundary(diagnostic.span.end.max(diagnostic.span.start)).min(start + line.len());
+        let from = self.source.boundary(diagnostic.span.start).min(start + line.len());
+        let marks = self.source.text[from..end.max(from)].chars().count().max(1);
+        // Tabs stay tabs, so that the marks stand under what they mark.
+        let blank: String = self.source.text[start..from].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+        let mut text = format!("{red}error{reset}{bold}: {}{reset}\n", diagnostic.message);
+        text.push_str(&format!("{margin}{blue}-->{reset} {}:{place}\n", self.source.name));
+        text.push_str(&format!("{margin} {blue}|{reset}\n{blue}{number} |{reset} {line}\n"));
+        let mark = "^".repeat(marks);
+        text.push_str(&format!("{margin} {blue}|{reset} {blank}{red}{mark} {}{reset}\n", diagnostic.expected));
+        if let Some(help) = &diagnostic.help {
+            text.push_str(&format!("{margin} {blue}={reset} help: {help}\n"));
+        }
+        text.push('\n');
+        text
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.render(false).trim_end())
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+/// The known name nearest to `name`, if it is near enough to be meant: Damerau and Levenshtein's distance of at most a third of its letters, and 2 for short names; letters
+/// count as equal in both cases.
+///
+/// ```
+/// use luenberger_study::diagnostic::nearest;
+/// assert_eq!(nearest("pols", ["poles", "gain"]), Some("poles"));
+/// assert_eq!(nearest("Duration", ["duration", "samples"]), Some("duration"));
+/// assert_eq!(nearest("temperature", ["poles", "gain"]), None);
+/// ```
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let folded = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
+    let name = folded(name);
+    let distance = |other: &&str| strsim::damerau_levenshtein(&name, &folded(other));
+    let best = known.into_iter().min_by_key(distance)?;
+    // Of two letters, one may be wrong; a name of one letter is any other.
+    let most = (name.chars().count() / 3).max(2).min(name.chars().count().saturating_sub(1));
+    (distance(&best) <= most).then_some(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn excerpt(text: &str, span: Range<usize>) -> String {
+        let source = Arc::new(Source::new("s.toml", text));
+        Diagnostics::new(source, vec![Diagnostic::new(span, "wrong", "expected right").help("do so")]).to_string()
+    }
+
+    #[test]
+    fn an_excerpt_marks_what_is_wrong() {
+        let text = excerpt("a = 1\nbeta = -1\n", 13..15);
+        let expected =
+            "error: wrong\n --> s.toml:2:8\n  |\n2 | beta = -1\n  |        ^^ expected right\n  = help: do so";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn characters_of_several_bytes_and_tabs_count_as_one() {
+        let text = excerpt("\"\u{3b8}\u{308}\"\t= 1", 8..9);
+        assert!(text.contains("s.toml:1:7"), "{text}");
+        assert!(text.contains("|     \t ^ expected"), "{text}");
+        // Within a character: its start.
+        assert!(excerpt("\u{3b8} = 1", 1..1).contains("s.toml:1:1"));
+    }
+
+    #[test]
+    fn spans_past_the_end_or_over_lines_end_with_the_line() {
+        assert!(excerpt("a = [\n1\n", 4..100).contains("| a = [\n  |     ^ expected"));
+        assert!(excerpt("a = 1", 100..200).contains("s.toml:1:6"));
+        assert!(excerpt("", 0..0).contains("s.toml:1:1"));
+    }
+
+    #[test]
+    fn colour_is_escape_sequences_and_nothing_else() {
+        let source = Arc::new(Source::new("s.toml", "a = 1"));
+        let list = vec![Diagnostic::new(0..1, "wrong", "right"), Diagnostic::new(4..5, "wrong", "right")];
+        let diagnostics = Diagnostics::new(source, list);
+        let mut coloured = diagnostics.render(true);
+        assert!(coloured.contains('\x1b') && !diagnostics.render(false).contains('\x1b'));
+        for sequence in [COLOURED.red, COLOURED.blue, COLOURED.bold, COLOURED.reset] {
+            coloured = coloured.replace(sequence, "");
+        }
+        assert_eq!(coloured, diagnostics.render(false));
+        assert!(coloured.ends_with("2 mistakes in s.toml\n"));
+    }
+
+    #[test]
+    fn a_name_of_one_letter_has_no_nearest() {
+        assert_eq!(nearest("q", ["a", "b"]), None);
+        assert_eq!(nearest("A", ["a", "b"]), Some("a"));
+    }
+}

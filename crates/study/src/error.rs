@@ -1,0 +1,78 @@
+//! What can go wrong on the way from a file to its results.
+
+use std::path::{Path, PathBuf};
+
+use crate::diagnostic::Diagnostics;
+
+/// Why a study could not be read or executed.
+///
+/// An observer that does not fit its plant, and a run that blows up, are not here: they are results, and stand in
+/// [`Results`](crate::Results) beside those that succeed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// The file has mistakes.
+    #[error(transparent)]
+    File(#[from] Diagnostics),
+    /// A file could not be read or written.
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A step needs a table that the study does not have.
+    #[error("{step} needs {needs}, and the study has none")]
+    Missing {
+        /// The step.
+        step: &'static str,
+        /// What it needs.
+        needs: &'static str,
+    },
+    /// A template that does not exist.
+    #[error("there is no template {name:?}; {hint}")]
+    Template {
+        /// The name.
+        name: String,
+        /// The nearest, or all.
+        hint: String,
+    },
+    /// The observability could not be analysed.
+    #[error(transparent)]
+    Linalg(#[from] luenberger_linalg::LinalgError),
+    /// The plant could not be run.
+    #[error("the plant could not be run: {0}")]
+    Sim(#[from] luenberger_sim::SimError),
+    /// The results could not be written as JSON.
+    #[error("the results could not be written: {0}")]
+    Json(#[from] serde_json::Error),
+    /// A figure could not be drawn, or a table could not be written.
+    #[error("{what}: {why}")]
+    Output {
+        /// The file.
+        what: String,
+        /// Why.
+        why: String,
+    },
+    /// The threads that were asked for could not be started.
+    #[error("{0} threads could not be started")]
+    Threads(usize),
+    /// The user interrupted. What was finished is on disk.
+    #[error("interrupted: what was finished before is in the folder of the results")]
+    Interrupted,
+}
+
+impl StudyError {
+    pub(crate) fn io(path: &Path, error: std::io::Error) -> Self {
+        Self::Io { path: path.to_owned(), error }
+    }
+
+    /// The mistakes of the file, for excerpts in colour.
+    pub fn diagnostics(&self) -> Option<&Diagnostics> {
+        match self {
+            Self::File(diagnostics) => Some(diagnostics),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! The steps of a study: observability, designs, runs, sweep, and the folder that they leave.
+
+mod estimate;
+mod folder;
+mod log;
+mod observe;
+mod options;
+mod pictures;
+mod simulate;
+mod sweep;
+mod warn;
+
+pub use estimate::{Estimate, estimate};
+pub(crate) use observe::in_words;
+pub use options::{Progress, RunOptions, Step};
+
+use luenberger_figures::Figure;
+
+use crate::design::{Designed, design};
+use crate::error::StudyError;
+use crate::model::Model;
+use crate::read::file_name;
+use crate::results::{FailureReport, ObserverReport, PlantSummary, Results, report};
+use crate::study::{ObserverWish, Study};
+use folder::Folder;
+
+/// An observer that has a design.
+#[derive(Clone, Copy)]
+pub(crate) struct Member<'a> {
+    pub(crate) wish: &'a ObserverWish,
+    pub(crate) designed: &'a Designed,
+}
+
+fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a>> {
+    members.iter().find(|member| member.wish.name == name)
+}
+
+/// Does one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
+///
+/// With [`RunOptions::output`] the results are written as they come: `study.json` after each stage, trajectories, figures and certificates as they are finished.
+/// The same study gives the same bytes.
+///
+/// ```
+/// use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
+/// let template = template::template("double-integrator")?;
+/// let study = Study::from_text("study.toml", template.text, Format::Toml, ".".as_ref())?;
+/// let results = execute(&study, Step::Design, &RunOptions::default())?;
+/// assert!(results.failures().is_empty());
+/// let cubic = results.observers[1].design.as_ref().ok_or("a design")?;
+/// assert_eq!(cubic.verdict, "proved");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+/// # Errors
+/// [`StudyError::Missing`] when the study has no table for the step, [`StudyError::Interrupted`] when the user has interrupted, [`StudyError::Io`] and its kin for
+/// what cannot be written. An observer that does not fit, or a run that blows up, is no error: see [`Results::failures`].
+pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
+    let Some(threads) = options.threads else { return stages(study, step, options) };
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| StudyError::Threads(threads))?;
+    pool.install(|| stages(study, step, options))
+}
+
+/// All steps of a study: [`execute()`] with [`Step::Run`].
+///
+/// # Errors
+/// As [`execute()`].
+pub fn run(study: &Study, options: &RunOptions<'_>) -> Result<Results, StudyError> {
+    execute(study, Step::Run, options)
+}
+
+/// What the study has to have for the step.
+fn check(study: &Study, step: Step) -> Result<(), StudyError> {
+    let missing = |needs| Err(StudyError::Missing { step: step.name(), needs });
+    let data = study.simulation.is_some() || study.log.is_some();
+    match step {
+        Step::Observe | Step::Run => Ok(()),
+        _ if study.observers.is_empty() => missing("an [[observer]]"),
+        Step::Simulate | Step::Compare if !data => missing("a [simulation] or a [log]"),
+        Step::Sweep if study.sweep.is_none() => missing("a [sweep]"),
+        _ => Ok(()),
+    }
+}
+
+fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
+    check(study, step)?;
+    let folder = Folder::new(options.output.clone())?;
+    let mut results = Results {
+        title: study.title.clone(),
+        about: study.about.clone(),
+        plant: summary(study),
+        observability: None,
+        observers: Vec::new(),
+        simulation: None,
+        log: None,
+        sweep: None,
+        warnings: Vec::new(),
+        files: Vec::new(),
+    };
+    let all = step == Step::Run;
+    // A nonlinear plant is observed along its trajectory, which under feedback needs the observers.
+    let designs =
+        if step == Step::Observe && simulate::fed(study).is_none() { Vec::new() } else { designs(study, options)? };
+    let members: Vec<Member<'_>> = study
+        .observers
+        .iter()
+        .zip(&designs)
+        .filter_map(|(wish, designed)| Some(Member { wish, designed: designed.as_ref().ok()? }))
+        .collect();
+    if all || step == Step::Observe {
+        options.check()?;
+        results.observability = Some(observe::observability(study, &members)?);
+        options.tell("observe", "observability", 1, 1);
+        save(&folder, &mut results)?;
+    }
+    if step == Step::Observe {
+        return Ok(results);
+    }
+    results.observers =
+        study.observers.iter().zip(&designs).map(|(wish, designed)| described(wish, designed)).collect();
+    results.warnings = warn::of_designs(study, &results);
+    save(&folder, &mut results)?;
+    if all || step == Step::Certify {
+        let open = certificates(&folder, &members)?;
+        results.warnings.extend(open);
+        save(&folder, &mut results)?;
+    }
+
+    let mut figures: Vec<(String, Figure)> = Vec::new();
+    if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
+        options.check()?;
+        let failed = std::sync::Mutex::new(None);
+        let finished = |member: &Member<'_>, run: &simulate::Run| {
+            let name = format!("trajectories/{}", file_name(&member.wish.name));
+            if let Err(error) = folder.table(&name, &pictures::table(study, run, false)) {
+                failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
+            }
+        };
+        let (report, outcomes) = simulate::all(study, simulation, &members, options, &finished);
+        results.simulation = Some(report);
+        if let Some(error) = failed.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+            return Err(error);
+        }
+        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref().ok()?))).collect();
+        results.warnings.extend(warn::of_runs(study, &of));
+        save(&folder, &mut results)?;
+        options.check()?;
+        let alone;
+        let first = match of.first() {
+            Some((_, run)) => Some(*run),
+            // No observer came to the end: the plant by itself, if it can be run.
+            None if simulate::fed(study).is_none() => {
+                let trajectory = simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE)?;
+                alone = simulate::samples(simulation, &trajectory, None);
+                folder.table("trajectories/plant", &pictures::table(study, &alone, false))?;
+                Some(&alone)
+            }
+            None => None,
+        };
+        if let Some(first) = first {
+            figures.extend(pictures::figures(&pictures::Runs { study, first, of, measured: false }));
+        }
+    }
+    if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
+        options.check()?;
+        let (report, outcomes) = log::all(study, log, &members, options)?;
+        results.warnings.extend(log.suspicions.iter().map(|suspicion| format!("in the log: {suspicion}")));
+        results.log = Some(report);
+        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        for (member, run) in &of {
+            let name = format!("trajectories/log-{}", file_name(&member.wish.name));
+            folder.table(&name, &pictures::table(study, run, true))?;
+        }
+        save(&folder, &mut results)?;
+        if let Some((_, first)) = of.first() {
+            let drawn = pictures::figures(&pictures::Runs { study, first, of: of.clone(), measured: true });
+            let own = |(id, figure): (String, Figure)| (format!("log-{id}"), figure);
+            figures.extend(drawn.into_iter().map(own));
+        }
+    }
+    if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
+        options.check()?;
+        let report = sweep::all(study, simulation, sweep, &members, options)?;
+        figures.extend(pictures::sweep(&report));
+        results.sweep = Some(report);
+        save(&folder, &mut results)?;
+    }
+    if folder.is_wanted() {
+        for (count, (id, figure)) in figures.iter().enumerate() {
+            options.check()?;
+            folder.figure(id, figure)?;
+            options.tell("figures", id, count + 1, figures.len());
+        }
+        if all {
+            folder.write("report.html", report::html(&results, figures, &folder.written())?.as_bytes())?;
+        }
+        save(&folder, &mut results)?;
+    }
+    options.check()?;
+    Ok(results)
+}
+
+/// The results so far, on disk.
+fn save(folder: &Folder, results: &mut Results) -> Result<(), StudyError> {
+    results.files = folder.written().into_iter().filter(|name| name != "study.json").collect();
+    if folder.is_wanted() { folder.write("study.json", results.to_json()?.as_bytes()) } else { Ok(()) }
+}
+
+/// The designs, in parallel, in the order of the observers.
+fn designs(study: &Study, options: &RunOptions<'_>) -> Result<Vec<Result<Designed, FailureReport>>, StudyError> {
+    use rayon::prelude::*;
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let total = study.observers.len();
+    let one = |wish: &ObserverWish| {
+        options.check()?;
+        let designed = design(study, wish);
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        options.tell("design", &wish.name, count, total);
+        Ok(designed)
+    };
+    study.observers.par_iter().map(one).collect()
+}
+
+fn described(wish: &ObserverWish, designed: &Result<Designed, FailureReport>) -> ObserverReport {
+    let (design, failure) = match designed {
+        Ok(designed) => (Some(designed.report.clone()), None),
+        Err(failure) => (None, Some(failure.clone())),
+    };
+    ObserverReport { name: wish.name.clone(), kind: wish.kind.name().to_owned(), design, failure }
+}
+
+/// The certificate of each observer that has one, as `certificates/NAME.json`; and why some proof makes no file.
+fn certificates(folder: &Folder, members: &[Member<'_>]) -> Result<Vec<String>, StudyError> {
+    let mut open = Vec::new();
+    for member in members {
+        let name = &member.wish.name;
+        match member.designed.proof.as_ref().map(|proof| proof.file(name)) {
+            Some(Ok(file)) => folder.write(&format!("certificates/{}.json", file_name(name)), file.as_bytes())?,
+            Some(Err(error)) => open.push(format!("{name} has no certificate file: {error}")),
+            None => {}
+        }
+    }
+    Ok(open)
+}
+
+fn summary(study: &Study) -> PlantSummary {
+    let plant = &study.plant;
+    let (kind, equations) = match &plant.model {
+        Model::Linear(_) => ("linear".to_owned(), vec!["x' = A x + B u".to_owned(), "y = C x".to_owned()]),
+        Model::Expressions(expressions) => {
+            let f = expressions.f().iter().enumerate().map(|(k, row)| format!("x{}' = {}", k + 1, row.text()));
+            let h = expressions.h().iter().enumerate().map(|(k, row)| format!("y{} = {}", k + 1, row.text()));
+            ("expressions".to_owned(), f.chain(h).collect())
+        }
+        Model::Builtin(builtin) => (builtin.name().to_owned(), Vec::new()),
+    };
+    PlantSummary {
+        kind,
+        states: plant.states.clone(),
+        units: plant.units.clone(),
+        inputs: plant.inputs.clone(),
+        outputs: plant.outputs.clone(),
+        equations,
+    }
+}

@@ -1,0 +1,138 @@
+//! What the outputs see of the states.
+
+use luenberger_design::nonlinear_observability::{Instant, LieSettings, direction_in_words, lie_observability};
+use luenberger_linalg::{Mode, detectability, observability as of_pair};
+use luenberger_plants::Differentiable;
+use luenberger_sim::{GramianSettings, empirical_gramian};
+use nalgebra::{DMatrix, DVector};
+
+use super::Member;
+use super::simulate::{self, Variation};
+use crate::error::StudyError;
+use crate::results::{LieRank, ModeReport, NonlinearObservability, ObservabilityAt, ObservabilityReport};
+use crate::study::Study;
+
+/// Points along the trajectory at which a nonlinear plant is linearised.
+const POINTS: usize = 5;
+
+/// Of a linear plant once; of a nonlinear one at its linearisations along the trajectory of the study, or at the first row of a log and the origin where there is none.
+pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<ObservabilityReport, StudyError> {
+    let order = study.plant.states.len();
+    let points = match study.plant.model.linear() {
+        Some(linear) => vec![at(study, &linear.a, &linear.c, None)?],
+        None => along(study, members)?
+            .into_iter()
+            .map(|(t, x, u)| {
+                let a = study.plant.model.state_jacobian(t, &x, &u);
+                let c = study.plant.model.output_jacobian(t, &x);
+                at(study, &a, &c, Some((t, x.as_slice())))
+            })
+            .collect::<Result<_, _>>()?,
+    };
+    let rank = points.iter().map(|point| point.rank).min().unwrap_or(0);
+    let nonlinear = match study.plant.model.linear() {
+        Some(_) => None,
+        None => nonlinear(study, members)?,
+    };
+    Ok(ObservabilityReport { rank, points, order, nonlinear })
+}
+
+/// The rank of the derivatives of the output along the trajectory, and the empirical Gramian; none where a derivative does not exist.
+fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearObservability>, StudyError> {
+    let model = &study.plant.model;
+    let instants: Vec<Instant> = along(study, members)?
+        .iter()
+        .map(|(t, x, u)| Instant::new(*t, x.as_slice()).constant_input(u.as_slice()))
+        .collect();
+    let Ok(lie) = lie_observability(model, &instants, &LieSettings::default()) else { return Ok(None) };
+    let ranks = lie.points.iter().map(|point| LieRank {
+        t: point.t,
+        x: point.x.clone(),
+        rank: point.rank,
+        singular_values: point.singular_values.clone(),
+    });
+    let names: Vec<&str> = study.plant.states.iter().map(String::as_str).collect();
+    let mut report = NonlinearObservability {
+        lie: ranks.collect(),
+        gramian: Vec::new(),
+        weakest: Vec::new(),
+        words: lie.in_words(&names),
+    };
+    // Under feedback the input depends on an observer; the Gramian is of the plant with an input of its own.
+    if let (Some(simulation), None) = (&study.simulation, simulate::fed(study)) {
+        let input = |t: f64, u: &mut [f64]| match study.input.program() {
+            Some(program) => program.at(t, u),
+            None => u.fill(0.0),
+        };
+        let settings = GramianSettings { integration: simulation.settings, ..GramianSettings::default() };
+        let span = (0.0, simulation.duration);
+        // A start beside x0 may blow up where x0 does not: then there is no Gramian, and the ranks stand alone.
+        if let Ok(gramian) = empirical_gramian(model, &simulation.x0, input, span, &settings) {
+            report.weakest = gramian.weakest().map(|v| v.as_slice().to_vec()).unwrap_or_default();
+            report.words.push_str(&format!(
+                "\nempirical Gramian: rank {} of {}, seen least along {}",
+                gramian.rank,
+                gramian.scales.len(),
+                in_words(study, &report.weakest)
+            ));
+            report.gramian = gramian.eigenvalues;
+        }
+    }
+    Ok(Some(report))
+}
+
+/// Times, states and inputs at which a nonlinear plant is looked at.
+fn along(study: &Study, members: &[Member<'_>]) -> Result<Vec<(f64, DVector<f64>, DVector<f64>)>, StudyError> {
+    let size = study.plant.model.size();
+    let Some(simulation) = &study.simulation else {
+        let u = DVector::zeros(size.inputs);
+        let estimates = study.observers.iter().map(|wish| DVector::from_column_slice(&wish.initial));
+        // The first estimates are the only states that such a study speaks of.
+        let x = estimates.take(1).next().unwrap_or_else(|| DVector::zeros(size.states));
+        return Ok(vec![(0.0, x, u)]);
+    };
+    let run = simulate::trajectory(study, simulation, members, None, Variation::NONE)?;
+    let last = run.t.len() - 1;
+    let row = |m: &DMatrix<f64>, k: usize| DVector::from_iterator(m.ncols(), m.row(k).iter().copied());
+    let points = (0..POINTS).map(|i| {
+        let k = i * last / (POINTS - 1);
+        (run.t[k], row(&run.x, k), row(&run.u, k))
+    });
+    Ok(points.collect())
+}
+
+fn at(
+    study: &Study,
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    place: Option<(f64, &[f64])>,
+) -> Result<ObservabilityAt, StudyError> {
+    let seen = of_pair(a, c)?;
+    let detectable = detectability(a, c)?.is_detectable();
+    let reports = |modes: &[Mode]| modes.iter().map(|mode| report(study, mode)).collect();
+    Ok(ObservabilityAt {
+        t: place.map(|(t, _)| t),
+        x: place.map(|(_, x)| x.to_vec()),
+        rank: seen.rank,
+        tolerance: seen.tolerance,
+        modes: reports(&seen.modes),
+        hidden: reports(&seen.unobservable),
+        detectable,
+    })
+}
+
+fn report(study: &Study, mode: &Mode) -> ModeReport {
+    let direction: DVector<f64> = mode.direction.map(|x| x.re);
+    ModeReport {
+        eigenvalue: [mode.eigenvalue.re, mode.eigenvalue.im],
+        margin: mode.margin,
+        words: in_words(study, direction.as_slice()),
+        direction: direction.as_slice().to_vec(),
+    }
+}
+
+/// A direction by the names of the states: `position - 0.5 velocity`.
+pub(crate) fn in_words(study: &Study, direction: &[f64]) -> String {
+    let names: Vec<&str> = study.plant.states.iter().map(String::as_str).collect();
+    direction_in_words(direction, &names)
+}

@@ -1,0 +1,273 @@
+//! The figures of a study, and its trajectories as tables.
+
+use luenberger_figures::{Dash, Figure, Hue, Mark, Panel, Series, Table};
+use luenberger_plants::Plant;
+use nalgebra::{DMatrix, DVector};
+
+use super::Member;
+use super::simulate::Run;
+use crate::results::SweepReport;
+use crate::study::{Quantity, Study};
+
+/// What all runs of a study have in common, and each observer's part.
+pub(super) struct Runs<'a> {
+    pub(super) study: &'a Study,
+    /// The times of the first run, its states (none on a log), inputs and outputs.
+    pub(super) first: &'a Run,
+    /// The observers with their runs.
+    pub(super) of: Vec<(&'a Member<'a>, &'a Run)>,
+    /// Whether the data are a log.
+    pub(super) measured: bool,
+}
+
+impl Runs<'_> {
+    /// The rows between the ends of the plot.
+    fn rows(&self, run: &Run) -> Vec<usize> {
+        let plot = &self.study.plot;
+        let within = |t: &f64| plot.from.is_none_or(|from| *t >= from) && plot.to.is_none_or(|to| *t <= to);
+        let rows: Vec<usize> = (0..run.t.len()).filter(|k| within(&run.t[*k])).collect();
+        // A window without a sample shows all.
+        if rows.is_empty() { (0..run.t.len()).collect() } else { rows }
+    }
+
+    fn shown(&self) -> impl Iterator<Item = &(&Member<'_>, &Run)> {
+        let names = &self.study.plot.observers;
+        self.of.iter().filter(move |(member, _)| names.as_ref().is_none_or(|names| names.contains(&member.wish.name)))
+    }
+
+    fn states(&self) -> Vec<usize> {
+        self.study.plot.states.clone().unwrap_or_else(|| (0..self.study.plant.states.len()).collect())
+    }
+
+    fn label(&self, i: usize) -> String {
+        let name = &self.study.plant.states[i];
+        match self.study.plant.units.get(i) {
+            Some(unit) => format!("{name} ({unit})"),
+            None => name.clone(),
+        }
+    }
+}
+
+fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Option<Series> {
+    // A picture has a few hundred points of width; what is kept is every so many of them, the last included.
+    let step = rows.len().div_ceil(1500).max(1);
+    let kept: Vec<usize> = rows.iter().copied().step_by(step).chain(rows.last().copied()).collect();
+    let (mut xs, mut ys): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for k in kept {
+        let value = y(k);
+        if value.is_finite() && xs.last().is_none_or(|last| *last < run.t[k]) {
+            xs.push(run.t[k]);
+            ys.push(value);
+        }
+    }
+    (xs.len() > 1).then(|| Series::line(name, &xs, &ys))
+}
+
+const TIME: &str = "time t";
+
+/// The figures with their ids, as the study asks for them.
+pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
+    let default = if runs.measured {
+        vec![Quantity::States, Quantity::Innovations]
+    } else {
+        vec![Quantity::States, Quantity::Errors, Quantity::ErrorNorm, Quantity::Inputs]
+    };
+    let mut figures = Vec::new();
+    for quantity in runs.study.plot.show.as_ref().unwrap_or(&default) {
+        let figure = match quantity {
+            Quantity::States => states(runs),
+            Quantity::Errors => errors(runs),
+            Quantity::ErrorNorm => norm(runs),
+            Quantity::Inputs => columns(runs, "inputs", "Inputs", &runs.study.plant.inputs, &runs.first.u),
+            Quantity::Outputs => columns(runs, "outputs", "Outputs", &runs.study.plant.outputs, &runs.first.y),
+            Quantity::Innovations => innovations(runs),
+        };
+        figures.extend(figure);
+    }
+    figures
+}
+
+type Named = Option<(String, Figure)>;
+
+/// A figure with as many panels as have a curve; none without any.
+fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
+    let panels: Vec<Panel> = panels.into_iter().filter(|panel| !panel.series.is_empty()).collect();
+    if panels.is_empty() {
+        return None;
+    }
+    let columns = if panels.len() > 3 { 2 } else { 1 };
+    let figure = panels.into_iter().fold(Figure::new(title).caption(caption), Figure::panel).columns(columns);
+    Some((id.to_owned(), figure))
+}
+
+fn states(runs: &Runs<'_>) -> Named {
+    let rows = runs.rows(runs.first);
+    let panel = |i: usize| {
+        let mut panel = Panel::new(TIME, runs.label(i));
+        if !runs.measured {
+            if let Some(truth) = line("plant", runs.first, &rows, |k| runs.first.x[(k, i)]) {
+                panel = panel.series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
+            }
+        }
+        for (number, (member, run)) in runs.shown().enumerate() {
+            let Some(estimate) = &run.estimate else { continue };
+            if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
+                panel = panel.series(curve.hue(Hue::Palette(number)));
+            }
+        }
+        panel
+    };
+    let caption =
+        if runs.measured { "The estimates on the log." } else { "The states of the plant, and their estimates." };
+    figure("states", "States and estimates", caption, runs.states().into_iter().map(panel).collect())
+}
+
+fn errors(runs: &Runs<'_>) -> Named {
+    let panel = |i: usize| {
+        let mut panel = Panel::new(TIME, format!("error of {}", runs.label(i)));
+        for (number, (member, run)) in runs.shown().enumerate() {
+            let Some(estimate) = &run.estimate else { continue };
+            if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
+                panel = panel.series(curve.hue(Hue::Palette(number)));
+            }
+        }
+        panel
+    };
+    figure("errors", "Errors", "The errors e = x - xhat.", runs.states().into_iter().map(panel).collect())
+}
+
+fn norm(runs: &Runs<'_>) -> Named {
+    let mut panel = Panel::new(TIME, "norm of the error |e|").log_y();
+    for (number, (member, run)) in runs.shown().enumerate() {
+        let Some(estimate) = &run.estimate else { continue };
+        let size = |k: usize| {
+            let norm = (run.x.row(k) - estimate.row(k)).norm();
+            // What is 0 has no place on a logarithmic axis.
+            if norm > 0.0 { norm } else { f64::NAN }
+        };
+        if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), size) {
+            panel = panel.series(curve.hue(Hue::Palette(number)));
+        }
+    }
+    figure(
+        "error-norm",
+        "Norm of the error",
+        "The norm of the error on a logarithmic axis: a straight line is an exponential.",
+        vec![panel],
+    )
+}
+
+fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatrix<f64>) -> Named {
+    let rows = runs.rows(runs.first);
+    let panel = |(j, name): (usize, &String)| {
+        let curve = line(name, runs.first, &rows, |k| of[(k, j)]);
+        curve.into_iter().fold(Panel::new(TIME, name.clone()), Panel::series)
+    };
+    let caption = match (id, runs.study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref())) {
+        ("outputs", Some(noise)) => format!("What the observers see, with the noise of the seed {}.", noise.seed),
+        _ => String::new(),
+    };
+    figure(id, title, &caption, names.iter().enumerate().map(panel).collect())
+}
+
+/// `y - h(xhat)` of a run.
+pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
+    let estimate = run.estimate.as_ref()?;
+    let mut innovation = run.y.clone();
+    for k in 0..innovation.nrows() {
+        let xhat = DVector::from_iterator(estimate.ncols(), estimate.row(k).iter().copied());
+        let expected = study.plant.model.output(run.t[k], &xhat);
+        for j in 0..innovation.ncols() {
+            innovation[(k, j)] -= expected[j];
+        }
+    }
+    Some(innovation)
+}
+
+fn innovations(runs: &Runs<'_>) -> Named {
+    let all: Vec<_> =
+        runs.shown().filter_map(|(member, run)| Some((member, run, innovation(runs.study, run)?))).collect();
+    let panel = |(j, name): (usize, &String)| {
+        let mut panel = Panel::new(TIME, format!("innovation of {name}")).mark(Mark::horizontal(0.0));
+        for (number, (member, run, innovation)) in all.iter().enumerate() {
+            if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
+                panel = panel.series(curve.hue(Hue::Palette(number)));
+            }
+        }
+        panel
+    };
+    let caption = "What each observer did not expect of the outputs, y - h(xhat): small and without pattern is good.";
+    figure("innovations", "Innovations", caption, runs.study.plant.outputs.iter().enumerate().map(panel).collect())
+}
+
+/// The sweep: each merit against the parameter.
+pub(super) fn sweep(report: &SweepReport) -> Named {
+    let observers: Vec<&String> = report.rows.iter().fold(Vec::new(), |mut names, row| {
+        if !names.contains(&&row.observer) {
+            names.push(&row.observer);
+        }
+        names
+    });
+    type Merit = fn(&crate::results::SweepRow) -> Option<f64>;
+    let merits: [(&str, Merit); 3] =
+        [("time to settle", |row| row.settling), ("rms of |e|", |row| row.rms), ("largest |e|", |row| row.peak)];
+    let panel = |(label, merit): (&str, Merit)| {
+        let mut panel = Panel::new(parameter(&report.parameter), label).log_x();
+        for (number, name) in observers.iter().enumerate() {
+            let mut points: Vec<(f64, f64)> = report
+                .rows
+                .iter()
+                .filter(|row| row.observer == **name)
+                .filter_map(|row| Some((row.value, merit(row)?)))
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if points.len() > 1 {
+                let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+                let curve = Series::line(name.as_str(), &x, &y).hue(Hue::Palette(number));
+                panel = panel.series(curve.marker(luenberger_figures::Marker::Circle));
+            }
+        }
+        panel
+    };
+    let caption = match report.ensemble {
+        1 => "One run at each value.".to_owned(),
+        runs => format!("Medians of {runs} runs at each value."),
+    };
+    figure("sweep", "Sweep", &caption, merits.into_iter().map(panel).collect())
+}
+
+/// What the parameter of a sweep is, for an axis.
+fn parameter(name: &str) -> &'static str {
+    match name {
+        "gamma" => "gamma",
+        "poles" => "factor of the poles",
+        "noise" => "factor of the noise",
+        _ => "factor of the first error",
+    }
+}
+
+/// A run as a table: t, states, inputs, outputs as seen, estimates `NAME_hat`.
+pub(super) fn table(study: &Study, run: &Run, measured: bool) -> Table {
+    let mut table = Table::new().column("t", run.t.clone());
+    let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
+        for (j, name) in names.iter().enumerate() {
+            let column = of.column(j).iter().copied().collect::<Vec<f64>>();
+            let mut title = format!("{name}{suffix}");
+            // A state and an output may have one name; a table must not.
+            while table.columns().iter().any(|(other, _)| *other == title) {
+                title.push('\'');
+            }
+            table = std::mem::take(&mut table).column(title, column);
+        }
+    };
+    let plant = &study.plant;
+    if !measured {
+        add(&plant.states, "", &run.x);
+    }
+    add(&plant.inputs, "", &run.u);
+    add(&plant.outputs, "", &run.y);
+    if let Some(estimate) = &run.estimate {
+        add(&plant.states, "_hat", estimate);
+    }
+    table
+}

@@ -1,0 +1,170 @@
+//! The sweep: every observer at every value, with an ensemble of noises and first errors, in parallel.
+//!
+//! Each run depends on the study, the value and its number in the ensemble alone, so that neither threads nor their order change the result.
+
+use luenberger_sim::SimError;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::options::RunOptions;
+use super::simulate::{self, Variation};
+use super::{Member, member};
+use crate::design::{Designed, design};
+use crate::error::StudyError;
+use crate::results::{MeritsReport, SweepReport, SweepRow};
+use crate::study::{ObserverWish, Simulation, Study, Sweep, Swept};
+
+/// An observer at a value, as it is wished there; none if the parameter is not one of it.
+fn varied(wish: &ObserverWish, simulation: &Simulation, parameter: Swept, value: f64) -> Option<ObserverWish> {
+    let mut wish = wish.clone();
+    match parameter {
+        Swept::Gamma => wish.kind = wish.kind.with_gamma(value)?,
+        Swept::Poles => wish.kind = wish.kind.faster(value),
+        Swept::Noise => {}
+        Swept::Initial => {
+            for (xhat, x) in wish.initial.iter_mut().zip(&simulation.x0) {
+                *xhat = x - value * (x - *xhat);
+            }
+        }
+    }
+    Some(wish)
+}
+
+/// The first estimate of a member of the ensemble: member 0 is the study's own, the others err as much in other directions.
+fn initial(wish: &ObserverWish, simulation: &Simulation, seed: u64, number: usize) -> Vec<f64> {
+    if number == 0 {
+        return wish.initial.clone();
+    }
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    generator.set_stream(number as u64);
+    // Gaussian in every entry: no direction is preferred. Box and Muller, 1958.
+    let mut unit = || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
+    let direction: Vec<f64> =
+        simulation.x0.iter().map(|_| (-2.0 * unit().ln()).sqrt() * (std::f64::consts::TAU * unit()).cos()).collect();
+    let norm = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let error = simulate::initial_error(simulation, &wish.initial);
+    simulation.x0.iter().zip(&direction).map(|(x, d)| x - error * d / norm).collect()
+}
+
+/// How many runs a sweep has.
+pub(super) fn runs(study: &Study, sweep: &Sweep) -> usize {
+    chosen(study, sweep).len() * sweep.values.len() * sweep.ensemble
+}
+
+fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverWish> {
+    let named = |wish: &&ObserverWish| sweep.observers.as_ref().is_none_or(|names| names.contains(&wish.name));
+    study.observers.iter().filter(named).collect()
+}
+
+pub(super) fn all(
+    study: &Study,
+    simulation: &Simulation,
+    sweep: &Sweep,
+    members: &[Member<'_>],
+    options: &RunOptions<'_>,
+) -> Result<SweepReport, StudyError> {
+    let cells: Vec<(&ObserverWish, f64)> = chosen(study, sweep)
+        .into_iter()
+        .flat_map(|wish| sweep.values.iter().map(move |value| (wish, *value)))
+        .collect();
+    let cells: Vec<(ObserverWish, f64)> = cells
+        .into_iter()
+        .filter_map(|(wish, value)| Some((varied(wish, simulation, sweep.parameter, value)?, value)))
+        .collect();
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let total = cells.len();
+    let one = |(wish, value): &(ObserverWish, f64)| {
+        options.check()?;
+        let row = cell(study, simulation, sweep, members, (wish, *value), options)?;
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        options.tell("sweep", &wish.name, count, total);
+        Ok(row)
+    };
+    let rows = cells.par_iter().map(one).collect::<Result<Vec<SweepRow>, StudyError>>()?;
+    Ok(SweepReport {
+        parameter: sweep.parameter.name().to_owned(),
+        ensemble: sweep.ensemble,
+        values: sweep.values.clone(),
+        rows,
+    })
+}
+
+fn cell(
+    study: &Study,
+    simulation: &Simulation,
+    sweep: &Sweep,
+    members: &[Member<'_>],
+    (wish, value): (&ObserverWish, f64),
+    options: &RunOptions<'_>,
+) -> Result<SweepRow, StudyError> {
+    let mut row = SweepRow {
+        observer: wish.name.clone(),
+        value,
+        finished: 0,
+        settling: None,
+        rms: None,
+        peak: None,
+        last: None,
+        failure: None,
+    };
+    let anew: Designed;
+    let designed = if matches!(sweep.parameter, Swept::Gamma | Swept::Poles) {
+        match design(study, wish) {
+            Ok(designed) => {
+                anew = designed;
+                &anew
+            }
+            Err(failure) => {
+                row.failure = Some(failure.hypothesis);
+                return Ok(row);
+            }
+        }
+    } else {
+        match member(members, &wish.name) {
+            Some(member) => member.designed,
+            None => {
+                row.failure = Some("it has no design".to_owned());
+                return Ok(row);
+            }
+        }
+    };
+    let factor = if sweep.parameter == Swept::Noise { value } else { 1.0 };
+    let mut merits: Vec<MeritsReport> = Vec::new();
+    for number in 0..sweep.ensemble {
+        options.check()?;
+        let wish = ObserverWish { initial: initial(wish, simulation, sweep.seed, number), ..wish.clone() };
+        let member = Member { wish: &wish, designed };
+        // The observer that is fed back is the swept one where it is that, and the study's own otherwise.
+        let variation = Variation { noise: factor, seed: number as u64 };
+        let outcome = simulate::trajectory(study, simulation, members, Some(&member), variation)
+            .and_then(|trajectory| simulate::merits(study, simulation, &trajectory, &member));
+        match outcome {
+            Ok(one) => merits.push(one),
+            Err(
+                error @ (SimError::BlowUp { .. }
+                | SimError::NotDefined { .. }
+                | SimError::StepSize { .. }
+                | SimError::TooManySteps { .. }),
+            ) => {
+                row.failure.get_or_insert_with(|| error.to_string());
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    row.finished = merits.len();
+    row.rms = median(merits.iter().map(|merits| merits.rms));
+    row.peak = median(merits.iter().map(|merits| merits.peak));
+    row.last = median(merits.iter().map(|merits| merits.last));
+    // One that never settles does so at infinity: the median is finite if most settle.
+    let settling = median(merits.iter().map(|merits| merits.settling_last.unwrap_or(f64::INFINITY)));
+    row.settling = settling.filter(|time| time.is_finite());
+    Ok(row)
+}
+
+/// The middle value; of an even number the lower of the two in the middle, which is one that occurred.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len().saturating_sub(1) / 2).copied()
+}

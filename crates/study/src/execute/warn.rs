@@ -1,0 +1,78 @@
+//! What a reader should know before he believes a result.
+
+use luenberger_design::Region;
+
+use super::Member;
+use super::simulate::Run;
+use crate::results::Results;
+use crate::signal::Input;
+use crate::study::{ObserverKind, Study};
+
+/// Below this margin a mode is seen, and hardly.
+const HARDLY: f64 = 1e-6;
+
+pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for point in results.observability.iter().flat_map(|report| &report.points) {
+        let hidden = |margin: f64| point.hidden.iter().any(|mode| mode.margin >= margin);
+        for mode in point.modes.iter().filter(|mode| mode.margin < HARDLY && !hidden(mode.margin)) {
+            warnings.push(format!(
+                "the outputs hardly see the mode {:.4}{:+.4}i along {} (margin {:.1e}): a small change of the plant hides it",
+                mode.eigenvalue[0], mode.eigenvalue[1], mode.words, mode.margin
+            ));
+        }
+    }
+    let driven = !matches!(study.input, Input::Zero);
+    if let (Some(simulation), true) = (&study.simulation, driven) {
+        for wish in &study.observers {
+            let period = match &wish.kind {
+                ObserverKind::SampledCubic { period, .. } | ObserverKind::ExtendedKalman { period, .. } => *period,
+                _ => continue,
+            };
+            if simulation.hold != Some(period) {
+                warnings.push(format!(
+                    "{} takes the input as held over its period {period}, and simulation.hold is {}: its error does not tend to 0",
+                    wish.name,
+                    simulation.hold.map_or_else(|| "not there".to_owned(), |hold| hold.to_string())
+                ));
+            }
+        }
+    }
+    warnings
+}
+
+/// The box of an observer's certificate, if it has one with an end.
+fn region(kind: &ObserverKind) -> Option<&Region> {
+    let region = match kind {
+        ObserverKind::Lpv { region, .. } | ObserverKind::MeanValue { region, .. } => region,
+        ObserverKind::Lipschitz { region, split: None, .. } => region,
+        _ => return None,
+    };
+    region.states().iter().any(|(low, high)| low.is_finite() || high.is_finite()).then_some(region)
+}
+
+/// States and estimates that leave the box in which something was proved, and inputs that leave theirs.
+pub(super) fn of_runs(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (member, run) in runs {
+        let (states, name) = match (&member.wish.kind, region(&member.wish.kind)) {
+            (_, Some(region)) => (region.states().to_vec(), &member.wish.name),
+            (ObserverKind::KklNumerical(kkl), None) => (kkl.domain.clone(), &member.wish.name),
+            _ => continue,
+        };
+        for (what, values) in [("the state", Some(&run.x)), ("its estimate", run.estimate.as_ref())] {
+            let Some(values) = values else { continue };
+            let outside = (0..values.nrows()).find_map(|k| {
+                let i = (0..values.ncols()).find(|i| !(states[*i].0..=states[*i].1).contains(&values[(k, *i)]))?;
+                Some((run.t[k], i, values[(k, i)]))
+            });
+            if let Some((t, i, value)) = outside {
+                warnings.push(format!(
+                    "{name}: {what} leaves the box of the design at t = {t:.4}, where {} is {value:.4}: what is proved or fitted there does not speak of it",
+                    study.plant.states[i]
+                ));
+            }
+        }
+    }
+    warnings
+}

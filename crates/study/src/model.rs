@@ -1,0 +1,188 @@
+//! The plant of a study, whatever it was made from: one type over every scalar, so that each design takes it.
+
+use luenberger_plants::{
+    Chaotic, Column, CukConverter, Dimensions, DynamicPlant, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing,
+    VanDerPol, double_integrator, flexible_joint, third_order,
+};
+use nalgebra::{DMatrix, DVector, RealField, convert};
+
+use crate::plant::ExpressionPlant;
+
+/// A plant with the names of its columns.
+#[derive(Debug, Clone)]
+pub struct PlantModel {
+    /// The plant.
+    pub model: Model,
+    /// Names of the states.
+    pub states: Vec<String>,
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// Units of the states; empty if unknown.
+    pub units: Vec<String>,
+}
+
+/// A plant.
+#[derive(Debug, Clone)]
+pub enum Model {
+    /// `x' = A x + B u`, `y = C x`.
+    Linear(DynamicPlant),
+    /// From expressions.
+    Expressions(ExpressionPlant),
+    /// Built in.
+    Builtin(Builtin),
+}
+
+/// The plants that are built in.
+#[derive(Debug, Clone)]
+pub enum Builtin {
+    /// The flexible joint, classical.
+    FlexibleJoint(FlexibleJoint<2>),
+    /// The flexible joint as printed.
+    FlexibleJointPrinted(FlexibleJoint<3>),
+    /// The chaotic flow.
+    Chaotic(Chaotic),
+    /// The Cuk converter.
+    Cuk(CukConverter),
+    /// The reverse Duffing oscillator.
+    ReverseDuffing(ReverseDuffing),
+    /// Van der Pol's oscillator.
+    VanDerPol(VanDerPol),
+    /// The plant of Proposition 6.
+    ExponentialCascade(ExponentialCascade),
+    /// The double integrator.
+    DoubleIntegrator(DynamicPlant),
+    /// The plant of Example 3 of the cubic paper.
+    ThirdOrder(DynamicPlant),
+}
+
+impl Builtin {
+    /// The plant of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "double-integrator" => Self::DoubleIntegrator(double_integrator().to_dynamic()),
+            "third-order" => Self::ThirdOrder(third_order::example3().to_dynamic()),
+            "flexible-joint" => Self::FlexibleJoint(flexible_joint::classical()),
+            "flexible-joint-printed" => Self::FlexibleJointPrinted(flexible_joint::printed()),
+            "chaotic" => Self::Chaotic(Chaotic),
+            "cuk" => Self::Cuk(CukConverter::default()),
+            "reverse-duffing" => Self::ReverseDuffing(ReverseDuffing),
+            "van-der-pol" => Self::VanDerPol(VanDerPol::default()),
+            "exponential-cascade" => Self::ExponentialCascade(ExponentialCascade),
+            _ => return None,
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::DoubleIntegrator(_) => "double-integrator",
+            Self::ThirdOrder(_) => "third-order",
+            Self::FlexibleJoint(_) => "flexible-joint",
+            Self::FlexibleJointPrinted(_) => "flexible-joint-printed",
+            Self::Chaotic(_) => "chaotic",
+            Self::Cuk(_) => "cuk",
+            Self::ReverseDuffing(_) => "reverse-duffing",
+            Self::VanDerPol(_) => "van-der-pol",
+            Self::ExponentialCascade(_) => "exponential-cascade",
+        }
+    }
+}
+
+impl Model {
+    /// Numbers of states, inputs and outputs.
+    pub fn size(&self) -> Dimensions {
+        Plant::<f64>::dimensions(self)
+    }
+
+    /// The plant as a linear one, if it is one: by its matrices, or by expressions that are linear in their form.
+    pub fn linear(&self) -> Option<DynamicPlant> {
+        match self {
+            Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
+                Some(plant.clone())
+            }
+            Self::Expressions(plant) => {
+                plant.affine().ok().filter(crate::plant::AffinePlant::is_linear).map(|affine| affine.linear)
+            }
+            Self::Builtin(_) => None,
+        }
+    }
+
+    /// The states, from 0, in which some right-hand side or output is not affine, with that text; empty where that is not known.
+    pub fn nonlinearities(&self) -> Vec<String> {
+        match self {
+            Self::Expressions(plant) => {
+                let named = |(name, list): (&str, &[crate::expression::Expression])| {
+                    list.iter()
+                        .enumerate()
+                        .filter_map(|(i, e)| Some(format!("`{}` in {name}{}", e.affine().err()?, i + 1)))
+                        .collect::<Vec<_>>()
+                };
+                [("f", plant.f()), ("h", plant.h())].into_iter().flat_map(named).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// `M x`, with M of binary64 numbers.
+fn product<T: RealField + Copy>(m: &DMatrix<f64>, x: &DVector<T>) -> DVector<T> {
+    DVector::from_fn(m.nrows(), |i, _| {
+        // Entries that are 0 are left out: an interval times 0 is 0, and infinite bounds stay out of it.
+        let terms = (0..m.ncols()).filter(|j| m[(i, *j)] != 0.0);
+        terms.fold(T::zero(), |sum, j| sum + convert::<f64, T>(m[(i, j)]) * x[j])
+    })
+}
+
+/// A plant of fixed size, by columns of any length.
+fn slope_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+    match (P::State::try_from_slice(x.as_slice()), P::Input::try_from_slice(u.as_slice())) {
+        (Some(state), Some(input)) => DVector::from_column_slice(plant.derivative(t, &state, &input).as_slice()),
+        // Lengths are checked where columns are made.
+        _ => DVector::zeros(0),
+    }
+}
+
+fn output_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>) -> DVector<T> {
+    match P::State::try_from_slice(x.as_slice()) {
+        Some(state) => DVector::from_column_slice(plant.output(t, &state).as_slice()),
+        None => DVector::zeros(0),
+    }
+}
+
+/// The same call for each plant that is built in and has a fixed size.
+macro_rules! each {
+    ($model:expr, $plant:ident => $call:expr, $linear:ident => $other:expr) => {
+        match $model {
+            Model::Linear($linear)
+            | Model::Builtin(Builtin::DoubleIntegrator($linear) | Builtin::ThirdOrder($linear)) => $other,
+            Model::Expressions($plant) => $call,
+            Model::Builtin(Builtin::FlexibleJoint($plant)) => $call,
+            Model::Builtin(Builtin::FlexibleJointPrinted($plant)) => $call,
+            Model::Builtin(Builtin::Chaotic($plant)) => $call,
+            Model::Builtin(Builtin::Cuk($plant)) => $call,
+            Model::Builtin(Builtin::ReverseDuffing($plant)) => $call,
+            Model::Builtin(Builtin::VanDerPol($plant)) => $call,
+            Model::Builtin(Builtin::ExponentialCascade($plant)) => $call,
+        }
+    };
+}
+
+impl<T: RealField + Copy> Plant<T> for Model {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        each!(self, plant => Plant::<T>::dimensions(plant), linear => Plant::<f64>::dimensions(linear))
+    }
+
+    fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        each!(self, plant => slope_of(plant, t, x, u), linear => product(&linear.a, x) + product(&linear.b, u))
+    }
+
+    fn output(&self, t: T, x: &DVector<T>) -> DVector<T> {
+        each!(self, plant => output_of(plant, t, x), linear => product(&linear.c, x))
+    }
+}

@@ -1,0 +1,227 @@
+//! From a text to a study, with every mistake on the way reported at its place.
+//!
+//! Three passes: the grammar ([`toml`], [`json`]), each key by itself ([`check`], from the description in [`crate::schema`]), and what joins keys: dimensions,
+//! alternatives, names. A later pass speaks only of what the earlier ones left standing, so that one mistake is reported once.
+
+mod check;
+mod csv;
+mod json;
+mod observer;
+mod plant;
+mod surroundings;
+mod toml;
+mod tree;
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
+use crate::error::StudyError;
+use crate::schema::STUDY;
+use crate::study::Study;
+pub(crate) use observer::file_name;
+use tree::Node;
+
+/// The format of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// TOML.
+    Toml,
+    /// JSON.
+    Json,
+}
+
+/// The study in a text.
+pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Result<Study, StudyError> {
+    let source = Arc::new(Source::new(name, text));
+    let (root, mut mistakes) = match format {
+        Format::Toml => toml::tree(text),
+        Format::Json => json::tree(text),
+    };
+    // After a mistake of grammar the rest of the tree is a guess.
+    if mistakes.is_empty() {
+        check::table(&root, &STUDY, &mut mistakes);
+        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned() };
+        let study = assemble(&root, &source, &mut reader);
+        // What is absent where a key is misspelt is most likely that key.
+        let starts = starts(&root);
+        let table = |mistake: &Diagnostic| starts.partition_point(|start| *start <= mistake.span.start);
+        let spoilt: Vec<usize> = mistakes.iter().map(table).collect();
+        // And what is no value of its key has been said to be none.
+        let said: Vec<Range<usize>> = mistakes.iter().map(|mistake| mistake.span.clone()).collect();
+        let new = |mistake: &Diagnostic| {
+            !said.iter().any(|span| span.start < mistake.span.end && mistake.span.start < span.end)
+        };
+        mistakes.extend(reader.mistakes.into_iter().filter(new));
+        mistakes.extend(reader.absences.into_iter().filter(|absence| !spoilt.contains(&table(absence))));
+        if let (Some(study), true) = (study, mistakes.is_empty()) {
+            return Ok(study);
+        }
+        if mistakes.is_empty() {
+            // Each part that is missing has said why.
+            mistakes.push(Diagnostic::new(0..0, "the study could not be put together", "expected a complete study"));
+        }
+    }
+    Err(Diagnostics::new(source, mistakes).into())
+}
+
+fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<Study> {
+    let plant = plant::plant(root.get("plant")?, reader)?;
+    let observers = observer::observers(root, &plant, source, reader);
+    let input = surroundings::input(root.get("input"), &plant, observers.as_deref(), reader);
+    let simulation = root.get("simulation").map(|node| surroundings::simulation(node, &plant, reader));
+    if let (Some(node), Some(input), Some(Some(simulation))) = (root.get("input"), &input, &simulation) {
+        surroundings::input_over(node, input, plant.inputs.len(), simulation, reader);
+    }
+    let log = root.get("log").map(|node| surroundings::log(node, &plant, reader));
+    let plot = surroundings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
+    let sweep = root.get("sweep").map(|node| {
+        if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
+            reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
+        }
+        surroundings::sweep(node, observers.as_deref(), simulation.as_ref().and_then(Option::as_ref), reader)
+    });
+    let title = root.get("title").and_then(Node::text).map(str::to_owned);
+    let stem = Path::new(source.name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    Some(Study {
+        title: title.or(stem).unwrap_or_default(),
+        about: root.get("about").and_then(Node::text).unwrap_or_default().to_owned(),
+        input: input?,
+        simulation: transpose(simulation)?,
+        log: transpose(log)?,
+        observers: observers?,
+        plot: plot?,
+        sweep: transpose(sweep)?,
+        folder: reader.folder.clone(),
+        source: Arc::clone(source),
+        plant,
+    })
+}
+
+/// A table that is absent is well; one that is there and has mistakes is not.
+fn transpose<T>(table: Option<Option<T>>) -> Option<Option<T>> {
+    match table {
+        None => Some(None),
+        Some(None) => None,
+        Some(Some(table)) => Some(Some(table)),
+    }
+}
+
+/// Where the tables begin: those of the first level, and each of a list of them.
+fn starts(root: &Node) -> Vec<usize> {
+    let mut starts = Vec::new();
+    for entry in root.entries() {
+        starts.push(entry.span.start.min(entry.node.span.start));
+        starts.extend(
+            entry
+                .node
+                .list()
+                .unwrap_or(&[])
+                .iter()
+                .filter(|node| !node.entries().is_empty())
+                .map(|node| check::head(node).start),
+        );
+    }
+    starts.sort_unstable();
+    starts.dedup();
+    starts
+}
+
+/// Where mistakes of the third pass go, and where files are sought.
+struct Reader {
+    mistakes: Vec<Diagnostic>,
+    /// Mistakes that consist in something not being there.
+    absences: Vec<Diagnostic>,
+    folder: std::path::PathBuf,
+}
+
+impl Reader {
+    fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
+        self.mistakes.push(Diagnostic::new(span, message, expected));
+    }
+
+    fn absent(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
+        self.absences.push(Diagnostic::new(span, message, expected));
+    }
+
+    /// A list of numbers of that length.
+    fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
+        let numbers = node.numbers()?;
+        if numbers.len() != length {
+            let message = format!("`{name}` has {} entries, and the plant has {length} {of}", numbers.len());
+            self.wrong(node.span.clone(), message, format!("expected {length} entries"));
+            return None;
+        }
+        Some(numbers)
+    }
+
+    /// A matrix; a dimension that is `None` may be any.
+    fn matrix(
+        &mut self,
+        node: &Node,
+        name: &str,
+        (rows, columns): (Option<usize>, Option<usize>),
+        why: &str,
+    ) -> Option<DMatrix<f64>> {
+        let matrix = rows_of(node)?;
+        let fits = rows.is_none_or(|rows| rows == matrix.nrows()) && columns.is_none_or(|c| c == matrix.ncols());
+        if !fits {
+            let size = |size: Option<usize>, found: usize| size.unwrap_or(found).to_string();
+            let message = format!("`{name}` is {} x {}", matrix.nrows(), matrix.ncols());
+            let expected =
+                format!("expected {} x {}: {why}", size(rows, matrix.nrows()), size(columns, matrix.ncols()));
+            self.wrong(node.span.clone(), message, expected);
+            return None;
+        }
+        Some(matrix)
+    }
+
+    /// A weight of that order: a number, a diagonal or a matrix.
+    fn weight(&mut self, node: &Node, name: &str, order: usize, why: &str) -> Option<DMatrix<f64>> {
+        if let Some(x) = node.number() {
+            return Some(DMatrix::identity(order, order) * x);
+        }
+        match node.numbers() {
+            Some(diagonal) if diagonal.len() == order => Some(DMatrix::from_diagonal(&diagonal.into())),
+            Some(diagonal) => {
+                let message = format!("the diagonal `{name}` has {} entries", diagonal.len());
+                self.wrong(node.span.clone(), message, format!("expected {order} entries: {why}"));
+                None
+            }
+            None => self.matrix(node, name, (Some(order), Some(order)), why),
+        }
+    }
+
+    /// The position of a name among those that are known.
+    fn position(&mut self, node: &Node, what: &str, known: &[String]) -> Option<usize> {
+        let name = node.text()?;
+        let found = known.iter().position(|known| known == name);
+        if found.is_none() {
+            let expected = if known.is_empty() {
+                format!("expected the name of {what}, of which the study has none")
+            } else {
+                format!("expected one of {}", known.join(", "))
+            };
+            let mut mistake =
+                Diagnostic::new(node.span.clone(), format!("there is no {what} named {name:?}"), expected);
+            if let Some(near) = nearest(name, known.iter().map(String::as_str)) {
+                mistake = mistake.help(format!("the nearest is {near:?}"));
+            }
+            self.mistakes.push(mistake);
+        }
+        found
+    }
+}
+
+/// A matrix from its rows; none where the rows have mistakes that are reported already.
+fn rows_of(node: &Node) -> Option<DMatrix<f64>> {
+    let rows: Vec<Vec<f64>> = node.list()?.iter().map(Node::numbers).collect::<Option<_>>()?;
+    let columns = rows.first()?.len();
+    if columns == 0 || rows.iter().any(|row| row.len() != columns) {
+        return None;
+    }
+    Some(DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]))
+}

@@ -1,0 +1,362 @@
+//! The tables [[observer]].
+
+use luenberger_design::{Correction, Decrease, Region, Sector, Wish};
+use luenberger_plants::Dimensions;
+use nalgebra::{Complex, DMatrix};
+
+use super::tree::Node;
+use super::{Reader, check};
+use crate::diagnostic::Source;
+use crate::model::PlantModel;
+use crate::study::{KklWish, LinearWish, ObserverKind, ObserverWish, RateWish};
+
+/// The observers; none if one of them has mistakes.
+pub(super) fn observers(
+    root: &Node,
+    plant: &PlantModel,
+    source: &Source,
+    reader: &mut Reader,
+) -> Option<Vec<ObserverWish>> {
+    let Some(list) = root.get("observer") else { return Some(Vec::new()) };
+    let read: Vec<Option<ObserverWish>> =
+        list.list()?.iter().map(|node| observer(node, plant.model.size(), source, reader)).collect();
+    let observers: Vec<ObserverWish> = read.into_iter().collect::<Option<_>>()?;
+    let mut sound = true;
+    for (i, (observer, node)) in observers.iter().zip(list.list()?).enumerate() {
+        if observers[..i].iter().any(|other| other.name == observer.name) {
+            let span = node.get("name").map_or_else(|| check::head(node), |name| name.span.clone());
+            let message = format!("there are two observers named {:?}", observer.name);
+            reader.wrong(span, message, "expected a `name` of its own for each");
+            sound = false;
+        }
+        if file_name(&observer.name).is_empty() {
+            let span = node.get("name").map_or_else(|| check::head(node), |name| name.span.clone());
+            reader.wrong(span, format!("no file can be named {:?}", observer.name), "expected a letter or a digit");
+            sound = false;
+        }
+    }
+    sound.then_some(observers)
+}
+
+/// The name as part of the name of a file: letters, digits, `-` and `_`.
+pub(crate) fn file_name(name: &str) -> String {
+    let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
+    plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+fn observer(node: &Node, size: Dimensions, source: &Source, reader: &mut Reader) -> Option<ObserverWish> {
+    let kind_name = node.get("kind")?.text()?;
+    let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
+    let initial = match node.get("initial") {
+        Some(initial) => reader.numbers(initial, "initial", size.states, "states"),
+        None => Some(vec![0.0; size.states]),
+    };
+    let kind = kind(node, kind_name, size, reader);
+    let place = source.place(check::head(node).start);
+    Some(ObserverWish { name, initial: initial?, kind: kind?, place })
+}
+
+fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let (n, p) = (size.states, size.outputs);
+    let number = |key: &str| node.get(key).and_then(Node::number);
+    let positive = |key: &str, otherwise: f64| match node.get(key) {
+        Some(value) => value.number(),
+        None => Some(otherwise),
+    };
+    let of_states = format!("the plant has {n} states");
+    let of_outputs = format!("the plant has {p} outputs");
+    Some(match name {
+        "luenberger" => ObserverKind::Luenberger(linear(node, size, reader)?),
+        "kalman" => ObserverKind::Kalman(linear(node, size, reader)?),
+        "cubic" => {
+            let linear = linear(node, size, reader);
+            let theta = theta(node, p, reader);
+            let correction = correction(node, p, reader);
+            ObserverKind::Cubic { linear: linear?, theta: theta?, correction: correction? }
+        }
+        "sampled-cubic" => {
+            let linear = linear(node, size, reader);
+            let theta = theta(node, p, reader);
+            ObserverKind::SampledCubic {
+                linear: linear?,
+                theta: theta?,
+                strength: number("gamma")?,
+                period: number("period")?,
+            }
+        }
+        "lpv" => {
+            let region = region(node, size, reader);
+            alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
+            let rate = match (node.get("fastest"), node.get("gain")) {
+                (Some(ceiling), _) => RateWish::Fastest(ceiling.number()?),
+                (_, Some(gain)) => RateWish::Gain(this_gain(gain, size, reader)?, 0.0),
+                _ => RateWish::Rate(positive("decay_rate", 0.0)?),
+            };
+            ObserverKind::Lpv { region: region?, rate }
+        }
+        "lipschitz" => {
+            let region = region(node, size, reader);
+            let gain = match node.get("gain") {
+                Some(gain) => Some(this_gain(gain, size, reader)?),
+                None => None,
+            };
+            let split = match (node.entry("a"), node.entry("sectors")) {
+                (None, None) => None,
+                (Some(a), Some(sectors)) => {
+                    let a = reader.matrix(&a.node, "a", (Some(n), Some(n)), &of_states);
+                    let sectors: Vec<Option<Sector>> =
+                        sectors.node.list()?.iter().map(|node| sector(node, n, reader)).collect();
+                    Some((a?, sectors.into_iter().collect::<Option<Vec<_>>>()?))
+                }
+                (Some(one), None) | (None, Some(one)) => {
+                    let message = format!("`{}` alone: `a` and `sectors` say together what the plant is", one.key);
+                    reader.wrong(one.span.clone(), message, "expected both, or neither");
+                    return None;
+                }
+            };
+            ObserverKind::Lipschitz { split, region: region?, rate: positive("decay_rate", 0.0)?, gain }
+        }
+        "mean-value" => {
+            let region = region(node, size, reader);
+            let internal_error = match node.get("internal_error") {
+                Some(error) => reader.numbers(error, "internal_error", n, "states"),
+                None => Some(vec![0.0; n]),
+            };
+            ObserverKind::MeanValue {
+                region: region?,
+                rate: positive("decay_rate", 0.0)?,
+                eta: positive("eta", 1.0)?,
+                internal_error: internal_error?,
+            }
+        }
+        "high-gain" => high_gain(node, size, reader)?,
+        "extended-kalman" => {
+            let w = reader.weight(node.get("w")?, "w", n, &of_states);
+            let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
+            let p0 = match node.get("p0") {
+                Some(p0) => reader.weight(p0, "p0", n, &of_states),
+                None => Some(DMatrix::identity(n, n)),
+            };
+            let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
+            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps }
+        }
+        "kkl-numerical" => {
+            let domain = bounds(node.get("domain")?, "domain", n, "states", reader)?;
+            if let Some(k) = domain.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high))
+            {
+                let message = format!("pair {} of `domain` is from {} to {}", k + 1, domain[k].0, domain[k].1);
+                reader.wrong(node.get("domain")?.span.clone(), message, "expected finite ends, the lower one less");
+                return None;
+            }
+            let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
+            ObserverKind::KklNumerical(KklWish {
+                domain,
+                cutoff: number("cutoff")?,
+                escape: number("escape"),
+                points: count("points", 33)?,
+                leaves: count("leaves", 32)?,
+                degree: count("degree", 4)?,
+                samples: count("samples", 8000)?,
+                embedded: node.get("form").and_then(Node::text) == Some("embedded"),
+            })
+        }
+        // The description of the kinds knows no other.
+        _ => return None,
+    })
+}
+
+/// At most one of these keys, or exactly one; an error names those that are there.
+fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
+    let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
+    match &there[..] {
+        [first, second, ..] => {
+            let message = format!("`{}` beside `{}`", second.key, first.key);
+            reader.wrong(second.span.clone(), message, format!("expected one of {}", keys.join(", ")));
+            None
+        }
+        [] if needed => {
+            let message = "the observer does not say what is wished of it";
+            reader.absent(check::head(node), message, format!("expected one of {}", keys.join(", ")));
+            None
+        }
+        _ => Some(()),
+    }
+}
+
+fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearWish> {
+    let (n, p) = (size.states, size.outputs);
+    let of_states = format!("the plant has {n} states");
+    let of_outputs = format!("the plant has {p} outputs");
+    let intensities = |node: &Node, reader: &mut Reader| {
+        let w = reader.weight(node.get("w")?, "w", n, &of_states);
+        let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
+        Some(Wish::Kalman { w: w?, v: v? })
+    };
+    let wish = if node.get("w").is_some() || node.get("v").is_some() {
+        intensities(node, reader)
+    } else {
+        if let Some(entry) = node.entry("lmi").filter(|entry| entry.node.truth() == Some(false)) {
+            reader.wrong(entry.node.span.clone(), "`lmi = false` wishes nothing", "expected true, or another wish");
+            return None;
+        }
+        alternatives(node, &["poles", "decay_rate", "lmi", "kalman", "gain"], true, reader)?;
+        if let Some(poles) = node.get("poles") {
+            self::poles(poles, n, reader)
+        } else if let Some(rate) = node.get("decay_rate") {
+            Some(Wish::DecayRate(rate.number()?))
+        } else if let Some(kalman) = node.get("kalman") {
+            intensities(kalman, reader)
+        } else if let Some(gain) = node.get("gain") {
+            this_gain(gain, size, reader).map(Wish::Gain)
+        } else {
+            Some(Wish::Lmi)
+        }
+    };
+    alternatives(node, &["rho", "q"], false, reader)?;
+    let decrease = match (node.get("rho"), node.get("q")) {
+        (_, Some(q)) => Decrease::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), &of_states)?),
+        (Some(rho), None) => Decrease::Scaled(rho.number()?),
+        (None, None) => Decrease::default(),
+    };
+    Some(LinearWish { wish: wish?, decrease })
+}
+
+fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<Wish> {
+    let pole = |node: &Node| match node.list() {
+        Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
+        Some(_) => None,
+        None => Some(Complex::new(node.number()?, 0.0)),
+    };
+    let list = node.list()?;
+    let poles: Vec<Complex<f64>> = list.iter().map(pole).collect::<Option<_>>()?;
+    if poles.len() != n {
+        let message = format!("`poles` has {} entries, and the plant has {n} states", poles.len());
+        reader.wrong(node.span.clone(), message, format!("expected {n} poles"));
+        return None;
+    }
+    let mut sound = true;
+    for (pole, entry) in poles.iter().zip(list) {
+        let times = |wanted: Complex<f64>| poles.iter().filter(|pole| **pole == wanted).count();
+        if pole.re >= 0.0 {
+            let message = format!("the pole {} is not in the open left half plane", shown(*pole));
+            reader.wrong(entry.span.clone(), message, "expected a negative real part");
+            sound = false;
+        } else if pole.im != 0.0 && times(*pole) != times(pole.conj()) {
+            let message = format!("the pole {} has no conjugate", shown(*pole));
+            let expected = format!("expected [{}, {}] as often", pole.re, -pole.im);
+            reader.wrong(entry.span.clone(), message, expected);
+            sound = false;
+        }
+    }
+    sound.then_some(Wish::Poles(poles))
+}
+
+fn shown(pole: Complex<f64>) -> String {
+    if pole.im == 0.0 { pole.re.to_string() } else { format!("[{}, {}]", pole.re, pole.im) }
+}
+
+fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let (n, p) = (size.states, size.outputs);
+    let why = format!("the plant has {n} states and {p} outputs");
+    reader.matrix(node, "gain", (Some(n), Some(p)), &why)
+}
+
+fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    match node.get("theta") {
+        Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {p} outputs")),
+        None => Some(DMatrix::identity(p, p)),
+    }
+}
+
+fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<Correction> {
+    alternatives(node, &["gamma", "radial", "s"], true, reader)?;
+    if let Some(gamma) = node.get("gamma") {
+        return Some(Correction::Gamma(gamma.number()?));
+    }
+    if let Some(w) = node.get("radial") {
+        return Some(Correction::Radial(w.number()?));
+    }
+    let s = reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &format!("the plant has {p} outputs"))?;
+    Some(Correction::General(s))
+}
+
+fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
+    let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
+    let mut region = match table.get("states") {
+        Some(states) => Region::new(&bounds(states, "states", size.states, "states", reader)?),
+        None => Region::everywhere(size.states),
+    };
+    if let Some(inputs) = table.get("inputs") {
+        region = region.inputs(&bounds(inputs, "inputs", size.inputs, "inputs", reader)?);
+    }
+    if let Some(time) = table.get("time") {
+        let (from, to) = bound(time)?;
+        region = region.time(from, to);
+    }
+    Some(region)
+}
+
+fn bound(node: &Node) -> Option<(f64, f64)> {
+    match node.list()? {
+        [lower, upper] => Some((lower.number()?, upper.number()?)),
+        _ => None,
+    }
+}
+
+fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
+    let bounds: Vec<(f64, f64)> = node.list()?.iter().map(bound).collect::<Option<_>>()?;
+    if bounds.len() != length {
+        let message = format!("`{name}` has {} pairs, and the plant has {length} {of}", bounds.len());
+        reader.wrong(node.span.clone(), message, format!("expected {length} pairs"));
+        return None;
+    }
+    Some(bounds)
+}
+
+fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
+    let why = format!("the plant has {n} states");
+    let g = reader.matrix(node.get("g")?, "g", (Some(n), None), &why);
+    let h = reader.matrix(node.get("h")?, "h", (None, Some(n)), &why);
+    let (low, high) = (node.get("low")?.number()?, node.get("high")?.number()?);
+    if low > high {
+        reader.absent(check::head(node), format!("the sector goes from {low} to {high}"), "expected low <= high");
+        return None;
+    }
+    Some(Sector::slope(g?, h?, low, high))
+}
+
+fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let (n, p) = (size.states, size.outputs);
+    let chains = match node.entry("chains") {
+        Some(entry) => {
+            let lengths = reader.numbers(&entry.node, "chains", p, "outputs")?;
+            if lengths.iter().any(|length| length.fract() != 0.0) || lengths.iter().sum::<f64>() != n as f64 {
+                let message = format!("`chains` has the lengths {lengths:?}, and the plant has {n} states");
+                reader.wrong(entry.node.span.clone(), message, format!("expected whole numbers that add to {n}"));
+                return None;
+            }
+            lengths.into_iter().map(|length| length as usize).collect()
+        }
+        None if p == 1 => vec![n],
+        None => {
+            let message = format!("the plant has {p} outputs, and `chains` does not say which states belong to which");
+            reader.absent(check::head(node), message, format!("expected `chains`, {p} lengths that add to {n}"));
+            return None;
+        }
+    };
+    let alpha = match node.get("alpha") {
+        Some(alpha) => reader.numbers(alpha, "alpha", n, "states")?,
+        None => chains.iter().flat_map(|length| binomials(*length)).collect(),
+    };
+    Some(ObserverKind::HighGain { r: node.get("r")?.number()?, chains, alpha })
+}
+
+/// The coefficients of `(s + 1)^length` after the first.
+fn binomials(length: usize) -> Vec<f64> {
+    let next = |last: &f64, k: usize| last * (length - k) as f64 / (k + 1) as f64;
+    let mut row = vec![1.0];
+    for k in 0..length {
+        row.push(next(&row[k], k));
+    }
+    row.split_off(1)
+}

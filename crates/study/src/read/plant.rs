@@ -1,0 +1,202 @@
+//! The table [plant].
+
+use std::ops::Range;
+
+use luenberger_plants::DynamicPlant;
+use nalgebra::DMatrix;
+
+use super::tree::{Node, Value};
+use super::{Reader, check};
+use crate::diagnostic::Diagnostic;
+use crate::expression::{Expression, ExpressionError, ParameterError, Parameters, Scope};
+use crate::model::{Builtin, Model, PlantModel};
+use crate::plant::ExpressionPlant;
+
+/// The keys of each way to say what the plant is.
+const WAYS: [(&str, &[&str]); 3] =
+    [("matrices", &["a", "b", "c"]), ("expressions", &["f", "h", "parameters"]), ("builtin", &["builtin"])];
+
+pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
+    let entries = node.entries();
+    let way_of = |key: &str| WAYS.iter().position(|(_, keys)| keys.contains(&key));
+    let Some((first, way)) = entries.iter().find_map(|entry| Some((entry, way_of(&entry.key)?))) else {
+        let message = "[plant] does not say what the plant is";
+        let expected = "expected matrices `a`, `c` (and `b`), expressions `f` and `h`, or `builtin`";
+        reader.absent(check::head(node), message, expected);
+        return None;
+    };
+    let mut mixed = false;
+    for entry in entries {
+        if way_of(&entry.key).is_some_and(|other| other != way) {
+            let message = format!("`{}` beside `{}`: a plant is said in one way", entry.key, first.key);
+            reader.wrong(entry.span.clone(), message, format!("expected only {}", WAYS[way].1.join(", ")));
+            mixed = true;
+        }
+    }
+    if mixed {
+        return None;
+    }
+    let model = match way {
+        0 => matrices(node, reader),
+        1 => expressions(node, reader),
+        _ => builtin(node),
+    }?;
+    let size = model.size();
+    let mut names = |key: &str, count: usize, letter: char, what: &str| {
+        let Some(list) = node.get(key) else {
+            return Some((1..=count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>());
+        };
+        let names: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
+        if names.len() != count {
+            let message = format!("`{key}` has {} names, and the plant has {count} {what}", names.len());
+            reader.wrong(list.span.clone(), message, format!("expected {count} names"));
+            return None;
+        }
+        for (i, name) in names.iter().enumerate() {
+            if names[..i].contains(name) {
+                let span = list.list().and_then(|list| list.get(i)).map_or(list.span.clone(), |x| x.span.clone());
+                reader.wrong(span, format!("the name {name:?} is given twice"), "expected different names");
+                return None;
+            }
+        }
+        Some(names)
+    };
+    let (states, inputs, outputs) = (
+        names("states", size.states, 'x', "states"),
+        names("inputs", size.inputs, 'u', "inputs"),
+        names("outputs", size.outputs, 'y', "outputs"),
+    );
+    let units = match node.get("units") {
+        None => Some(Vec::new()),
+        Some(list) => {
+            let units: Option<Vec<String>> = list.texts().map(|units| units.into_iter().map(str::to_owned).collect());
+            if let Some(units) = units.as_ref().filter(|units| units.len() != size.states) {
+                let message = format!("`units` has {} entries, and the plant has {} states", units.len(), size.states);
+                reader.wrong(list.span.clone(), message, format!("expected {} entries", size.states));
+            }
+            units
+        }
+    };
+    Some(PlantModel { model, states: states?, inputs: inputs?, outputs: outputs?, units: units? })
+}
+
+fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
+    let mut missing = |key: &str, what: &str| {
+        if node.get(key).is_none() {
+            let message = format!("[plant] has matrices, and no `{key}`");
+            reader.absent(check::head(node), message, format!("expected `{key}`, {what}"));
+        }
+    };
+    missing("a", "n x n");
+    missing("c", "p x n");
+    let (a_node, c_node) = (node.get("a")?, node.get("c")?);
+    let a = super::rows_of(a_node)?;
+    let n = a.nrows();
+    if a.ncols() != n {
+        let message = format!("`a` is {n} x {}", a.ncols());
+        reader.wrong(a_node.span.clone(), message, "expected a square matrix");
+        return None;
+    }
+    let why = format!("`a` is {n} x {n}");
+    let c = reader.matrix(c_node, "c", (None, Some(n)), &why);
+    let b = match node.get("b") {
+        Some(b) => reader.matrix(b, "b", (Some(n), None), &why),
+        None => Some(DMatrix::zeros(n, 0)),
+    };
+    match DynamicPlant::new(a, b?, c?) {
+        Ok(plant) => Some(Model::Linear(plant)),
+        Err(error) => {
+            reader.absent(check::head(node), error.to_string(), "expected matrices of a plant");
+            None
+        }
+    }
+}
+
+fn expressions(node: &Node, reader: &mut Reader) -> Option<Model> {
+    for (key, what) in [("f", "one expression for each state"), ("h", "one expression for each output")] {
+        if node.get(key).is_none() {
+            let message = format!("[plant] has expressions, and no `{key}`");
+            reader.absent(check::head(node), message, format!("expected `{key}`, {what}"));
+        }
+    }
+    let (f, h) = (node.get("f")?, node.get("h")?);
+    let states = f.list()?.len();
+    let inputs = match node.get("inputs") {
+        Some(names) => names.list()?.len(),
+        None => f.texts()?.iter().map(|text| greatest_input(text)).max().unwrap_or(0),
+    };
+    let parameters = parameters(node.get("parameters"), reader)?;
+    // Checked one by one when they were read.
+    let scope = Scope::plant(states, inputs).with(&parameters).ok()?;
+    let outputs = Scope::output(states).with(&parameters).ok()?;
+    let (rows, measured) = (list(f, &scope, reader), list(h, &outputs, reader));
+    rows.and(measured)?;
+    match ExpressionPlant::new(&f.texts()?, &h.texts()?, inputs, &parameters) {
+        Ok(plant) => Some(Model::Expressions(plant)),
+        Err(error) => {
+            reader.absent(check::head(node), error.to_string(), "expected a plant");
+            None
+        }
+    }
+}
+
+/// m of the greatest `um` that a text names.
+fn greatest_input(text: &str) -> usize {
+    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    let numbers = words.filter_map(|word| word.strip_prefix('u')?.parse::<usize>().ok());
+    // More inputs than anyone has are a slip, which the expression's own message will name.
+    numbers.filter(|number| *number <= 1000).max().unwrap_or(0)
+}
+
+fn parameters(node: Option<&Node>, reader: &mut Reader) -> Option<Parameters> {
+    let mut parameters = Parameters::new();
+    let Some(Value::Table(entries)) = node.map(|node| &node.value) else { return Some(parameters) };
+    let mut sound = true;
+    for entry in entries {
+        let value = entry.node.number()?;
+        let one = Parameters::from([(entry.key.clone(), value)]);
+        match Scope::time().with(&one) {
+            Ok(_) => {
+                parameters.insert(entry.key.clone(), value);
+            }
+            Err(error) => {
+                let span =
+                    if matches!(error, ParameterError::NotFinite { .. }) { &entry.node.span } else { &entry.span };
+                reader.wrong(span.clone(), error.to_string(), "expected a name of one's own with a finite number");
+                sound = false;
+            }
+        }
+    }
+    sound.then_some(parameters)
+}
+
+/// The expressions of a list.
+pub(super) fn list(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Vec<Expression>> {
+    let parsed: Vec<Option<Expression>> = node.list()?.iter().map(|entry| expression(entry, scope, reader)).collect();
+    parsed.into_iter().collect()
+}
+
+fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Expression> {
+    match Expression::parse(node.text()?, scope) {
+        Ok(expression) => Some(expression),
+        Err(error) => {
+            let span = within(node, &error);
+            reader.mistakes.push(Diagnostic::new(span, error.kind().to_string(), "this expression cannot be read"));
+            None
+        }
+    }
+}
+
+/// The bytes of the file that an error within a text speaks of; the whole text, where escapes or several lines make that unclear.
+fn within(node: &Node, error: &ExpressionError) -> Range<usize> {
+    let quotes = node.span.len().saturating_sub(error.text().len());
+    if quotes == 2 {
+        let start = node.span.start + 1;
+        return start + error.span().start..start + error.span().end;
+    }
+    node.span.clone()
+}
+
+fn builtin(node: &Node) -> Option<Model> {
+    Builtin::named(node.get("builtin")?.text()?).map(Model::Builtin)
+}

@@ -1,0 +1,275 @@
+//! The tables around plant and observers: [input], [simulation], [log], [plot], [sweep].
+
+use luenberger_sim::{Integrator, Settings};
+use nalgebra::DMatrix;
+
+use super::tree::Node;
+use super::{Reader, check, plant};
+use crate::expression::Scope;
+use crate::model::{Model, PlantModel};
+use crate::schema::QUANTITIES;
+use crate::signal::{Input, Program};
+use crate::study::{Log, NoiseWish, ObserverWish, Plot, Quantity, Simulation, Sweep, Swept};
+
+pub(super) fn input(
+    node: Option<&Node>,
+    plant: &PlantModel,
+    observers: Option<&[ObserverWish]>,
+    reader: &mut Reader,
+) -> Option<Input> {
+    let Some(node) = node else { return Some(Input::Zero) };
+    let inputs = plant.inputs.len();
+    if inputs == 0 {
+        reader.absent(check::head(node), "[input] for a plant without inputs", "expected no [input]");
+        return None;
+    }
+    if node.entries().is_empty() {
+        let expected = "expected `expressions`, `table` or `feedback`";
+        reader.absent(node.span.clone(), "[input] does not say what the input is", expected);
+        return None;
+    }
+    let signal = match (node.entry("expressions"), node.entry("table")) {
+        (Some(_), Some(table)) => {
+            reader.wrong(table.span.clone(), "`table` beside `expressions`", "expected one of them");
+            None
+        }
+        (Some(entry), None) => {
+            let count = entry.node.list()?.len();
+            if count != inputs {
+                let message = format!("`expressions` has {count} entries, and the plant has {inputs} inputs");
+                reader.wrong(entry.node.span.clone(), message, format!("expected {inputs} expressions of t"));
+                None
+            } else {
+                plant::list(&entry.node, &Scope::time(), reader).map(|list| Some(Program::Expressions(list)))
+            }
+        }
+        (None, Some(entry)) => {
+            let linear = node.get("interpolation").and_then(Node::text) == Some("linear");
+            super::csv::input(&entry.node, plant, linear, reader).map(|samples| Some(Program::Table(samples)))
+        }
+        (None, None) => Some(None),
+    };
+    if let (Some(entry), None) = (node.entry("interpolation"), node.get("table")) {
+        reader.wrong(entry.span.clone(), "`interpolation` without a `table`", "expected a `table` to interpolate");
+        return None;
+    }
+    let feedback = match node.get("feedback") {
+        None => Some(None),
+        Some(table) => feedback(table, plant, observers, reader).map(Some),
+    };
+    Some(match (signal?, feedback?) {
+        (None, None) => Input::Zero,
+        (Some(program), None) => Input::Program(program),
+        (reference, Some((gain, observer))) => Input::Feedback { observer, gain, reference },
+    })
+}
+
+/// The input is finite over the run, and a table reaches over it.
+pub(super) fn input_over(node: &Node, input: &Input, inputs: usize, simulation: &Simulation, reader: &mut Reader) {
+    if let Err(error) = input.check(inputs, 0.0, simulation.duration) {
+        let span = node.get("expressions").or(node.get("table")).unwrap_or(node).span.clone();
+        let expected = format!("expected an input from t = 0 to t = {}", simulation.duration);
+        reader.wrong(span, error.to_string(), expected);
+    }
+}
+
+fn feedback(
+    node: &Node,
+    plant: &PlantModel,
+    observers: Option<&[ObserverWish]>,
+    reader: &mut Reader,
+) -> Option<(DMatrix<f64>, String)> {
+    let (n, m) = (plant.states.len(), plant.inputs.len());
+    let why = format!("the plant has {m} inputs and {n} states");
+    let k = reader.matrix(node.get("k")?, "k", (Some(m), Some(n)), &why);
+    let name = node.get("observer")?;
+    // Observers with mistakes are reported; their names are not held against those who use them.
+    let names: Vec<String> = observers?.iter().map(|observer| observer.name.clone()).collect();
+    reader.position(name, "observer", &names)?;
+    Some((k?, name.text()?.to_owned()))
+}
+
+pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Simulation> {
+    let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
+    let at = node.get("x0")?;
+    let x0 = reader.numbers(at, "x0", plant.states.len(), "states")?;
+    // A duration that is none is reported already, and nothing can be held against it.
+    let duration = node.get("duration")?.number().filter(|duration| *duration > 0.0 && duration.is_finite())?;
+    if let Model::Expressions(expressions) = &plant.model {
+        if let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()]) {
+            let message = format!("the plant is not defined where it starts: {error}");
+            reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
+            return None;
+        }
+    }
+    let integrator = match node.get("integrator").and_then(Node::text) {
+        Some("explicit") => Integrator::Explicit,
+        Some("implicit") => Integrator::Implicit,
+        _ => Integrator::Auto,
+    };
+    let settings =
+        Settings { integrator, rtol: number("rtol", 1e-9)?, atol: number("atol", 1e-10)?, ..Settings::default() };
+    let noise = match node.get("noise") {
+        None => None,
+        Some(noise) => Some(NoiseWish {
+            gaussian: noise.get("distribution").and_then(Node::text) != Some("uniform"),
+            amplitude: reader.numbers(noise.get("amplitude")?, "amplitude", plant.outputs.len(), "outputs")?,
+            period: noise.get("period")?.number()?,
+            seed: noise.get("seed").map_or(Some(0), Node::count)? as u64,
+        }),
+    };
+    Some(Simulation {
+        x0,
+        duration,
+        samples: node.get("samples").map_or(Some(501), Node::count)?,
+        settings,
+        hold: match node.get("hold") {
+            Some(hold) => Some(hold.number()?),
+            None => None,
+        },
+        band: number("band", 0.05)?,
+        noise,
+    })
+}
+
+pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Log> {
+    let mut columns = |key: &str, names: &[String], what: &str| {
+        let Some(list) = node.get(key) else { return Some(names.to_vec()) };
+        let given: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
+        if given.len() != names.len() {
+            let message = format!("`{key}` has {} columns, and the plant has {} {what}", given.len(), names.len());
+            reader.wrong(list.span.clone(), message, format!("expected {} columns", names.len()));
+            return None;
+        }
+        Some(given)
+    };
+    let (inputs, outputs) = (columns("inputs", &plant.inputs, "inputs"), columns("outputs", &plant.outputs, "outputs"));
+    let time = node.get("time").map_or(Some("t"), Node::text)?.to_owned();
+    super::csv::log(node.get("file")?, &time, &inputs?, &outputs?, reader)
+}
+
+pub(super) fn plot(
+    node: Option<&Node>,
+    plant: &PlantModel,
+    observers: Option<&[ObserverWish]>,
+    reader: &mut Reader,
+) -> Option<Plot> {
+    let Some(node) = node else { return Some(Plot::default()) };
+    let show = match node.get("show") {
+        None => None,
+        Some(show) => {
+            let one = |name: &str| {
+                let all = [
+                    Quantity::States,
+                    Quantity::Errors,
+                    Quantity::ErrorNorm,
+                    Quantity::Inputs,
+                    Quantity::Outputs,
+                    Quantity::Innovations,
+                ];
+                QUANTITIES.iter().position(|(known, _)| *known == name).map(|k| all[k])
+            };
+            Some(show.texts()?.into_iter().map(one).collect::<Option<Vec<_>>>()?)
+        }
+    };
+    let states = match node.get("states") {
+        None => None,
+        Some(list) => {
+            let found: Vec<Option<usize>> =
+                list.list()?.iter().map(|name| reader.position(name, "state", &plant.states)).collect();
+            Some(found.into_iter().collect::<Option<Vec<_>>>()?)
+        }
+    };
+    let named = named(node, observers, reader)?;
+    let end = |key: &str| match node.get(key) {
+        None => Some(None),
+        Some(value) => value.number().map(Some),
+    };
+    let (from, to) = (end("from")?, end("to")?);
+    if let (Some(from), Some(to), Some(entry)) = (from, to, node.entry("to")) {
+        if to <= from {
+            reader.wrong(entry.node.span.clone(), format!("the figures go from {from} to {to}"), "expected from < to");
+            return None;
+        }
+    }
+    Some(Plot { show, states, observers: named, from, to })
+}
+
+/// The names of the key `observers`, each of which must be one.
+fn named(node: &Node, observers: Option<&[ObserverWish]>, reader: &mut Reader) -> Option<Option<Vec<String>>> {
+    let (Some(list), Some(observers)) = (node.get("observers"), observers) else { return Some(None) };
+    let known: Vec<String> = observers.iter().map(|observer| observer.name.clone()).collect();
+    let found: Vec<Option<usize>> = list.list()?.iter().map(|name| reader.position(name, "observer", &known)).collect();
+    let found: Vec<usize> = found.into_iter().collect::<Option<_>>()?;
+    Some(Some(found.into_iter().map(|k| known[k].clone()).collect()))
+}
+
+pub(super) fn sweep(
+    node: &Node,
+    observers: Option<&[ObserverWish]>,
+    simulation: Option<&Simulation>,
+    reader: &mut Reader,
+) -> Option<Sweep> {
+    let at = node.get("parameter")?;
+    let parameter = match at.text()? {
+        "gamma" => Swept::Gamma,
+        "poles" => Swept::Poles,
+        "noise" => Swept::Noise,
+        "initial" => Swept::Initial,
+        _ => return None,
+    };
+    let observers_named = named(node, observers, reader)?;
+    let chosen = |observer: &&ObserverWish| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
+    let swept: Vec<&ObserverWish> = observers?.iter().filter(chosen).collect();
+    if swept.is_empty() {
+        reader.absent(check::head(node), "[sweep] without an [[observer]]", "expected at least one observer");
+        return None;
+    }
+    if parameter == Swept::Gamma && swept.iter().all(|observer| observer.kind.with_gamma(1.0).is_none()) {
+        let message = "`parameter` is gamma, and none of the observers has one";
+        reader.wrong(at.span.clone(), message, "expected an observer of the kind cubic or sampled-cubic");
+        return None;
+    }
+    if parameter == Swept::Noise && simulation.is_some_and(|simulation| simulation.noise.is_none()) {
+        let message = "`parameter` is noise, and [simulation] has none";
+        reader.wrong(at.span.clone(), message, "expected simulation.noise, whose amplitude is multiplied");
+        return None;
+    }
+    let values = match (node.entry("values"), node.get("from"), node.get("to")) {
+        (Some(values), None, None) => values.node.numbers()?,
+        (Some(values), ..) => {
+            reader.wrong(values.span.clone(), "`values` beside `from` and `to`", "expected one of the two");
+            return None;
+        }
+        (None, Some(from), Some(to)) => {
+            let (first, last, at) = (from.number()?, to.number()?, to);
+            if first >= last {
+                reader.wrong(at.span.clone(), format!("the values go from {first} to {last}"), "expected from < to");
+                return None;
+            }
+            let count = node.get("count").map_or(Some(9), Node::count)?;
+            let linear = node.get("spacing").and_then(Node::text) == Some("linear");
+            let value = |k: usize| {
+                let share = k as f64 / (count - 1) as f64;
+                match k {
+                    0 => first,
+                    k if k + 1 == count => last,
+                    _ if linear => first + (last - first) * share,
+                    _ => first * (last / first).powf(share),
+                }
+            };
+            (0..count).map(value).collect()
+        }
+        (None, ..) => {
+            reader.absent(check::head(node), "[sweep] has no values", "expected `values`, or `from` and `to`");
+            return None;
+        }
+    };
+    Some(Sweep {
+        parameter,
+        values,
+        ensemble: node.get("ensemble").map_or(Some(1), Node::count)?,
+        seed: node.get("seed").map_or(Some(0), Node::count)? as u64,
+        observers: observers_named,
+    })
+}

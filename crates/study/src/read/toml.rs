@@ -1,0 +1,53 @@
+//! TOML, by the crate `toml`, which goes on after a mistake and knows where everything stands.
+
+use ::toml::Spanned;
+use ::toml::de::{DeTable, DeValue};
+
+use super::tree::{Entry, Node, Value};
+use crate::diagnostic::Diagnostic;
+
+/// The tree of a TOML document, and its mistakes of grammar.
+pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let mistakes = errors.iter().map(|error| {
+        let span = error.span().unwrap_or(0..0);
+        let (message, expected) = match error.message().split_once(", expected ") {
+            Some((message, expected)) => (message.to_owned(), format!("expected {expected}")),
+            None => (error.message().to_owned(), "this is not TOML".to_owned()),
+        };
+        Diagnostic::new(span, message, expected)
+    });
+    let mistakes = mistakes.collect();
+    let span = table.span();
+    (Node { span, value: Value::Table(entries(table.get_ref())) }, mistakes)
+}
+
+fn entries(table: &DeTable<'_>) -> Vec<Entry> {
+    let entry = |(key, value): (&Spanned<_>, &Spanned<DeValue<'_>>)| {
+        let key: &Spanned<std::borrow::Cow<'_, str>> = key;
+        Entry { key: key.get_ref().clone().into_owned(), span: key.span(), node: node(value) }
+    };
+    let mut entries: Vec<Entry> = table.iter().map(entry).collect();
+    // The crate sorts by name; a reader reads from the top.
+    entries.sort_by_key(|entry| entry.span.start);
+    entries
+}
+
+fn node(value: &Spanned<DeValue<'_>>) -> Node {
+    let inner = match value.get_ref() {
+        DeValue::String(text) => Value::Text(text.clone().into_owned()),
+        DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
+            Ok(x) => Value::Number(x as f64, true),
+            Err(_) => Value::Other("an integer of more than 64 bits"),
+        },
+        DeValue::Float(float) => match float.as_str().parse::<f64>() {
+            Ok(x) => Value::Number(x, false),
+            Err(_) => Value::Other("a number out of range"),
+        },
+        DeValue::Boolean(truth) => Value::Truth(*truth),
+        DeValue::Datetime(_) => Value::Other("a date"),
+        DeValue::Array(array) => Value::List(array.iter().map(node).collect()),
+        DeValue::Table(table) => Value::Table(entries(table)),
+    };
+    Node { span: value.span(), value: inner }
+}

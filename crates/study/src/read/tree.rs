@@ -1,0 +1,116 @@
+//! What a file says, whatever its format: values with the bytes they stand at.
+
+use std::ops::Range;
+
+/// A value and where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    pub(crate) span: Range<usize>,
+    pub(crate) value: Value,
+}
+
+/// A value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Value {
+    Text(String),
+    /// A number, and whether it was written as an integer.
+    Number(f64, bool),
+    Truth(bool),
+    List(Vec<Node>),
+    Table(Vec<Entry>),
+    /// What no study file has a use for, such as a date.
+    Other(&'static str),
+}
+
+/// A key with its value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Entry {
+    pub(crate) key: String,
+    pub(crate) span: Range<usize>,
+    pub(crate) node: Node,
+}
+
+impl Node {
+    /// The kind of the value in words.
+    pub(crate) fn kind(&self) -> &'static str {
+        match &self.value {
+            Value::Text(_) => "a text",
+            Value::Number(..) => "a number",
+            Value::Truth(_) => "true or false",
+            Value::List(_) => "a list",
+            Value::Table(_) => "a table",
+            Value::Other(kind) => kind,
+        }
+    }
+
+    /// The value of a key; none for a key that is absent, and for what is no table.
+    pub(crate) fn get(&self, key: &str) -> Option<&Node> {
+        self.entry(key).map(|entry| &entry.node)
+    }
+
+    /// A key with its value.
+    pub(crate) fn entry(&self, key: &str) -> Option<&Entry> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|entry| entry.key == key),
+            _ => None,
+        }
+    }
+
+    /// The entries of a table; none of another value.
+    pub(crate) fn entries(&self) -> &[Entry] {
+        match &self.value {
+            Value::Table(entries) => entries,
+            _ => &[],
+        }
+    }
+
+    /// The text.
+    pub(crate) fn text(&self) -> Option<&str> {
+        match &self.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The number; `"inf"` and `"-inf"` are numbers too, since JSON has no other way to write them.
+    pub(crate) fn number(&self) -> Option<f64> {
+        match &self.value {
+            Value::Number(x, _) => Some(*x),
+            Value::Text(text) if text == "inf" => Some(f64::INFINITY),
+            Value::Text(text) if text == "-inf" => Some(f64::NEG_INFINITY),
+            _ => None,
+        }
+    }
+
+    /// The count: a number without a fraction, from 0 to 2^53.
+    pub(crate) fn count(&self) -> Option<usize> {
+        let x = self.number()?;
+        (x >= 0.0 && x <= 9_007_199_254_740_992.0 && x.fract() == 0.0).then_some(x as usize)
+    }
+
+    /// The truth.
+    pub(crate) fn truth(&self) -> Option<bool> {
+        match &self.value {
+            Value::Truth(truth) => Some(*truth),
+            _ => None,
+        }
+    }
+
+    /// The entries of a list.
+    pub(crate) fn list(&self) -> Option<&[Node]> {
+        match &self.value {
+            Value::List(list) => Some(list),
+            _ => None,
+        }
+    }
+
+    /// The numbers of a list of numbers.
+    pub(crate) fn numbers(&self) -> Option<Vec<f64>> {
+        self.list()?.iter().map(Node::number).collect()
+    }
+
+    /// The texts of a list of texts.
+    pub(crate) fn texts(&self) -> Option<Vec<&str>> {
+        self.list()?.iter().map(Node::text).collect()
+    }
+}

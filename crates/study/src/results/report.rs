@@ -1,0 +1,251 @@
+//! `report.html`: the results as a page for people, with figures to look into.
+
+use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone, short};
+
+use super::{DesignReport, ModeReport, NamedMatrix, ObservabilityReport, ObserverReport, Results};
+use crate::error::StudyError;
+
+/// The page. `files` are the names of the files beside it.
+pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[String]) -> Result<String, StudyError> {
+    let mut report = Report::new(&results.title).lead(&results.about).numbers_as(&[]);
+    report = report.section(plant(results));
+    if !results.warnings.is_empty() {
+        report = report.section(Section::new("Warnings").list(results.warnings.clone()));
+    }
+    if let Some(observability) = &results.observability {
+        report = report.section(self::observability(observability));
+    }
+    let section = results.observers.iter().fold(Section::new("Observers"), observer);
+    if !results.observers.is_empty() {
+        report = report.section(section);
+    }
+    if results.simulation.is_some() || results.log.is_some() {
+        report = report.section(comparison(results));
+    }
+    if !figures.is_empty() {
+        let section =
+            figures.into_iter().fold(Section::new("Figures"), |section, (id, figure)| section.figure(id, figure));
+        report = report.section(section);
+    }
+    if let Some(sweep) = &results.sweep {
+        let mut grid = Grid::new(&["observer", &sweep.parameter, "finished", "settles", "rms", "peak", "at the end"]);
+        for row in &sweep.rows {
+            grid = grid.row([
+                Cell::from(row.observer.as_str()),
+                Cell::from(row.value),
+                Cell::number(format!("{} of {}", row.finished, sweep.ensemble)),
+                maybe(row.settling),
+                maybe(row.rms),
+                maybe(row.peak),
+                maybe(row.last),
+            ]);
+        }
+        report = report.section(Section::new("Sweep").grid(grid.caption("Medians over the ensemble.")));
+    }
+    let links = files
+        .iter()
+        .filter(|name| ["trajectories/", "certificates/"].iter().any(|folder| name.starts_with(folder)))
+        .map(|name| (name.clone(), name.clone()));
+    let links: Vec<(String, String)> =
+        std::iter::once(("study.json".to_owned(), "study.json, all numbers".to_owned())).chain(links).collect();
+    report = report.section(Section::new("Files").links(links));
+    report.html().map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })
+}
+
+fn maybe(x: Option<f64>) -> Cell {
+    x.map_or_else(|| Cell::number("–"), Cell::from)
+}
+
+fn plant(results: &Results) -> Section {
+    let plant = &results.plant;
+    let states: Vec<String> = plant
+        .states
+        .iter()
+        .enumerate()
+        .map(|(i, name)| plant.units.get(i).map_or_else(|| name.clone(), |unit| format!("{name} ({unit})")))
+        .collect();
+    let list = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let facts = [
+        ("kind", plant.kind.clone()),
+        ("states", list(&states)),
+        ("inputs", list(&plant.inputs)),
+        ("outputs", list(&plant.outputs)),
+    ];
+    let section = Section::new("Plant").facts(facts);
+    if plant.equations.is_empty() { section } else { section.verbatim(plant.equations.join("\n")) }
+}
+
+fn eigenvalue([re, im]: [f64; 2]) -> String {
+    match im {
+        0.0 => short(re),
+        im if im < 0.0 => format!("{} - {}i", short(re), short(-im)),
+        im => format!("{} + {}i", short(re), short(im)),
+    }
+}
+
+fn modes(modes: &[ModeReport]) -> Grid {
+    modes.iter().fold(Grid::new(&["mode", "margin", "seen least along"]), |grid, mode| {
+        grid.row([Cell::number(eigenvalue(mode.eigenvalue)), Cell::from(mode.margin), Cell::from(mode.words.as_str())])
+    })
+}
+
+fn observability(report: &ObservabilityReport) -> Section {
+    let mut section = Section::new("Observability");
+    let linear = report.points.iter().all(|point| point.t.is_none());
+    section = section.prose(match (linear, report.rank == report.order) {
+        (true, true) => format!("The outputs see all {} states.", report.order),
+        (true, false) => format!("The outputs see {} of {} states.", report.rank, report.order),
+        (false, true) => format!("Linearised along the trajectory, the outputs see all {} states at every point looked at.", report.order),
+        (false, false) => format!(
+            "Linearised along the trajectory, the outputs see {} of {} states at the worst point. That alone does not make a nonlinear plant unobservable: it moves.",
+            report.rank, report.order
+        ),
+    });
+    for point in &report.points {
+        if let Some(t) = point.t {
+            section = section.heading(format!("at t = {}", short(t)));
+        }
+        if !point.hidden.is_empty() {
+            let fate = if point.detectable {
+                "They decay by themselves: an observer exists, and cannot make them faster."
+            } else {
+                "They do not decay: no observer exists for them."
+            };
+            section = section.prose(format!("No output sees these modes. {fate}")).grid(modes(&point.hidden));
+        }
+        section = section.grid(modes(&point.modes));
+    }
+    if let Some(nonlinear) = &report.nonlinear {
+        let grid = nonlinear.lie.iter().fold(Grid::new(&["t", "rank of the Lie derivatives"]), |grid, at| {
+            grid.row([Cell::from(at.t), Cell::number(at.rank.to_string())])
+        });
+        section = section.grid(grid).verbatim(&nonlinear.words);
+    }
+    section
+}
+
+fn tone(verdict: &str) -> Tone {
+    match verdict {
+        "proved" => Tone::Good,
+        "refuted" => Tone::Bad,
+        _ => Tone::Open,
+    }
+}
+
+fn observer(section: Section, observer: &ObserverReport) -> Section {
+    let mut section = section.heading(format!("{} ({})", observer.name, observer.kind));
+    if let Some(failure) = &observer.failure {
+        section = section.facts([("design", Cell::badge("does not fit", Tone::Failed))]).prose(&failure.hypothesis);
+        if !failure.alternatives.is_empty() {
+            section = section.prose("What would fit:").list(failure.alternatives.clone());
+        }
+    }
+    match &observer.design {
+        Some(design) => designed(section, design),
+        None => section,
+    }
+}
+
+fn designed(section: Section, design: &DesignReport) -> Section {
+    let mut section = section.prose(&design.statement);
+    if let Some(evidence) = &design.evidence {
+        section = section.prose(format!("Evidence: {evidence}."));
+    }
+    let mut facts = vec![("certificate".to_owned(), Cell::badge(design.verdict.as_str(), tone(&design.verdict)))];
+    for number in &design.numbers {
+        facts.push((number.name.clone(), number.value.map_or_else(|| Cell::number("infinite"), Cell::from)));
+    }
+    if !design.poles.is_empty() {
+        let poles = design.poles.iter().map(|pole| eigenvalue(*pole)).collect::<Vec<_>>().join(",  ");
+        facts.push(("poles".to_owned(), Cell::number(poles)));
+    }
+    section = section.facts(facts);
+    for matrix in design.matrices.iter().filter(|matrix| matrix.name != "P" && matrix.name != "Q" && matrix.name != "S")
+    {
+        section = section.verbatim(laid_out(matrix));
+    }
+    if design.facts.is_empty() {
+        return section;
+    }
+    // Of many vertices, the least margins are what matters; study.json has all.
+    let shown = design.facts.iter().take(12);
+    let grid = shown.fold(Grid::new(&["inequality", "verdict", "in words"]), |grid, fact| {
+        grid.row([
+            Cell::from(fact.statement.as_str()),
+            Cell::badge(fact.verdict.as_str(), tone(&fact.verdict)),
+            Cell::from(fact.words.as_str()),
+        ])
+    });
+    let caption = match design.facts.len() {
+        count if count > 12 => format!("The first 12 of {count} facts; `study.json` has all."),
+        _ => String::new(),
+    };
+    section.grid(grid.caption(caption))
+}
+
+/// A matrix with its columns aligned.
+fn laid_out(matrix: &NamedMatrix) -> String {
+    let cells: Vec<Vec<String>> = matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
+    let width = cells.iter().flatten().map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let margin = format!("{} = ", matrix.name);
+    let lines = cells.iter().enumerate().map(|(i, row)| {
+        let start = if i == 0 { margin.clone() } else { " ".repeat(margin.chars().count()) };
+        let row = row.iter().map(|cell| format!("{cell:>width$}")).collect::<Vec<_>>().join("  ");
+        format!("{start}[ {row} ]")
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn comparison(results: &Results) -> Section {
+    let mut section = Section::new("Comparison");
+    if let Some(simulation) = &results.simulation {
+        let head = ["observer", "|e(0)|", "settles at", "stays from", "largest |e|", "rms", "at the end"];
+        let mut grid =
+            Grid::new(&head).caption("Of the norm of the error; settled is within the band of its first value.");
+        let mut ended = Vec::new();
+        for row in &simulation.rows {
+            if let Some(merits) = &row.merits {
+                grid = grid.row([
+                    Cell::from(row.observer.as_str()),
+                    Cell::from(merits.initial),
+                    maybe(merits.settling_first),
+                    maybe(merits.settling_last),
+                    Cell::from(merits.peak),
+                    Cell::from(merits.rms),
+                    Cell::from(merits.last),
+                ]);
+            }
+            ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
+        }
+        section = section.grid(grid);
+        if let Some(seed) = simulation.seed {
+            section = section.prose(format!("The noise has the seed {seed}, the same for all."));
+        }
+        if !ended.is_empty() {
+            section = section.prose("Ended early:").list(ended);
+        }
+    }
+    if let Some(log) = &results.log {
+        let head = ["observer", "output", "mean", "rms", "largest", "white with p"];
+        let mut grid = Grid::new(&head).caption("Innovations over the second half of the log.");
+        let mut ended = Vec::new();
+        for row in &log.rows {
+            for output in &row.outputs {
+                grid = grid.row([
+                    Cell::from(row.observer.as_str()),
+                    Cell::from(output.output.as_str()),
+                    Cell::from(output.mean),
+                    Cell::from(output.rms),
+                    Cell::from(output.peak),
+                    maybe(output.white),
+                ]);
+            }
+            ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
+        }
+        section = section.grid(grid);
+        if !ended.is_empty() {
+            section = section.prose("Ended early:").list(ended);
+        }
+    }
+    section
+}

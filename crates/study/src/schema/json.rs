@@ -1,0 +1,121 @@
+//! The JSON Schema (draft 7, which editors know best) of study files.
+
+use serde_json::{Map, Value, json};
+
+use super::{Key, Kind, Range, STUDY, Table, Variant};
+
+/// The schema as it is shipped, for `#:schema ./study.schema.json` at the top of a study.
+pub const SCHEMA: &str = include_str!("../../schema/study.schema.json");
+
+/// The schema, written from the description of the tables.
+pub fn json_schema() -> Value {
+    let mut schema = table(&STUDY);
+    schema.insert("$schema".to_owned(), json!("http://json-schema.org/draft-07/schema#"));
+    schema.insert("title".to_owned(), json!("luenberger study"));
+    Value::Object(schema)
+}
+
+fn table(table: &Table) -> Map<String, Value> {
+    match &table.variants {
+        None => object(table.about, table.keys.iter().copied(), None),
+        Some(variants) => {
+            let one = |variant: &Variant| {
+                let keys = table.keys.iter().chain(variant.keys).copied();
+                Value::Object(object(variant.about, keys, Some((variants.tag, variant.name))))
+            };
+            let mut all = Map::new();
+            all.insert("description".to_owned(), json!(table.about));
+            all.insert("type".to_owned(), json!("object"));
+            all.insert("required".to_owned(), json!([variants.tag]));
+            all.insert("oneOf".to_owned(), Value::Array(variants.of.iter().map(one).collect()));
+            all
+        }
+    }
+}
+
+fn object(about: &str, keys: impl Iterator<Item = Key>, tag: Option<(&str, &str)>) -> Map<String, Value> {
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    if let Some((tag, name)) = tag {
+        properties.insert(tag.to_owned(), json!({ "const": name, "description": about }));
+        required.push(json!(tag));
+    }
+    for key in keys {
+        let mut value = kind(&key.kind);
+        if let Value::Object(value) = &mut value {
+            value.insert("description".to_owned(), json!(key.about));
+        }
+        properties.insert(key.name.to_owned(), value);
+        if key.required {
+            required.push(json!(key.name));
+        }
+    }
+    let mut object = Map::new();
+    object.insert("description".to_owned(), json!(about));
+    object.insert("type".to_owned(), json!("object"));
+    object.insert("properties".to_owned(), Value::Object(properties));
+    object.insert("required".to_owned(), Value::Array(required));
+    object.insert("additionalProperties".to_owned(), json!(false));
+    object
+}
+
+fn number(range: Range) -> Value {
+    match range {
+        Range::Any => json!({ "type": "number" }),
+        Range::Positive => json!({ "type": "number", "exclusiveMinimum": 0 }),
+        Range::NotNegative => json!({ "type": "number", "minimum": 0 }),
+    }
+}
+
+fn list(items: &Value) -> Value {
+    json!({ "type": "array", "items": items, "minItems": 1 })
+}
+
+fn kind(kind: &Kind) -> Value {
+    let rows = || list(&list(&number(Range::Any)));
+    let end = || json!({ "anyOf": [{ "type": "number" }, { "enum": ["inf", "-inf"] }] });
+    let pair = || json!({ "type": "array", "items": end(), "minItems": 2, "maxItems": 2 });
+    let choice = |choices: &[(&str, &str)]| {
+        let one = |(name, about): &(&str, &str)| json!({ "const": name, "description": about });
+        json!({ "oneOf": choices.iter().map(one).collect::<Vec<_>>() })
+    };
+    match kind {
+        Kind::Text => json!({ "type": "string" }),
+        Kind::Choice(choices) => choice(choices),
+        Kind::Switch => json!({ "type": "boolean" }),
+        Kind::Number(range) => number(*range),
+        Kind::Count(least) => json!({ "type": "integer", "minimum": least }),
+        Kind::Numbers(range) => list(&number(*range)),
+        Kind::Texts => list(&json!({ "type": "string" })),
+        Kind::Choices(choices) => list(&choice(choices)),
+        Kind::Rows => rows(),
+        Kind::Weight => json!({ "anyOf": [number(Range::Any), list(&number(Range::Any)), rows()] }),
+        Kind::Poles => {
+            let complex = json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });
+            list(&json!({ "anyOf": [{ "type": "number" }, complex] }))
+        }
+        Kind::Bounds => list(&pair()),
+        Kind::Bound => pair(),
+        Kind::Named => json!({ "type": "object", "additionalProperties": { "type": "number" } }),
+        Kind::Table(inner) => Value::Object(table(inner)),
+        Kind::Tables(inner) => list(&Value::Object(table(inner))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Run with `UPDATE=1` in the environment after a change of the tables.
+    #[test]
+    fn the_shipped_schema_is_current() {
+        let current = json_schema();
+        if std::env::var_os("UPDATE").is_some() {
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schema/study.schema.json");
+            std::fs::write(path, serde_json::to_string_pretty(&current).unwrap() + "\n").unwrap();
+            return;
+        }
+        let shipped: Value = serde_json::from_str(SCHEMA).unwrap();
+        assert!(shipped == current, "schema/study.schema.json is not what the tables say: run this test with UPDATE=1");
+    }
+}

@@ -1,0 +1,396 @@
+//! A study: what a file says, in types.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use luenberger_sim::Recording;
+use nalgebra::{Complex, DMatrix};
+
+use crate::diagnostic::{Place, Source};
+use crate::error::StudyError;
+use crate::model::PlantModel;
+use crate::read::{self, Format};
+use crate::signal::Input;
+use crate::table::Suspicion;
+
+/// A study whose file had no mistakes: a plant, its observers and how they are tried.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// The title.
+    pub title: String,
+    /// What the study is for; empty if the file does not say.
+    pub about: String,
+    /// The plant.
+    pub plant: PlantModel,
+    /// What drives it.
+    pub input: Input,
+    /// How it is run; none for a study that only designs, or has a log.
+    pub simulation: Option<Simulation>,
+    /// The measured log, if there is one.
+    pub log: Option<Log>,
+    /// The observers.
+    pub observers: Vec<ObserverWish>,
+    /// What is drawn.
+    pub plot: Plot,
+    /// What is varied.
+    pub sweep: Option<Sweep>,
+    /// The folder that file names in the study are relative to.
+    pub folder: PathBuf,
+    /// The file.
+    pub source: Arc<Source>,
+}
+
+impl Study {
+    /// Reads a study: JSON from `.json`, TOML from everything else.
+    ///
+    /// # Errors
+    /// [`StudyError::Io`] for a file that cannot be read, [`StudyError::File`] with every mistake in it, by line and column.
+    pub fn from_path(path: &Path) -> Result<Self, StudyError> {
+        let text = std::fs::read_to_string(path).map_err(|error| StudyError::io(path, error))?;
+        let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Self::from_text(&path.to_string_lossy(), &text, if json { Format::Json } else { Format::Toml }, folder)
+    }
+
+    /// The study that `text` says; `name` stands in messages, and names of files in it are relative to `folder`.
+    ///
+    /// ```
+    /// use luenberger_study::{Format, Study, template};
+    /// let text = template::text("double-integrator").ok_or("a template")?;
+    /// let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref())?;
+    /// assert_eq!(study.plant.states.len(), 2);
+    ///
+    /// let wrong = text.replace("poles =", "pols =");
+    /// let error = Study::from_text("study.toml", &wrong, Format::Toml, ".".as_ref()).unwrap_err();
+    /// assert!(error.to_string().contains("the nearest key is `poles`"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`StudyError::File`] with every mistake.
+    pub fn from_text(name: &str, text: &str, format: Format, folder: &Path) -> Result<Self, StudyError> {
+        read::study(name, text, format, folder)
+    }
+
+    /// The observer of that name.
+    pub fn observer(&self, name: &str) -> Option<&ObserverWish> {
+        self.observers.iter().find(|observer| observer.name == name)
+    }
+}
+
+/// How the plant and its observers are run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// The state at t = 0.
+    pub x0: Vec<f64>,
+    /// The end.
+    pub duration: f64,
+    /// How many times are kept.
+    pub samples: usize,
+    /// Method and tolerances.
+    pub settings: luenberger_sim::Settings,
+    /// The period over which the input is held.
+    pub hold: Option<f64>,
+    /// The share of the first error within which the error counts as settled.
+    pub band: f64,
+    /// Noise on the outputs.
+    pub noise: Option<NoiseWish>,
+}
+
+/// Noise on the outputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoiseWish {
+    /// Gaussian, or else uniform.
+    pub gaussian: bool,
+    /// Standard deviations or amplitudes, one for each output.
+    pub amplitude: Vec<f64>,
+    /// Each value holds for this time.
+    pub period: f64,
+    /// The seed.
+    pub seed: u64,
+}
+
+impl NoiseWish {
+    /// The noise with amplitudes times `factor` and another seed.
+    pub fn noise(&self, factor: f64, seed: u64) -> luenberger_sim::Noise {
+        let amplitude: Vec<f64> = self.amplitude.iter().map(|amplitude| factor * amplitude).collect();
+        if self.gaussian {
+            luenberger_sim::Noise::gaussian(&amplitude, self.period, seed)
+        } else {
+            luenberger_sim::Noise::uniform(&amplitude, self.period, seed)
+        }
+    }
+}
+
+/// A measured log.
+#[derive(Debug, Clone)]
+pub struct Log {
+    /// Inputs and outputs at the times of the log.
+    pub recording: Recording,
+    /// What looks wrong in it, although it can be read.
+    pub suspicions: Vec<Suspicion>,
+}
+
+/// An observer and what is wished of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObserverWish {
+    /// Its name.
+    pub name: String,
+    /// Its estimate at the start.
+    pub initial: Vec<f64>,
+    /// What it is.
+    pub kind: ObserverKind,
+    /// Where it stands in the file.
+    pub place: Place,
+}
+
+/// A gain of a linear observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearWish {
+    /// What is wished.
+    pub wish: luenberger_design::Wish,
+    /// The right-hand side of the Lyapunov equation that certifies it.
+    pub decrease: luenberger_design::Decrease,
+}
+
+/// The gain of the copy of a nonlinear plant.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RateWish {
+    /// This rate.
+    Rate(f64),
+    /// The greatest up to this ceiling.
+    Fastest(f64),
+    /// What can be proved of this gain, with at least this rate where the design asks for one.
+    Gain(DMatrix<f64>, f64),
+}
+
+/// The kinds of observers, with their wishes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ObserverKind {
+    /// Luenberger's.
+    Luenberger(LinearWish),
+    /// The stationary Kalman filter, which is Luenberger's with another gain.
+    Kalman(LinearWish),
+    /// The cubic one.
+    Cubic {
+        /// Its linear part.
+        linear: LinearWish,
+        /// theta, p x p.
+        theta: DMatrix<f64>,
+        /// N.
+        correction: luenberger_design::Correction,
+    },
+    /// The sampled cubic one.
+    SampledCubic {
+        /// Its linear part.
+        linear: LinearWish,
+        /// theta, p x p.
+        theta: DMatrix<f64>,
+        /// The strength w.
+        strength: f64,
+        /// The period.
+        period: f64,
+    },
+    /// One gain for all Jacobians over a box.
+    Lpv {
+        /// The box.
+        region: luenberger_design::Region,
+        /// The rate.
+        rate: RateWish,
+    },
+    /// One gain for all nonlinearities within sectors.
+    Lipschitz {
+        /// A and the sectors, if they were given.
+        split: Option<(DMatrix<f64>, Vec<luenberger_design::Sector>)>,
+        /// The box, for sectors that are read off the Jacobians.
+        region: luenberger_design::Region,
+        /// The rate.
+        rate: f64,
+        /// A gain of one's own.
+        gain: Option<DMatrix<f64>>,
+    },
+    /// The mean-value-theorem observer, repaired.
+    MeanValue {
+        /// The box.
+        region: luenberger_design::Region,
+        /// The rate.
+        rate: f64,
+        /// eta.
+        eta: f64,
+        /// e(0).
+        internal_error: Vec<f64>,
+    },
+    /// High gains along chains.
+    HighGain {
+        /// r.
+        r: f64,
+        /// The lengths of the chains.
+        chains: Vec<usize>,
+        /// The coefficients.
+        alpha: Vec<f64>,
+    },
+    /// The extended Kalman filter.
+    ExtendedKalman {
+        /// W, n x n.
+        w: DMatrix<f64>,
+        /// V, p x p.
+        v: DMatrix<f64>,
+        /// P(0), n x n.
+        p0: DMatrix<f64>,
+        /// The period.
+        period: f64,
+        /// Runge-Kutta steps between samples.
+        substeps: usize,
+    },
+    /// By simulation.
+    KklNumerical(KklWish),
+}
+
+/// What is wished of a numerical KKL observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KklWish {
+    /// The box.
+    pub domain: Vec<(f64, f64)>,
+    /// The cut-off of the filter.
+    pub cutoff: f64,
+    /// The margin outside of which the plant is slowed.
+    pub escape: Option<f64>,
+    /// Points per axis.
+    pub points: usize,
+    /// Leaves of the tree.
+    pub leaves: usize,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Samples of the fit.
+    pub samples: usize,
+    /// Whether the embedded form runs.
+    pub embedded: bool,
+}
+
+impl ObserverKind {
+    /// The name of the kind in study files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Luenberger(_) => "luenberger",
+            Self::Kalman(_) => "kalman",
+            Self::Cubic { .. } => "cubic",
+            Self::SampledCubic { .. } => "sampled-cubic",
+            Self::Lpv { .. } => "lpv",
+            Self::Lipschitz { .. } => "lipschitz",
+            Self::MeanValue { .. } => "mean-value",
+            Self::HighGain { .. } => "high-gain",
+            Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::KklNumerical(_) => "kkl-numerical",
+        }
+    }
+
+    /// The same with poles and rates `factor` times as fast.
+    #[must_use]
+    pub fn faster(&self, factor: f64) -> Self {
+        use luenberger_design::Wish;
+        let linear = |wish: &LinearWish| LinearWish {
+            wish: match &wish.wish {
+                Wish::Poles(poles) => Wish::Poles(poles.iter().map(|pole: &Complex<f64>| pole * factor).collect()),
+                Wish::DecayRate(rate) => Wish::DecayRate(rate * factor),
+                other => other.clone(),
+            },
+            decrease: wish.decrease.clone(),
+        };
+        let mut kind = self.clone();
+        match &mut kind {
+            Self::Luenberger(wish) | Self::Kalman(wish) => *wish = linear(wish),
+            Self::Cubic { linear: wish, .. } | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
+            Self::Lpv { rate: RateWish::Rate(rate) | RateWish::Fastest(rate), .. }
+            | Self::Lipschitz { rate, .. }
+            | Self::MeanValue { rate, .. } => *rate *= factor,
+            Self::HighGain { r, .. } => *r /= factor,
+            Self::KklNumerical(wish) => wish.cutoff *= factor,
+            Self::Lpv { .. } | Self::ExtendedKalman { .. } => {}
+        }
+        kind
+    }
+
+    /// The same with the cubic term of strength `gamma`; none for kinds that have none.
+    #[must_use]
+    pub fn with_gamma(&self, gamma: f64) -> Option<Self> {
+        use luenberger_design::Correction;
+        let mut kind = self.clone();
+        match &mut kind {
+            Self::Cubic { correction: Correction::Gamma(value) | Correction::Radial(value), .. } => *value = gamma,
+            Self::SampledCubic { strength, .. } => *strength = gamma,
+            _ => return None,
+        }
+        Some(kind)
+    }
+}
+
+/// What can be drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Each state with its estimates.
+    States,
+    /// The error of each state.
+    Errors,
+    /// The norm of the error.
+    ErrorNorm,
+    /// The inputs.
+    Inputs,
+    /// The outputs.
+    Outputs,
+    /// y - h(xhat).
+    Innovations,
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Plot {
+    /// The figures, if the file says.
+    pub show: Option<Vec<Quantity>>,
+    /// The states, from 0.
+    pub states: Option<Vec<usize>>,
+    /// The observers, by their names.
+    pub observers: Option<Vec<String>>,
+    /// The first time.
+    pub from: Option<f64>,
+    /// The last time.
+    pub to: Option<f64>,
+}
+
+/// What is varied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Swept {
+    /// gamma of the observers that have one.
+    Gamma,
+    /// A factor of poles and rates.
+    Poles,
+    /// A factor of the noise.
+    Noise,
+    /// A factor of the first error.
+    Initial,
+}
+
+impl Swept {
+    /// The name in study files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gamma => "gamma",
+            Self::Poles => "poles",
+            Self::Noise => "noise",
+            Self::Initial => "initial",
+        }
+    }
+}
+
+/// A sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// What is varied.
+    pub parameter: Swept,
+    /// Its values.
+    pub values: Vec<f64>,
+    /// Runs at each value.
+    pub ensemble: usize,
+    /// The seed of the ensemble.
+    pub seed: u64,
+    /// The observers, by their names; all if none are named.
+    pub observers: Option<Vec<String>>,
+}

@@ -1,0 +1,89 @@
+//! Commented studies to start from.
+
+use crate::diagnostic::nearest;
+use crate::error::StudyError;
+
+/// A study to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Template {
+    /// Its name, which is that of the plant.
+    pub name: &'static str,
+    /// What it shows.
+    pub about: &'static str,
+    /// The study, in TOML with comments.
+    pub text: &'static str,
+    /// Files that it reads, by their names beside it.
+    pub files: &'static [(&'static str, &'static str)],
+}
+
+/// All of them.
+pub const TEMPLATES: &[Template] = &[
+    Template {
+        name: "double-integrator",
+        about: "position is measured, velocity is wanted: linear, cubic and sampled observers side by side",
+        text: include_str!("../../templates/double-integrator.toml"),
+        files: &[],
+    },
+    Template {
+        name: "flexible-joint",
+        about: "a robot link with a flexible joint: one gain with a proof, the mean-value-theorem observer, a Kalman filter",
+        text: include_str!("../../templates/flexible-joint.toml"),
+        files: &[],
+    },
+    Template {
+        name: "cuk",
+        about: "the Cuk converter in expressions: one gain for all duty cycles",
+        text: include_str!("../../templates/cuk.toml"),
+        files: &[],
+    },
+    Template {
+        name: "chaotic",
+        about: "a chaotic flow in expressions: a gain on a box, and a sweep of the first error",
+        text: include_str!("../../templates/chaotic.toml"),
+        files: &[],
+    },
+    Template {
+        name: "duffing",
+        about: "the reverse Duffing oscillator: an observer computed by simulation",
+        text: include_str!("../../templates/duffing.toml"),
+        files: &[],
+    },
+    Template {
+        name: "heat-rod",
+        about: "twenty temperatures, three of them measured: Kalman gain and a cubic term",
+        text: include_str!("../../templates/heat-rod.toml"),
+        files: &[],
+    },
+    Template {
+        name: "mimo",
+        about: "two inputs, two outputs, repeated poles, feedback from the estimate, an ensemble",
+        text: include_str!("../../templates/mimo.toml"),
+        files: &[],
+    },
+    Template {
+        name: "measured-log",
+        about: "a motor on the bench: observers on measured data",
+        text: include_str!("../../templates/measured-log.toml"),
+        files: &[("measured-log.csv", include_str!("../../templates/measured-log.csv"))],
+    },
+];
+
+/// The template of that name.
+///
+/// # Errors
+/// [`StudyError::Template`] with the nearest name.
+pub fn template(name: &str) -> Result<&'static Template, StudyError> {
+    let names = || TEMPLATES.iter().map(|template| template.name);
+    TEMPLATES.iter().find(|template| template.name == name).ok_or_else(|| {
+        let hint = match nearest(name, names()) {
+            Some(near) => format!("the nearest is {near:?}"),
+            None => format!("there are {}", names().collect::<Vec<_>>().join(", ")),
+        };
+        StudyError::Template { name: name.to_owned(), hint }
+    })
+}
+
+/// The text of the template of that name.
+pub fn text(name: &str) -> Option<&'static str> {
+    TEMPLATES.iter().find(|template| template.name == name).map(|template| template.text)
+}

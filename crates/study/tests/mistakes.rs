@@ -1,0 +1,558 @@
+//! Mistakes in a study: each is reported at its line, with what was expected.
+
+use std::path::Path;
+
+use luenberger_study::diagnostic::Located;
+use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+
+const STUDY: &str = r#"title = "t"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+[input]
+expressions = ["sin(t)"]
+[simulation]
+x0 = [1, 1]
+duration = 2
+noise = { amplitude = [0.1], period = 0.1 }
+[[observer]]
+name = "one"
+kind = "luenberger"
+poles = [-2, -5]
+[[observer]]
+name = "two"
+kind = "cubic"
+poles = [-2, -5]
+gamma = 2
+[plot]
+show = ["states"]
+[sweep]
+parameter = "gamma"
+values = [1, 2]
+"#;
+
+const NONLINEAR: &str = r#"[plant]
+f = ["x2", "-k*sin(x1) + u1"]
+h = ["x1"]
+parameters = { k = 2.0 }
+[simulation]
+x0 = [1, 1]
+duration = 2
+[[observer]]
+kind = "lpv"
+decay_rate = 1
+"#;
+
+fn read(text: &str, format: Format) -> Result<Study, StudyError> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("templates");
+    Study::from_text("study.toml", text, format, &folder)
+}
+
+fn mistakes(text: &str) -> Vec<Located> {
+    match read(text, Format::Toml) {
+        Err(StudyError::File(diagnostics)) => diagnostics.located(),
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("the mistake was not found in\n{text}"),
+    }
+}
+
+/// After each edit there is one mistake, on that line, whose message and expectation contain these words.
+fn one(text: &str, edits: &[(&str, &str, usize, &str, &str)]) {
+    assert!(read(text, Format::Toml).is_ok(), "{}", read(text, Format::Toml).unwrap_err());
+    for (from, to, line, message, expected) in edits {
+        let edited = text.replacen(from, to, 1);
+        assert_ne!(edited, text, "{from} is not in the study");
+        let found = mistakes(&edited);
+        assert_eq!(found.len(), 1, "{to}: {found:#?}");
+        let found = &found[0];
+        let place = edited.lines().nth(found.line - 1).unwrap_or("");
+        assert_eq!(found.line, *line, "{to}: {found:?} stands at {place}");
+        assert!(found.column >= 1 && found.column <= place.chars().count() + 1, "{to}: {found:?}");
+        assert!(found.message.contains(message), "{to}: {:?} does not say {message:?}", found.message);
+        let said = format!("{} {}", found.expected, found.help.as_deref().unwrap_or(""));
+        assert!(said.contains(expected), "{to}: {said:?} does not say {expected:?}");
+    }
+}
+
+#[test]
+fn keys() {
+    one(
+        STUDY,
+        &[
+            (
+                "poles =",
+                "pols =",
+                15,
+                "`pols` is not a key of [[observer]] of the kind luenberger",
+                "the nearest key is `poles`",
+            ),
+            ("duration = 2", "duraton = 2\nduration = 2", 10, "`duraton` is not a key of [simulation]", "`duration`"),
+            ("[plot]", "[plott]", 21, "`plott` is not a key of the study", "`plot`"),
+            (
+                "poles = [-2, -5]\n[[",
+                "poles = [-2, -5]\ntemperature = 3\n[[",
+                16,
+                "`temperature` is not a key",
+                "expected one of name",
+            ),
+            (
+                "poles = [-2, -5]\n[[",
+                "poles = [-2, -5]\ngamma = 3\n[[",
+                16,
+                "`gamma` is not a key",
+                "kinds cubic, sampled-cubic",
+            ),
+            ("duration = 2\n", "", 8, "[simulation] has no `duration`", "a positive finite number"),
+            ("kind = \"luenberger\"\n", "", 12, "[[observer]] has no `kind`", "\"luenberger\""),
+            (
+                "[plant]\na = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]\n",
+                "",
+                1,
+                "the study has no `plant`",
+                "[plant]",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn kinds_of_values() {
+    one(
+        STUDY,
+        &[
+            ("duration = 2", "duration = \"two\"", 10, "`duration` is the text \"two\"", "a positive finite number"),
+            ("duration = 2", "duration = -2", 10, "`duration` is -2", "a positive finite number"),
+            ("duration = 2", "duration = nan", 10, "`duration` is NaN", "a positive finite number"),
+            ("duration = 2", "duration = inf", 10, "`duration` is inf", "a positive finite number"),
+            ("duration = 2", "duration = 2020-01-01", 10, "`duration` is a date", "a positive finite number"),
+            ("duration = 2", "duration = 1e999", 10, "`duration` is", "a positive finite number"),
+            ("x0 = [1, 1]", "x0 = [1, nan]", 9, "entry 2 of `x0` is NaN", "finite number"),
+            ("x0 = [1, 1]", "x0 = []", 9, "`x0` is an empty list", "a list of numbers"),
+            ("x0 = [1, 1]", "x0 = 1", 9, "`x0` is 1", "a list of numbers"),
+            (
+                "kind = \"luenberger\"",
+                "kind = \"luenburger\"",
+                14,
+                "no [[observer]] of the kind \"luenburger\"",
+                "`luenberger`",
+            ),
+            ("kind = \"luenberger\"", "kind = 3", 14, "`kind` is a number", "\"luenberger\""),
+            ("title = \"t\"", "title = \" \"", 1, "`title` is empty", "a text"),
+            ("show = [\"states\"]", "show = [\"stats\"]", 22, "\"stats\"", "the nearest is `states`"),
+            ("[[0, 1], [0, 0]]", "[[0, 1], [0]]", 3, "row 2 of `a` has 1 entries, row 1 has 2", "expected 2 entries"),
+            ("[[0, 1], [0, 0]]", "[[0, 1], 3]", 3, "row 2 of `a` is 3", "a matrix as a list of rows"),
+            ("[[0, 1], [0, 0]]", "[[0, 1], []]", 3, "row 2 of `a` is empty", "rows"),
+            ("[[0, 1], [0, 0]]", "[[0, 1], [0, inf]]", 3, "entry (2, 2) of `a` is inf", "finite number"),
+            ("poles = [-2, -5]", "poles = [[-2, 1, 3], -5]", 15, "pole 1 of `poles` has 3 parts", "[re, im]"),
+            ("poles = [-2, -5]", "lmi = 1", 15, "`lmi` is 1", "true or false"),
+            ("duration = 2", "duration = 2\nsamples = 1", 11, "`samples` is 1", "at least 2"),
+            ("duration = 2", "duration = 2\nsamples = 2.5", 11, "`samples` is 2.5", "a whole number"),
+            ("title = \"t\"\n", "title = \"t\"\nlog = 3\n", 2, "[log] is a number", "expected a table"),
+        ],
+    );
+}
+
+#[test]
+fn dimensions() {
+    one(
+        STUDY,
+        &[
+            ("a = [[0, 1], [0, 0]]", "a = [[0, 1]]", 3, "`a` is 1 x 2", "a square matrix"),
+            ("b = [[0], [1]]", "b = [[0]]", 4, "`b` is 1 x 1", "expected 2 x 1: `a` is 2 x 2"),
+            ("c = [[1, 0]]", "c = [[1]]", 5, "`c` is 1 x 1", "expected 1 x 2: `a` is 2 x 2"),
+            ("x0 = [1, 1]", "x0 = [1]", 9, "`x0` has 1 entries, and the plant has 2 states", "expected 2"),
+            ("[\"sin(t)\"]", "[\"0\", \"0\"]", 7, "2 entries, and the plant has 1 inputs", "expected 1 expressions"),
+            ("amplitude = [0.1]", "amplitude = [0.1, 1]", 11, "2 entries, and the plant has 1 outputs", "expected 1"),
+            (
+                "poles = [-2, -5]",
+                "poles = [-2]",
+                15,
+                "`poles` has 1 entries, and the plant has 2 states",
+                "expected 2 poles",
+            ),
+            (
+                "poles = [-2, -5]",
+                "gain = [[1, 2]]",
+                15,
+                "`gain` is 1 x 2",
+                "expected 2 x 1: the plant has 2 states and 1 outputs",
+            ),
+            ("poles = [-2, -5]", "poles = [-2, -5]\nq = [[1]]", 16, "`q` is 1 x 1", "expected 2 x 2"),
+            ("gamma = 2", "gamma = 2\ntheta = [1, 2]", 21, "the diagonal `theta` has 2 entries", "expected 1"),
+            ("name = \"one\"", "name = \"one\"\ninitial = [0]", 14, "`initial` has 1 entries", "expected 2"),
+            (
+                "c = [[1, 0]]",
+                "c = [[1, 0]]\nstates = [\"p\"]",
+                6,
+                "`states` has 1 names, and the plant has 2 states",
+                "expected 2",
+            ),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nstates = [\"p\", \"p\"]", 6, "\"p\" is given twice", "different"),
+            (
+                "c = [[1, 0]]",
+                "c = [[1, 0]]\nunits = [\"m\"]",
+                6,
+                "`units` has 1 entries, and the plant has 2 states",
+                "expected 2",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn what_joins_keys() {
+    one(
+        STUDY,
+        &[
+            ("c = [[1, 0]]\n", "", 2, "and no `c`", "p x n"),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nf = [\"x1\"]", 6, "`f` beside `a`", "expected only a, b, c"),
+            (
+                "a = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]",
+                "states = [\"p\"]",
+                2,
+                "does not say what the plant is",
+                "builtin",
+            ),
+            (
+                "poles = [-2, -5]",
+                "poles = [-2, -5]\ndecay_rate = 1",
+                16,
+                "`decay_rate` beside `poles`",
+                "expected one of poles",
+            ),
+            ("poles = [-2, -5]\n[[", "[[", 12, "does not say what is wished", "expected one of poles"),
+            ("poles = [-2, -5]", "lmi = false", 15, "`lmi = false` wishes nothing", "true"),
+            ("gamma = 2", "gamma = 2\nradial = 1", 21, "`radial` beside `gamma`", "expected one of gamma"),
+            (
+                "poles = [-2, -5]",
+                "poles = [2, -5]",
+                15,
+                "the pole 2 is not in the open left half plane",
+                "negative real part",
+            ),
+            ("poles = [-2, -5]", "poles = [[-2, 1], -5]", 15, "the pole [-2, 1] has no conjugate", "[-2, -1]"),
+            ("name = \"two\"", "name = \"one\"", 17, "two observers named \"one\"", "a `name` of its own"),
+            ("name = \"two\"", "name = \"?!\"", 17, "no file can be named", "a letter"),
+            ("b = [[0], [1]]\n", "", 5, "[input] for a plant without inputs", "no [input]"),
+            ("expressions = [\"sin(t)\"]\n", "", 6, "does not say what the input is", "`expressions`"),
+            (
+                "expressions = [\"sin(t)\"]",
+                "interpolation = \"hold\"\nexpressions = [\"0\"]",
+                7,
+                "`interpolation` without a `table`",
+                "`table`",
+            ),
+            (
+                "expressions = [\"sin(t)\"]",
+                "expressions = [\"0\"]\ntable = \"x.csv\"",
+                8,
+                "`table` beside `expressions`",
+                "one of them",
+            ),
+            (
+                "expressions = [\"sin(t)\"]",
+                "feedback = { k = [[1, 1]], observer = \"onee\" }",
+                7,
+                "no observer named \"onee\"",
+                "the nearest is \"one\"",
+            ),
+            (
+                "expressions = [\"sin(t)\"]",
+                "feedback = { k = [[1]], observer = \"one\" }",
+                7,
+                "`k` is 1 x 1",
+                "expected 1 x 2",
+            ),
+            ("show = [\"states\"]", "states = [\"x3\"]", 22, "no state named \"x3\"", "x1, x2"),
+            ("show = [\"states\"]", "from = 2\nto = 1", 23, "from 2 to 1", "from < to"),
+            ("values = [1, 2]\n", "", 23, "[sweep] has no values", "`from` and `to`"),
+            ("values = [1, 2]", "from = 2\nto = 1", 26, "from 2 to 1", "from < to"),
+            ("values = [1, 2]", "values = [1]\nfrom = 2\nto = 3", 25, "`values` beside `from`", "one of the two"),
+            ("values = [1, 2]", "values = [1, 2]\nobservers = [\"one\"]", 24, "none of the observers has one", "cubic"),
+            ("values = [1, 2]", "values = [0]", 25, "entry 1 of `values` is 0", "positive"),
+        ],
+    );
+    let without_noise =
+        STUDY.replace("noise = { amplitude = [0.1], period = 0.1 }\n", "").replace("\"gamma\"", "\"noise\"");
+    assert!(mistakes(&without_noise)[0].message.contains("noise, and [simulation] has none"));
+    let start = STUDY.find("[simulation]").unwrap();
+    let end = STUDY.find("[[observer]]").unwrap();
+    let found = mistakes(&[&STUDY[..start], &STUDY[end..]].concat());
+    assert!(found.iter().any(|mistake| mistake.message == "[sweep] without a [simulation]"), "{found:?}");
+}
+
+#[test]
+fn expressions() {
+    one(
+        NONLINEAR,
+        &[
+            ("sin(x1)", "sinn(x1)", 2, "there is no function `sinn`; did you mean", "cannot be read"),
+            ("sin(x1)", "sin(x3)", 2, "there is no `x3`: there are 2 states", "cannot be read"),
+            ("k*sin", "kk*sin", 2, "there is no `kk`; did you mean `k`?", "cannot be read"),
+            ("sin(x1)", "sin(x1", 2, "expected", "cannot be read"),
+            ("h = [\"x1\"]", "h = [\"x1 + u1\"]", 3, "`u1` may not be used here", "cannot be read"),
+            ("h = [\"x1\"]", "h = [\" \"]", 3, "entry 1 of `h` is empty", "a text"),
+            ("h = [\"x1\"]", "h = [3]", 3, "entry 1 of `h` is 3", "a text"),
+            ("h = [\"x1\"]\n", "", 1, "and no `h`", "one expression for each output"),
+            (
+                "k = 2.0",
+                "k = 2.0, x1 = 3",
+                4,
+                "`x1` cannot be the name of a parameter: it is a state",
+                "a name of one's own",
+            ),
+            ("k = 2.0", "k = nan", 4, "the parameter `k` is NaN", "finite"),
+            ("\"x2\"", "\"1/(x2 - 1)\"", 6, "the plant is not defined where it starts", "finite"),
+            ("\"x2\"", "\"ln(x2 - 1)\"", 6, "the plant is not defined where it starts", "finite"),
+            (
+                "decay_rate = 1",
+                "region = { states = [[0, 1]] }",
+                10,
+                "`states` has 1 pairs, and the plant has 2 states",
+                "expected 2",
+            ),
+            ("decay_rate = 1", "region = { states = [[0, 1], [1, 0]] }", 10, "from 1 to 0", "the lower end first"),
+            ("decay_rate = 1", "region = { states = [[0, 1], [1]] }", 10, "pair 2 of `states`", "[lower, upper]"),
+            ("decay_rate = 1", "decay_rate = 1\nfastest = 2", 11, "`fastest` beside `decay_rate`", "expected one of"),
+        ],
+    );
+    let deep = NONLINEAR.replace("sin(x1)", &format!("{}x1{}", "(".repeat(500), ")".repeat(500)));
+    assert!(mistakes(&deep)[0].message.contains("nested too deeply"));
+    // The marks stand under the part of the expression that is meant, not under the whole text.
+    let error = read(&NONLINEAR.replace("sin(x1)", "sinn(x1)"), Format::Toml).unwrap_err().to_string();
+    assert!(error.contains("f = [\"x2\", \"-k*sinn(x1) + u1\"]\n  |                ^^^^ this"), "{error}");
+    let undefined = "[plant]\nf = [\"u1\"]\nh = [\"x1\"]\n[input]\nexpressions = [\"1/(t - 1)\"]\n[simulation]\nx0 = [0]\nduration = 2\n";
+    assert!(mistakes(undefined)[0].message.contains("at t = 1"), "{:?}", mistakes(undefined));
+}
+
+#[test]
+fn kinds_of_observers() {
+    let with = |observer: &str| NONLINEAR.replace("kind = \"lpv\"\ndecay_rate = 1", observer);
+    for (observer, message, expected) in [
+        ("kind = \"lipschitz\"\na = [[0, 1], [0, 0]]", "`a` alone", "both, or neither"),
+        ("kind = \"lipschitz\"\na = [[0, 1], [0, 0]]\nsectors = []", "`sectors` is an empty list", "tables"),
+        (
+            "kind = \"lipschitz\"\na = [[0, 1], [0, 0]]\nsectors = [{ g = [[0], [1]], h = [[1, 0]], low = 2, high = 1 }]",
+            "the sector goes from 2 to 1",
+            "low <= high",
+        ),
+        ("kind = \"mean-value\"\ninternal_error = [1]", "`internal_error` has 1 entries", "expected 2"),
+        (
+            "kind = \"high-gain\"\nr = 0.1\nchains = [1]",
+            "`chains` has the lengths [1.0], and the plant has 2 states",
+            "add to 2",
+        ),
+        ("kind = \"high-gain\"\nr = 0.1\nalpha = [1]", "`alpha` has 1 entries", "expected 2"),
+        ("kind = \"high-gain\"", "has no `r`", "positive"),
+        (
+            "kind = \"extended-kalman\"\nw = 1\nv = [1, 2]\nperiod = 0.1",
+            "the diagonal `v` has 2 entries",
+            "expected 1 entries: the plant has 1 outputs",
+        ),
+        ("kind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0", "`period` is 0", "positive"),
+        (
+            "kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[0, 1], [0, inf]]",
+            "pair 2 of `domain` is from 0 to inf",
+            "finite ends",
+        ),
+    ] {
+        let found = mistakes(&with(observer));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].message.contains(message), "{found:?}");
+        assert!(format!("{} {:?}", found[0].expected, found[0].help).contains(expected), "{found:?}");
+    }
+}
+
+#[test]
+fn files_that_a_study_names() {
+    let log = |file: &str, more: &str| {
+        format!(
+            "[plant]\na = [[0]]\nb = [[1]]\nc = [[1]]\ninputs = [\"voltage\"]\noutputs = [\"angle\"]\n[log]\nfile = \"{file}\"\n{more}"
+        )
+    };
+    assert!(read(&log("measured-log.csv", ""), Format::Toml).is_ok());
+    let said = |text: &str| mistakes(text)[0].message.clone();
+    assert!(said(&log("absent.csv", "")).contains("absent.csv cannot be read"));
+    assert!(said(&log("measured-log.csv", "time = \"time\"")).contains("there is no column `time`"));
+    assert!(said(&log("measured-log.csv", "outputs = [\"angel\"]")).contains("did you mean `angle`?"));
+    assert!(
+        said(&log("measured-log.csv", "inputs = [\"voltage\", \"t\"]"))
+            .contains("2 columns, and the plant has 1 inputs")
+    );
+    assert!(said(&log("double-integrator.toml", "")).contains("double-integrator.toml: "));
+}
+
+#[test]
+fn grammar() {
+    for (text, line, message) in [
+        ("[plant\na = 1\n", 1, ""),
+        ("[plant]\na = [[0, 1], [0, 0]\nc = [[1, 0]]\n", 3, ""),
+        ("[plant]\na = 1\na = 2\n", 3, "duplicate key"),
+        ("title = \"a", 1, ""),
+    ] {
+        let found = mistakes(text);
+        assert!(
+            found.iter().any(|mistake| mistake.line == line && mistake.message.contains(message)),
+            "{text}: {found:?}"
+        );
+    }
+    let json = |text: &str| match read(text, Format::Json) {
+        Err(StudyError::File(diagnostics)) => diagnostics.located(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(json("{\n  \"plant\": {\n    \"a\": [[0],]\n  }\n}")[0].line, 3);
+    assert!(json("").iter().any(|mistake| mistake.message.contains("empty")));
+    let twice = json("{\"plant\": {\"builtin\": \"chaotic\", \"builtin\": \"cuk\"}}");
+    assert!(twice[0].message.contains("a second time"), "{twice:?}");
+    assert!(json("{\"plant\": null}")[0].message.contains("[plant] is null"));
+    assert!(json("[1]")[0].message.contains("the study is a list"));
+    assert_eq!(json("{\"plant\": {\n\"bultin\": \"cuk\"}}")[0].help.as_deref(), Some("the nearest key is `builtin`"));
+}
+
+#[test]
+fn json_says_the_same_as_toml() {
+    let text = r#"{"plant": {"f": ["x2", "-k*sin(x1) + u1"], "h": ["x1"], "parameters": {"k": 2.0}},
+        "simulation": {"x0": [1, 1], "duration": 2}, "observer": [{"kind": "lpv", "decay_rate": 1, "region": {"states": [["-inf", "inf"], [-1, 1]]}}]}"#;
+    let (json, toml) = (read(text, Format::Json).unwrap(), read(NONLINEAR, Format::Toml).unwrap());
+    assert_eq!(json.simulation, toml.simulation);
+    assert_eq!(json.observers[0].name, toml.observers[0].name);
+    assert_eq!(json.plant.inputs, toml.plant.inputs);
+}
+
+#[test]
+fn several_mistakes_at_once_in_the_order_of_the_file() {
+    let text =
+        STUDY.replace("duration = 2", "duration = 0").replace("poles =", "pols =").replace("x0 = [1, 1]", "x0 = [1]");
+    let lines: Vec<usize> = mistakes(&text).iter().map(|mistake| mistake.line).collect();
+    assert_eq!(lines.iter().filter(|line| [9, 10, 15, 19].contains(line)).count(), lines.len());
+    assert!(lines.is_sorted() && lines.len() >= 4, "{lines:?}");
+}
+
+#[test]
+fn a_step_says_what_it_needs() {
+    let study = read("[plant]\nbuiltin = \"double-integrator\"\n", Format::Toml).unwrap();
+    for (step, needs) in
+        [(Step::Design, "an [[observer]]"), (Step::Simulate, "an [[observer]]"), (Step::Sweep, "an [[observer]]")]
+    {
+        let error = execute(&study, step, &RunOptions::default()).unwrap_err().to_string();
+        assert_eq!(error, format!("{} needs {needs}, and the study has none", step.name()));
+    }
+    let designed = read(
+        "[plant]\nbuiltin = \"double-integrator\"\n[[observer]]\nkind = \"luenberger\"\nlmi = true\n",
+        Format::Toml,
+    )
+    .unwrap();
+    for (step, needs) in [
+        (Step::Simulate, "a [simulation] or a [log]"),
+        (Step::Compare, "a [simulation] or a [log]"),
+        (Step::Sweep, "a [sweep]"),
+    ] {
+        let error = execute(&designed, step, &RunOptions::default()).unwrap_err().to_string();
+        assert_eq!(error, format!("{} needs {needs}, and the study has none", step.name()));
+    }
+    assert!(execute(&designed, Step::Run, &RunOptions::default()).unwrap().failures().is_empty());
+    let absent = Study::from_path(Path::new("absent.toml")).unwrap_err();
+    assert!(absent.to_string().starts_with("absent.toml: "));
+    let hint = luenberger_study::template::template("duffin").unwrap_err().to_string();
+    assert!(hint.contains("the nearest is \"duffing\""), "{hint}");
+}
+
+/// The failure of the observer of a study: hypothesis, then what would fit.
+fn misfit(text: &str) -> (String, String) {
+    let study = read(text, Format::Toml).unwrap_or_else(|error| panic!("{error}"));
+    let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
+    assert_eq!(results.failures().len(), 1);
+    let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{:?} fits", results.observers[0]));
+    (failure.hypothesis, failure.alternatives.join("; "))
+}
+
+#[test]
+fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit() {
+    let nonlinear = |observer: &str| NONLINEAR.replace("kind = \"lpv\"\ndecay_rate = 1", observer);
+    let linear = |plant: &str, observer: &str| format!("[plant]\n{plant}\n[[observer]]\n{observer}\n");
+    for (text, hypothesis, alternative) in [
+        (
+            nonlinear("kind = \"cubic\"\npoles = [-1, -2]\ngamma = 1"),
+            "needs a linear plant, x' = A x + B u and y = C x, and this one is not, because of `sin(x1)` in f2",
+            "lpv",
+        ),
+        (linear("builtin = \"chaotic\"", "kind = \"kalman\"\nw = 1\nv = 1"), "`chaotic` is not", "extended-kalman"),
+        (linear("f = [\"1 - x1\"]\nh = [\"x1\"]", "kind = \"luenberger\"\nlmi = true"), "a constant term", ""),
+        // The second state drifts, and no output sees it.
+        (
+            linear(
+                "a = [[-1, 0], [0, 0]]\nc = [[1, 0]]\nstates = [\"seen\", \"bias\"]",
+                "kind = \"luenberger\"\npoles = [-1, -2]",
+            ),
+            "along bias leaves no trace",
+            "no observer of any kind exists",
+        ),
+        (
+            linear("a = [[-1, 0], [0, -3]]\nc = [[1, 0]]", "kind = \"luenberger\"\npoles = [-1, -2]"),
+            "leaves no trace in the outputs",
+            "decay by themselves",
+        ),
+        (
+            linear("a = [[0, 1], [0, 0]]\nc = [[1, 0]]", "kind = \"luenberger\"\ngain = [[-1], [0]]"),
+            "is not Hurwitz",
+            "in place of a gain",
+        ),
+        (nonlinear("kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[-1, 1], [-1, 1]]"), "it has 1 inputs", "lpv"),
+        (
+            linear(
+                "builtin = \"chaotic\"",
+                "kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[-1, 1], [-1, 1], [-1, 1]]",
+            ),
+            "it has 2 outputs",
+            "lpv",
+        ),
+        (
+            linear("f = [\"x2\", \"-x1^3\"]\nh = [\"x2\"]", "kind = \"mean-value\"\ndecay_rate = 1"),
+            "outputs that are the first states",
+            "lpv",
+        ),
+        (
+            linear("f = [\"x2\", \"-x1^3\"]\nh = [\"x1\", \"x2\"]", "kind = \"mean-value\"\ndecay_rate = 1"),
+            "this one measures 2 of 2",
+            "extended-kalman",
+        ),
+        (
+            linear("f = [\"x2 + x3\", \"x3\", \"-x1^3\"]\nh = [\"x1\"]", "kind = \"high-gain\"\nr = 0.1"),
+            "x1' depends on x3",
+            "lpv",
+        ),
+        (
+            linear("f = [\"x1^2\", \"-x1^3\"]\nh = [\"x1\"]", "kind = \"high-gain\"\nr = 0.1"),
+            "x1' does not depend on x2",
+            "lpv",
+        ),
+        (
+            linear("f = [\"x2\", \"-x1^3\"]\nh = [\"x2\"]", "kind = \"high-gain\"\nr = 0.1"),
+            "chains that begin at the outputs",
+            "",
+        ),
+        (
+            linear("f = [\"x2\", \"-x1^3\"]\nh = [\"x1\"]", "kind = \"lpv\"\ndecay_rate = 1"),
+            "bounded over the region",
+            "`region`",
+        ),
+        (
+            linear("f = [\"x2\", \"-sin(x1)\"]\nh = [\"sin(x1)\"]", "kind = \"lipschitz\"\ndecay_rate = 1"),
+            "outputs that are linear in the state",
+            "lpv",
+        ),
+        (
+            linear(
+                "f = [\"x1*x1\", \"-x2\"]\nh = [\"x2\"]",
+                "kind = \"lpv\"\nregion = { states = [[1, 2], [-1, 1]] }\ndecay_rate = 1",
+            ),
+            "x1",
+            "extended-kalman",
+        ),
+    ] {
+        let (said, fits) = misfit(&text);
+        assert!(said.contains(hypothesis), "{text}\n{said}");
+        assert!(fits.contains(alternative), "{text}\n{fits}");
+    }
+}

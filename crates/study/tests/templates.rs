@@ -1,0 +1,185 @@
+//! The templates, end to end: each is read, runs, leaves its files, and twice the same bytes whatever the threads.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use luenberger_study::{RunOptions, Study, TEMPLATES, Template, execute::Step};
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn study(template: &Template) -> Study {
+    Study::from_path(&Path::new(env!("CARGO_MANIFEST_DIR")).join("templates").join(format!("{}.toml", template.name)))
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Every file below a folder with its bytes.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+                found.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn run(template: &Template, folder: &Path, threads: usize) -> luenberger_study::Results {
+    let options = RunOptions { output: Some(folder.to_owned()), threads: Some(threads), ..RunOptions::default() };
+    luenberger_study::execute(&study(template), Step::Run, &options)
+        .unwrap_or_else(|error| panic!("{}: {error}", template.name))
+}
+
+/// Runs the template twice and holds what every run must keep.
+fn end_to_end(name: &str) -> luenberger_study::Results {
+    let template = luenberger_study::template::template(name).unwrap();
+    let [first, second] = ["first", "second"].map(|which| scratch(&format!("{name}-{which}")));
+    let results = run(template, &first, 2);
+    run(template, &second, 1);
+    assert_eq!(results.failures(), Vec::<String>::new(), "{name}");
+    let (one, two) = (files(&first), files(&second));
+    assert_eq!(one.keys().collect::<Vec<_>>(), two.keys().collect::<Vec<_>>());
+    for (file, bytes) in &one {
+        assert!(*bytes == two[file], "{name}: {file} differs between two runs");
+        assert!(!file.ends_with(".part"), "{file} was left half written");
+    }
+    for file in ["report.html", "study.json"] {
+        assert!(one.contains_key(file), "{name} has no {file}");
+    }
+    let listed: Vec<&String> = one.keys().filter(|file| *file != "study.json").collect();
+    assert_eq!(results.files.iter().collect::<Vec<_>>(), listed, "study.json lists the files that are there");
+    let mut proofs = 0;
+    for (file, bytes) in one.iter().filter(|(file, _)| file.starts_with("certificates/")) {
+        luenberger_proof::certificate::verify(bytes).unwrap_or_else(|error| panic!("{name}: {file}: {error}"));
+        proofs += 1;
+    }
+    let with_facts =
+        results.observers.iter().filter(|o| o.design.as_ref().is_some_and(|design| !design.facts.is_empty()));
+    assert_eq!(proofs, with_facts.count(), "{name}: a certificate for each observer with a proof");
+    let page = String::from_utf8(one["report.html"].clone()).unwrap();
+    for figure in one.keys().filter_map(|file| file.strip_prefix("figures/")?.strip_suffix(".svg")) {
+        assert!(page.contains(&format!("data-picture=\"{figure}\"")), "{name}: the report does not draw {figure}");
+        assert!(one.contains_key(&format!("figures/{figure}.png")));
+    }
+    let machine = env!("CARGO_MANIFEST_DIR");
+    let leaks = one.iter().find(|(_, bytes)| bytes.windows(machine.len()).any(|window| window == machine.as_bytes()));
+    assert!(leaks.is_none(), "{name}: a path of this machine stands in {}", leaks.unwrap().0);
+    results
+}
+
+macro_rules! templates {
+    ($($test:ident $name:literal;)*) => {
+        $(#[test] fn $test() { end_to_end($name); })*
+        #[test]
+        fn every_template_is_tried() {
+            let mut tried = vec![$($name),*];
+            let mut all: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
+            tried.sort_unstable();
+            all.sort_unstable();
+            assert_eq!(tried, all);
+        }
+    };
+}
+
+templates! {
+    double_integrator "double-integrator";
+    flexible_joint "flexible-joint";
+    cuk "cuk";
+    chaotic "chaotic";
+    duffing "duffing";
+    heat_rod "heat-rod";
+    mimo "mimo";
+    measured_log "measured-log";
+}
+
+/// Every number of `study.json` against the golden one, to what the integrator keeps (1e-9 for each step) with room for the steps of another machine.
+fn near(path: &str, found: &serde_json::Value, golden: &serde_json::Value) {
+    use serde_json::Value;
+    match (found, golden) {
+        (Value::Number(found), Value::Number(golden)) => {
+            let (x, y) = (found.as_f64().unwrap(), golden.as_f64().unwrap());
+            assert!((x - y).abs() <= 1e-6 * y.abs() + 1e-9, "{path}: {x} where {y} was expected");
+        }
+        (Value::Array(found), Value::Array(golden)) => {
+            assert_eq!(found.len(), golden.len(), "{path}");
+            found.iter().zip(golden).enumerate().for_each(|(i, (x, y))| near(&format!("{path}[{i}]"), x, y));
+        }
+        (Value::Object(found), Value::Object(golden)) => {
+            assert_eq!(found.keys().collect::<Vec<_>>(), golden.keys().collect::<Vec<_>>(), "{path}");
+            found.iter().for_each(|(key, x)| near(&format!("{path}.{key}"), x, &golden[key]));
+        }
+        // Sentences repeat the numbers to as many digits as they show; those may fall on either side.
+        (Value::String(found), Value::String(golden)) => {
+            let words = |text: &str| text.chars().filter(|c| c.is_alphabetic()).collect::<String>();
+            assert_eq!(words(found), words(golden), "{path}");
+        }
+        _ => assert_eq!(found, golden, "{path}"),
+    }
+}
+
+fn golden(name: &str) {
+    let template = luenberger_study::template::template(name).unwrap();
+    let results = luenberger_study::run(&study(template), &RunOptions::default()).unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{name}.json"));
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, results.to_json().unwrap()).unwrap();
+    }
+    let golden = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    near(name, &serde_json::to_value(&results).unwrap(), &golden);
+}
+
+/// Run with `UPDATE=1` in the environment after a change that is meant.
+#[test]
+fn the_double_integrator_has_its_golden_numbers() {
+    golden("double-integrator");
+}
+
+#[test]
+fn the_motor_on_the_bench_has_its_golden_numbers() {
+    golden("measured-log");
+}
+
+#[test]
+fn an_interruption_leaves_what_is_finished() {
+    use std::sync::atomic::{AtomicBool, Ordering};
+    let folder = scratch("interrupted");
+    let cancel = AtomicBool::new(false);
+    // The user loses patience once the first observer has been run.
+    let progress = |progress: luenberger_study::Progress<'_>| {
+        if progress.stage == "simulate" {
+            cancel.store(true, Ordering::Relaxed);
+        }
+    };
+    let options = RunOptions { output: Some(folder.clone()), progress: &progress, cancel: &cancel, threads: Some(1) };
+    let study = study(luenberger_study::template::template("mimo").unwrap());
+    let error = luenberger_study::run(&study, &options).unwrap_err();
+    assert!(matches!(error, luenberger_study::StudyError::Interrupted));
+    let left = files(&folder);
+    let json: serde_json::Value = serde_json::from_slice(&left["study.json"]).unwrap();
+    assert_eq!(json["observers"].as_array().unwrap().len(), 4);
+    assert_eq!(left.keys().filter(|name| name.starts_with("trajectories/")).count(), 2, "one run, as CSV and npz");
+    assert_eq!(left.keys().filter(|name| name.starts_with("certificates/")).count(), 4);
+    assert!(!left.contains_key("report.html"));
+}
+
+#[test]
+fn an_estimate_counts_the_runs() {
+    let study = study(luenberger_study::template::template("mimo").unwrap());
+    let estimate = luenberger_study::estimate(&study, Step::Run);
+    // Four observers, and two of them at four values three times each.
+    assert_eq!(estimate.runs, 4 + 2 * 4 * 3);
+    assert!(estimate.seconds > 0.0 && estimate.seconds < 3600.0);
+    assert_eq!(luenberger_study::estimate(&study, Step::Design).runs, 0);
+}
