@@ -11,7 +11,7 @@
 //!    = help: the nearest key is `poles`
 //! ```
 
-use std::fmt;
+use std::fmt::{self, Write};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -188,7 +188,7 @@ impl Diagnostics {
         let paint = if coloured { COLOURED } else { PLAIN };
         let mut text: String = self.list.iter().map(|diagnostic| self.one(diagnostic, &paint)).collect();
         if self.list.len() > 1 {
-            text.push_str(&format!("{} mistakes in {}\n", self.list.len(), self.source.name));
+            let _ = write!(text, "{} mistakes in {}\n", self.list.len(), self.source.name);
         }
         text
     }
@@ -205,12 +205,12 @@ impl Diagnostics {
         // Tabs stay tabs, so that the marks stand under what they mark.
         let blank: String = self.source.text[start..from].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
         let mut text = format!("{red}error{reset}{bold}: {}{reset}\n", diagnostic.message);
-        text.push_str(&format!("{margin}{blue}-->{reset} {}:{place}\n", self.source.name));
-        text.push_str(&format!("{margin} {blue}|{reset}\n{blue}{number} |{reset} {line}\n"));
+        let _ = write!(text, "{margin}{blue}-->{reset} {}:{place}\n", self.source.name);
+        let _ = write!(text, "{margin} {blue}|{reset}\n{blue}{number} |{reset} {line}\n");
         let mark = "^".repeat(marks);
-        text.push_str(&format!("{margin} {blue}|{reset} {blank}{red}{mark} {}{reset}\n", diagnostic.expected));
+        let _ = write!(text, "{margin} {blue}|{reset} {blank}{red}{mark} {}{reset}\n", diagnostic.expected);
         if let Some(help) = &diagnostic.help {
-            text.push_str(&format!("{margin} {blue}={reset} help: {help}\n"));
+            let _ = write!(text, "{margin} {blue}={reset} help: {help}\n");
         }
         text.push('\n');
         text

@@ -1,5 +1,7 @@
 //! Why an observer does not fit: the hypothesis that fails, with its numbers, and the kinds that would fit.
 
+use std::fmt::Write;
+
 use luenberger_design::DesignError;
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_plants::Plant;
@@ -118,11 +120,12 @@ fn hidden(study: &Study, wish: &ObserverWish, why: String) -> FailureReport {
     if let Some((seen, detectable)) = found {
         for mode in &seen.unobservable {
             let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
-            hypothesis.push_str(&format!(
+            let _ = write!(
+                hypothesis,
                 "; the mode {:.6} along {} leaves no trace in the outputs",
                 mode.eigenvalue,
                 in_words(study, &direction)
-            ));
+            );
         }
         if seen.unobservable.is_empty() {
             alternatives

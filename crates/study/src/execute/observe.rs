@@ -1,5 +1,7 @@
 //! What the outputs see of the states.
 
+use std::fmt::Write;
+
 use luenberger_design::nonlinear_observability::{Instant, LieSettings, direction_in_words, lie_observability};
 use luenberger_linalg::{Mode, detectability, observability as of_pair};
 use luenberger_plants::Differentiable;
@@ -34,7 +36,7 @@ pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<Obs
         Some(_) => None,
         None => nonlinear(study, members)?,
     };
-    Ok(ObservabilityReport { rank, points, order, nonlinear })
+    Ok(ObservabilityReport { points, order, rank, nonlinear })
 }
 
 /// The rank of the derivatives of the output along the trajectory, and the empirical Gramian; none where a derivative does not exist.
@@ -69,12 +71,13 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
         // A start beside x0 may blow up where x0 does not: then there is no Gramian, and the ranks stand alone.
         if let Ok(gramian) = empirical_gramian(model, &simulation.x0, input, span, &settings) {
             report.weakest = gramian.weakest().map(|v| v.as_slice().to_vec()).unwrap_or_default();
-            report.words.push_str(&format!(
+            let _ = write!(
+                report.words,
                 "\nempirical Gramian: rank {} of {}, seen least along {}",
                 gramian.rank,
                 gramian.scales.len(),
                 in_words(study, &report.weakest)
-            ));
+            );
             report.gramian = gramian.eigenvalues;
         }
     }
