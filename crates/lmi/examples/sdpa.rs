@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use luenberger_lmi::sdpa::{Outcome, Settings, Status, read, solve};
+use luenberger_lmi::sdpa::{Settings, read, solve};
 
 fn main() -> ExitCode {
     let (mut file, mut json, mut settings) = (None, false, Settings::default());
@@ -41,42 +41,9 @@ fn main() -> ExitCode {
     let outcome = solve(&program, &settings);
     let seconds = start.elapsed().as_secs_f64();
     if json {
-        println!("{}", as_json(&outcome, seconds));
+        println!("{}", outcome.json(seconds));
     } else {
-        println!(
-            "{} after {seconds:.3} s ({} runs of the solver, which said: {})",
-            word(outcome.status),
-            outcome.runs,
-            outcome.word
-        );
-        if let Some(why) = outcome.why {
-            println!("{why}");
-        }
-        println!("{:e} <= optimum <= {:e}", outcome.lower, outcome.upper);
+        print!("{}", outcome.sentence(seconds));
     }
     ExitCode::SUCCESS
-}
-
-fn word(status: Status) -> &'static str {
-    match status {
-        Status::Bounds => "proved-optimal-bounds",
-        Status::PrimalInfeasible => "proved-primal-infeasible",
-        Status::DualInfeasible => "proved-dual-infeasible",
-        Status::Undecided => "undecided",
-    }
-}
-
-fn as_json(outcome: &Outcome, seconds: f64) -> String {
-    let number = |x: f64| if x.is_finite() { format!("{x:e}") } else { "null".to_owned() };
-    format!(
-        "{{ \"status\": \"{}\", \"lower\": {}, \"upper\": {}, \"primal_margin\": {}, \"seconds\": {seconds}, \"solve_seconds\": {}, \"verify_seconds\": {}, \"runs\": {}, \"reason\": {} }}",
-        word(outcome.status),
-        number(outcome.lower),
-        number(outcome.upper),
-        outcome.primal_margin.map_or("null".to_owned(), number),
-        outcome.solving.as_secs_f64(),
-        outcome.verifying.as_secs_f64(),
-        outcome.runs,
-        outcome.why.map_or("null".to_owned(), |why| format!("\"{why}\""))
-    )
 }

@@ -18,6 +18,7 @@ mod dual;
 mod face;
 mod pose;
 mod reader;
+mod report;
 
 use std::time::{Duration, Instant};
 

@@ -1,0 +1,152 @@
+//! What can be said on the command line.
+
+use crate::input::Source;
+use crate::output;
+use clap::error::ErrorKind;
+use clap::{Args, Parser, Subcommand};
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Design, certify, simulate and compare state observers.
+#[derive(Parser)]
+#[command(
+    name = "luenberger",
+    version,
+    arg_required_else_help = true,
+    after_help = "Exit code: 0 for success, 1 for a negative answer (no solution, not proved), 2 for a wrong question (usage, files, data).\n\
+                  Conventions: continuous time unless the name says discrete; L is the observer gain (A - L C), K the feedback gain (A - B K)."
+)]
+pub(crate) struct Arguments {
+    /// One JSON object on standard output, for machines; an error is {"error": {"kind", "message", ..}}
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Lyapunov equation A X + X A' + Q = 0
+    ///
+    /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
+    /// As `lyap(A, Q)` of python-control and MATLAB. For the observer's form A'P + P A + Q = 0 give A'.
+    /// A unique X exists iff no two eigenvalues of A add to zero.
+    #[command(after_help = LYAP)]
+    Lyap(MatrixInput),
+    /// Discrete Lyapunov (Stein) equation A X A' - X + Q = 0
+    ///
+    /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
+    /// As `dlyap(A, Q)` of python-control and MATLAB. A unique X exists iff no two eigenvalues of A multiply to one.
+    #[command(after_help = DLYAP)]
+    Dlyap(MatrixInput),
+    /// Sylvester equation A X + X B + Q = 0
+    ///
+    /// Input {"a": n x n, "b": m x m, "q": n x m}; output {"x", "residual", "condition"}.
+    /// The sign is that of `lyap(A, B, Q)` of python-control and MATLAB; scipy's `solve_sylvester(A, B, Q)` has A X + X B = Q.
+    /// A unique X exists iff no eigenvalue of A is the negative of one of B.
+    #[command(after_help = SYLV)]
+    Sylv(MatrixInput),
+    /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
+    ///
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x", "k", "poles", "residual"}.
+    /// X is the stabilizing solution, poles are the eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K).
+    /// For a Kalman gain give A', C', the two noise intensities, and transpose K.
+    #[command(after_help = CARE)]
+    Care(MatrixInput),
+    /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
+    ///
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x", "k", "poles", "residual"}.
+    /// X is the stabilizing solution, poles are the eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles, K).
+    #[command(after_help = DARE)]
+    Dare(MatrixInput),
+    /// Pole placement: K with the eigenvalues of A - B K where they are wished
+    ///
+    /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k", "poles", "condition"}.
+    /// As `place(A, B, poles)` of python-control and MATLAB: u = -K x. For an observer give A' and C' and transpose K: L = K'.
+    /// The poles of the answer are computed afresh from this K, in the order of the input; condition is that of the eigenvectors, null for a
+    /// defective closed loop. A pole may be repeated rank(B) times, with one input as often as one likes.
+    #[command(after_help = PLACE)]
+    Place(MatrixInput),
+    /// Observability of (A, C): the rank, the margin of each mode, what no output sees
+    ///
+    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}. rank is that of `obsv(A, C)` of python-control and MATLAB,
+    /// decided without forming that matrix. margins has for each eigenvalue of A the smallest singular value of [A - lambda I; C] relative to the pair, in units
+    /// that suit it: 0 if no output sees the mode. unobservable has eigenvalue and direction of each hidden mode: A v = lambda v, C v = 0.
+    /// The exit code is 0 for an unobservable pair too: the question is what is seen.
+    #[command(after_help = OBSV)]
+    Obsv(MatrixInput),
+    /// Eigenvalues of a square matrix
+    ///
+    /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}, complex pairs adjacent, the one above the real axis first.
+    #[command(after_help = EIG)]
+    Eig(MatrixInput),
+    /// Proved bounds of a semidefinite program in SDPA's sparse format
+    ///
+    /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver proposes; what is printed is proved outside it.
+    /// The exit code is 0 if both bounds, or infeasibility, are proved, 1 if nothing is.
+    #[command(after_help = SDP)]
+    Sdp(SdpInput),
+}
+
+#[derive(Args)]
+pub(crate) struct MatrixInput {
+    /// A JSON file, or - for standard input; a matrix is a list of its rows
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Source,
+}
+
+#[derive(Args)]
+pub(crate) struct SdpInput {
+    /// A program in SDPA's sparse format
+    #[arg(value_name = "FILE.dat-s")]
+    pub(crate) file: PathBuf,
+}
+
+const LYAP: &str = r#"Example:
+  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --json
+  {"x":[[1.0,-0.5],[-0.5,0.5]],"residual":..,"condition":..}"#;
+
+const DLYAP: &str = r#"Example:
+  $ echo '{"a": [[0.5]], "q": [[3]]}' | luenberger dlyap - --json
+  {"x":[[4.0]],"residual":0.0,"condition":..}"#;
+
+const SYLV: &str = r#"Example:
+  $ echo '{"a": [[1]], "b": [[2]], "q": [[6]]}' | luenberger sylv - --json
+  {"x":[[-2.0]],"residual":0.0,"condition":1.0}"#;
+
+const CARE: &str = r#"Example:
+  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 2]], "r": [[1]]}' | luenberger care -
+  (X = [2 1; 1 2], K = [1 2], both poles at -1)"#;
+
+const DARE: &str = r#"Example:
+  $ echo '{"a": [[1]], "b": [[1]], "q": [[1]], "r": [[1]]}' | luenberger dare -
+  (X = 1.61803, K = 0.618034, the pole at 0.381966)"#;
+
+const PLACE: &str = r#"Example:
+  $ echo '{"a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [[-1, 2], [-1, -2]]}' | luenberger place -
+  (K = [8 4])"#;
+
+const OBSV: &str = r#"Example:
+  $ echo '{"a": [[-1, 0], [0, -2]], "c": [[1, 0]]}' | luenberger obsv -
+  (rank 1 of 2, the mode at -2 is hidden)"#;
+
+const EIG: &str = r#"Example:
+  $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig - --json
+  {"eigenvalues":[[-1.0,2.0],[-1.0,-2.0]]}"#;
+
+const SDP: &str = "Example:\n  $ luenberger sdp theta1.dat-s --json";
+
+/// Prints what clap has to say: help and version with exit code 0, an error of usage with 2.
+pub(crate) fn refused(error: &clap::Error) -> ExitCode {
+    let is_answer = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+    if !is_answer && std::env::args_os().any(|argument| argument == "--json") {
+        let message = error.to_string();
+        let message = message.strip_prefix("error: ").unwrap_or(&message);
+        let object = json!({ "error": { "kind": "usage", "message": message.trim_end() } });
+        output::line(&object.to_string());
+    }
+    // Help that nobody reads to its end is no failure.
+    _ = error.print();
+    ExitCode::from(if is_answer { 0 } else { 2 })
+}

@@ -1,0 +1,109 @@
+//! Why a command has no answer: a plain sentence, an exit code, and an object for machines.
+
+use crate::output;
+use luenberger_linalg::LinalgError;
+use luenberger_lmi::sdpa::ReadError;
+use serde_json::{Map, Value};
+use std::io::{self, Write};
+use std::process::ExitCode;
+use thiserror::Error;
+
+/// Exit code of a negative answer: the question was right, and there is no solution, or no proof.
+pub(crate) const NEGATIVE: u8 = 1;
+
+/// Exit code of a wrong question: usage, files, data.
+const WRONG: u8 = 2;
+
+/// Why a command has no answer.
+#[derive(Debug, Error)]
+pub(crate) enum Failure {
+    /// A file cannot be read.
+    #[error("{origin} cannot be read: {error}")]
+    Read { origin: String, error: io::Error },
+    /// More input than is taken for meant.
+    #[error("{origin} is longer than {limit} bytes")]
+    TooLong { origin: String, limit: u64 },
+    /// Bytes that are not text.
+    #[error("{origin}: line {line}, column {column}: byte {byte} of the input, {found:#04x}, is not UTF-8")]
+    NotText { origin: String, line: usize, column: usize, byte: usize, found: u8 },
+    /// Text that is not the JSON asked for.
+    #[error("{origin}: line {line}, column {column}: {message}")]
+    Json { origin: String, line: usize, column: usize, message: String },
+    /// Matrices that make no problem, or a problem without a solution.
+    #[error("{origin}: {error}")]
+    Matrix { origin: String, error: LinalgError },
+    /// Not a program in SDPA's format.
+    #[error("{origin}: {error}")]
+    Sdp { origin: String, error: ReadError },
+    /// The answer cannot be written as JSON.
+    #[error("the answer cannot be written as JSON: {0}")]
+    Unwritable(#[from] serde_json::Error),
+}
+
+impl Failure {
+    /// A word for machines.
+    fn kind(&self) -> &'static str {
+        match self {
+            Self::Read { .. } | Self::TooLong { .. } => "file",
+            Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } => "syntax",
+            Self::Matrix { error, .. } if is_wrong(error) => "data",
+            Self::Matrix { .. } => "no-solution",
+            Self::Unwritable(_) => "output",
+        }
+    }
+
+    fn code(&self) -> u8 {
+        if self.kind() == "no-solution" { NEGATIVE } else { WRONG }
+    }
+
+    /// Line and column, from 1, where there are such.
+    fn place(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::NotText { line, column, .. } | Self::Json { line, column, .. } => Some((*line, *column)),
+            _ => None,
+        }
+    }
+
+    /// Prints it: the sentence on standard error, and with `json` the object on standard output.
+    pub(crate) fn report(&self, json: bool) -> ExitCode {
+        if json {
+            output::line(&self.object().to_string());
+        }
+        // Nobody is left to be told of a standard error that is closed.
+        _ = writeln!(io::stderr(), "error: {self}");
+        ExitCode::from(self.code())
+    }
+
+    fn object(&self) -> Value {
+        let mut error = Map::new();
+        error.insert("kind".to_owned(), self.kind().into());
+        error.insert("message".to_owned(), self.to_string().into());
+        if let Some((line, column)) = self.place() {
+            error.insert("line".to_owned(), line.into());
+            error.insert("column".to_owned(), column.into());
+        }
+        let mut object = Map::new();
+        object.insert("error".to_owned(), Value::Object(error));
+        Value::Object(object)
+    }
+}
+
+/// Whether the matrices make no problem at all; else the problem is one, and has no solution.
+fn is_wrong(error: &LinalgError) -> bool {
+    matches!(
+        error,
+        LinalgError::NotSquare { .. }
+            | LinalgError::DimensionMismatch { .. }
+            | LinalgError::Empty { .. }
+            | LinalgError::NotFinite { .. }
+            | LinalgError::NotSymmetric { .. }
+            | LinalgError::NotPositiveDefinite { .. }
+            | LinalgError::NotPositiveSemidefinite { .. }
+            | LinalgError::PoleCount { .. }
+            | LinalgError::PoleNotFinite { .. }
+            | LinalgError::PoleUnpaired { .. }
+            | LinalgError::PoleMultiplicity { .. }
+            | LinalgError::InvalidPeriod { .. }
+            | LinalgError::InvalidTolerance { .. }
+    )
+}

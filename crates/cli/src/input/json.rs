@@ -1,0 +1,53 @@
+//! The objects that the matrix tools read: matrices as lists of rows, poles as numbers or `[re, im]`.
+//!
+//! Keys are those of the command and no others. Every mistake is reported with line and column.
+
+use super::Source;
+use super::seed::Document;
+use crate::failure::Failure;
+use nalgebra::{Complex, DMatrix};
+use serde::de::DeserializeSeed;
+
+/// The matrices with these keys, and nothing else.
+pub(crate) fn matrices<const N: usize>(source: &Source, keys: [&'static str; N]) -> Result<[DMatrix<f64>; N], Failure> {
+    Ok(document(source, Document { keys, poles: None })?.0)
+}
+
+/// The matrices with these keys, and the numbers under `poles`.
+pub(crate) fn matrices_and_poles<const N: usize>(
+    source: &Source,
+    keys: [&'static str; N],
+) -> Result<([DMatrix<f64>; N], Vec<Complex<f64>>), Failure> {
+    document(source, Document { keys, poles: Some("poles") })
+}
+
+fn document<const N: usize>(
+    source: &Source,
+    document: Document<N>,
+) -> Result<([DMatrix<f64>; N], Vec<Complex<f64>>), Failure> {
+    let text = source.text()?;
+    let mut reader = serde_json::Deserializer::from_str(&text);
+    document.deserialize(&mut reader).and_then(|found| reader.end().map(|()| found)).map_err(|error| {
+        let (line, column) = (error.line().max(1), error.column().max(1));
+        let whole = error.to_string();
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let mut message = whole.strip_suffix(&place).unwrap_or(&whole).to_owned();
+        if let Some(word) = not_a_number(&text, line, column) {
+            message = format!("{word} is no number of JSON, and every entry has to be finite");
+        } else if text.trim().is_empty() {
+            "the input is empty, and a JSON object is expected".clone_into(&mut message);
+        }
+        Failure::Json { origin: source.to_string(), line, column, message }
+    })
+}
+
+/// What Python's `json.dump` and others write for numbers that are none, if that is what stands where the reader stopped.
+fn not_a_number(text: &str, line: usize, column: usize) -> Option<&'static str> {
+    let line = text.lines().nth(line.checked_sub(1)?)?;
+    // The column is that of the first letter, or of the one after a sign.
+    let from = line.get(column.saturating_sub(2)..)?;
+    let word = from.trim_start_matches([' ', '[', ',', ':', '\t']);
+    ["NaN", "nan", "-Infinity", "Infinity", "-inf", "inf"]
+        .into_iter()
+        .find(|name| word.starts_with(name) && from.len() - word.len() <= 1)
+}

@@ -1,0 +1,88 @@
+//! Where the input of a command comes from, and its bytes as text.
+
+pub(crate) mod json;
+mod seed;
+
+use crate::failure::Failure;
+use std::convert::Infallible;
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Longest input that is read, in bytes: a dense matrix of order 3000 with all its digits.
+const LONGEST: u64 = 256 << 20;
+
+/// A file, or standard input.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Source {
+    Standard,
+    File(PathBuf),
+}
+
+impl FromStr for Source {
+    type Err = Infallible;
+
+    fn from_str(word: &str) -> Result<Self, Infallible> {
+        Ok(if word == "-" { Self::Standard } else { Self::File(word.into()) })
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Standard => write!(f, "standard input"),
+            Self::File(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+impl Source {
+    /// All of it, as text; a byte order mark is not part of it.
+    pub(crate) fn text(&self) -> Result<String, Failure> {
+        let bytes = self.bytes(LONGEST)?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let byte = error.utf8_error().valid_up_to();
+            let before = &error.as_bytes()[..byte];
+            let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+            Failure::NotText {
+                origin: self.to_string(),
+                line: before.iter().filter(|b| **b == b'\n').count() + 1,
+                column: byte - line_start + 1,
+                byte: byte + 1,
+                found: error.as_bytes().get(byte).copied().unwrap_or_default(),
+            }
+        })?;
+        Ok(match text.strip_prefix('\u{feff}') {
+            Some(rest) => rest.to_owned(),
+            None => text,
+        })
+    }
+
+    fn bytes(&self, limit: u64) -> Result<Vec<u8>, Failure> {
+        let unreadable = |error| Failure::Read { origin: self.to_string(), error };
+        let mut bytes = Vec::new();
+        let read = match self {
+            Self::Standard => io::stdin().lock().take(limit + 1).read_to_end(&mut bytes),
+            Self::File(path) => File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes)),
+        };
+        if read.map_err(unreadable)? as u64 > limit {
+            return Err(Failure::TooLong { origin: self.to_string(), limit });
+        }
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn input_beyond_the_limit_is_refused_without_being_kept() {
+        let source = Source::File(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml").into());
+        assert!(source.bytes(1 << 20).is_ok());
+        let refused = source.bytes(7).unwrap_err().to_string();
+        assert!(refused.ends_with("Cargo.toml is longer than 7 bytes"), "{refused}");
+    }
+}

@@ -1,0 +1,271 @@
+//! Typed readers for serde, which give each mistake its place in the text.
+
+use nalgebra::{Complex, DMatrix};
+use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+
+/// An object with exactly these matrices, and with a list of poles if that has a key.
+pub(super) struct Document<const N: usize> {
+    pub(super) keys: [&'static str; N],
+    pub(super) poles: Option<&'static str>,
+}
+
+impl<const N: usize> Document<N> {
+    fn known(&self) -> impl Iterator<Item = &'static str> {
+        self.keys.into_iter().chain(self.poles)
+    }
+
+    /// The keys as a sentence has them.
+    fn list(&self) -> String {
+        self.known().map(|key| format!("{key:?}")).collect::<Vec<_>>().join(", ")
+    }
+
+    fn unknown(&self, key: &str) -> String {
+        // One letter is as near to another as to any: only the case of it can be mistaken.
+        let near = self.known().find(|known| known.eq_ignore_ascii_case(key)).or_else(|| {
+            let nearest = self.known().min_by_key(|known| strsim::damerau_levenshtein(known, key))?;
+            (2 * strsim::damerau_levenshtein(nearest, key) <= nearest.len()).then_some(nearest)
+        });
+        let key: String = key.chars().take(40).collect();
+        let list = self.list();
+        match near {
+            Some(near) => format!("the key {key:?} is not known here; did you mean {near:?}? (known: {list})"),
+            None => format!("the key {key:?} is not known here (known: {list})"),
+        }
+    }
+}
+
+impl<'de, const N: usize> DeserializeSeed<'de> for Document<N> {
+    type Value = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de, const N: usize> Visitor<'de> for Document<N> {
+    type Value = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "an object with the keys {}", self.list())
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Self::Value, M::Error> {
+        let mut matrices = [const { None }; N];
+        let mut poles = None;
+        while let Some(key) = map.next_key::<String>()? {
+            let again = || M::Error::custom(format!("the key {key:?} stands twice"));
+            if let Some(place) = self.keys.iter().position(|known| *known == key) {
+                if matrices[place].is_some() {
+                    return Err(again());
+                }
+                matrices[place] = Some(map.next_value_seed(Matrix { name: self.keys[place] })?);
+            } else if self.poles.is_some_and(|known| known == key) {
+                if poles.is_some() {
+                    return Err(again());
+                }
+                poles = Some(map.next_value_seed(Poles)?);
+            } else {
+                return Err(M::Error::custom(self.unknown(&key)));
+            }
+        }
+        let present = matrices.iter().map(Option::is_some).chain([poles.is_some()]);
+        if let Some((missing, _)) = self.known().zip(present).find(|(_, is_there)| !is_there) {
+            return Err(M::Error::custom(format!("the key {missing:?} is missing (known: {})", self.list())));
+        }
+        let matrices = matrices.map(|matrix| matrix.unwrap_or_else(|| DMatrix::zeros(0, 0)));
+        Ok((matrices, poles.unwrap_or_default()))
+    }
+}
+
+/// A list of rows of equal length.
+struct Matrix {
+    name: &'static str,
+}
+
+impl<'de> DeserializeSeed<'de> for Matrix {
+    type Value = DMatrix<f64>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Matrix {
+    type Value = DMatrix<f64>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the matrix {:?} as a list of its rows, such as [[1, 2], [3, 4]] or [[1]]", self.name)
+    }
+
+    fn visit_seq<S: SeqAccess<'de>>(self, mut rows: S) -> Result<Self::Value, S::Error> {
+        let name = self.name;
+        let (mut entries, mut columns, mut count) = (Vec::new(), 0, 0);
+        while let Some(length) = rows.next_element_seed(Row { name, row: count, entries: &mut entries })? {
+            if count == 0 {
+                columns = length;
+            } else if length != columns {
+                return Err(S::Error::custom(format!(
+                    "row {count} of the matrix {name:?} has {length} entries, and row 0 has {columns}"
+                )));
+            }
+            count += 1;
+        }
+        if entries.is_empty() {
+            return Err(S::Error::custom(format!("the matrix {name:?} is empty ({count} x {columns})")));
+        }
+        Ok(DMatrix::from_row_slice(count, columns, &entries))
+    }
+}
+
+/// One row, whose entries are appended; returns its length.
+struct Row<'a> {
+    name: &'static str,
+    row: usize,
+    entries: &'a mut Vec<f64>,
+}
+
+impl<'de> DeserializeSeed<'de> for Row<'_> {
+    type Value = usize;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<usize, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Row<'_> {
+    type Value = usize;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "row {} of the matrix {:?} as a list (a column is [[1], [2]], a row is [[1, 2]])",
+            self.row, self.name
+        )
+    }
+
+    fn visit_seq<S: SeqAccess<'de>>(self, mut entries: S) -> Result<usize, S::Error> {
+        let before = self.entries.len();
+        loop {
+            let column = self.entries.len() - before;
+            let Some(entry) = entries.next_element_seed(Number::entry(self.name, self.row, column))? else {
+                return Ok(column);
+            };
+            self.entries.push(entry);
+        }
+    }
+}
+
+/// One number, with the words for where it stands.
+struct Number<'a> {
+    what: &'a str,
+    indices: Option<(usize, usize)>,
+}
+
+impl<'a> Number<'a> {
+    fn entry(name: &'a str, row: usize, column: usize) -> Self {
+        Self { what: name, indices: Some((row, column)) }
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Number<'_> {
+    type Value = f64;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<f64, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl Visitor<'_> for Number<'_> {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.indices {
+            Some((row, column)) => write!(f, "a number for {}({row}, {column})", self.what),
+            None => write!(f, "{}", self.what),
+        }
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+        if value.is_finite() { Ok(value) } else { Err(E::custom("the number leaves the range of binary64")) }
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+        Ok(value as f64)
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<f64, E> {
+        Ok(value as f64)
+    }
+}
+
+/// A list of poles.
+struct Poles;
+
+impl<'de> DeserializeSeed<'de> for Poles {
+    type Value = Vec<Complex<f64>>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Poles {
+    type Value = Vec<Complex<f64>>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the list of \"poles\", such as [-1, -2] or [[-1, 2], [-1, -2]]")
+    }
+
+    fn visit_seq<S: SeqAccess<'de>>(self, mut list: S) -> Result<Self::Value, S::Error> {
+        let mut poles = Vec::new();
+        while let Some(pole) = list.next_element_seed(Pole { index: poles.len() })? {
+            poles.push(pole);
+        }
+        Ok(poles)
+    }
+}
+
+/// A number, or `[re, im]`.
+struct Pole {
+    index: usize,
+}
+
+impl<'de> DeserializeSeed<'de> for Pole {
+    type Value = Complex<f64>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Pole {
+    type Value = Complex<f64>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number or [re, im] for pole {}", self.index)
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        Ok(value.into())
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        Ok((value as f64).into())
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
+        Ok((value as f64).into())
+    }
+
+    fn visit_seq<S: SeqAccess<'de>>(self, mut pair: S) -> Result<Self::Value, S::Error> {
+        let part = |what| Number { what, indices: None };
+        let short = |index| S::Error::custom(format!("pole {index} must be a number or [re, im]"));
+        let re = pair.next_element_seed(part("a real part"))?.ok_or_else(|| short(self.index))?;
+        let im = pair.next_element_seed(part("an imaginary part"))?.ok_or_else(|| short(self.index))?;
+        if pair.next_element::<IgnoredAny>()?.is_some() {
+            return Err(short(self.index));
+        }
+        Ok(Complex::new(re, im))
+    }
+}

@@ -1,0 +1,45 @@
+//! The command `luenberger`. It reads arguments and files, calls the library, and prints: no control theory happens here.
+//!
+//! Standard output carries the answer and nothing else: text for people, or with `--json` one JSON object. Errors and progress go to standard error.
+//! The exit code is 0 for success, 1 where the answer is negative (no solution, not proved), 2 where the question is wrong (usage, files, data).
+
+mod answer;
+mod arguments;
+mod failure;
+mod input;
+mod matrix;
+mod output;
+mod progress;
+mod sdp;
+
+use answer::Answer;
+use arguments::{Arguments, Command};
+use clap::Parser;
+use failure::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return arguments::refused(&error),
+    };
+    let json = arguments.json;
+    match run(arguments.command) {
+        Ok(answer) => answer.deliver(json),
+        Err(failure) => failure.report(json),
+    }
+}
+
+fn run(command: Command) -> Result<Answer, Failure> {
+    match command {
+        Command::Lyap(input) => matrix::lyapunov::lyap(&input.file),
+        Command::Dlyap(input) => matrix::lyapunov::dlyap(&input.file),
+        Command::Sylv(input) => matrix::sylvester::sylv(&input.file),
+        Command::Care(input) => matrix::riccati::care(&input.file),
+        Command::Dare(input) => matrix::riccati::dare(&input.file),
+        Command::Place(input) => matrix::placement::place(&input.file),
+        Command::Obsv(input) => matrix::observability::obsv(&input.file),
+        Command::Eig(input) => matrix::spectrum::eig(&input.file),
+        Command::Sdp(sdp) => sdp::sdp(&sdp.file),
+    }
+}

@@ -1,0 +1,41 @@
+//! `luenberger lyap` and `luenberger dlyap`, in python-control's form: the observer's form of the library with `A'` for `A`.
+
+use super::{from, table, written};
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::input::{Source, json};
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+/// A solution of a linear matrix equation.
+#[derive(Serialize)]
+pub(super) struct Solution {
+    x: Vec<Vec<f64>>,
+    residual: f64,
+    condition: f64,
+}
+
+/// `A X + X A' + Q = 0`.
+pub(crate) fn lyap(source: &Source) -> Result<Answer, Failure> {
+    let [a, q] = json::matrices(source, ["a", "q"])?;
+    let found = luenberger_linalg::lyapunov(&a.transpose(), &q).map_err(from(source))?;
+    solution("A X + X A' + Q = 0", &found.p, found.residual, found.condition)
+}
+
+/// `A X A' - X + Q = 0`.
+pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
+    let [a, q] = json::matrices(source, ["a", "q"])?;
+    let found = luenberger_linalg::stein(&a.transpose(), &q).map_err(from(source))?;
+    solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition)
+}
+
+/// The answer of an equation with one unknown.
+pub(super) fn solution(equation: &str, x: &DMatrix<f64>, residual: f64, condition: f64) -> Result<Answer, Failure> {
+    let text = format!(
+        "{equation}\n{}residual {} (relative), condition {}\n",
+        table::matrix("X", x),
+        table::size(residual),
+        table::size(condition)
+    );
+    Ok(Answer::new(text, &Solution { x: written::rows(x), residual, condition })?)
+}

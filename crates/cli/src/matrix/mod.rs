@@ -1,0 +1,19 @@
+//! The matrix tools: an equation from JSON, its solution as JSON or as aligned matrices.
+
+pub(crate) mod lyapunov;
+pub(crate) mod observability;
+pub(crate) mod placement;
+pub(crate) mod riccati;
+pub(crate) mod spectrum;
+pub(crate) mod sylvester;
+mod table;
+mod written;
+
+use crate::failure::Failure;
+use crate::input::Source;
+use luenberger_linalg::LinalgError;
+
+/// The error of the library, with where its matrices came from.
+fn from(source: &Source) -> impl Fn(LinalgError) -> Failure {
+    move |error| Failure::Matrix { origin: source.to_string(), error }
+}

@@ -1,0 +1,54 @@
+//! `luenberger obsv`.
+
+use super::{from, table, written};
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::input::{Source, json};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Seen {
+    rank: usize,
+    unobservable: Vec<Hidden>,
+    margins: Vec<Margin>,
+}
+
+#[derive(Serialize)]
+struct Hidden {
+    eigenvalue: [f64; 2],
+    direction: Vec<[f64; 2]>,
+}
+
+#[derive(Serialize)]
+struct Margin {
+    eigenvalue: [f64; 2],
+    margin: f64,
+}
+
+/// What the outputs see of each mode.
+pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
+    let [a, c] = json::matrices(source, ["a", "c"])?;
+    let found = luenberger_linalg::observability(&a, &c).map_err(from(source))?;
+    let mut text = format!("rank {} of {}", found.rank, found.order);
+    text.push_str(if found.is_observable() { ": observable\n" } else { ": not observable\n" });
+    for mode in &found.modes {
+        let (eigenvalue, margin) = (table::complex(mode.eigenvalue), table::size(mode.margin));
+        text.extend(["  mode ", &eigenvalue, ": margin ", &margin, "\n"]);
+    }
+    for mode in &found.unobservable {
+        let direction: Vec<String> = mode.direction.iter().map(|v| table::complex(*v)).collect();
+        text.extend(["hidden: ", &table::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
+    }
+    let hidden = |mode: &luenberger_linalg::Mode| Hidden {
+        eigenvalue: written::pair(mode.eigenvalue),
+        direction: written::pairs(mode.direction.iter()),
+    };
+    let margin =
+        |mode: &luenberger_linalg::Mode| Margin { eigenvalue: written::pair(mode.eigenvalue), margin: mode.margin };
+    let seen = Seen {
+        rank: found.rank,
+        unobservable: found.unobservable.iter().map(hidden).collect(),
+        margins: found.modes.iter().map(margin).collect(),
+    };
+    Ok(Answer::new(text, &seen)?)
+}

@@ -1,0 +1,29 @@
+//! `luenberger place`.
+
+use super::{from, table, written};
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::input::{Source, json};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Gain {
+    k: Vec<Vec<f64>>,
+    poles: Vec<[f64; 2]>,
+    condition: f64,
+}
+
+/// `K` with the eigenvalues of `A - B K` at the poles.
+pub(crate) fn place(source: &Source) -> Result<Answer, Failure> {
+    let ([a, b], poles) = json::matrices_and_poles(source, ["a", "b"])?;
+    let found = luenberger_linalg::place(&a, &b, &poles).map_err(from(source))?;
+    let text = format!(
+        "A - B K has the poles below: u = -K x\n{}{}off by {} (relative), condition of the eigenvectors {}\n",
+        table::matrix("K", &found.gain),
+        table::list("poles of A - B K", &found.poles),
+        table::size(found.deviation),
+        table::size(found.condition)
+    );
+    let gain = Gain { k: written::rows(&found.gain), poles: written::pairs(&found.poles), condition: found.condition };
+    Ok(Answer::new(text, &gain)?)
+}

@@ -1,0 +1,47 @@
+//! `luenberger care` and `luenberger dare`.
+
+use super::{from, table, written};
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::input::{Source, json};
+use luenberger_linalg::Riccati;
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Regulator {
+    x: Vec<Vec<f64>>,
+    k: Vec<Vec<f64>>,
+    poles: Vec<[f64; 2]>,
+    residual: f64,
+}
+
+/// `A'X + X A - X B R^-1 B'X + Q = 0`, `K = R^-1 B'X`.
+pub(crate) fn care(source: &Source) -> Result<Answer, Failure> {
+    let [a, b, q, r] = json::matrices(source, ["a", "b", "q", "r"])?;
+    let found = luenberger_linalg::care(&a, &b, &q, &r).map_err(from(source))?;
+    regulator("A'X + X A - X B R^-1 B'X + Q = 0, K = R^-1 B'X", &found)
+}
+
+/// `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`, `K = (R + B'X B)^-1 B'X A`.
+pub(crate) fn dare(source: &Source) -> Result<Answer, Failure> {
+    let [a, b, q, r] = json::matrices(source, ["a", "b", "q", "r"])?;
+    let found = luenberger_linalg::dare(&a, &b, &q, &r).map_err(from(source))?;
+    regulator("A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, K = (R + B'X B)^-1 B'X A", &found)
+}
+
+fn regulator(equation: &str, found: &Riccati) -> Result<Answer, Failure> {
+    let text = format!(
+        "{equation}\n{}{}{}residual {} (relative)\n",
+        table::matrix("X", &found.x),
+        table::matrix("K", &found.k),
+        table::list("poles of A - B K", &found.poles),
+        table::size(found.residual)
+    );
+    let regulator = Regulator {
+        x: written::rows(&found.x),
+        k: written::rows(&found.k),
+        poles: written::pairs(&found.poles),
+        residual: found.residual,
+    };
+    Ok(Answer::new(text, &regulator)?)
+}

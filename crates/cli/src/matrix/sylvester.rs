@@ -1,0 +1,22 @@
+//! `luenberger sylv`, with the sign of python-control's `lyap(A, B, Q)`.
+
+use super::{from, lyapunov};
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::input::{Source, json};
+use luenberger_linalg::LinalgError;
+
+/// `A X + X B + Q = 0`.
+pub(crate) fn sylv(source: &Source) -> Result<Answer, Failure> {
+    let [a, b, q] = json::matrices(source, ["a", "b", "q"])?;
+    let found = luenberger_linalg::sylvester(&a, &b, &-q).map_err(|error| {
+        from(source)(match error {
+            // The library's right-hand side is c.
+            LinalgError::DimensionMismatch { expected, found, .. } => {
+                LinalgError::DimensionMismatch { what: "q", expected, found }
+            }
+            other => other,
+        })
+    })?;
+    lyapunov::solution("A X + X B + Q = 0", &found.x, found.residual, found.condition)
+}

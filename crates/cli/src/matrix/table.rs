@@ -1,0 +1,97 @@
+//! Numbers for people: six significant digits, matrices aligned at their decimal points.
+
+use nalgebra::{Complex, DMatrix};
+
+/// A number with six significant digits: `0.333333`, `-12`, `1.5e-9`.
+pub(super) fn number(x: f64) -> String {
+    digits(x, 6)
+}
+
+/// A residual or a condition: two digits say enough.
+pub(super) fn size(x: f64) -> String {
+    digits(x, 2)
+}
+
+fn digits(x: f64, count: usize) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return if x == 0.0 { "0".to_owned() } else { x.to_string() };
+    }
+    let scientific = format!("{x:.*e}", count - 1);
+    let Some((mantissa, exponent)) = scientific.split_once('e') else { return scientific };
+    let exponent: i32 = exponent.parse().unwrap_or_default();
+    let trimmed = |text: &str| {
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
+    };
+    if (-4..6).contains(&exponent) {
+        let decimals = (count as i32 - 1 - exponent).max(0) as usize;
+        trimmed(&format!("{x:.decimals$}"))
+    } else {
+        format!("{}e{exponent}", trimmed(mantissa))
+    }
+}
+
+/// A complex number: `-1 + 2i`, or a real one alone.
+pub(super) fn complex(z: Complex<f64>) -> String {
+    if z.im == 0.0 {
+        return number(z.re);
+    }
+    let sign = if z.im < 0.0 { '-' } else { '+' };
+    format!("{} {sign} {}i", number(z.re), number(z.im.abs()))
+}
+
+/// `name =` and the rows, the columns aligned at their decimal points.
+pub(super) fn matrix(name: &str, m: &DMatrix<f64>) -> String {
+    let columns: Vec<Vec<String>> = m.column_iter().map(|column| aligned(column.iter().copied())).collect();
+    let mut text = format!("{name} =\n");
+    for row in 0..m.nrows() {
+        let line: Vec<&str> = columns.iter().map(|column| column[row].as_str()).collect();
+        text.push_str(format!("  {}", line.join("  ")).trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+/// `name =` and one complex number on each line.
+pub(super) fn list<'a>(name: &str, values: impl IntoIterator<Item = &'a Complex<f64>>) -> String {
+    let mut text = format!("{name} =\n");
+    for value in values {
+        text.extend(["  ", &complex(*value), "\n"]);
+    }
+    text
+}
+
+fn aligned(column: impl Iterator<Item = f64>) -> Vec<String> {
+    let parts: Vec<(String, String)> = column
+        .map(|x| {
+            let text = number(x);
+            let at = text.find(['.', 'e']).unwrap_or(text.len());
+            let (whole, rest) = text.split_at(at);
+            (whole.to_owned(), rest.to_owned())
+        })
+        .collect();
+    let left = parts.iter().map(|part| part.0.len()).max().unwrap_or_default();
+    let right = parts.iter().map(|part| part.1.len()).max().unwrap_or_default();
+    parts.iter().map(|(whole, rest)| format!("{whole:>left$}{rest:<right$}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn six_digits_and_no_more_than_the_number_has() {
+        let shown = [0.0, -0.0, 1.0, -12.5, 1.0 / 3.0, 1e6, 123456.7, 1.5e-9, 0.00012, f64::INFINITY, 999999.9, 1e300]
+            .map(number);
+        let expected =
+            ["0", "0", "1", "-12.5", "0.333333", "1e6", "123457", "1.5e-9", "0.00012", "inf", "1e6", "1e300"];
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn columns_stand_at_their_decimal_points() {
+        let m = DMatrix::from_row_slice(2, 2, &[1.25, -10.0, -100.0, 0.5]);
+        assert_eq!(matrix("X", &m), "X =\n     1.25  -10\n  -100       0.5\n");
+        assert_eq!(complex(Complex::new(-1.0, -2.0)), "-1 - 2i");
+        assert_eq!(complex(Complex::new(-1.0, 0.0)), "-1");
+    }
+}
