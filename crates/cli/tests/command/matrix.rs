@@ -1,0 +1,181 @@
+//! The matrix tools against python-control and scipy (`tests/golden`, written by `generate.py` there), and against their equations.
+
+use crate::terminal::luenberger;
+use nalgebra::{Complex, DMatrix};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Backward errors of both tools are some `n eps`; the problems of `generate.py` amplify them by less than 1e5.
+const AGREEMENT: f64 = 1e-10;
+
+fn matrix(value: &Value) -> DMatrix<f64> {
+    let rows: Vec<Vec<f64>> = serde_json::from_value(value.clone()).unwrap();
+    DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+}
+
+fn complex(value: &Value) -> Vec<Complex<f64>> {
+    let pairs: Vec<[f64; 2]> = serde_json::from_value(value.clone()).unwrap();
+    pairs.into_iter().map(|[re, im]| Complex::new(re, im)).collect()
+}
+
+/// The same numbers in any order: each has a partner of its own.
+#[track_caller]
+fn assert_same_set(name: &str, found: &[Complex<f64>], mut expected: Vec<Complex<f64>>) {
+    assert_eq!(found.len(), expected.len(), "{name}");
+    let size = expected.iter().map(|z| z.norm()).fold(1.0, f64::max);
+    for z in found {
+        let (place, nearest) =
+            expected.iter().enumerate().min_by(|x, y| (x.1 - z).norm().total_cmp(&(y.1 - z).norm())).unwrap();
+        assert!((nearest - z).norm() <= AGREEMENT * size, "{name}: {z} and {nearest}");
+        expected.remove(place);
+    }
+}
+
+#[test]
+fn answers_are_those_of_python_control() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "json") {
+            continue;
+        }
+        count += 1;
+        let name = path.display().to_string();
+        let golden: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        let ran = luenberger(&[golden["command"].as_str().unwrap(), "-", "--json"], golden["input"].to_string());
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{name}");
+        let found = ran.json();
+        for (key, expected) in golden["answer"].as_object().unwrap() {
+            match key.as_str() {
+                "x" | "k" => {
+                    let (found, expected) = (matrix(&found[key]), matrix(expected));
+                    assert_eq!(found.shape(), expected.shape(), "{name}");
+                    let error = (&found - &expected).amax() / expected.amax().max(1.0);
+                    assert!(error <= AGREEMENT, "{name}: {key} differs by {error:e}");
+                }
+                "poles" | "eigenvalues" => assert_same_set(&name, &complex(&found[key]), complex(expected)),
+                "unobservable" => {
+                    let hidden: Vec<_> =
+                        found[key].as_array().unwrap().iter().map(|mode| mode["eigenvalue"].clone()).collect();
+                    assert_same_set(&name, &complex(&Value::Array(hidden)), complex(expected));
+                }
+                "rank" => assert_eq!(&found[key], expected, "{name}"),
+                other => panic!("{name}: nothing compares {other}"),
+            }
+        }
+    }
+    assert_eq!(count, 24);
+}
+
+/// The keys of each answer, in their order, and nothing else.
+#[test]
+fn answers_have_the_keys_they_are_documented_with() {
+    let pair = json!({ "a": [[-1, 1], [0, -2]], "q": [[1, 0], [0, 1]] });
+    let riccati = json!({ "a": [[0.5]], "b": [[1]], "q": [[1]], "r": [[1]] });
+    let cases = [
+        ("lyap", pair.clone(), vec!["x", "residual", "condition"]),
+        ("dlyap", json!({ "a": [[0.5]], "q": [[1]] }), vec!["x", "residual", "condition"]),
+        ("sylv", json!({ "a": [[1]], "b": [[2]], "q": [[1]] }), vec!["x", "residual", "condition"]),
+        ("care", riccati.clone(), vec!["x", "k", "poles", "residual"]),
+        ("dare", riccati, vec!["x", "k", "poles", "residual"]),
+        ("place", json!({ "a": [[1]], "b": [[1]], "poles": [-1] }), vec!["k", "poles", "condition"]),
+        ("obsv", json!({ "a": [[1]], "c": [[1]] }), vec!["rank", "unobservable", "margins"]),
+        ("eig", json!({ "a": [[1]] }), vec!["eigenvalues"]),
+    ];
+    for (command, input, keys) in cases {
+        let ran = luenberger(&[command, "-", "--json"], input.to_string());
+        assert_eq!(ran.code, Some(0), "{command}: {}", ran.stderr);
+        let mut from = 0;
+        for key in &keys {
+            let at = ran.stdout[from..].find(&format!("\"{key}\":")).unwrap_or_else(|| panic!("{command}: {key}"));
+            from += at;
+        }
+        assert_eq!(ran.json().as_object().unwrap().len(), keys.len(), "{command}");
+    }
+}
+
+/// The error of a feedback gain is seen in the poles; a gain transposed or of the other sign is not near.
+#[test]
+fn several_inputs_place_the_poles_of_a_minus_b_k() {
+    let (a, b) = (json!([[0, 1, 0], [0, 0, 1], [3, -2, 1]]), json!([[0, 1], [1, 0], [0, 2]]));
+    let poles = json!([-2, [-1, 1], [-1, -1]]);
+    let found = luenberger(&["place", "-", "--json"], json!({ "a": a, "b": b, "poles": poles }).to_string()).json();
+    let closed = matrix(&a) - matrix(&b) * matrix(&found["k"]);
+    let rows: Vec<Vec<f64>> = closed.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let spectrum = luenberger(&["eig", "-", "--json"], json!({ "a": rows }).to_string()).json();
+    let wished = vec![Complex::new(-2.0, 0.0), Complex::new(-1.0, 1.0), Complex::new(-1.0, -1.0)];
+    assert_same_set("place", &complex(&spectrum["eigenvalues"]), wished.clone());
+    assert_same_set("place", &complex(&found["poles"]), wished);
+    assert!(found["condition"].as_f64().unwrap() >= 1.0);
+}
+
+#[test]
+fn a_repeated_pole_with_one_input_has_no_condition() {
+    let input = json!({ "a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [-1, -1] }).to_string();
+    assert_eq!(luenberger(&["place", "-", "--json"], &input).json()["condition"], Value::Null);
+    let text = luenberger(&["place", "-"], &input).stdout;
+    assert!(text.contains("condition of the eigenvectors inf"), "{text}");
+}
+
+#[test]
+fn a_hidden_mode_is_named_with_its_direction() {
+    let input = json!({ "a": [[-1, 0], [0, -2]], "c": [[1, 0]] }).to_string();
+    let seen = luenberger(&["obsv", "-", "--json"], &input).json();
+    assert_eq!(seen["rank"], 1);
+    assert_eq!(seen["unobservable"], json!([{ "eigenvalue": [-2.0, 0.0], "direction": [[0.0, 0.0], [1.0, 0.0]] }]));
+    let margins = seen["margins"].as_array().unwrap();
+    // sigma_min of [A + I; C] for A = diag(-1, -2), C = [1 0] is 1, and |[A; C]| = sqrt 6 in the units given; in those chosen it is another number of that size.
+    assert!(margins[0]["margin"].as_f64().unwrap() > 0.1 && margins[1]["margin"].as_f64().unwrap() < 1e-15);
+    let text = luenberger(&["obsv", "-"], &input);
+    assert_eq!(text.code, Some(0));
+    assert!(text.stdout.starts_with("rank 1 of 2: not observable\n"), "{}", text.stdout);
+    assert!(text.stdout.contains("hidden: -2 along [0, 1]"), "{}", text.stdout);
+}
+
+#[test]
+fn matrices_for_people_are_aligned() {
+    let input = r#"{"a": [[-0.5, 0], [0, -0.005]], "q": [[2, 0], [0, 1]]}"#;
+    let text = luenberger(&["lyap", "-"], input).stdout;
+    assert!(text.starts_with("A X + X A' + Q = 0\nX =\n  2    0\n  0  100\nresidual "), "{text}");
+}
+
+proptest! {
+    // Each case is a process.
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// What is printed are the very doubles: X read back solves the equation to rounding, with A in units from 1e-6 to 1e6.
+    #[test]
+    fn printed_solutions_solve_their_equations(
+        (n, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), prop::collection::vec(-1.0..1.0_f64, 2 * n * n))),
+        decade in -6..=6_i32,
+    ) {
+        let units = 10.0_f64.powi(decade);
+        // Row sums below n: with n on the diagonal every eigenvalue has a real part below -1/2 in these units.
+        let a = DMatrix::from_fn(n, n, |i, j| units * (entries[i * n + j] - if i == j { n as f64 + 0.5 } else { 0.0 }));
+        let half = DMatrix::from_fn(n, n, |i, j| entries[n * n + i * n + j]);
+        let q = &half + half.transpose();
+        let rows = |m: &DMatrix<f64>| m.row_iter().map(|r| r.iter().copied().collect::<Vec<_>>()).collect::<Vec<_>>();
+        let ran = luenberger(&["lyap", "-", "--json"], json!({ "a": rows(&a), "q": rows(&q) }).to_string());
+        prop_assert_eq!(ran.code, Some(0));
+        let found = ran.json();
+        let x = matrix(&found["x"]);
+        let defect = (&a * &x + &x * a.transpose() + &q).norm() / (2.0 * a.norm() * x.norm() + q.norm()).max(f64::MIN_POSITIVE);
+        // Bartels and Stewart: a few roundings for each of n steps; decimals that were not exact would cost as much again at 1e-16, six of them 1e-6.
+        prop_assert!(defect <= 50.0 * n as f64 * f64::EPSILON, "{defect:e}");
+        prop_assert!(found["residual"].as_f64().unwrap() <= 50.0 * n as f64 * f64::EPSILON);
+    }
+
+    /// Doubles that go in by their shortest decimals come out by them.
+    #[test]
+    fn doubles_survive_the_way_through(bits in prop::collection::vec(any::<f64>(), 1..=3)) {
+        let n = bits.len();
+        let diagonal = |i: usize, j: usize| if i == j && bits[i].is_finite() && bits[i].abs() < 1e150 { bits[i] } else { 0.0 };
+        let rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| diagonal(i, j)).collect()).collect();
+        let found = luenberger(&["eig", "-", "--json"], json!({ "a": rows }).to_string()).json();
+        for i in 0..n {
+            let has = complex(&found["eigenvalues"]).iter().any(|z| z.re == rows[i][i] && z.im == 0.0);
+            prop_assert!(has, "{:e} is not among {}", rows[i][i], found);
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Every mistake has its sentence on standard error, its object with `--json`, and its exit code.
+
+use crate::terminal::{Ran, folder, luenberger};
+
+const SHORT: &str = r#"{"a": [[0, 1], [-2, -3]]}"#;
+
+/// Command, input, exit code, and what the sentence says after `error: standard input: `.
+const MISTAKES: &[(&str, &str, i32, &str)] = &[
+    ("eig", "", 2, "line 1, column 1: the input is empty, and a JSON object is expected"),
+    ("eig", "[[1]]", 2, "line 1, column 1: invalid type: sequence, expected an object with the keys \"a\""),
+    ("eig", "{'a': [[1]]}", 2, "line 1, column 2: key must be a string"),
+    ("eig", "{\"a\": [[1],\n [2]", 2, "line 2, column 4: EOF while parsing a list"),
+    ("eig", "{\"a\": [[1, 2],\n [3 4]]}", 2, "line 2, column 5: expected `,` or `]`"),
+    ("eig", "{\"a\": [[1]]} and more", 2, "line 1, column 14: trailing characters"),
+    ("eig", "{\"a\": [[1], [2],]}", 2, "line 1, column 17: trailing comma"),
+    ("eig", "{}", 2, "line 1, column 2: the key \"a\" is missing (known: \"a\")"),
+    ("lyap", SHORT, 2, "line 1, column 25: the key \"q\" is missing (known: \"a\", \"q\")"),
+    (
+        "eig",
+        r#"{"A": [[1]]}"#,
+        2,
+        "line 1, column 4: the key \"A\" is not known here; did you mean \"a\"? (known: \"a\")",
+    ),
+    ("eig", r#"{"x": [[1]]}"#, 2, "line 1, column 4: the key \"x\" is not known here (known: \"a\")"),
+    (
+        "place",
+        r#"{"pols": [1]}"#,
+        2,
+        "line 1, column 7: the key \"pols\" is not known here; did you mean \"poles\"? (known: \"a\", \"b\", \"poles\")",
+    ),
+    ("eig", r#"{"a": [[1]], "a": [[2]]}"#, 2, "line 1, column 16: the key \"a\" stands twice"),
+    (
+        "eig",
+        r#"{"a": 3}"#,
+        2,
+        "line 1, column 7: invalid type: integer `3`, expected the matrix \"a\" as a list of its rows, such as [[1, 2], [3, 4]] or [[1]]",
+    ),
+    (
+        "eig",
+        r#"{"a": [1, 2]}"#,
+        2,
+        "line 1, column 8: invalid type: integer `1`, expected row 0 of the matrix \"a\" as a list (a column is [[1], [2]], a row is [[1, 2]])",
+    ),
+    (
+        "eig",
+        r#"{"a": [[1, 2], [3]]}"#,
+        2,
+        "line 1, column 19: row 1 of the matrix \"a\" has 1 entries, and row 0 has 2",
+    ),
+    ("eig", r#"{"a": []}"#, 2, "line 1, column 8: the matrix \"a\" is empty (0 x 0)"),
+    ("eig", r#"{"a": [[], []]}"#, 2, "line 1, column 14: the matrix \"a\" is empty (2 x 0)"),
+    ("eig", r#"{"a": [[1, null], [0, 1]]}"#, 2, "line 1, column 15: invalid type: null, expected a number for a(0, 1)"),
+    (
+        "eig",
+        r#"{"a": [[1, "2"], [0, 1]]}"#,
+        2,
+        "line 1, column 14: invalid type: string \"2\", expected a number for a(0, 1)",
+    ),
+    ("eig", r#"{"a": [[true]]}"#, 2, "line 1, column 12: invalid type: boolean `true`, expected a number for a(0, 0)"),
+    ("eig", r#"{"a": [[NaN]]}"#, 2, "line 1, column 9: NaN is no number of JSON, and every entry has to be finite"),
+    (
+        "eig",
+        "{\"a\": [[1,\n Infinity]]}",
+        2,
+        "line 2, column 2: Infinity is no number of JSON, and every entry has to be finite",
+    ),
+    (
+        "eig",
+        r#"{"a": [[-Infinity]]}"#,
+        2,
+        "line 1, column 10: -Infinity is no number of JSON, and every entry has to be finite",
+    ),
+    ("eig", r#"{"a": [[1e999]]}"#, 2, "line 1, column 13: number out of range"),
+    ("eig", r#"{"a": [[1, 2]]}"#, 2, "a must be square, and is 1 x 2"),
+    ("lyap", r#"{"a": [[0, 1], [-2, -3]], "q": [[1]]}"#, 2, "q must be 2 x 2, and is 1 x 1"),
+    (
+        "lyap",
+        r#"{"a": [[-1, 0], [0, -2]], "q": [[1, 2], [3, 4]]}"#,
+        2,
+        "q is not symmetric: entries [1, 0] and [0, 1] differ by 1e0, allowed is ",
+    ),
+    ("sylv", r#"{"a": [[1]], "b": [[1, 0], [0, 1]], "q": [[1]]}"#, 2, "q must be 1 x 2, and is 1 x 1"),
+    ("care", r#"{"a": [[1]], "b": [[1], [2]], "q": [[1]], "r": [[1]]}"#, 2, "b must be 1 x 1, and is 2 x 1"),
+    (
+        "care",
+        r#"{"a": [[1]], "b": [[1]], "q": [[1]], "r": [[-1]]}"#,
+        2,
+        "r is not positive definite: its smallest eigenvalue is -1e0",
+    ),
+    (
+        "dare",
+        r#"{"a": [[1]], "b": [[1]], "q": [[-1]], "r": [[1]]}"#,
+        2,
+        "q is not positive semidefinite: its smallest eigenvalue is -1e0",
+    ),
+    ("obsv", r#"{"a": [[1]], "c": [[1, 2]]}"#, 2, "C must be 1 x 1, and is 1 x 2"),
+    ("place", r#"{"a": [[1]], "b": [[1]], "poles": [-1, -2]}"#, 2, "a plant of order 1 takes 1 poles, and 2 are given"),
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[1]], "poles": [[-1, 2]]}"#,
+        2,
+        "the poles are not closed under conjugation: -1+2i is there without its conjugate",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[1]], "poles": [[-1]]}"#,
+        2,
+        "line 1, column 39: pole 0 must be a number or [re, im]",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[1]], "poles": [[1, 2, 3]]}"#,
+        2,
+        "line 1, column 44: pole 0 must be a number or [re, im]",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[1]], "poles": ["fast"]}"#,
+        2,
+        "line 1, column 41: invalid type: string \"fast\", expected a number or [re, im] for pole 0",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[1]], "poles": -1}"#,
+        2,
+        "line 1, column 36: invalid type: integer `-1`, expected the list of \"poles\", such as [-1, -2] or [[-1, 2], [-1, -2]]",
+    ),
+    ("place", r#"{"a": [[1, 0], [0, 2]], "b": [[1, 0], [0, 1]], "poles": [-1, -1]}"#, 0, ""),
+    // A right question with no for an answer.
+    (
+        "lyap",
+        r#"{"a": [[1, 0], [0, -1]], "q": [[1, 0], [0, 1]]}"#,
+        1,
+        "the Lyapunov equation is singular to working precision: eigenvalues 1+0i and -1+0i miss by 0e0",
+    ),
+    ("dlyap", r#"{"a": [[1]], "q": [[1]]}"#, 1, "the Stein equation is singular to working precision"),
+    ("sylv", r#"{"a": [[1]], "b": [[-1]], "q": [[1]]}"#, 1, "the Sylvester equation is singular to working precision"),
+    (
+        "care",
+        r#"{"a": [[1]], "b": [[0]], "q": [[1]], "r": [[1]]}"#,
+        1,
+        "the pair (A, B) is not stabilizable: no input moves the eigenvalue 1",
+    ),
+    (
+        "dare",
+        r#"{"a": [[1]], "b": [[1]], "q": [[0]], "r": [[1]]}"#,
+        1,
+        "the pair (A, C) is not detectable: no output sees the eigenvalue 1",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[0]], "poles": [-1]}"#,
+        1,
+        "the pair (A, B) is not controllable: no input moves the eigenvalue 1",
+    ),
+];
+
+#[test]
+fn each_mistake_has_its_sentence_and_its_exit_code() {
+    for (command, input, code, sentence) in MISTAKES {
+        let ran = luenberger(&[command, "-"], input);
+        assert_eq!(ran.code, Some(*code), "{command} {input}: {ran:?}");
+        if *code == 0 {
+            assert_eq!(ran.stderr, "");
+            continue;
+        }
+        assert_eq!(ran.stdout, "", "{command} {input}");
+        let expected = format!("error: standard input: {sentence}");
+        assert!(ran.stderr.starts_with(&expected), "{command} {input}:\n{}{expected}", ran.stderr);
+    }
+}
+
+#[test]
+fn with_json_a_mistake_is_an_object_as_well() {
+    for (command, input, code, sentence) in MISTAKES.iter().filter(|mistake| mistake.2 != 0) {
+        let ran = luenberger(&[command, "-", "--json"], input);
+        assert_eq!(ran.code, Some(*code), "{command} {input}");
+        let error = &ran.json()["error"];
+        let message = error["message"].as_str().unwrap();
+        assert!(message.contains(sentence), "{command} {input}: {message}");
+        let kind = if *code == 1 {
+            "no-solution"
+        } else if sentence.starts_with("line") {
+            "syntax"
+        } else {
+            "data"
+        };
+        assert_eq!(error["kind"], kind, "{command} {input}");
+        if kind == "syntax" {
+            let place = format!("line {}, column {}: ", error["line"], error["column"]);
+            assert!(sentence.starts_with(&place), "{place} {sentence}");
+        }
+    }
+}
+
+#[test]
+fn nesting_without_end_is_refused_at_once() {
+    for opening in ["[", "{\"a\":"] {
+        let ran = luenberger(&["eig", "-"], format!("{{\"a\": {}", opening.repeat(1_000_000)));
+        assert_eq!(ran.code, Some(2));
+        assert!(ran.stderr.contains("line 1, column"), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn bytes_that_are_no_text_are_located() {
+    let ran = luenberger(&["eig", "-"], b"{\"a\":\n [[1, \xff]]}");
+    assert_eq!(ran.code, Some(2));
+    assert_eq!(ran.stderr, "error: standard input: line 2, column 7: byte 13 of the input, 0xff, is not UTF-8\n");
+    // The mark that Windows puts before a text is none of it.
+    assert_eq!(luenberger(&["eig", "-"], "\u{feff}{\"a\": [[1]]}").code, Some(0));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let folder = folder("no-file");
+    let path = folder.join("plant.json");
+    let path = path.to_str().unwrap();
+    for command in ["eig", "sdp"] {
+        let ran = luenberger(&[command, path], "");
+        assert_eq!(ran.code, Some(2));
+        assert!(ran.stderr.starts_with(&format!("error: {path} cannot be read: ")), "{}", ran.stderr);
+        let ran = luenberger(&[command, path, "--json"], "");
+        assert_eq!(ran.json()["error"]["kind"], "file");
+    }
+    let ran = luenberger(&["eig", folder.to_str().unwrap()], "");
+    assert!(ran.code == Some(2) && ran.stderr.contains("cannot be read"), "{ran:?}");
+}
+
+#[test]
+fn wrong_usage_is_explained() {
+    let is_usage = |ran: &Ran, words: &str| {
+        assert_eq!(ran.code, Some(2));
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
+    };
+    is_usage(&luenberger(&[], ""), "Usage: luenberger");
+    is_usage(&luenberger(&["lyup"], ""), "'lyap'");
+    is_usage(&luenberger(&["lyap"], ""), "<FILE>");
+    is_usage(&luenberger(&["lyap", "-", "--jsn"], ""), "'--json'");
+    let ran = luenberger(&["lyap", "--json"], "");
+    is_usage(&ran, "<FILE>");
+    assert_eq!(ran.json()["error"]["kind"], "usage");
+}
