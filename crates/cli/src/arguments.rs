@@ -81,6 +81,13 @@ pub(crate) enum Command {
     /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}, complex pairs adjacent, the one above the real axis first.
     #[command(after_help = EIG)]
     Eig(MatrixInput),
+    /// A study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
+    ///
+    /// The file holds A and C, and B if there are inputs, under these names in either case, by themselves or as fields of one structure:
+    /// save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file).
+    /// D has to be zero and the model in continuous time. Output {"study", "states", "inputs", "outputs", "ignored"}.
+    #[command(after_help = IMPORT)]
+    Import(ImportInput),
     /// Proved bounds of a semidefinite program in SDPA's sparse format
     ///
     /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver proposes; what is printed is proved outside it.
@@ -101,6 +108,19 @@ pub(crate) struct SdpInput {
     /// A program in SDPA's sparse format
     #[arg(value_name = "FILE.dat-s")]
     pub(crate) file: PathBuf,
+}
+
+#[derive(Args)]
+pub(crate) struct ImportInput {
+    /// The model: its kind is told by its first bytes
+    #[arg(value_name = "MODEL")]
+    pub(crate) model: PathBuf,
+    /// The study file to write, or - for standard output
+    #[arg(short, long, value_name = "STUDY", default_value = "study.toml")]
+    pub(crate) output: PathBuf,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 const LYAP: &str = r#"Example:
@@ -134,6 +154,8 @@ const OBSV: &str = r#"Example:
 const EIG: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig - --json
   {"eigenvalues":[[-1.0,2.0],[-1.0,-2.0]]}"#;
+
+const IMPORT: &str = "Example:\n  $ luenberger import building.mat -o building.toml\n  $ luenberger run building.toml";
 
 const SDP: &str = "Example:\n  $ luenberger sdp theta1.dat-s --json";
 

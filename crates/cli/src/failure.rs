@@ -3,6 +3,7 @@
 use crate::output;
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
+use luenberger_study::import::ImportError;
 use serde_json::{Map, Value};
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -35,6 +36,15 @@ pub(crate) enum Failure {
     /// Not a program in SDPA's format.
     #[error("{origin}: {error}")]
     Sdp { origin: String, error: ReadError },
+    /// Not a model.
+    #[error("{origin}: {error}")]
+    Import { origin: String, error: ImportError },
+    /// A file is there already.
+    #[error("{path} is there already: give another name, or --force to write over it")]
+    Exists { path: String },
+    /// A file cannot be written.
+    #[error("{path} cannot be written: {error}")]
+    Write { path: String, error: io::Error },
     /// The answer cannot be written as JSON.
     #[error("the answer cannot be written as JSON: {0}")]
     Unwritable(#[from] serde_json::Error),
@@ -44,8 +54,11 @@ impl Failure {
     /// A word for machines.
     fn kind(&self) -> &'static str {
         match self {
-            Self::Read { .. } | Self::TooLong { .. } => "file",
+            Self::Read { .. } | Self::TooLong { .. } | Self::Exists { .. } | Self::Write { .. } => "file",
+            Self::Import { error: ImportError::Read { .. } | ImportError::TooLong { .. }, .. } => "file",
             Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } => "syntax",
+            Self::Import { error: ImportError::Json { .. } | ImportError::Damaged { .. }, .. } => "syntax",
+            Self::Import { .. } => "data",
             Self::Matrix { error, .. } if is_wrong(error) => "data",
             Self::Matrix { .. } => "no-solution",
             Self::Unwritable(_) => "output",
@@ -59,7 +72,9 @@ impl Failure {
     /// Line and column, from 1, where there are such.
     fn place(&self) -> Option<(usize, usize)> {
         match self {
-            Self::NotText { line, column, .. } | Self::Json { line, column, .. } => Some((*line, *column)),
+            Self::NotText { line, column, .. }
+            | Self::Json { line, column, .. }
+            | Self::Import { error: ImportError::Json { line, column, .. }, .. } => Some((*line, *column)),
             _ => None,
         }
     }

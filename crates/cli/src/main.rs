@@ -6,6 +6,7 @@
 mod answer;
 mod arguments;
 mod failure;
+mod import;
 mod input;
 mod matrix;
 mod output;
@@ -40,6 +41,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Place(input) => matrix::placement::place(&input.file),
         Command::Obsv(input) => matrix::observability::obsv(&input.file),
         Command::Eig(input) => matrix::spectrum::eig(&input.file),
+        Command::Import(import) => import::import(&import),
         Command::Sdp(sdp) => sdp::sdp(&sdp.file),
     }
 }

@@ -12,7 +12,7 @@
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | [`design`] | each observer of a study, or why it does not fit |
 //! | [`execute`](mod@execute), [`results`] | the steps; what comes of them |
-//! | [`template`] | commented studies to start from |
+//! | [`template`], [`import`](mod@import) | commented studies to start from; plants from MATLAB's, numpy's and JSON files |
 
 #![deny(missing_docs)]
 
@@ -21,6 +21,7 @@ pub mod diagnostic;
 pub mod error;
 pub mod execute;
 pub mod expression;
+pub mod import;
 pub mod model;
 pub mod plant;
 pub mod read;

@@ -7,16 +7,16 @@ use std::process::{Command, Stdio};
 
 /// What one run left behind.
 #[derive(Debug)]
-pub struct Ran {
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Ran {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Ran {
     /// The one JSON object on standard output.
     #[track_caller]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         assert_eq!(self.stdout.lines().count(), 1, "one line: {self:?}");
         serde_json::from_str(&self.stdout).unwrap()
     }
@@ -24,12 +24,12 @@ impl Ran {
 
 /// The binary with these arguments and this standard input, which is no terminal.
 #[track_caller]
-pub fn luenberger(arguments: &[&str], input: impl AsRef<[u8]>) -> Ran {
+pub(crate) fn luenberger(arguments: &[&str], input: impl AsRef<[u8]>) -> Ran {
     run(Command::new(env!("CARGO_BIN_EXE_luenberger")).args(arguments), input.as_ref())
 }
 
 #[track_caller]
-pub fn run(command: &mut Command, input: &[u8]) -> Ran {
+pub(crate) fn run(command: &mut Command, input: &[u8]) -> Ran {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // A command that refuses its arguments does not read.
     _ = child.stdin.take().unwrap().write_all(input);
@@ -42,7 +42,7 @@ pub fn run(command: &mut Command, input: &[u8]) -> Ran {
 }
 
 /// A fresh folder for one test, below the build folder.
-pub fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();

@@ -1,0 +1,56 @@
+//! `luenberger import`: a study file from a model.
+
+use crate::answer::Answer;
+use crate::arguments::ImportInput;
+use crate::failure::Failure;
+use serde::Serialize;
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Imported<'a> {
+    /// The file that was written; the text itself where that is standard output.
+    study: String,
+    states: usize,
+    inputs: usize,
+    outputs: usize,
+    ignored: &'a [String],
+}
+
+pub(crate) fn import(input: &ImportInput) -> Result<Answer, Failure> {
+    let origin = input.model.display().to_string();
+    let model = luenberger_study::import::import(&input.model).map_err(|error| Failure::Import { origin, error })?;
+    let title = input.model.file_stem().map_or_else(|| "model".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let study = model.study(&title);
+    let (states, inputs, outputs) = (model.a.nrows(), model.b.ncols(), model.c.nrows());
+    let is_standard = input.output.as_os_str() == "-";
+    if !is_standard {
+        write(&input.output, &study, input.force)?;
+    }
+    let text = if is_standard {
+        study.clone()
+    } else {
+        let ignored = match model.ignored.len() {
+            0 => String::new(),
+            _ => format!("not used: {}\n", model.ignored.join(", ")),
+        };
+        let path = input.output.display();
+        format!("{path}: {states} states, {inputs} inputs, {outputs} outputs\n{ignored}")
+    };
+    let study = if is_standard { study } else { input.output.display().to_string() };
+    Ok(Answer::new(text, &Imported { study, states, inputs, outputs, ignored: &model.ignored })?)
+}
+
+/// Writes a new file; over one that is there only with `force`.
+fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    let name = || path.display().to_string();
+    let opened = if force { File::create(path) } else { File::create_new(path) };
+    opened.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
+        if error.kind() == ErrorKind::AlreadyExists {
+            Failure::Exists { path: name() }
+        } else {
+            Failure::Write { path: name(), error }
+        }
+    })
+}

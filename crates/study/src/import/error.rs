@@ -1,0 +1,170 @@
+//! Why a file gives no plant.
+
+use thiserror::Error;
+
+/// Why a file gives no plant.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The file cannot be read.
+    #[error("the file cannot be read: {message}")]
+    Read {
+        /// What the system says.
+        message: String,
+    },
+    /// The file is longer than is taken for meant.
+    #[error("the file is longer than {limit} bytes")]
+    TooLong {
+        /// The limit.
+        limit: u64,
+    },
+    /// The first bytes are those of no kind of file that is read here.
+    #[error(
+        "the file is of no known kind ({bytes} bytes, the first are {first:02x?}): MATLAB's version 5 (save -v7), numpy's npz and JSON are read"
+    )]
+    UnknownKind {
+        /// The length of the file.
+        bytes: usize,
+        /// Its first bytes, eight at most.
+        first: Vec<u8>,
+    },
+    /// MATLAB's version 7.3, which is HDF5.
+    #[error(
+        "the file is of MATLAB's version 7.3 (HDF5), which is not read: save it with save('model.mat', 'A', 'B', 'C', '-v7')"
+    )]
+    Hdf5,
+    /// numpy's npy, which holds one array.
+    #[error("the file holds one array of numpy (npy): save all with np.savez('model.npz', A=A, B=B, C=C)")]
+    OneArray,
+    /// The file ends within something, or contradicts itself.
+    #[error("the file is damaged: {what} at byte {at}")]
+    Damaged {
+        /// What is wrong.
+        what: &'static str,
+        /// Where; within a compressed part, where that part begins.
+        at: usize,
+    },
+    /// The archive of an npz file cannot be opened, or a member of it not be read.
+    #[error("the archive is damaged: {message}")]
+    Archive {
+        /// What the reader of the archive says.
+        message: String,
+    },
+    /// The text is not the JSON asked for.
+    #[error("line {line}, column {column}: {message}")]
+    Json {
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// The compressed parts come to more than [`INFLATED`](super::INFLATED).
+    #[error("the compressed parts of the file come to more than {limit} bytes")]
+    Inflated {
+        /// The limit.
+        limit: u64,
+    },
+    /// A matrix of more than [`LARGEST_MATRIX`](super::LARGEST_MATRIX) entries.
+    #[error("{name} is {rows} x {columns}; matrices of at most {limit} entries are read")]
+    TooLarge {
+        /// The variable.
+        name: String,
+        /// Its rows.
+        rows: u64,
+        /// Its columns.
+        columns: u64,
+        /// The limit.
+        limit: usize,
+    },
+    /// A variable that should be a matrix of real numbers is something else.
+    #[error("{name} is {found}, and must be a matrix of real numbers")]
+    NotReal {
+        /// The variable.
+        name: String,
+        /// What it is.
+        found: String,
+    },
+    /// A matrix that a plant needs is missing.
+    #[error("there is no {name} in the file; it holds {}", listed(.found))]
+    Missing {
+        /// The matrix.
+        name: &'static str,
+        /// The names in the file.
+        found: Vec<String>,
+    },
+    /// Two variables differ in the case of their letters alone, or two structures could be meant.
+    #[error("{first} and {second} could both be meant: leave one of them in the file")]
+    Ambiguous {
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// A matrix of the wrong shape.
+    #[error("{name} is {} x {}, and must be {expected}", found.0, found.1)]
+    Shape {
+        /// The matrix.
+        name: &'static str,
+        /// The shape it has.
+        found: (usize, usize),
+        /// The shape it must have, in words.
+        expected: String,
+    },
+    /// An entry is NaN or infinite.
+    #[error("{name}({row}, {column}) is {value}")]
+    NotFinite {
+        /// The matrix.
+        name: &'static str,
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// D is not zero.
+    #[error(
+        "D({row}, {column}) is {value}, and the plant of a study is y = C x, without D: leave D out, and give the observers y - D u for y, which has the same information"
+    )]
+    Feedthrough {
+        /// The row of the largest entry, from 0.
+        row: usize,
+        /// Its column, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// E is not the identity.
+    #[error(
+        "E({row}, {column}) is {value}, and the plant of a study is x' = A x + B u, without E: give E^-1 A and E^-1 B, if E is regular"
+    )]
+    Descriptor {
+        /// The row of the first entry that is not the identity's, from 0.
+        row: usize,
+        /// Its column, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// The model is discrete.
+    #[error(
+        "the model is discrete ({name} = {value}), and the plant of a study is x' = A x + B u: convert it first, with d2c for example"
+    )]
+    Discrete {
+        /// The name of the sampling time.
+        name: String,
+        /// The sampling time.
+        value: String,
+    },
+}
+
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 12;
+    match names.len() {
+        0 => "nothing".to_owned(),
+        n if n > SHOWN => format!("{} and {} more", names[..SHOWN].join(", "), n - SHOWN),
+        _ => names.join(", "),
+    }
+}

@@ -1,0 +1,145 @@
+//! A JSON object of lists, as `json.dump` writes it.
+
+use super::model::unread;
+use super::variable::{Value, Variable, is_known};
+use super::{ImportError, LARGEST_MATRIX};
+use nalgebra::DMatrix;
+use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+
+/// The variables of an object.
+pub(super) fn read(text: &[u8]) -> Result<Vec<Variable>, ImportError> {
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    let found = Object::deserialize(&mut reader).and_then(|object| reader.end().map(|()| object.0));
+    found.map_err(|error| {
+        let whole = error.to_string();
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let message = whole.strip_suffix(&place).unwrap_or(&whole).to_owned();
+        ImportError::Json { line: error.line().max(1), column: error.column().max(1), message }
+    })
+}
+
+/// An object: a model, or one that holds models by name.
+struct Object(Vec<Variable>);
+
+impl<'de> Deserialize<'de> for Object {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Fields { is_outer: true }).map(Self)
+    }
+}
+
+struct Fields {
+    is_outer: bool,
+}
+
+impl<'de> Visitor<'de> for Fields {
+    type Value = Vec<Variable>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "an object with the matrices \"A\", \"B\" and \"C\"")
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Self::Value, M::Error> {
+        let mut variables: Vec<Variable> = Vec::new();
+        while let Some(name) = map.next_key::<String>()? {
+            if variables.iter().any(|variable| variable.name == name) {
+                return Err(M::Error::custom(format!("the key {name:?} stands twice")));
+            }
+            // What is not known may be a structure that holds the model.
+            let is_known = is_known(&name);
+            let value = map.next_value_seed(Field { is_outer: self.is_outer && !is_known, is_known })?;
+            variables.push(match value {
+                Value::Other(_) if !is_known => unread(name),
+                value => Variable { name, value },
+            });
+        }
+        Ok(variables)
+    }
+}
+
+/// The value under a key.
+struct Field {
+    /// Whether a structure may be the model.
+    is_outer: bool,
+    /// Whether a matrix is wanted.
+    is_known: bool,
+}
+
+impl<'de> DeserializeSeed<'de> for Field {
+    type Value = Value;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Field {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a matrix as a list of its rows")
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Value, E> {
+        Ok(Value::Matrix(DMatrix::from_element(1, 1, value)))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Value, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Value, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<Value, E> {
+        Ok(Value::Other(value.to_string()))
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Value, E> {
+        Ok(Value::Other("null".to_owned()))
+    }
+
+    fn visit_str<E: Error>(self, _: &str) -> Result<Value, E> {
+        Ok(Value::Other("text".to_owned()))
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Value, M::Error> {
+        if self.is_outer {
+            return Fields { is_outer: false }.visit_map(map).map(Value::Structure);
+        }
+        while map.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
+        Ok(Value::Other("an object".to_owned()))
+    }
+
+    fn visit_seq<S: SeqAccess<'de>>(self, mut rows: S) -> Result<Value, S::Error> {
+        if !self.is_known {
+            while rows.next_element::<IgnoredAny>()?.is_some() {}
+            return Ok(Value::Other("a list".to_owned()));
+        }
+        let (mut entries, mut columns, mut count) = (Vec::new(), 0, 0);
+        while let Some(Row(row)) = rows.next_element()? {
+            if count == 0 {
+                columns = row.len();
+            } else if row.len() != columns {
+                let length = row.len();
+                return Err(S::Error::custom(format!("row {count} has {length} entries, and row 0 has {columns}")));
+            }
+            count += 1;
+            entries.extend(row);
+            if entries.len() > LARGEST_MATRIX {
+                return Err(S::Error::custom(format!("a matrix of more than {LARGEST_MATRIX} entries")));
+            }
+        }
+        Ok(Value::Matrix(DMatrix::from_row_slice(count, columns, &entries)))
+    }
+}
+
+/// One row.
+struct Row(Vec<f64>);
+
+impl<'de> Deserialize<'de> for Row {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self)
+    }
+}

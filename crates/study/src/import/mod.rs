@@ -1,0 +1,90 @@
+//! State-space models as MATLAB, python-control and numpy users save them.
+//!
+//! | file | how it is written |
+//! |---|---|
+//! | MATLAB's `.mat`, version 5 (`-v6`, `-v7`) | `save model.mat A B C D`, or one structure with these fields |
+//! | numpy's `.npz` | `np.savez("model.npz", A=A, B=B, C=C, D=D)`, compressed or not |
+//! | JSON | `json.dump({"A": sys.A.tolist(), ...}, file)` |
+//!
+//! Names count in both cases. `A` (n x n) and `C` (p x n) have to be there; `B` (n x m) may be missing. `D` has to be zero, `E` the identity, and the sampling time (`dt`, `Ts`) absent or zero, since the plant
+//! of a study is `x' = A x + B u`, `y = C x`. Sparse matrices become dense. Everything else in the file is left alone, and listed.
+//!
+//! The kind of a file is told by its first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and [`INFLATED`]: a file that says it holds more is refused before anything is allocated for
+//! it, and no sequence of bytes makes the reader panic.
+
+mod error;
+mod json;
+mod matlab;
+mod model;
+mod npz;
+mod study;
+#[cfg(test)]
+mod tests;
+mod variable;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+pub use error::ImportError;
+pub use model::Model;
+
+/// The longest file that is read, in bytes.
+pub const LONGEST_FILE: u64 = 256 << 20;
+
+/// The most entries that one matrix may have: order 4096.
+pub const LARGEST_MATRIX: usize = 1 << 24;
+
+/// The most bytes that the compressed parts of one file may come to.
+pub const INFLATED: u64 = 1 << 30;
+
+/// The model in a file.
+///
+/// # Errors
+/// [`ImportError`]: the file cannot be read, is of no known kind, is damaged, or what it holds is no plant `x' = A x + B u`, `y = C x`.
+///
+/// # Example
+/// ```no_run
+/// let model = luenberger_study::import::import("model.mat".as_ref())?;
+/// std::fs::write("study.toml", model.study("model"))?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn import(path: &Path) -> Result<Model, ImportError> {
+    let unreadable = |error: std::io::Error| ImportError::Read { message: error.to_string() };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(unreadable)?;
+    file.take(LONGEST_FILE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LONGEST_FILE {
+        return Err(ImportError::TooLong { limit: LONGEST_FILE });
+    }
+    read(&bytes)
+}
+
+/// The model in the bytes of a file.
+///
+/// # Errors
+/// As [`import()`].
+///
+/// # Example
+/// ```
+/// let model = luenberger_study::import::read(br#"{"A": [[0, 1], [-2, -3]], "B": [[0], [1]], "C": [[1, 0]]}"#)?;
+/// assert_eq!((model.a.nrows(), model.b.ncols(), model.c.nrows()), (2, 1, 1));
+/// # Ok::<(), luenberger_study::import::ImportError>(())
+/// ```
+pub fn read(bytes: &[u8]) -> Result<Model, ImportError> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let found = if bytes.starts_with(b"PK\x03\x04") {
+        npz::read(bytes)?
+    } else if bytes.starts_with(b"\x93NUMPY") {
+        return Err(ImportError::OneArray);
+    } else if bytes.starts_with(b"\x89HDF\r\n\x1a\n") || bytes.starts_with(b"MATLAB 7.3") {
+        return Err(ImportError::Hdf5);
+    } else if matlab::is_version_5(bytes) {
+        matlab::read(bytes)?
+    } else if text.starts_with(b"{") || text.starts_with(b"[") {
+        json::read(text)?
+    } else {
+        return Err(ImportError::UnknownKind { bytes: bytes.len(), first: bytes.iter().take(8).copied().collect() });
+    };
+    Model::new(found)
+}

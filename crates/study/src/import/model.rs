@@ -1,0 +1,171 @@
+//! From the variables of a file to a plant.
+
+use super::ImportError;
+use super::variable::{UNREAD, Value, Variable, is_known};
+use nalgebra::DMatrix;
+
+/// A plant `x' = A x + B u`, `y = C x`, every entry finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// A, n x n, n at least 1.
+    pub a: DMatrix<f64>,
+    /// B, n x m; m may be 0.
+    pub b: DMatrix<f64>,
+    /// C, p x n, p at least 1.
+    pub c: DMatrix<f64>,
+    /// The names of what else is in the file.
+    pub ignored: Vec<String>,
+}
+
+impl Model {
+    /// Chooses the matrices among the variables, and checks them.
+    pub(super) fn new(variables: Vec<Variable>) -> Result<Self, ImportError> {
+        let mut ignored = Vec::new();
+        let variables = chosen(variables, &mut ignored)?;
+        let names: Vec<String> = variables.iter().map(Variable::described).chain(ignored.clone()).collect();
+        let mut take = Take { variables };
+        let missing = |name| ImportError::Missing { name, found: names.clone() };
+        let a = take.matrix("A")?.ok_or_else(|| missing("A"))?;
+        let n = a.nrows();
+        if n == 0 || a.ncols() != n {
+            return Err(shape("A", &a, "square, of order 1 at least".to_owned()));
+        }
+        let c = take.matrix("C")?.ok_or_else(|| missing("C"))?;
+        if c.ncols() != n || c.nrows() == 0 {
+            return Err(shape("C", &c, format!("p x {n} (A is {n} x {n})")));
+        }
+        // MATLAB and numpy write a matrix without columns as 0 x 0, too.
+        let b = take.matrix("B")?.filter(|b| !b.is_empty()).unwrap_or_else(|| DMatrix::zeros(n, 0));
+        if b.nrows() != n {
+            return Err(shape("B", &b, format!("{n} x m (A is {n} x {n})")));
+        }
+        if let Some(d) = take.matrix("D")?.filter(|d| !d.is_empty()) {
+            feedthrough(&d, c.nrows(), b.ncols())?;
+        }
+        if let Some(e) = take.matrix("E")?.filter(|e| !e.is_empty()) {
+            descriptor(&e, n)?;
+        }
+        for name in ["dt", "Ts"] {
+            take.sampling_time(name)?;
+        }
+        ignored.extend(take.variables.into_iter().map(|variable| variable.name));
+        ignored.sort();
+        Ok(Self { a, b, c, ignored })
+    }
+}
+
+/// The variables themselves, if A is among them, or else the fields of the one structure that has an A.
+fn chosen(variables: Vec<Variable>, ignored: &mut Vec<String>) -> Result<Vec<Variable>, ImportError> {
+    let has_a = |list: &[Variable]| list.iter().any(|variable| variable.name.eq_ignore_ascii_case("a"));
+    if has_a(&variables) {
+        return Ok(variables);
+    }
+    let mut model: Option<(String, Vec<Variable>)> = None;
+    let mut rest = Vec::new();
+    for variable in variables {
+        match variable {
+            Variable { name, value: Value::Structure(fields) } if has_a(&fields) => {
+                if let Some((first, _)) = model {
+                    return Err(ImportError::Ambiguous { first, second: name });
+                }
+                model = Some((name, fields));
+            }
+            other => rest.push(other),
+        }
+    }
+    match model {
+        Some((_, fields)) => {
+            ignored.extend(rest.into_iter().map(|variable| variable.name));
+            Ok(fields)
+        }
+        // Nothing fits: the names are for the error.
+        None => Ok(rest),
+    }
+}
+
+struct Take {
+    variables: Vec<Variable>,
+}
+
+impl Take {
+    /// The variable of this name in either case, which is taken out.
+    fn variable(&mut self, name: &str) -> Result<Option<Variable>, ImportError> {
+        let of = |list: &[Variable]| list.iter().position(|variable| variable.name.eq_ignore_ascii_case(name));
+        let Some(place) = of(&self.variables) else { return Ok(None) };
+        let found = self.variables.remove(place);
+        match of(&self.variables) {
+            Some(other) => {
+                Err(ImportError::Ambiguous { first: found.name, second: self.variables[other].name.clone() })
+            }
+            None => Ok(Some(found)),
+        }
+    }
+
+    fn matrix(&mut self, name: &'static str) -> Result<Option<DMatrix<f64>>, ImportError> {
+        let Some(Variable { name: given, value }) = self.variable(name)? else { return Ok(None) };
+        let m = match value {
+            Value::Matrix(m) => m,
+            Value::Structure(_) => return Err(ImportError::NotReal { name: given, found: "a structure".to_owned() }),
+            Value::Other(found) => return Err(ImportError::NotReal { name: given, found }),
+        };
+        for column in 0..m.ncols() {
+            for row in 0..m.nrows() {
+                let value = m[(row, column)];
+                if !value.is_finite() {
+                    return Err(ImportError::NotFinite { name, row, column, value });
+                }
+            }
+        }
+        Ok(Some(m))
+    }
+
+    /// Refuses a model with a sampling time: 0, nothing and `None` are those of continuous time.
+    fn sampling_time(&mut self, name: &str) -> Result<(), ImportError> {
+        let Some(Variable { name, value }) = self.variable(name)? else { return Ok(()) };
+        let value = match value {
+            Value::Matrix(m) if m.iter().all(|x| *x == 0.0) => return Ok(()),
+            Value::Matrix(m) => m[(0, 0)].to_string(),
+            Value::Other(found) if found == "null" || found == "false" => return Ok(()),
+            Value::Other(found) => found,
+            Value::Structure(_) => "a structure".to_owned(),
+        };
+        Err(ImportError::Discrete { name, value })
+    }
+}
+
+fn shape(name: &'static str, m: &DMatrix<f64>, expected: String) -> ImportError {
+    ImportError::Shape { name, found: m.shape(), expected }
+}
+
+fn feedthrough(d: &DMatrix<f64>, outputs: usize, inputs: usize) -> Result<(), ImportError> {
+    let (row, column) = d.iamax_full();
+    if d[(row, column)] != 0.0 {
+        return Err(ImportError::Feedthrough { row, column, value: d[(row, column)] });
+    }
+    // One zero stands for all in python-control and MATLAB.
+    if d.len() > 1 && d.shape() != (outputs, inputs) {
+        return Err(shape("D", d, format!("{outputs} x {inputs}")));
+    }
+    Ok(())
+}
+
+fn descriptor(e: &DMatrix<f64>, n: usize) -> Result<(), ImportError> {
+    if e.shape() != (n, n) {
+        return Err(shape("E", e, format!("{n} x {n}")));
+    }
+    for column in 0..n {
+        for row in 0..n {
+            let value = e[(row, column)];
+            if value != f64::from(u8::from(row == column)) {
+                return Err(ImportError::Descriptor { row, column, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A variable that may be left out of memory: its name is not one that a model has.
+pub(super) fn unread(name: String) -> Variable {
+    debug_assert!(!is_known(&name));
+    Variable { name, value: Value::Other(UNREAD.to_owned()) }
+}

@@ -1,0 +1,60 @@
+//! A model as a study file, ready to be run and to be edited.
+
+use super::Model;
+use nalgebra::DMatrix;
+use std::fmt::Write;
+
+impl Model {
+    /// The study file (TOML) of this plant: its matrices, every number to its last digit, a run from a state of ones, and a Kalman filter; comments say what to change. `title` may be any text.
+    pub fn study(&self, title: &str) -> String {
+        let n = self.a.nrows();
+        let mut text = format!("title = {}\n\n[plant]\n", quoted(title));
+        matrix(&mut text, "a", &self.a);
+        if self.b.ncols() > 0 {
+            matrix(&mut text, "b", &self.b);
+        }
+        matrix(&mut text, "c", &self.c);
+        text.push_str("\n[simulation]\n# The state at t = 0; each observer begins with zeros.\n");
+        list(&mut text, "x0", &vec![1.0; n]);
+        text.push_str("# In the unit of time of A.\n");
+        _ = writeln!(text, "duration = {:?}", self.duration());
+        text.push_str("\n[[observer]]\nname = \"kalman\"\nkind = \"kalman\"\n");
+        text.push_str("# Intensities of the noise on the state and on the outputs: what matters is their ratio.\nw = 1.0\nv = 1.0\n");
+        text
+    }
+
+    /// A power of ten that the norm of A makes a fair guess at: some of the slower motions in one figure.
+    fn duration(&self) -> f64 {
+        let size = self.a.amax();
+        if size > 0.0 { 10.0_f64.powi((-size.log10()).round().clamp(-12.0, 12.0) as i32 + 1) } else { 10.0 }
+    }
+}
+
+/// `name = [` and one row on each line.
+fn matrix(text: &mut String, name: &str, m: &DMatrix<f64>) {
+    _ = writeln!(text, "{name} = [");
+    for row in m.row_iter() {
+        let row: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
+        _ = writeln!(text, "  [{}],", row.join(", "));
+    }
+    text.push_str("]\n");
+}
+
+fn list(text: &mut String, name: &str, values: &[f64]) {
+    let values: Vec<String> = values.iter().map(|x| format!("{x:?}")).collect();
+    _ = writeln!(text, "{name} = [{}]", values.join(", "));
+}
+
+/// A basic string of TOML.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => _ = write!(quoted, "\\u{:04X}", c as u32),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
