@@ -27,6 +27,39 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// Write a commented study file to start from
+    ///
+    /// Output {"study", "files"}: what was written.
+    #[command(after_help = NEW)]
+    New(NewInput),
+    /// Design, certify, simulate and compare the observers of a study, and write a folder with the report
+    ///
+    /// The folder has report.html (offline), figures (SVG, PNG), trajectories (CSV, npz), study.json with every number, and the certificates. The same study gives the same bytes.
+    /// Ctrl-C leaves what is finished on disk. The exit code is 1 if an observer does not fit, a fact is not proved, or a run ends early; the rest is done all the same.
+    #[command(after_help = RUN)]
+    Run(StudyInput),
+    /// What the outputs see: ranks with margins for each mode, hidden directions
+    ///
+    /// For nonlinear plants at points along the trajectory, with the rank of Lie derivatives and the empirical Gramian.
+    #[command(after_help = OBSERVE)]
+    Observe(StudyInput),
+    /// The observers of a study: gains, poles, and what is proved of them
+    ///
+    /// An observer that does not fit the plant is reported with the hypothesis that fails and the observer that would fit; the exit code is 1 then.
+    #[command(after_help = DESIGN)]
+    Design(StudyInput),
+    /// The observers with their certificates, written to files that `luenberger verify` accepts
+    #[command(after_help = CERTIFY)]
+    Certify(StudyInput),
+    /// Run the plant and its observers, and write trajectories and figures
+    #[command(after_help = SIMULATE)]
+    Simulate(StudyInput),
+    /// The observers side by side: settling time, peak, root mean square of the error
+    #[command(after_help = COMPARE)]
+    Compare(StudyInput),
+    /// Vary gamma, poles, noise or initial errors, with ensembles, in parallel
+    #[command(after_help = SWEEP)]
+    Sweep(StudyInput),
     /// Lyapunov equation A X + X A' + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
@@ -88,12 +121,55 @@ pub(crate) enum Command {
     /// D has to be zero and the model in continuous time. Output {"study", "states", "inputs", "outputs", "ignored"}.
     #[command(after_help = IMPORT)]
     Import(ImportInput),
+    /// Check certificate files: everything they claim is derived again, outside floating point
+    ///
+    /// As the program luenberger-verify, which depends on nothing but the checker. Output {"files": [{"file", "outcome", "title", "statement", "facts"}, ..]}.
+    /// The exit code is 0 if every file is proved, 1 if one is rejected, 2 if one is no certificate.
+    #[command(after_help = VERIFY)]
+    Verify(VerifyInput),
     /// Proved bounds of a semidefinite program in SDPA's sparse format
     ///
     /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver proposes; what is printed is proved outside it.
     /// The exit code is 0 if both bounds, or infeasibility, are proved, 1 if nothing is.
     #[command(after_help = SDP)]
     Sdp(SdpInput),
+}
+
+#[derive(Args)]
+pub(crate) struct NewInput {
+    /// The plant: --list shows all
+    #[arg(long, default_value = "double-integrator")]
+    pub(crate) plant: String,
+    /// The study file to write, or - for standard output
+    #[arg(short, long, value_name = "STUDY", default_value = "study.toml")]
+    pub(crate) output: PathBuf,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// List the plants instead
+    #[arg(long)]
+    pub(crate) list: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct StudyInput {
+    /// A study: TOML, or JSON by the same keys (.json)
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: PathBuf,
+    /// The folder of the results [default: STUDY-results for run, certify, simulate and sweep; none for the others]
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: Option<PathBuf>,
+    /// Threads; the results do not depend on it [default: as many as there are processors]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+}
+
+/// At least one thread, and not so many that the machine refuses.
+fn threads(word: &str) -> Result<usize, String> {
+    match word.parse() {
+        Ok(count @ 1..=1024) => Ok(count),
+        _ => Err("a number from 1 to 1024 is expected".to_owned()),
+    }
 }
 
 #[derive(Args)]
@@ -111,6 +187,13 @@ pub(crate) struct SdpInput {
 }
 
 #[derive(Args)]
+pub(crate) struct VerifyInput {
+    /// Certificate files, or - for standard input
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<Source>,
+}
+
+#[derive(Args)]
 pub(crate) struct ImportInput {
     /// The model: its kind is told by its first bytes
     #[arg(value_name = "MODEL")]
@@ -122,6 +205,15 @@ pub(crate) struct ImportInput {
     #[arg(long)]
     pub(crate) force: bool,
 }
+
+const NEW: &str = "Example:\n  $ luenberger new --plant double-integrator\n  $ luenberger run study.toml";
+const RUN: &str = "Example:\n  $ luenberger new\n  $ luenberger run study.toml -o results";
+const OBSERVE: &str = "Example:\n  $ luenberger new\n  $ luenberger observe study.toml";
+const DESIGN: &str = "Example:\n  $ luenberger new\n  $ luenberger design study.toml";
+const CERTIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study.toml -o results";
+const SIMULATE: &str = "Example:\n  $ luenberger new\n  $ luenberger simulate study.toml -o results";
+const COMPARE: &str = "Example:\n  $ luenberger new\n  $ luenberger compare study.toml";
+const SWEEP: &str = "Example:\n  $ luenberger new\n  $ luenberger sweep study.toml -o results";
 
 const LYAP: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --json
@@ -156,6 +248,8 @@ const EIG: &str = r#"Example:
   {"eigenvalues":[[-1.0,2.0],[-1.0,-2.0]]}"#;
 
 const IMPORT: &str = "Example:\n  $ luenberger import building.mat -o building.toml\n  $ luenberger run building.toml";
+
+const VERIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study.toml -o results\n  $ luenberger verify results/certificates/*";
 
 const SDP: &str = "Example:\n  $ luenberger sdp theta1.dat-s --json";
 

@@ -1,9 +1,12 @@
 //! Why a command has no answer: a plain sentence, an exit code, and an object for machines.
 
-use crate::output;
+use crate::output::{self, is_coloured};
+use crate::study::INTERRUPTED;
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
+use luenberger_proof::certificate::Rejection;
 use luenberger_study::import::ImportError;
+use luenberger_study::{Diagnostics, StudyError};
 use serde_json::{Map, Value};
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -39,6 +42,12 @@ pub(crate) enum Failure {
     /// Not a model.
     #[error("{origin}: {error}")]
     Import { origin: String, error: ImportError },
+    /// Not a certificate.
+    #[error("{origin}: {error}")]
+    Certificate { origin: String, error: Box<Rejection> },
+    /// A study that cannot be read or executed.
+    #[error(transparent)]
+    Study(#[from] StudyError),
     /// A file is there already.
     #[error("{path} is there already: give another name, or --force to write over it")]
     Exists { path: String },
@@ -58,7 +67,16 @@ impl Failure {
             Self::Import { error: ImportError::Read { .. } | ImportError::TooLong { .. }, .. } => "file",
             Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } => "syntax",
             Self::Import { error: ImportError::Json { .. } | ImportError::Damaged { .. }, .. } => "syntax",
+            Self::Certificate { .. } => "syntax",
             Self::Import { .. } => "data",
+            Self::Study(error) => match error {
+                StudyError::File(_) => "study",
+                StudyError::Io { .. } => "file",
+                StudyError::Interrupted => "interrupted",
+                StudyError::Linalg(_) | StudyError::Sim(_) => "no-solution",
+                StudyError::Missing { .. } | StudyError::Template { .. } => "usage",
+                _ => "output",
+            },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
             Self::Matrix { .. } => "no-solution",
             Self::Unwritable(_) => "output",
@@ -66,7 +84,11 @@ impl Failure {
     }
 
     fn code(&self) -> u8 {
-        if self.kind() == "no-solution" { NEGATIVE } else { WRONG }
+        match self.kind() {
+            "no-solution" => NEGATIVE,
+            "interrupted" => INTERRUPTED,
+            _ => WRONG,
+        }
     }
 
     /// Line and column, from 1, where there are such.
@@ -85,22 +107,51 @@ impl Failure {
             output::line(&self.object().to_string());
         }
         // Nobody is left to be told of a standard error that is closed.
-        _ = writeln!(io::stderr(), "error: {self}");
+        _ = match self {
+            // All mistakes of the file, each with its excerpt.
+            Self::Study(StudyError::File(mistakes)) => {
+                write!(io::stderr(), "{}", mistakes.render(is_coloured(&io::stderr())))
+            }
+            _ => writeln!(io::stderr(), "error: {self}"),
+        };
         ExitCode::from(self.code())
     }
 
     fn object(&self) -> Value {
         let mut error = Map::new();
         error.insert("kind".to_owned(), self.kind().into());
-        error.insert("message".to_owned(), self.to_string().into());
+        let message = match self {
+            Self::Study(StudyError::File(mistakes)) => first(mistakes),
+            _ => self.to_string(),
+        };
+        error.insert("message".to_owned(), message.into());
         if let Some((line, column)) = self.place() {
             error.insert("line".to_owned(), line.into());
             error.insert("column".to_owned(), column.into());
+        }
+        if let Self::Study(StudyError::File(mistakes)) = self {
+            // Strings and counts: nothing that JSON could not hold.
+            let located = serde_json::to_value(mistakes.located()).unwrap_or_default();
+            error.insert("mistakes".to_owned(), located);
         }
         let mut object = Map::new();
         object.insert("error".to_owned(), Value::Object(error));
         Value::Object(object)
     }
+}
+
+/// The first mistake in a sentence, without its excerpt.
+fn first(mistakes: &Diagnostics) -> String {
+    let located = mistakes.located();
+    let count = located.len();
+    located.first().map_or_else(
+        || mistakes.to_string(),
+        |mistake| {
+            let (file, line, column) = (&mistake.file, mistake.line, mistake.column);
+            let more = if count > 1 { format!(" (the first of {count} mistakes)") } else { String::new() };
+            format!("{file}: line {line}, column {column}: {}, {}{more}", mistake.message, mistake.expected)
+        },
+    )
 }
 
 /// Whether the matrices make no problem at all; else the problem is one, and has no solution.

@@ -3,10 +3,8 @@
 use crate::answer::Answer;
 use crate::arguments::ImportInput;
 use crate::failure::Failure;
+use crate::output;
 use serde::Serialize;
-use std::fs::File;
-use std::io::{ErrorKind, Write};
-use std::path::Path;
 
 #[derive(Serialize)]
 struct Imported<'a> {
@@ -26,7 +24,7 @@ pub(crate) fn import(input: &ImportInput) -> Result<Answer, Failure> {
     let (states, inputs, outputs) = (model.a.nrows(), model.b.ncols(), model.c.nrows());
     let is_standard = input.output.as_os_str() == "-";
     if !is_standard {
-        write(&input.output, &study, input.force)?;
+        output::file(&input.output, &study, input.force)?;
     }
     let text = if is_standard {
         study.clone()
@@ -40,17 +38,4 @@ pub(crate) fn import(input: &ImportInput) -> Result<Answer, Failure> {
     };
     let study = if is_standard { study } else { input.output.display().to_string() };
     Ok(Answer::new(text, &Imported { study, states, inputs, outputs, ignored: &model.ignored })?)
-}
-
-/// Writes a new file; over one that is there only with `force`.
-fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let name = || path.display().to_string();
-    let opened = if force { File::create(path) } else { File::create_new(path) };
-    opened.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
-        if error.kind() == ErrorKind::AlreadyExists {
-            Failure::Exists { path: name() }
-        } else {
-            Failure::Write { path: name(), error }
-        }
-    })
 }

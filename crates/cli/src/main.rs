@@ -9,14 +9,18 @@ mod failure;
 mod import;
 mod input;
 mod matrix;
+mod numbers;
 mod output;
 mod progress;
 mod sdp;
+mod study;
+mod verify;
 
 use answer::Answer;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
+use luenberger_study::Step;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -33,6 +37,14 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<Answer, Failure> {
     match command {
+        Command::New(input) => study::new(&input),
+        Command::Run(input) => study::step(Step::Run, &input),
+        Command::Observe(input) => study::step(Step::Observe, &input),
+        Command::Design(input) => study::step(Step::Design, &input),
+        Command::Certify(input) => study::step(Step::Certify, &input),
+        Command::Simulate(input) => study::step(Step::Simulate, &input),
+        Command::Compare(input) => study::step(Step::Compare, &input),
+        Command::Sweep(input) => study::step(Step::Sweep, &input),
         Command::Lyap(input) => matrix::lyapunov::lyap(&input.file),
         Command::Dlyap(input) => matrix::lyapunov::dlyap(&input.file),
         Command::Sylv(input) => matrix::sylvester::sylv(&input.file),
@@ -42,6 +54,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Obsv(input) => matrix::observability::obsv(&input.file),
         Command::Eig(input) => matrix::spectrum::eig(&input.file),
         Command::Import(import) => import::import(&import),
+        Command::Verify(input) => verify::verify(&input.files),
         Command::Sdp(sdp) => sdp::sdp(&sdp.file),
     }
 }

@@ -1,6 +1,6 @@
 //! Long work shows a sign of life on standard error, on a terminal only.
 
-use indicatif::{ProgressBar, ProgressDrawTarget};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;
 
@@ -27,5 +27,56 @@ impl Drop for Spinner {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// A bar that knows how many items there are, told from any thread; it leaves nothing behind.
+pub(crate) struct Bar {
+    /// Absent off the terminal.
+    bar: Option<ProgressBar>,
+}
+
+const TEMPLATE: &str = "{bar:32} {pos:>3}/{len} {msg}";
+
+impl Bar {
+    pub(crate) fn new() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+            // The template is constant, and a test reads it; a bad one would only cost the looks.
+            if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
+                bar.set_style(style);
+            }
+            bar.enable_steady_tick(Duration::from_millis(100));
+            bar
+        });
+        Self { bar }
+    }
+
+    /// `done` of `total` items of a stage are done.
+    pub(crate) fn tell(&self, stage: &str, item: &str, done: usize, total: usize) {
+        if let Some(bar) = &self.bar {
+            bar.set_length(total as u64);
+            bar.set_position(done as u64);
+            bar.set_message(format!("{stage} {item}"));
+        }
+    }
+}
+
+impl Bar {
+    /// Nothing is left on the terminal.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_template_is_well_formed() {
+        assert!(ProgressStyle::with_template(TEMPLATE).is_ok());
     }
 }

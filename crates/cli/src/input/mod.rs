@@ -60,7 +60,8 @@ impl Source {
         })
     }
 
-    fn bytes(&self, limit: u64) -> Result<Vec<u8>, Failure> {
+    /// All of it, if it is not longer than `limit`.
+    pub(crate) fn bytes(&self, limit: u64) -> Result<Vec<u8>, Failure> {
         let unreadable = |error| Failure::Read { origin: self.to_string(), error };
         let mut bytes = Vec::new();
         let read = match self {

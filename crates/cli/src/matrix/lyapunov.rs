@@ -1,9 +1,10 @@
 //! `luenberger lyap` and `luenberger dlyap`, in python-control's form: the observer's form of the library with `A'` for `A`.
 
-use super::{from, table, written};
+use super::{from, written};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
+use crate::numbers;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -33,9 +34,9 @@ pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
 pub(super) fn solution(equation: &str, x: &DMatrix<f64>, residual: f64, condition: f64) -> Result<Answer, Failure> {
     let text = format!(
         "{equation}\n{}residual {} (relative), condition {}\n",
-        table::matrix("X", x),
-        table::size(residual),
-        table::size(condition)
+        numbers::matrix("X", x),
+        numbers::size(residual),
+        numbers::size(condition)
     );
     Ok(Answer::new(text, &Solution { x: written::rows(x), residual, condition })?)
 }

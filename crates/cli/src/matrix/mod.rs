@@ -6,7 +6,6 @@ pub(crate) mod placement;
 pub(crate) mod riccati;
 pub(crate) mod spectrum;
 pub(crate) mod sylvester;
-mod table;
 mod written;
 
 use crate::failure::Failure;

@@ -1,9 +1,10 @@
 //! `luenberger obsv`.
 
-use super::{from, table, written};
+use super::{from, written};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
+use crate::numbers;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -32,12 +33,12 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
     let mut text = format!("rank {} of {}", found.rank, found.order);
     text.push_str(if found.is_observable() { ": observable\n" } else { ": not observable\n" });
     for mode in &found.modes {
-        let (eigenvalue, margin) = (table::complex(mode.eigenvalue), table::size(mode.margin));
+        let (eigenvalue, margin) = (numbers::complex(mode.eigenvalue), numbers::size(mode.margin));
         text.extend(["  mode ", &eigenvalue, ": margin ", &margin, "\n"]);
     }
     for mode in &found.unobservable {
-        let direction: Vec<String> = mode.direction.iter().map(|v| table::complex(*v)).collect();
-        text.extend(["hidden: ", &table::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
+        let direction: Vec<String> = mode.direction.iter().map(|v| numbers::complex(*v)).collect();
+        text.extend(["hidden: ", &numbers::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
     }
     let hidden = |mode: &luenberger_linalg::Mode| Hidden {
         eigenvalue: written::pair(mode.eigenvalue),

@@ -1,9 +1,10 @@
 //! `luenberger place`.
 
-use super::{from, table, written};
+use super::{from, written};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
+use crate::numbers;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -19,10 +20,10 @@ pub(crate) fn place(source: &Source) -> Result<Answer, Failure> {
     let found = luenberger_linalg::place(&a, &b, &poles).map_err(from(source))?;
     let text = format!(
         "A - B K has the poles below: u = -K x\n{}{}off by {} (relative), condition of the eigenvectors {}\n",
-        table::matrix("K", &found.gain),
-        table::list("poles of A - B K", &found.poles),
-        table::size(found.deviation),
-        table::size(found.condition)
+        numbers::matrix("K", &found.gain),
+        numbers::list("poles of A - B K", &found.poles),
+        numbers::size(found.deviation),
+        numbers::size(found.condition)
     );
     let gain = Gain { k: written::rows(&found.gain), poles: written::pairs(&found.poles), condition: found.condition };
     Ok(Answer::new(text, &gain)?)

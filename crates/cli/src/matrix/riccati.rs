@@ -1,9 +1,10 @@
 //! `luenberger care` and `luenberger dare`.
 
-use super::{from, table, written};
+use super::{from, written};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
+use crate::numbers;
 use luenberger_linalg::Riccati;
 use serde::Serialize;
 
@@ -32,10 +33,10 @@ pub(crate) fn dare(source: &Source) -> Result<Answer, Failure> {
 fn regulator(equation: &str, found: &Riccati) -> Result<Answer, Failure> {
     let text = format!(
         "{equation}\n{}{}{}residual {} (relative)\n",
-        table::matrix("X", &found.x),
-        table::matrix("K", &found.k),
-        table::list("poles of A - B K", &found.poles),
-        table::size(found.residual)
+        numbers::matrix("X", &found.x),
+        numbers::matrix("K", &found.k),
+        numbers::list("poles of A - B K", &found.poles),
+        numbers::size(found.residual)
     );
     let regulator = Regulator {
         x: written::rows(&found.x),

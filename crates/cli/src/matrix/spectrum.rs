@@ -1,9 +1,10 @@
 //! `luenberger eig`.
 
-use super::{from, table, written};
+use super::{from, written};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
+use crate::numbers;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -15,5 +16,5 @@ struct Spectrum {
 pub(crate) fn eig(source: &Source) -> Result<Answer, Failure> {
     let [a] = json::matrices(source, ["a"])?;
     let found = luenberger_linalg::eigenvalues(&a).map_err(from(source))?;
-    Ok(Answer::new(table::list("eigenvalues", &found), &Spectrum { eigenvalues: written::pairs(&found) })?)
+    Ok(Answer::new(numbers::list("eigenvalues", &found), &Spectrum { eigenvalues: written::pairs(&found) })?)
 }

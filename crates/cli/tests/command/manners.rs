@@ -4,7 +4,10 @@ use crate::terminal::{luenberger, run};
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
-const COMMANDS: &[&str] = &["lyap", "dlyap", "sylv", "care", "dare", "place", "obsv", "eig", "import", "sdp"];
+const COMMANDS: &[&str] = &[
+    "new", "run", "observe", "design", "certify", "simulate", "compare", "sweep", "lyap", "dlyap", "sylv", "care",
+    "dare", "place", "obsv", "eig", "import", "verify", "sdp",
+];
 
 #[test]
 fn each_command_has_help_with_an_example() {

@@ -1,7 +1,7 @@
 //! numpy's archives: a zip file with one npy file for each array.
 //!
-//! An npy file is a magic, a version, the length of a header, a Python dictionary with `descr`, `fortran_order` and `shape`, and the numbers. Read here and not by a crate: npyz multiplies the dimensions
-//! of a damaged header without a check, parses it recursively, and brings C compilers for compressions that numpy does not use.
+//! An npy file is a magic, a version, the length of a header, a Python dictionary with `descr`, `fortran_order` and `shape`, and the numbers. Read here and not by the crate that writes tables,
+//! npyz: of a damaged header it multiplies the dimensions without a check and parses nested brackets by recursion.
 //!
 //! Source: NumPy Enhancement Proposal 1.
 

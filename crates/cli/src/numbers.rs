@@ -3,12 +3,12 @@
 use nalgebra::{Complex, DMatrix};
 
 /// A number with six significant digits: `0.333333`, `-12`, `1.5e-9`.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     digits(x, 6)
 }
 
 /// A residual or a condition: two digits say enough.
-pub(super) fn size(x: f64) -> String {
+pub(crate) fn size(x: f64) -> String {
     digits(x, 2)
 }
 
@@ -31,7 +31,7 @@ fn digits(x: f64, count: usize) -> String {
 }
 
 /// A complex number: `-1 + 2i`, or a real one alone.
-pub(super) fn complex(z: Complex<f64>) -> String {
+pub(crate) fn complex(z: Complex<f64>) -> String {
     if z.im == 0.0 {
         return number(z.re);
     }
@@ -40,7 +40,7 @@ pub(super) fn complex(z: Complex<f64>) -> String {
 }
 
 /// `name =` and the rows, the columns aligned at their decimal points.
-pub(super) fn matrix(name: &str, m: &DMatrix<f64>) -> String {
+pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> String {
     let columns: Vec<Vec<String>> = m.column_iter().map(|column| aligned(column.iter().copied())).collect();
     let mut text = format!("{name} =\n");
     for row in 0..m.nrows() {
@@ -52,7 +52,7 @@ pub(super) fn matrix(name: &str, m: &DMatrix<f64>) -> String {
 }
 
 /// `name =` and one complex number on each line.
-pub(super) fn list<'a>(name: &str, values: impl IntoIterator<Item = &'a Complex<f64>>) -> String {
+pub(crate) fn list<'a>(name: &str, values: impl IntoIterator<Item = &'a Complex<f64>>) -> String {
     let mut text = format!("{name} =\n");
     for value in values {
         text.extend(["  ", &complex(*value), "\n"]);

@@ -1,0 +1,41 @@
+//! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`, `sweep`.
+
+mod interrupt;
+mod new;
+mod told;
+
+use crate::answer::Answer;
+use crate::arguments::StudyInput;
+use crate::failure::Failure;
+use crate::progress::Bar;
+use luenberger_study::{RunOptions, Step, Study, execute};
+use std::path::{Path, PathBuf};
+
+pub(crate) use interrupt::INTERRUPTED;
+pub(crate) use new::new;
+
+/// Does one step of a study, or all.
+pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
+    let study = Study::from_path(&input.study)?;
+    let bar = Bar::new();
+    let options = RunOptions {
+        output: folder(step, input),
+        progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
+        cancel: interrupt::flag(),
+        threads: input.threads,
+    };
+    let executed = execute(&study, step, &options);
+    bar.finish();
+    let results = executed?;
+    let failures = results.failures();
+    let text = told::results(step, &results, &failures, options.output.as_deref());
+    Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
+}
+
+/// Where the results go: where the user says; else `study-results` for `study.toml`, for the steps whose results are files.
+fn folder(step: Step, input: &StudyInput) -> Option<PathBuf> {
+    let leaves_files = matches!(step, Step::Run | Step::Certify | Step::Simulate | Step::Sweep);
+    let stem = input.study.file_stem().unwrap_or_else(|| Path::new("study").as_os_str());
+    let beside = || PathBuf::from(format!("{}-results", stem.to_string_lossy()));
+    input.output.clone().or_else(|| leaves_files.then(beside))
+}

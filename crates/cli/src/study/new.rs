@@ -1,0 +1,65 @@
+//! `luenberger new`: a commented study to start from.
+
+use crate::answer::Answer;
+use crate::arguments::NewInput;
+use crate::failure::Failure;
+use crate::output;
+use luenberger_study::schema::SCHEMA;
+use luenberger_study::template::template;
+use luenberger_study::{TEMPLATES, Template};
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Written {
+    study: String,
+    files: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Listed {
+    plants: Vec<Plant>,
+}
+
+#[derive(Serialize)]
+struct Plant {
+    name: &'static str,
+    about: &'static str,
+}
+
+pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
+    if input.list {
+        return list();
+    }
+    let Template { text, files, .. } = template(&input.plant)?;
+    if input.output.as_os_str() == "-" {
+        return Ok(Answer::new((*text).to_owned(), &Written { study: (*text).to_owned(), files: vec![] })?);
+    }
+    output::file(&input.output, text, input.force)?;
+    let folder = input.output.parent().unwrap_or(Path::new(""));
+    let mut written = Vec::new();
+    // Editors complete keys by the schema that the study names. One that is there already may be of use as it is.
+    let schema = folder.join("study.schema.json");
+    if input.force || !schema.exists() {
+        output::file(&schema, SCHEMA, true)?;
+        written.push(schema.display().to_string());
+    }
+    for (name, text) in *files {
+        let path = folder.join(name);
+        output::file(&path, text, input.force)?;
+        written.push(path.display().to_string());
+    }
+    let study = input.output.display().to_string();
+    let mut told = format!("{study} is written; next: luenberger run {study}\n");
+    for file in &written {
+        told.extend(["with it: ", file, "\n"]);
+    }
+    Ok(Answer::new(told, &Written { study, files: written })?)
+}
+
+fn list() -> Result<Answer, Failure> {
+    let width = TEMPLATES.iter().map(|template| template.name.len()).max().unwrap_or_default();
+    let line = |template: &Template| format!("{:<width$}  {}\n", template.name, template.about);
+    let plants = TEMPLATES.iter().map(|template| Plant { name: template.name, about: template.about }).collect();
+    Ok(Answer::new(TEMPLATES.iter().map(line).collect(), &Listed { plants })?)
+}

@@ -1,0 +1,220 @@
+//! Results for people: what was found, what failed, where the files are.
+
+use crate::numbers::{complex, number, size};
+use luenberger_study::results::{
+    LogReport, ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, SimulationReport, SweepReport,
+};
+use luenberger_study::{Results, Step};
+use nalgebra::Complex;
+use std::path::Path;
+
+/// The most modes that are told of one point; --json has all.
+const SHOWN: usize = 12;
+
+/// All that the results hold.
+pub(super) fn results(step: Step, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
+    let plant = &results.plant;
+    let mut text = format!(
+        "{}: {} states, {} inputs, {} outputs ({})\n",
+        results.title,
+        plant.states.len(),
+        plant.inputs.len(),
+        plant.outputs.len(),
+        plant.kind
+    );
+    if let Some(report) = &results.observability {
+        observability(&mut text, report);
+    }
+    // Gains and proofs are told where they were asked for.
+    let is_full = matches!(step, Step::Design | Step::Certify | Step::Run);
+    if !is_full && !results.observers.is_empty() {
+        text.push('\n');
+    }
+    for report in &results.observers {
+        match &report.design {
+            Some(design) if !is_full => {
+                text.push_str(&format!("{} ({}): {}\n", report.name, report.kind, design.verdict));
+            }
+            _ => observer(&mut text, report),
+        }
+    }
+    if let Some(report) = &results.simulation {
+        simulation(&mut text, report);
+    }
+    if let Some(report) = &results.log {
+        log(&mut text, report);
+    }
+    if let Some(report) = &results.sweep {
+        sweep(&mut text, report);
+    }
+    for warning in &results.warnings {
+        text.extend(["\nwarning: ", warning]);
+    }
+    for failure in failures {
+        text.extend(["\nfailed: ", failure]);
+    }
+    if !results.warnings.is_empty() || !failures.is_empty() {
+        text.push('\n');
+    }
+    if let Some(folder) = folder {
+        let count = results.files.len() + 1;
+        text.push_str(&format!("\n{count} files in {}\n", folder.display()));
+        if results.files.iter().any(|file| file == "report.html") {
+            text.push_str(&format!("report: {}\n", folder.join("report.html").display()));
+        }
+    }
+    text
+}
+
+fn observability(text: &mut String, report: &ObservabilityReport) {
+    let word = if report.rank == report.order { "observable" } else { "not observable" };
+    text.push_str(&format!("\nobservability: rank {} of {}, {word}\n", report.rank, report.order));
+    for point in &report.points {
+        if let (Some(t), Some(x)) = (point.t, &point.x) {
+            let x: Vec<String> = x.iter().map(|x| number(*x)).collect();
+            text.push_str(&format!("linearised at t = {}, x = [{}]: rank {}\n", number(t), x.join(", "), point.rank));
+        }
+        modes(text, point);
+    }
+    if let Some(nonlinear) = &report.nonlinear {
+        for lie in &nonlinear.lie {
+            text.push_str(&format!("Lie derivatives at t = {}: rank {}\n", number(lie.t), lie.rank));
+        }
+        if let Some(least) = nonlinear.gramian.first() {
+            text.push_str(&format!(
+                "empirical Gramian: least eigenvalue {}, along {}\n",
+                size(*least),
+                nonlinear.words
+            ));
+        }
+    }
+}
+
+fn modes(text: &mut String, point: &ObservabilityAt) {
+    let eigenvalue = |mode: &ModeReport| complex(Complex::new(mode.eigenvalue[0], mode.eigenvalue[1]));
+    // Those that are seen least come first, and stand for the rest of a large plant.
+    let mut modes: Vec<&ModeReport> = point.modes.iter().collect();
+    modes.sort_by(|x, y| x.margin.total_cmp(&y.margin));
+    for mode in modes.iter().take(SHOWN) {
+        let words =
+            format!("  mode {}: margin {}, least seen along {}\n", eigenvalue(mode), size(mode.margin), mode.words);
+        text.push_str(&words);
+    }
+    if modes.len() > SHOWN {
+        text.push_str(&format!("  and {} more, which are seen better\n", modes.len() - SHOWN));
+    }
+    for mode in &point.hidden {
+        text.push_str(&format!("  hidden: {} along {}\n", eigenvalue(mode), mode.words));
+    }
+    if !point.hidden.is_empty() {
+        let word = if point.detectable { "decays: an observer exists" } else { "does not decay: no observer exists" };
+        text.push_str(&format!("  what is hidden {word}\n"));
+    }
+}
+
+fn observer(text: &mut String, report: &ObserverReport) {
+    text.push_str(&format!("\n{} ({})", report.name, report.kind));
+    let Some(design) = &report.design else {
+        let failure = report.failure.iter();
+        for failure in failure {
+            text.push_str(&format!(": does not fit (line {}): {}\n", failure.line, failure.hypothesis));
+            for alternative in &failure.alternatives {
+                text.extend(["  instead: ", alternative, "\n"]);
+            }
+        }
+        return;
+    };
+    text.push_str(&format!(": {}\n  {}\n", design.verdict, design.statement));
+    for matrix in &design.matrices {
+        let rows: Vec<String> =
+            matrix.rows.iter().map(|row| row.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" ")).collect();
+        text.push_str(&format!("  {} = [{}]\n", matrix.name, rows.join("; ")));
+    }
+    if !design.poles.is_empty() {
+        let poles: Vec<String> = design.poles.iter().map(|pole| complex(Complex::new(pole[0], pole[1]))).collect();
+        text.push_str(&format!("  poles {}\n", poles.join(", ")));
+    }
+    for entry in &design.numbers {
+        text.push_str(&format!("  {} {}\n", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number)));
+    }
+    for fact in &design.facts {
+        text.push_str(&format!("  {}: {}\n", fact.statement, fact.words));
+    }
+    if let Some(evidence) = &design.evidence {
+        text.push_str(&format!("  {evidence}\n"));
+    }
+}
+
+fn simulation(text: &mut String, report: &SimulationReport) {
+    text.push_str(&format!("\nsimulation to t = {}\n", number(report.duration)));
+    let header = ["observer", "settled from", "peak |e|", "rms |e|", "|e| at the end"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for row in &report.rows {
+        let cells = match (&row.merits, &row.failure) {
+            (Some(merits), _) => vec![
+                row.observer.clone(),
+                merits.settling_last.map_or_else(|| "never".to_owned(), number),
+                number(merits.peak),
+                number(merits.rms),
+                size(merits.last),
+            ],
+            (None, failure) => vec![row.observer.clone(), failure.clone().unwrap_or_default()],
+        };
+        rows.push(cells);
+    }
+    table(text, &rows);
+}
+
+fn log(text: &mut String, report: &LogReport) {
+    let (start, end) = (number(report.start), number(report.end));
+    text.push_str(&format!("\nlog of {} samples from t = {start} to {end}\n", report.samples));
+    let header = ["observer", "output", "mean", "rms", "peak", "white with probability"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for row in &report.rows {
+        if let Some(failure) = &row.failure {
+            rows.push(vec![row.observer.clone(), failure.clone()]);
+            continue;
+        }
+        for of in &row.outputs {
+            let white = of.white.map_or_else(|| "-".to_owned(), size);
+            let cells = [row.observer.clone(), of.output.clone(), size(of.mean), size(of.rms), size(of.peak), white];
+            rows.push(cells.to_vec());
+        }
+    }
+    table(text, &rows);
+}
+
+fn sweep(text: &mut String, report: &SweepReport) {
+    text.push_str(&format!("\nsweep of {}, {} runs at each value: medians\n", report.parameter, report.ensemble));
+    let header = [report.parameter.as_str(), "observer", "settled from", "rms |e|", "|e| at the end"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    let or_none = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
+    for row in &report.rows {
+        rows.push(match &row.failure {
+            Some(failure) => vec![number(row.value), row.observer.clone(), failure.clone()],
+            None => vec![
+                number(row.value),
+                row.observer.clone(),
+                or_none(row.settling),
+                or_none(row.rms),
+                or_none(row.last),
+            ],
+        });
+    }
+    table(text, &rows);
+}
+
+/// Rows of cells, the columns aligned on their left.
+fn table(text: &mut String, rows: &[Vec<String>]) {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
+    // A row that ends early says why in words that may be long: they widen nothing.
+    let width = |column: usize| {
+        let full = rows.iter().filter(|row| row.len() == columns);
+        full.filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or_default()
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    for row in rows {
+        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        text.extend(["  ", cells.join("  ").trim_end(), "\n"]);
+    }
+}

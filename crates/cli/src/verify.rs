@@ -1,0 +1,92 @@
+//! `luenberger verify`: certificate files, checked as `luenberger-verify` checks them.
+
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::input::Source;
+use luenberger_proof::Verdict;
+use luenberger_proof::certificate::{LARGEST_FILE, Number, Rejection, verify as check};
+use serde::Serialize;
+
+/// What became of one file.
+#[derive(Serialize)]
+struct Checked {
+    file: String,
+    outcome: Outcome,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    title: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    statement: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    facts: Option<Vec<Fact>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    why: Option<String>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Outcome {
+    Proved,
+    Rejected,
+}
+
+#[derive(Serialize)]
+struct Fact {
+    inequality: String,
+    margin: Option<String>,
+}
+
+#[derive(Serialize)]
+struct All {
+    files: Vec<Checked>,
+}
+
+/// Every file proved: success. One that is not: the answer is no. One that is no certificate at all: the question is wrong.
+pub(crate) fn verify(sources: &[Source]) -> Result<Answer, Failure> {
+    let (mut text, mut files) = (String::new(), Vec::new());
+    for source in sources {
+        let (told, checked) = one(source)?;
+        text.push_str(&told);
+        files.push(checked);
+    }
+    let is_negative = files.iter().any(|checked| checked.outcome != Outcome::Proved);
+    Ok(Answer::new(text, &All { files })?.negative(is_negative))
+}
+
+fn one(source: &Source) -> Result<(String, Checked), Failure> {
+    // One byte more than a certificate may have, for the checker to see that there are more.
+    let bytes = source.bytes(LARGEST_FILE as u64 + 1)?;
+    let file = source.to_string();
+    match check(&bytes) {
+        Ok(proved) => {
+            let mut text = format!("{file}: Proved\n  {}\n", proved.statement);
+            for fact in &proved.facts {
+                text.push_str(&format!("  {fact}\n"));
+            }
+            let fact = |fact: luenberger_proof::certificate::Fact| Fact {
+                margin: match fact.verdict {
+                    Verdict::Proved { margin } => Number::from_f64(margin).map(|margin| margin.to_string()),
+                    _ => None,
+                },
+                inequality: fact.inequality,
+            };
+            let checked = Checked {
+                file,
+                outcome: Outcome::Proved,
+                title: Some(proved.title),
+                statement: Some(proved.statement),
+                facts: Some(proved.facts.into_iter().map(fact).collect()),
+                why: None,
+            };
+            Ok((text, checked))
+        }
+        Err(Rejection::File(error)) if error.is_unreadable() => {
+            Err(Failure::Certificate { origin: file, error: Box::new(Rejection::File(error)) })
+        }
+        Err(why) => {
+            let text = format!("{file}: Rejected\n  {why}\n");
+            let why = Some(why.to_string());
+            let checked = Checked { file, outcome: Outcome::Rejected, title: None, statement: None, facts: None, why };
+            Ok((text, checked))
+        }
+    }
+}

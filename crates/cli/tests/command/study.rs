@@ -1,0 +1,222 @@
+//! The commands on study files, from `new` to `verify`.
+
+use crate::terminal::{Ran, folder, luenberger};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The commands of this file are given whole paths: tests share one working folder.
+fn study(name: &str, plant: &str) -> (PathBuf, String) {
+    let folder = folder(name);
+    let file = folder.join("study.toml").to_str().unwrap().to_owned();
+    let ran = luenberger(&["new", "--plant", plant, "-o", &file], "");
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    (folder, file)
+}
+
+/// Every file below a folder, with its bytes.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                found.insert(path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn every_plant_is_written_and_read_again() {
+    let listed = luenberger(&["new", "--list", "--json"], "").json();
+    let plants = listed["plants"].as_array().unwrap();
+    assert!(plants.len() >= 6);
+    for plant in plants {
+        let name = plant["name"].as_str().unwrap();
+        let (folder, file) = study(&format!("new-{name}"), name);
+        assert!(folder.join("study.schema.json").is_file());
+        let printed = luenberger(&["new", "--plant", name, "-o", "-"], "").stdout;
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), printed);
+    }
+}
+
+#[test]
+fn nothing_is_written_over_unasked() {
+    let (_, file) = study("new-again", "double-integrator");
+    std::fs::write(&file, "mine").unwrap();
+    let ran = luenberger(&["new", "-o", &file], "");
+    assert_eq!(ran.code, Some(2));
+    assert_eq!(ran.stderr, format!("error: {file} is there already: give another name, or --force to write over it\n"));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    assert_eq!(luenberger(&["new", "--force", "-o", &file], "").code, Some(0));
+    let ran = luenberger(&["new", "--plant", "cukk", "-o", &file, "--json"], "");
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("usage")));
+    assert!(ran.stderr.contains("there is no template \"cukk\"") && ran.stderr.contains("\"cuk\""), "{}", ran.stderr);
+}
+
+#[test]
+fn a_run_is_the_same_twice_and_its_certificates_hold() {
+    let (folder, file) = study("run", "double-integrator");
+    let run = |name: &str, threads| {
+        let out = folder.join(name);
+        let ran = luenberger(&["run", &file, "-o", out.to_str().unwrap(), "--threads", threads, "--json"], "");
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+        (files(&out), ran.json())
+    };
+    let (first, told) = run("first", "1");
+    let (second, again) = run("second", "2");
+    assert!(first == second && told == again, "{:?}", first.keys().collect::<Vec<_>>());
+    for name in ["report.html", "study.json", "trajectories/cubic.csv", "trajectories/cubic.npz"] {
+        assert!(first.contains_key(Path::new(name)), "{name}");
+    }
+    let written: Value = serde_json::from_slice(&first[Path::new("study.json")]).unwrap();
+    assert_eq!(written, told);
+    let certificates: Vec<String> = first
+        .keys()
+        .filter(|name| name.starts_with("certificates"))
+        .map(|name| folder.join("first").join(name).to_str().unwrap().to_owned())
+        .collect();
+    assert!(!certificates.is_empty());
+    let mut arguments = vec!["verify", "--json"];
+    arguments.extend(certificates.iter().map(String::as_str));
+    let ran = luenberger(&arguments, "");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let outcomes = ran.json();
+    assert!(outcomes["files"].as_array().unwrap().iter().all(|file| file["outcome"] == "proved"));
+    // A digit of a certificate changed: rejected, and the answer is no.
+    let text = std::fs::read_to_string(&certificates[0]).unwrap().replacen("\"title\": \"", "\"title\": \"not ", 1);
+    let forged = folder.join("forged.json");
+    std::fs::write(&forged, text).unwrap();
+    let ran = luenberger(&["verify", &certificates[0], forged.to_str().unwrap()], "");
+    assert_eq!(ran.code, Some(1));
+    assert!(ran.stdout.contains("forged.json: Rejected\n"), "{}", ran.stdout);
+}
+
+#[test]
+fn what_is_no_certificate_is_no_question() {
+    let ran = luenberger(&["verify", "-", "--json"], "nonsense");
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("syntax")));
+    assert_eq!(luenberger(&["verify"], "").code, Some(2));
+}
+
+#[test]
+fn steps_tell_their_part() {
+    let (folder, file) = study("steps", "double-integrator");
+    let told = |step: &str| {
+        let ran = luenberger(&[step, &file], "");
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{step}");
+        ran.stdout
+    };
+    assert!(told("observe").contains("observability: rank 2 of 2, observable"));
+    let design = told("design");
+    assert!(design.contains("linear (luenberger): proved") && design.contains("L = [7; 10]"), "{design}");
+    let compared = told("compare");
+    assert!(compared.contains("observer") && compared.contains("settled from") && compared.contains("cubic"));
+    assert!(!folder.join("study-results").exists());
+}
+
+/// With the velocity measured, the position is hidden and does not decay: no observer fits, and the answer is no.
+#[test]
+fn an_observer_that_does_not_fit_is_a_no_with_its_reason() {
+    let (_, file) = study("blind", "double-integrator");
+    let text = std::fs::read_to_string(&file).unwrap().replace("c = [[1, 0]]", "c = [[0, 1]]");
+    std::fs::write(&file, text).unwrap();
+    let ran = luenberger(&["design", &file], "");
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(1), ""));
+    assert!(ran.stdout.contains("linear (luenberger): does not fit (line "), "{}", ran.stdout);
+    let found = luenberger(&["design", &file, "--json"], "").json();
+    assert!(found["observers"][0]["failure"]["hypothesis"].is_string());
+    assert_eq!(luenberger(&["observe", &file], "").code, Some(0));
+}
+
+#[test]
+fn mistakes_in_a_study_are_located() {
+    let (_, file) = study("wrong", "double-integrator");
+    let text = std::fs::read_to_string(&file).unwrap().replacen("poles =", "pols =", 1);
+    std::fs::write(&file, &text).unwrap();
+    let line = text.lines().position(|line| line.starts_with("pols")).unwrap() + 1;
+    let ran = luenberger(&["run", &file], "");
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    assert!(ran.stderr.contains(&format!("study.toml:{line}:1")), "{}", ran.stderr);
+    assert!(ran.stderr.contains("the nearest key is `poles`") && !ran.stderr.contains('\x1b'), "{}", ran.stderr);
+    let error = luenberger(&["run", &file, "--json"], "").json()["error"].clone();
+    assert_eq!(error["kind"], "study");
+    let mistakes = error["mistakes"].as_array().unwrap();
+    let pols = mistakes.iter().find(|mistake| mistake["line"] == line).unwrap();
+    assert_eq!((&pols["column"], &pols["help"]), (&Value::from(1), &Value::from("the nearest key is `poles`")));
+}
+
+#[test]
+fn a_step_without_its_table_says_so() {
+    let (_, file) = study("no-sweep", "double-integrator");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, &text[..text.find("[sweep]").unwrap()]).unwrap();
+    let ran = luenberger(&["sweep", &file, "--json"], "");
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("usage")), "{ran:?}");
+    let ran = luenberger(&["run", "no-such-study.toml", "--json"], "");
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("file")));
+    let ran = luenberger(&["run", &file, "--threads", "0"], "");
+    assert!(ran.code == Some(2) && ran.stderr.contains("a number from 1 to 1024 is expected"), "{ran:?}");
+}
+
+#[test]
+fn an_imported_model_is_a_study() {
+    let folder = folder("import");
+    let model = folder.join("model.json");
+    std::fs::write(&model, r#"{"A": [[0, 1], [-2, -3]], "B": [[0], [1]], "C": [[1, 0]], "hsv": [1]}"#).unwrap();
+    let (model, file) = (model.to_str().unwrap(), folder.join("study.toml"));
+    let file = file.to_str().unwrap();
+    let told = luenberger(&["import", model, "-o", file, "--json"], "").json();
+    assert_eq!(told, serde_json::json!({ "study": file, "states": 2, "inputs": 1, "outputs": 1, "ignored": ["hsv"] }));
+    let ran = luenberger(&["compare", file], "");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let ran = luenberger(&["import", model, "-o", file], "");
+    assert!(ran.code == Some(2) && ran.stderr.contains("is there already"), "{ran:?}");
+    std::fs::write(model, "{\"A\": [[1, 2],\n [3]]}").unwrap();
+    let ran = luenberger(&["import", model, "-o", "-", "--json"], "");
+    let error = &ran.json()["error"];
+    assert_eq!((&error["kind"], &error["line"], &error["column"]), (&"syntax".into(), &2.into(), &5.into()));
+    std::fs::write(model, "{\"A\": [[1]], \"C\": [[1]], \"D\": [[2]]}").unwrap();
+    let ran = luenberger(&["import", model, "-o", "-", "--json"], "");
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("data")));
+}
+
+/// Ctrl-C while a sweep that would take hours is on: exit code 130, soon, and what was written before is whole.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sweep_leaves_what_is_finished() {
+    let (folder, file) = study("interrupt", "double-integrator");
+    let text = std::fs::read_to_string(&file).unwrap().replace("count = 5", "count = 2000\nensemble = 1000");
+    std::fs::write(&file, text).unwrap();
+    let out = folder.join("results");
+    let child = Command::new(env!("CARGO_BIN_EXE_luenberger"))
+        .args(["run", &file, "-o", out.to_str().unwrap(), "--json"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let began = Instant::now();
+    // The runs come before the sweep.
+    while !out.join("trajectories/sampled.npz").exists() && began.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let ran = Ran {
+        code: output.status.code(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    };
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(130), &Value::from("interrupted")), "{ran:?}");
+    assert!(files(&out).keys().all(|name| name.extension().is_none_or(|extension| extension != "part")));
+    let written = std::fs::read_to_string(out.join("study.json")).unwrap();
+    assert!(serde_json::from_str::<Value>(&written).unwrap()["observers"].is_array());
+}
