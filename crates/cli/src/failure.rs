@@ -110,7 +110,7 @@ impl Failure {
         _ = match self {
             // All mistakes of the file, each with its excerpt.
             Self::Study(StudyError::File(mistakes)) => {
-                write!(io::stderr(), "{}", mistakes.render(is_coloured(&io::stderr())))
+                writeln!(io::stderr(), "{}", mistakes.render(is_coloured(&io::stderr())).trim_end())
             }
             _ => writeln!(io::stderr(), "error: {self}"),
         };

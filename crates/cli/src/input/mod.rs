@@ -48,7 +48,7 @@ impl Source {
             let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
             Failure::NotText {
                 origin: self.to_string(),
-                line: before.iter().filter(|b| **b == b'\n').count() + 1,
+                line: before.split(|b| *b == b'\n').count(),
                 column: byte - line_start + 1,
                 byte: byte + 1,
                 found: error.as_bytes().get(byte).copied().unwrap_or_default(),
