@@ -64,11 +64,12 @@ impl Failure {
     fn kind(&self) -> &'static str {
         match self {
             Self::Read { .. } | Self::TooLong { .. } | Self::Exists { .. } | Self::Write { .. } => "file",
-            Self::Import { error: ImportError::Read { .. } | ImportError::TooLong { .. }, .. } => "file",
-            Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } => "syntax",
-            Self::Import { error: ImportError::Json { .. } | ImportError::Damaged { .. }, .. } => "syntax",
-            Self::Certificate { .. } => "syntax",
-            Self::Import { .. } => "data",
+            Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } | Self::Certificate { .. } => "syntax",
+            Self::Import { error, .. } => match error {
+                ImportError::Read { .. } | ImportError::TooLong { .. } => "file",
+                ImportError::Json { .. } | ImportError::Damaged { .. } => "syntax",
+                _ => "data",
+            },
             Self::Study(error) => match error {
                 StudyError::File(_) => "study",
                 StudyError::Io { .. } => "file",

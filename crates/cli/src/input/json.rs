@@ -3,9 +3,9 @@
 //! Keys are those of the command and no others. Every mistake is reported with line and column.
 
 use super::Source;
-use super::seed::Document;
+use super::seed::{Document, Found};
 use crate::failure::Failure;
-use nalgebra::{Complex, DMatrix};
+use nalgebra::DMatrix;
 use serde::de::DeserializeSeed;
 
 /// The matrices with these keys, and nothing else.
@@ -17,14 +17,11 @@ pub(crate) fn matrices<const N: usize>(source: &Source, keys: [&'static str; N])
 pub(crate) fn matrices_and_poles<const N: usize>(
     source: &Source,
     keys: [&'static str; N],
-) -> Result<([DMatrix<f64>; N], Vec<Complex<f64>>), Failure> {
+) -> Result<Found<N>, Failure> {
     document(source, Document { keys, poles: Some("poles") })
 }
 
-fn document<const N: usize>(
-    source: &Source,
-    document: Document<N>,
-) -> Result<([DMatrix<f64>; N], Vec<Complex<f64>>), Failure> {
+fn document<const N: usize>(source: &Source, document: Document<N>) -> Result<Found<N>, Failure> {
     let text = source.text()?;
     let mut reader = serde_json::Deserializer::from_str(&text);
     document.deserialize(&mut reader).and_then(|found| reader.end().map(|()| found)).map_err(|error| {

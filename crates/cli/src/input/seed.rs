@@ -4,6 +4,9 @@ use nalgebra::{Complex, DMatrix};
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
+/// The matrices of a document, and its poles; none where it has no key for them.
+pub(super) type Found<const N: usize> = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+
 /// An object with exactly these matrices, and with a list of poles if that has a key.
 pub(super) struct Document<const N: usize> {
     pub(super) keys: [&'static str; N],
@@ -36,7 +39,7 @@ impl<const N: usize> Document<N> {
 }
 
 impl<'de, const N: usize> DeserializeSeed<'de> for Document<N> {
-    type Value = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+    type Value = Found<N>;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
         deserializer.deserialize_map(self)
@@ -44,7 +47,7 @@ impl<'de, const N: usize> DeserializeSeed<'de> for Document<N> {
 }
 
 impl<'de, const N: usize> Visitor<'de> for Document<N> {
-    type Value = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+    type Value = Found<N>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "an object with the keys {}", self.list())
@@ -101,7 +104,7 @@ impl<'de> Visitor<'de> for Matrix {
     fn visit_seq<S: SeqAccess<'de>>(self, mut rows: S) -> Result<Self::Value, S::Error> {
         let name = self.name;
         let (mut entries, mut columns, mut count) = (Vec::new(), 0, 0);
-        while let Some(length) = rows.next_element_seed(Row { name, row: count, entries: &mut entries })? {
+        while let Some(length) = rows.next_element_seed(Row { name, index: count, entries: &mut entries })? {
             if count == 0 {
                 columns = length;
             } else if length != columns {
@@ -121,7 +124,7 @@ impl<'de> Visitor<'de> for Matrix {
 /// One row, whose entries are appended; returns its length.
 struct Row<'a> {
     name: &'static str,
-    row: usize,
+    index: usize,
     entries: &'a mut Vec<f64>,
 }
 
@@ -140,7 +143,7 @@ impl<'de> Visitor<'de> for Row<'_> {
         write!(
             f,
             "row {} of the matrix {:?} as a list (a column is [[1], [2]], a row is [[1, 2]])",
-            self.row, self.name
+            self.index, self.name
         )
     }
 
@@ -148,7 +151,7 @@ impl<'de> Visitor<'de> for Row<'_> {
         let before = self.entries.len();
         loop {
             let column = self.entries.len() - before;
-            let Some(entry) = entries.next_element_seed(Number::entry(self.name, self.row, column))? else {
+            let Some(entry) = entries.next_element_seed(Number::entry(self.name, self.index, column))? else {
                 return Ok(column);
             };
             self.entries.push(entry);

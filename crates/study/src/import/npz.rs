@@ -63,9 +63,8 @@ fn array(name: &str, data: &[u8]) -> Result<Value, ImportError> {
     let header = std::str::from_utf8(header).map_err(|_| damaged("an array of the archive whose header is no text"))?;
     let header = Header::parse(header).ok_or_else(|| damaged("an array of the archive whose header is not numpy's"))?;
     let (rows, columns) = match header.shape[..] {
-        [] => (1, 1),
         // One dimension: which way it lies, nobody said, and for one entry nobody needs to.
-        [1] => (1, 1),
+        [] | [1] => (1, 1),
         [rows, columns] => (rows, columns),
         _ => return Ok(Value::Other(format!("an array of the shape {:?}", header.shape))),
     };
