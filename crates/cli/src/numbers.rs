@@ -12,18 +12,18 @@ pub(crate) fn size(x: f64) -> String {
     digits(x, 2)
 }
 
-fn digits(x: f64, count: usize) -> String {
+fn digits(x: f64, count: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".to_owned() } else { x.to_string() };
     }
-    let scientific = format!("{x:.*e}", count - 1);
+    let scientific = format!("{x:.*e}", (count - 1) as usize);
     let Some((mantissa, exponent)) = scientific.split_once('e') else { return scientific };
     let exponent: i32 = exponent.parse().unwrap_or_default();
     let trimmed = |text: &str| {
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
     };
     if (-4..6).contains(&exponent) {
-        let decimals = (count as i32 - 1 - exponent).max(0) as usize;
+        let decimals = (count - 1 - exponent).max(0) as usize;
         trimmed(&format!("{x:.decimals$}"))
     } else {
         format!("{}e{exponent}", trimmed(mantissa))

@@ -6,6 +6,7 @@ use crate::input::Source;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{LARGEST_FILE, Number, Rejection, verify as check};
 use serde::Serialize;
+use std::fmt::Write;
 
 /// What became of one file.
 #[derive(Serialize)]
@@ -60,7 +61,7 @@ fn one(source: &Source) -> Result<(String, Checked), Failure> {
         Ok(proved) => {
             let mut text = format!("{file}: Proved\n  {}\n", proved.statement);
             for fact in &proved.facts {
-                text.push_str(&format!("  {fact}\n"));
+                _ = writeln!(text, "  {fact}");
             }
             let fact = |fact: luenberger_proof::certificate::Fact| Fact {
                 margin: match fact.verdict {

@@ -6,6 +6,7 @@ use luenberger_study::results::{
 };
 use luenberger_study::{Results, Step};
 use nalgebra::Complex;
+use std::fmt::Write;
 use std::path::Path;
 
 /// The most modes that are told of one point; --json has all.
@@ -33,7 +34,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     for report in &results.observers {
         match &report.design {
             Some(design) if !is_full => {
-                text.push_str(&format!("{} ({}): {}\n", report.name, report.kind, design.verdict));
+                _ = writeln!(text, "{} ({}): {}", report.name, report.kind, design.verdict);
             }
             _ => observer(&mut text, report),
         }
@@ -58,9 +59,9 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     }
     if let Some(folder) = folder {
         let count = results.files.len() + 1;
-        text.push_str(&format!("\n{count} files in {}\n", folder.display()));
+        _ = writeln!(text, "\n{count} files in {}", folder.display());
         if results.files.iter().any(|file| file == "report.html") {
-            text.push_str(&format!("report: {}\n", folder.join("report.html").display()));
+            _ = writeln!(text, "report: {}", folder.join("report.html").display());
         }
     }
     text
@@ -68,24 +69,20 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
 
 fn observability(text: &mut String, report: &ObservabilityReport) {
     let word = if report.rank == report.order { "observable" } else { "not observable" };
-    text.push_str(&format!("\nobservability: rank {} of {}, {word}\n", report.rank, report.order));
+    _ = writeln!(text, "\nobservability: rank {} of {}, {word}", report.rank, report.order);
     for point in &report.points {
         if let (Some(t), Some(x)) = (point.t, &point.x) {
             let x: Vec<String> = x.iter().map(|x| number(*x)).collect();
-            text.push_str(&format!("linearised at t = {}, x = [{}]: rank {}\n", number(t), x.join(", "), point.rank));
+            _ = writeln!(text, "linearised at t = {}, x = [{}]: rank {}", number(t), x.join(", "), point.rank);
         }
         modes(text, point);
     }
     if let Some(nonlinear) = &report.nonlinear {
         for lie in &nonlinear.lie {
-            text.push_str(&format!("Lie derivatives at t = {}: rank {}\n", number(lie.t), lie.rank));
+            _ = writeln!(text, "Lie derivatives at t = {}: rank {}", number(lie.t), lie.rank);
         }
         if let Some(least) = nonlinear.gramian.first() {
-            text.push_str(&format!(
-                "empirical Gramian: least eigenvalue {}, along {}\n",
-                size(*least),
-                nonlinear.words
-            ));
+            _ = writeln!(text, "empirical Gramian: least eigenvalue {}, along {}", size(*least), nonlinear.words);
         }
     }
 }
@@ -101,52 +98,52 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         text.push_str(&words);
     }
     if modes.len() > SHOWN {
-        text.push_str(&format!("  and {} more, which are seen better\n", modes.len() - SHOWN));
+        _ = writeln!(text, "  and {} more, which are seen better", modes.len() - SHOWN);
     }
     for mode in &point.hidden {
-        text.push_str(&format!("  hidden: {} along {}\n", eigenvalue(mode), mode.words));
+        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), mode.words);
     }
     if !point.hidden.is_empty() {
         let word = if point.detectable { "decays: an observer exists" } else { "does not decay: no observer exists" };
-        text.push_str(&format!("  what is hidden {word}\n"));
+        _ = writeln!(text, "  what is hidden {word}");
     }
 }
 
 fn observer(text: &mut String, report: &ObserverReport) {
-    text.push_str(&format!("\n{} ({})", report.name, report.kind));
+    _ = write!(text, "\n{} ({})", report.name, report.kind);
     let Some(design) = &report.design else {
         let failure = report.failure.iter();
         for failure in failure {
-            text.push_str(&format!(": does not fit (line {}): {}\n", failure.line, failure.hypothesis));
+            _ = writeln!(text, ": does not fit (line {}): {}", failure.line, failure.hypothesis);
             for alternative in &failure.alternatives {
                 text.extend(["  instead: ", alternative, "\n"]);
             }
         }
         return;
     };
-    text.push_str(&format!(": {}\n  {}\n", design.verdict, design.statement));
+    _ = writeln!(text, ": {}\n  {}", design.verdict, design.statement);
     for matrix in &design.matrices {
         let rows: Vec<String> =
             matrix.rows.iter().map(|row| row.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" ")).collect();
-        text.push_str(&format!("  {} = [{}]\n", matrix.name, rows.join("; ")));
+        _ = writeln!(text, "  {} = [{}]", matrix.name, rows.join("; "));
     }
     if !design.poles.is_empty() {
         let poles: Vec<String> = design.poles.iter().map(|pole| complex(Complex::new(pole[0], pole[1]))).collect();
-        text.push_str(&format!("  poles {}\n", poles.join(", ")));
+        _ = writeln!(text, "  poles {}", poles.join(", "));
     }
     for entry in &design.numbers {
-        text.push_str(&format!("  {} {}\n", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number)));
+        _ = writeln!(text, "  {} {}", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number));
     }
     for fact in &design.facts {
-        text.push_str(&format!("  {}: {}\n", fact.statement, fact.words));
+        _ = writeln!(text, "  {}: {}", fact.statement, fact.words);
     }
     if let Some(evidence) = &design.evidence {
-        text.push_str(&format!("  {evidence}\n"));
+        _ = writeln!(text, "  {evidence}");
     }
 }
 
 fn simulation(text: &mut String, report: &SimulationReport) {
-    text.push_str(&format!("\nsimulation to t = {}\n", number(report.duration)));
+    _ = writeln!(text, "\nsimulation to t = {}", number(report.duration));
     let header = ["observer", "settled from", "peak |e|", "rms |e|", "|e| at the end"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     for row in &report.rows {
@@ -167,7 +164,7 @@ fn simulation(text: &mut String, report: &SimulationReport) {
 
 fn log(text: &mut String, report: &LogReport) {
     let (start, end) = (number(report.start), number(report.end));
-    text.push_str(&format!("\nlog of {} samples from t = {start} to {end}\n", report.samples));
+    _ = writeln!(text, "\nlog of {} samples from t = {start} to {end}", report.samples);
     let header = ["observer", "output", "mean", "rms", "peak", "white with probability"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     for row in &report.rows {
@@ -185,7 +182,7 @@ fn log(text: &mut String, report: &LogReport) {
 }
 
 fn sweep(text: &mut String, report: &SweepReport) {
-    text.push_str(&format!("\nsweep of {}, {} runs at each value: medians\n", report.parameter, report.ensemble));
+    _ = writeln!(text, "\nsweep of {}, {} runs at each value: medians", report.parameter, report.ensemble);
     let header = [report.parameter.as_str(), "observer", "settled from", "rms |e|", "|e| at the end"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     let or_none = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
