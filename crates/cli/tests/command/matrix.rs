@@ -173,9 +173,9 @@ proptest! {
         let diagonal = |i: usize, j: usize| if i == j && bits[i].is_finite() && bits[i].abs() < 1e150 { bits[i] } else { 0.0 };
         let rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| diagonal(i, j)).collect()).collect();
         let found = luenberger(&["eig", "-", "--json"], json!({ "a": rows }).to_string()).json();
-        for i in 0..n {
-            let has = complex(&found["eigenvalues"]).iter().any(|z| z.re == rows[i][i] && z.im == 0.0);
-            prop_assert!(has, "{:e} is not among {}", rows[i][i], found);
+        for (i, row) in rows.iter().enumerate() {
+            let has = complex(&found["eigenvalues"]).iter().any(|z| z.re == row[i] && z.im == 0.0);
+            prop_assert!(has, "{:e} is not among {}", row[i], found);
         }
     }
 }
