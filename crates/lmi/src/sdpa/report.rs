@@ -15,10 +15,11 @@ impl Status {
 }
 
 impl Outcome {
-    /// Two lines for people. `seconds` is the time of the whole, with that of reading the file.
+    /// Two lines for people, and one that says why where the optimum stays undecided. `seconds` is the time of the whole, with that of reading the file.
     pub fn sentence(&self, seconds: f64) -> String {
+        let why = self.why.map_or(String::new(), |why| format!("{why}\n"));
         format!(
-            "{} after {seconds:.3} s ({} runs of the solver, which said: {})\n{:e} <= optimum <= {:e}\n",
+            "{} after {seconds:.3} s ({} runs of the solver, which said: {})\n{why}{:e} <= optimum <= {:e}\n",
             self.status.word(),
             self.runs,
             self.word,
@@ -27,8 +28,8 @@ impl Outcome {
         )
     }
 
-    /// One JSON object on one line, with `seconds` as in [`sentence`](Self::sentence): `status`, `lower`, `upper`, `primal_margin`, `seconds`, `solve_seconds`, `verify_seconds`, `runs`. A bound
-    /// that is infinite is null.
+    /// One JSON object on one line, with `seconds` as in [`sentence`](Self::sentence): `status`, `lower`, `upper`, `primal_margin`, `seconds`, `solve_seconds`, `verify_seconds`, `runs`, `reason`. A bound
+    /// that is infinite is null, and so is the reason of what is decided.
     ///
     /// ```
     /// use luenberger_lmi::sdpa;
