@@ -53,7 +53,7 @@ pub use observability::{
 };
 pub use placement::{Placement, place, place_observer};
 pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
-pub use schur::{Schur, schur};
+pub use schur::{Schur, SchurWorkspace, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
 pub use stein::{Stein, SteinEquation, stein};
 pub use sylvester::{Sylvester, SylvesterEquation, sylvester};

@@ -6,11 +6,11 @@
 //! the error is that times the eigenvalue's condition, which for a defective eigenvalue is unbounded.
 
 use crate::argument::{symmetric, unit_scale};
-use crate::{LinalgError, Result, schur};
+use crate::{LinalgError, Result, SchurWorkspace};
 use faer::{MatRef, Side};
 use nalgebra::{Complex, DMatrix};
 
-/// Eigenvalues of the square matrix `a`, complex pairs adjacent, the one above the real axis first. 10 to 25 n^3 flops.
+/// Eigenvalues of the square matrix `a`, complex pairs adjacent, the one above the real axis first. About 10 n^3 flops.
 ///
 /// # Errors
 /// Those of [`schur()`].
@@ -26,7 +26,9 @@ use nalgebra::{Complex, DMatrix};
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
-    Ok(schur(a)?.eigenvalues())
+    let mut found = Vec::with_capacity(a.nrows());
+    SchurWorkspace::new().eigenvalues(a, &mut found)?;
+    Ok(found)
 }
 
 /// Spectral abscissa: the largest real part of the eigenvalues of `a`. `x' = A x` is stable iff it is negative.

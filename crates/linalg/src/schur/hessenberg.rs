@@ -1,111 +1,285 @@
 //! Householder reduction to upper Hessenberg form, `A = Q H Q'` (Golub and Van Loan, Matrix Computations, 7.4.3).
 //!
-//! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. Works down columns, which is how the matrix lies in memory.
+//! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. For small orders a loop of our own that works down columns and reads the matrix twice for each of them; from
+//! order [`BLOCKED`] on faer's, which is blocked.
 
-use nalgebra::DMatrix;
+use super::chain::{Kernel, fma};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::evd::hessenberg::{HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch};
+use faer::linalg::householder::{
+    apply_block_householder_sequence_on_the_left_in_place_scratch as apply_scratch,
+    apply_block_householder_sequence_on_the_left_in_place_with_conj as apply,
+};
+use faer::linalg::qr::no_pivoting::factor::recommended_block_size;
+use faer::{Conj, MatMut, MatRef, Par, Spec};
 
-/// The reflector `I - tau v v'`, `v[0] = 1`, that maps `x` to `beta e1`. Overwrites `x` with `v` and returns `(beta, tau)`.
-/// `tau = 0` (the identity) when `x` is a multiple of `e1` already.
-pub(crate) fn reflector(x: &mut [f64]) -> (f64, f64) {
-    let Some((head, tail)) = x.split_first_mut() else { return (0.0, 0.0) };
-    if tail.iter().all(|&e| e == 0.0) {
-        let beta = *head;
-        *head = 1.0;
-        return (beta, 0.0);
+/// Order from which faer's reduction is the faster one.
+pub(super) const BLOCKED: usize = 100;
+
+/// Overwrites `x` with the tail of `v`, where `I - tau v v'`, `v[0] = 1`, maps `(head, x)` to `beta e1`, and returns `(beta, tau)`.
+/// `tau = 0` (the identity) when `x` is zero already.
+#[inline(always)]
+pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
+    let largest = x.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    if largest == 0.0 {
+        return (head, 0.0);
     }
-    let largest = tail.iter().fold(head.abs(), |m, e| m.max(e.abs()));
+    let largest = largest.max(head.abs());
     // Outside this range the squares below would underflow or overflow.
     let scale = if (1e-140..1e140).contains(&largest) { 1.0 } else { largest };
-    let alpha = *head / scale;
-    for e in tail.iter_mut() {
-        *e /= scale;
+    if scale != 1.0 {
+        x.iter_mut().for_each(|e| *e /= scale);
     }
-    let norm = (alpha * alpha + tail.iter().map(|e| e * e).sum::<f64>()).sqrt();
+    let alpha = head / scale;
+    let norm = (alpha * alpha + x.iter().map(|e| e * e).sum::<f64>()).sqrt();
     let beta = if alpha > 0.0 { -norm } else { norm };
     let pivot = alpha - beta;
-    for e in tail.iter_mut() {
-        *e /= pivot;
-    }
-    *head = 1.0;
-    (beta * scale, (beta - alpha) / beta)
+    x.iter_mut().for_each(|e| *e /= pivot);
+    (beta * scale, -pivot / beta)
 }
 
-/// `M := (I - tau v v') M` on the rows from `row` and the columns `cols` of `m`.
-pub(crate) fn reflect_rows(m: &mut DMatrix<f64>, v: &[f64], tau: f64, row: usize, cols: core::ops::Range<usize>) {
-    let n = m.nrows();
-    let data = m.as_mut_slice();
-    for j in cols {
-        let column = &mut data[j * n + row..j * n + row + v.len()];
-        let s = tau * column.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
-        column.iter_mut().zip(v).for_each(|(c, v)| *c -= s * v);
-    }
+/// Reduces the leading block of order `order` of the matrix `h` of order `n`: its rows in full, its columns down to row `order`. The
+/// reflectors are multiplied to `q`, of `n` columns, from the right; the identity is expected where `fresh`, and taken for granted.
+pub(super) struct Reduction<'a> {
+    pub(super) h: &'a mut [f64],
+    pub(super) n: usize,
+    pub(super) order: usize,
+    pub(super) q: &'a mut [f64],
+    pub(super) fresh: bool,
+    /// `3 n` numbers.
+    pub(super) work: &'a mut [f64],
 }
 
-/// `M := M (I - tau v v')` on the columns from `col` of `m`; `work` has one entry for each row.
-pub(crate) fn reflect_cols(m: &mut DMatrix<f64>, v: &[f64], tau: f64, col: usize, work: &mut [f64]) {
-    let n = m.nrows();
-    work.fill(0.0);
-    let data = &mut m.as_mut_slice()[col * n..(col + v.len()) * n];
-    for (column, v) in data.chunks_exact(n).zip(v) {
-        work.iter_mut().zip(column).for_each(|(w, c)| *w += c * v);
-    }
-    for (column, v) in data.chunks_exact_mut(n).zip(v) {
-        let s = tau * v;
-        column.iter_mut().zip(work.iter()).for_each(|(c, w)| *c -= s * w);
-    }
-}
+impl Kernel for Reduction<'_> {
+    type Output = ();
 
-/// `A = Q H Q'`; returns `(H, Q)`. The entries below the subdiagonal of `H` are exactly zero.
-pub(crate) fn hessenberg(mut h: DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-    let n = h.nrows();
-    let mut q = DMatrix::identity(n, n);
-    let mut work = vec![0.0; n];
-    let mut reflectors = Vec::with_capacity(n.saturating_sub(2));
-    for k in 0..n.saturating_sub(2) {
-        let mut v = h.as_slice()[k * n + k + 1..(k + 1) * n].to_vec();
-        let (beta, tau) = reflector(&mut v);
-        let column = &mut h.as_mut_slice()[k * n + k + 1..(k + 1) * n];
-        column.fill(0.0);
-        column[0] = beta;
-        if tau != 0.0 {
-            reflect_rows(&mut h, &v, tau, k + 1, k + 1..n);
-            reflect_cols(&mut h, &v, tau, k + 1, &mut work);
+    #[inline(always)]
+    fn run<const FMA: bool>(self) {
+        let Self { h, n, order, q, fresh, work } = self;
+        if order < 3 {
+            return;
         }
-        reflectors.push((v, tau));
+        let rows = q.len() / n;
+        let (taus, work) = work.split_at_mut(n);
+        let (product, full) = work.split_at_mut(n);
+        for k in 0..order - 2 {
+            let (left, right) = h.split_at_mut((k + 1) * n);
+            let column = &mut left[k * n + k + 1..k * n + order];
+            let (head, tail) = (column[0], &mut column[1..]);
+            let (beta, tau) = reflector(head, tail);
+            taus[k] = tau;
+            column[0] = beta;
+            if tau == 0.0 {
+                continue;
+            }
+            let v = &mut full[..order - k - 1];
+            v.copy_from_slice(column);
+            v[0] = 1.0;
+            let v = &*v;
+            // w = A v
+            let w = &mut product[..order];
+            times::<FMA>(right, n, v, w);
+            // A - tau (w v'), then the reflector from the left, a column at a time.
+            for (j, column) in right.chunks_exact_mut(n).enumerate() {
+                let mut s = 0.0;
+                if let Some(vj) = v.get(j) {
+                    let (above, below) = column[..order].split_at_mut(k + 1);
+                    axpy::<FMA>(above, -tau * vj, &w[..k + 1]);
+                    s += axpy_dot::<FMA>(below, -tau * vj, &w[k + 1..], v);
+                } else {
+                    s += dot::<FMA>(&column[k + 1..order], v);
+                }
+                axpy::<FMA>(&mut column[k + 1..order], -tau * s, v);
+            }
+            if !fresh && rows > 0 {
+                let block = &mut q[(k + 1) * rows..order * rows];
+                times::<FMA>(block, rows, v, &mut product[..rows]);
+                for (column, vj) in block.chunks_exact_mut(rows).zip(v) {
+                    axpy::<FMA>(column, -tau * vj, &product[..rows]);
+                }
+            }
+        }
+        if fresh && rows > 0 {
+            // Backwards, so that each reflector meets only the part of Q that is no longer the identity.
+            for k in (0..order - 2).rev() {
+                let v = &mut full[..order - k - 1];
+                v.copy_from_slice(&h[k * n + k + 1..k * n + order]);
+                v[0] = 1.0;
+                for column in q[(k + 1) * rows..order * rows].chunks_exact_mut(rows) {
+                    let column = &mut column[k + 1..order];
+                    let s = dot::<FMA>(column, v);
+                    axpy::<FMA>(column, -taus[k] * s, v);
+                }
+            }
+        }
+        for (k, column) in h.chunks_exact_mut(n).enumerate().take(order - 2) {
+            column[k + 2..order].fill(0.0);
+        }
     }
-    // Backwards, so that each reflector meets only the part of Q that is no longer the identity.
-    for (k, (v, tau)) in reflectors.iter().enumerate().rev() {
-        reflect_rows(&mut q, v, *tau, k + 1, k + 1..n);
+}
+
+/// `w = M v` for the leading columns of `M` that `v` has entries for.
+#[inline(always)]
+fn times<const FMA: bool>(m: &[f64], ld: usize, v: &[f64], w: &mut [f64]) {
+    w.fill(0.0);
+    let rows = w.len();
+    let (fours, rest) = v.split_at(v.len() / 4 * 4);
+    let mut columns = m.chunks_exact(ld);
+    for v in fours.chunks_exact(4) {
+        if let (Some(a), Some(b), Some(c), Some(d)) = (columns.next(), columns.next(), columns.next(), columns.next()) {
+            for ((((w, a), b), c), d) in w.iter_mut().zip(&a[..rows]).zip(&b[..rows]).zip(&c[..rows]).zip(&d[..rows]) {
+                *w = fma::<FMA>(*d, v[3], fma::<FMA>(*c, v[2], fma::<FMA>(*b, v[1], fma::<FMA>(*a, v[0], *w))));
+            }
+        }
     }
-    (h, q)
+    for (v, column) in rest.iter().zip(columns) {
+        axpy::<FMA>(w, *v, &column[..rows]);
+    }
+}
+
+/// `y += a x`.
+#[inline(always)]
+fn axpy<const FMA: bool>(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y = fma::<FMA>(a, *x, *y);
+    }
+}
+
+#[inline(always)]
+fn dot<const FMA: bool>(x: &[f64], y: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
+    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in xs.zip(ys) {
+        for l in 0..8 {
+            sums[l] = fma::<FMA>(x[l], y[l], sums[l]);
+        }
+    }
+    rest + ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]))
+}
+
+/// `y += a x`, and `y'v` of the new y.
+#[inline(always)]
+fn axpy_dot<const FMA: bool>(y: &mut [f64], a: f64, x: &[f64], v: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (mut ys, xs, vs) = (y.chunks_exact_mut(8), x.chunks_exact(8), v.chunks_exact(8));
+    let (x_rest, v_rest) = (xs.remainder(), vs.remainder());
+    for ((y, x), v) in ys.by_ref().zip(xs).zip(vs) {
+        for l in 0..8 {
+            y[l] = fma::<FMA>(a, x[l], y[l]);
+            sums[l] = fma::<FMA>(y[l], v[l], sums[l]);
+        }
+    }
+    let mut rest = 0.0;
+    for ((y, x), v) in ys.into_remainder().iter_mut().zip(x_rest).zip(v_rest) {
+        *y = fma::<FMA>(a, *x, *y);
+        rest += *y * v;
+    }
+    rest + ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]))
+}
+
+/// Workspace of the blocked reduction.
+#[derive(Default)]
+pub(super) struct Blocked {
+    order: usize,
+    factors: Vec<f64>,
+    stack: Option<MemBuffer>,
+}
+
+impl Blocked {
+    /// Reduces the matrix `h` of order `n`, and overwrites `q` with the transformation unless it is empty.
+    pub(super) fn reduce(&mut self, h: &mut [f64], n: usize, q: &mut [f64]) {
+        if n < 3 {
+            return;
+        }
+        let block = recommended_block_size::<f64>(n - 1, n - 1);
+        let parameters = Spec::<HessenbergParams, f64>::default();
+        if self.order != n || self.stack.is_none() {
+            self.order = n;
+            self.factors.resize(block * (n - 1), 0.0);
+            let request = StackReq::any_of(&[
+                hessenberg_in_place_scratch::<f64>(n, block, Par::Seq, parameters),
+                apply_scratch::<f64>(n - 1, block, n - 1),
+            ]);
+            self.stack = Some(MemBuffer::new(request));
+        }
+        let Some(stack) = &mut self.stack else { return };
+        let stack = MemStack::new(stack);
+        hessenberg_in_place(
+            MatMut::from_column_major_slice_mut(h, n, n),
+            MatMut::from_column_major_slice_mut(&mut self.factors, block, n - 1),
+            Par::Seq,
+            stack,
+            parameters,
+        );
+        if !q.is_empty() {
+            q.fill(0.0);
+            q.iter_mut().step_by(n + 1).for_each(|e| *e = 1.0);
+            apply(
+                MatRef::from_column_major_slice(h, n, n).submatrix(1, 0, n - 1, n - 1),
+                MatRef::from_column_major_slice(&self.factors, block, n - 1),
+                Conj::No,
+                MatMut::from_column_major_slice_mut(q, n, n).submatrix_mut(1, 1, n - 1, n - 1),
+                Par::Seq,
+                stack,
+            );
+        }
+        for (k, column) in h.chunks_exact_mut(n).enumerate().take(n - 2) {
+            column[k + 2..].fill(0.0);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::chain::dispatch;
     use super::*;
+    use nalgebra::DMatrix;
 
     #[test]
-    fn hessenberg_is_an_orthogonal_similarity() {
-        let n = 7;
-        let a = DMatrix::from_fn(n, n, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.5);
-        let (h, q) = hessenberg(a.clone());
-        let bound = 10.0 * n as f64 * f64::EPSILON * a.norm();
-        assert!((&q * &h * q.transpose() - &a).norm() <= bound);
-        assert!((q.transpose() * &q - DMatrix::identity(n, n)).norm() <= 10.0 * n as f64 * f64::EPSILON);
-        for j in 0..n {
-            for i in j + 2..n {
-                assert_eq!(h[(i, j)], 0.0);
+    fn both_reductions_are_orthogonal_similarities() {
+        for (n, blocked) in [(7, false), (7, true), (33, false), (40, true), (300, true)] {
+            let a = DMatrix::from_fn(n, n, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.5);
+            let (mut h, mut q) = (a.clone(), DMatrix::identity(n, n));
+            let mut work = vec![0.0; 3 * n];
+            let (h_data, q_data) = (h.as_mut_slice(), q.as_mut_slice());
+            if blocked {
+                Blocked::default().reduce(h_data, n, q_data);
+            } else {
+                dispatch(Reduction { h: h_data, n, order: n, q: q_data, fresh: true, work: &mut work });
+            }
+            let bound = 10.0 * n as f64 * f64::EPSILON;
+            assert!((&q * &h * q.transpose() - &a).norm() <= bound * a.norm(), "{n}");
+            assert!((q.transpose() * &q - DMatrix::identity(n, n)).norm() <= bound, "{n}");
+            for j in 0..n {
+                for i in j + 2..n {
+                    assert_eq!(h[(i, j)], 0.0);
+                }
             }
         }
+    }
+
+    #[test]
+    fn a_part_can_be_reduced() {
+        // The leading 5 x 5 block of a 7 x 7 matrix whose last two rows it does not touch.
+        let (n, order) = (7, 5);
+        let a = DMatrix::from_fn(n, n, |i, j| if i < order { ((i * 7 + j * 3) % 11) as f64 - 4.5 } else { 0.0 });
+        let (mut h, mut q) = (a.clone(), DMatrix::identity(n, n));
+        let (h_data, q_data) = (h.as_mut_slice(), q.as_mut_slice());
+        dispatch(Reduction { h: h_data, n, order, q: q_data, fresh: false, work: &mut vec![0.0; 3 * n] });
+        assert!((&q * &h * q.transpose() - &a).norm() <= 10.0 * n as f64 * f64::EPSILON * a.norm());
+        assert_eq!(h[(4, 2)], 0.0);
+        assert_eq!(q[(6, 6)], 1.0);
     }
 
     #[test]
     fn a_reflector_survives_the_ends_of_the_range() {
         for scale in [1e-300, 1.0, 1e300] {
             let x = [3.0 * scale, 0.0, -4.0 * scale];
-            let mut v = x;
-            let (beta, tau) = reflector(&mut v);
+            let mut tail = [x[1], x[2]];
+            let (beta, tau) = reflector(x[0], &mut tail);
             assert!((beta.abs() / scale - 5.0).abs() <= 1e-14);
+            let v = [1.0, tail[0], tail[1]];
             let s = tau * (0..3).map(|i| v[i] * (x[i] / scale)).sum::<f64>();
             assert!((x[2] / scale - s * v[2]).abs() <= 1e-14);
         }

@@ -6,10 +6,15 @@
 //! Method: Householder reduction to Hessenberg form, then the implicit double-shift QR iteration of Francis with
 //! exceptional shifts and a hard cap on the number of sweeps; about 25 n^3 flops.
 
+mod bulge;
+mod chain;
+mod deflation;
 mod francis;
 mod hessenberg;
+mod multishift;
 mod reorder;
 mod standard;
+mod swap;
 
 use crate::argument::{square, unit_scale};
 use crate::{LinalgError, Result};
@@ -47,17 +52,155 @@ pub struct Schur {
 ///
 /// Source: Golub and Van Loan, Matrix Computations, 4th ed., 7.5; LAPACK dlahqr, dlanv2.
 pub fn schur(a: &DMatrix<f64>) -> Result<Schur> {
-    square("a", a)?;
-    let largest = a.amax();
-    let in_range = largest == 0.0 || (2.0_f64.powi(-300)..=2.0_f64.powi(300)).contains(&largest);
-    let scale = if in_range { 1.0 } else { unit_scale(a) };
-    let (mut t, mut q) = hessenberg::hessenberg(a * scale);
-    francis::francis(&mut t, &mut q)?;
-    t /= scale;
-    if t.iter().any(|e| !e.is_finite()) {
+    let mut found = Schur::default();
+    schur_into(a, &mut found, &mut SchurWorkspace::new())?;
+    Ok(found)
+}
+
+/// [`schur()`] into a factorisation and a workspace that are there already: from the second call of the same order on nothing is allocated.
+///
+/// After an error the content of `into` means nothing.
+///
+/// # Errors
+/// Those of [`schur()`].
+///
+/// # Example
+/// ```
+/// use luenberger_linalg::{Schur, SchurWorkspace, schur_into};
+/// use nalgebra::dmatrix;
+/// let (mut found, mut workspace) = (Schur::default(), SchurWorkspace::new());
+/// for gain in [1.0, 2.0, 4.0] {
+///     let a = dmatrix![0.0, 1.0; -gain, -1.0];
+///     schur_into(&a, &mut found, &mut workspace)?;
+///     let residual = (&found.q * &found.t * found.q.transpose() - &a).norm() / a.norm();
+///     println!("{residual:e}");
+///     assert!(residual <= 10.0 * 2.0 * f64::EPSILON);
+/// }
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub fn schur_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorkspace) -> Result<()> {
+    let n = square("a", a)?;
+    if into.t.shape() == (n, n) {
+        into.t.copy_from(a);
+    } else {
+        into.t = a.clone();
+    }
+    if into.q.shape() != (n, n) {
+        into.q = DMatrix::zeros(n, n);
+    }
+    let scale = working_scale(a);
+    if scale != 1.0 {
+        into.t *= scale;
+    }
+    workspace.factor(into.t.as_mut_slice(), n, into.q.as_mut_slice(), true)?;
+    if scale != 1.0 {
+        into.t /= scale;
+    }
+    if into.t.iter().any(|e| !e.is_finite()) {
         return Err(LinalgError::Overflow { what: "the Schur form of a" });
     }
-    Ok(Schur { q, t })
+    Ok(())
+}
+
+/// The power of two that brings a matrix into the range in which squares neither overflow nor vanish.
+fn working_scale(a: &DMatrix<f64>) -> f64 {
+    let largest = a.amax();
+    let in_range = largest == 0.0 || (2.0_f64.powi(-300)..=2.0_f64.powi(300)).contains(&largest);
+    if in_range { 1.0 } else { unit_scale(a) }
+}
+
+/// Room for the factorisation of matrices of one order, which grows when it meets a larger one.
+#[derive(Default)]
+pub struct SchurWorkspace {
+    h: Vec<f64>,
+    work: Vec<f64>,
+    blocked: hessenberg::Blocked,
+    scratch: francis::Scratch,
+    space: multishift::Space,
+}
+
+impl core::fmt::Debug for SchurWorkspace {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("SchurWorkspace").finish_non_exhaustive()
+    }
+}
+
+impl SchurWorkspace {
+    /// An empty workspace, which allocates at its first use.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The eigenvalues of `a`, to `into`, without T and Q: about 10 n^3 flops, and no allocation from the second call of the same order on.
+    ///
+    /// # Errors
+    /// Those of [`schur()`].
+    pub fn eigenvalues(&mut self, a: &DMatrix<f64>, into: &mut Vec<Complex<f64>>) -> Result<()> {
+        let n = square("a", a)?;
+        let scale = working_scale(a);
+        let mut h = core::mem::take(&mut self.h);
+        h.clear();
+        h.extend(a.iter().map(|e| e * scale));
+        let done = self.factor(&mut h, n, &mut [], false);
+        into.clear();
+        let mut k = 0;
+        while done.is_ok() && k < n {
+            let d = k * n + k;
+            let pair = k + 1 < n && h[d + 1] != 0.0;
+            let re = h[d] / scale;
+            if pair {
+                let im = h[d + 1].abs().sqrt() * h[d + n].abs().sqrt() / scale;
+                into.extend([Complex::new(re, im), Complex::new(re, -im)]);
+            } else {
+                into.push(Complex::new(re, 0.0));
+            }
+            k += if pair { 2 } else { 1 };
+        }
+        self.h = h;
+        done?;
+        if into.iter().any(|l| !l.re.is_finite() || !l.im.is_finite()) {
+            return Err(LinalgError::Overflow { what: "the Schur form of a" });
+        }
+        Ok(())
+    }
+
+    /// Overwrites the matrix `h` of order `n` with its Schur form (with the diagonal blocks of it unless `whole`) and `q`, unless it is empty, with the transformation.
+    fn factor(&mut self, h: &mut [f64], n: usize, q: &mut [f64], whole: bool) -> Result<()> {
+        if n == 0 {
+            return Ok(());
+        }
+        if n >= hessenberg::BLOCKED {
+            self.blocked.reduce(h, n, q);
+        } else {
+            q.fill(0.0);
+            q.iter_mut().step_by(n + 1).for_each(|e| *e = 1.0);
+            self.work.resize(3 * n, 0.0);
+            chain::dispatch(hessenberg::Reduction { h, n, order: n, q, fresh: true, work: &mut self.work });
+        }
+        let stuck = if n > multishift::SMALL {
+            multishift::multishift(&mut deflation::Iterate { h, n, q, whole }, &mut self.space)
+        } else {
+            chain::dispatch(francis::Francis { h, n, q, whole, scratch: &mut self.scratch })
+        };
+        if stuck == 0 {
+            return Ok(());
+        }
+        let at = |i: usize, j: usize| h[j * n + i];
+        let last = stuck - 1;
+        Err(LinalgError::NotConverged {
+            method: "the QR iteration for the real Schur form",
+            iterations: francis::SWEEPS_PER_ROW * n.max(10),
+            remaining: if last > 0 { at(last, last - 1).abs() } else { 0.0 },
+            allowed: f64::EPSILON * (at(last, last).abs() + if last > 0 { at(last - 1, last - 1).abs() } else { 0.0 }),
+        })
+    }
+}
+
+impl Default for Schur {
+    /// The factorisation of the matrix of order zero.
+    fn default() -> Self {
+        Self { q: DMatrix::zeros(0, 0), t: DMatrix::zeros(0, 0) }
+    }
 }
 
 impl Schur {

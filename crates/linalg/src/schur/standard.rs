@@ -1,8 +1,6 @@
 //! Standard form of a real 2 x 2 block: upper triangular if its eigenvalues are real, else equal diagonal entries and
 //! off-diagonal entries of opposite sign (LAPACK dlanv2; Bai and Demmel, Linear Algebra Appl. 186, 1993).
 
-use nalgebra::DMatrix;
-
 /// `[a b; c d] = [cs -sn; sn cs] [a' b'; c' d'] [cs sn; -sn cs]`, the primed block in standard form.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Standard {
@@ -63,36 +61,47 @@ pub(crate) fn standardise([[a, b], [c, d]]: [[f64; 2]; 2]) -> Standard {
     Standard { block: [[mean + p, b - c], [0.0, mean - p]], cs, sn }
 }
 
-/// Rotates columns `j`, `j + 1` of `m`, rows `0..rows`.
-pub(crate) fn rotate_cols(m: &mut DMatrix<f64>, j: usize, rows: usize, cs: f64, sn: f64) {
-    let n = m.nrows();
-    let (x, y) = m.as_mut_slice()[j * n..(j + 2) * n].split_at_mut(n);
-    for (x, y) in x[..rows].iter_mut().zip(&mut y[..rows]) {
+/// Rotates columns `j`, `j + 1` of `m`, rows `rows`.
+#[inline(always)]
+pub(super) fn rotate_cols(m: &mut [f64], ld: usize, j: usize, rows: core::ops::Range<usize>, cs: f64, sn: f64) {
+    let (x, y) = m[j * ld..(j + 2) * ld].split_at_mut(ld);
+    for (x, y) in x[rows.clone()].iter_mut().zip(&mut y[rows]) {
         (*x, *y) = (cs * *x + sn * *y, cs * *y - sn * *x);
     }
 }
 
-/// Rotates rows `i`, `i + 1` of `m`, columns from `col` on.
-pub(crate) fn rotate_rows(m: &mut DMatrix<f64>, i: usize, col: usize, cs: f64, sn: f64) {
-    for j in col..m.ncols() {
-        let (x, y) = (m[(i, j)], m[(i + 1, j)]);
-        m[(i, j)] = cs * x + sn * y;
-        m[(i + 1, j)] = cs * y - sn * x;
+/// Rotates rows `i`, `i + 1` of `m`, columns `cols`.
+#[inline(always)]
+pub(super) fn rotate_rows(m: &mut [f64], ld: usize, i: usize, cols: core::ops::Range<usize>, cs: f64, sn: f64) {
+    if cols.is_empty() {
+        return;
+    }
+    for column in m[cols.start * ld..cols.end * ld].chunks_exact_mut(ld) {
+        if let [x, y] = &mut column[i..i + 2] {
+            (*x, *y) = (cs * *x + sn * *y, cs * *y - sn * *x);
+        }
     }
 }
 
-/// Standardises the diagonal block of `t` at `k`, `k + 1`, and carries the rotation through `t` and `q`.
-pub(crate) fn standardise_block(t: &mut DMatrix<f64>, q: &mut DMatrix<f64>, k: usize) {
-    let found = standardise([[t[(k, k)], t[(k, k + 1)]], [t[(k + 1, k)], t[(k + 1, k + 1)]]]);
-    rotate_rows(t, k, k + 2, found.cs, found.sn);
-    rotate_cols(t, k, k, found.cs, found.sn);
-    let rows = q.nrows();
-    rotate_cols(q, k, rows, found.cs, found.sn);
-    for i in 0..2 {
-        for j in 0..2 {
-            t[(k + i, k + j)] = found.block[i][j];
-        }
+/// Standardises the diagonal block of the matrix `t` of order `n` at `k`, `k + 1`, and carries the rotation through the rows and columns of
+/// `t` in `within` and through `q`, of `rows` rows.
+#[inline(always)]
+pub(super) fn standardise_block(
+    t: &mut [f64],
+    n: usize,
+    q: &mut [f64],
+    rows: usize,
+    k: usize,
+    within: (usize, usize),
+) {
+    let (x, y) = (k * n + k, (k + 1) * n + k);
+    let found = standardise([[t[x], t[y]], [t[x + 1], t[y + 1]]]);
+    rotate_rows(t, n, k, k + 2..within.1, found.cs, found.sn);
+    rotate_cols(t, n, k, within.0..k, found.cs, found.sn);
+    if rows > 0 {
+        rotate_cols(q, rows, k, 0..rows, found.cs, found.sn);
     }
+    [[t[x], t[y]], [t[x + 1], t[y + 1]]] = found.block;
 }
 
 #[cfg(test)]

@@ -1,0 +1,198 @@
+//! Chains of reflectors of order three, each one row further down than the last: what a bulge leaves behind on its way down.
+//!
+//! The iteration needs a reflector at once only near the diagonal; everywhere else it can wait for the ones that follow. Applied together, each entry of a column is
+//! loaded and stored once for each bulge in place of three times, and stays in a register between (the restructuring of Van Zee, van de Geijn and
+//! Quintana-Orti, ACM TOMS 40, 2014, for reflectors). From the right a chain runs along columns, which lie in memory; from the left it runs on a transposed copy of a few
+//! columns. The loops are plain Rust, compiled for each instruction set by `pulp`.
+
+/// `I - tau v v'` with `v = (1, v[0], v[1])` and `t = tau v`.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Reflector {
+    pub(super) v: [f64; 2],
+    pub(super) t: [f64; 3],
+}
+
+/// Reflectors for rows (or columns) `at..at + 3`, `at + 1..at + 4`, ...; if `pair`, the last is of order two.
+#[derive(Clone, Copy)]
+pub(super) struct Chain<'a> {
+    pub(super) at: usize,
+    pub(super) reflectors: &'a [Reflector],
+    pub(super) pair: bool,
+}
+
+impl Chain<'_> {
+    /// Rows (columns) that the chain touches.
+    #[inline(always)]
+    pub(super) fn span(&self) -> usize {
+        self.reflectors.len() + if self.pair { 1 } else { 2 }
+    }
+}
+
+/// Work that is compiled for the instruction sets of today and of yesterday; `FMA` tells whether fused multiply-add is one instruction.
+pub(super) trait Kernel {
+    type Output;
+    fn run<const FMA: bool>(self) -> Self::Output;
+}
+
+struct Op<K>(K);
+
+impl<K: Kernel> pulp::WithSimd for Op<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> K::Output {
+        if const { S::F64_LANES > 1 && !cfg!(target_family = "wasm") } {
+            self.0.run::<true>()
+        } else {
+            self.0.run::<false>()
+        }
+    }
+}
+
+/// Runs the kernel with the best instructions that this machine has.
+pub(super) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+    pulp::Arch::new().dispatch(Op(kernel))
+}
+
+/// `a b + c`.
+#[inline(always)]
+pub(super) fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Rows that are packed and reflected together: four registers of four.
+pub(super) const WIDTH: usize = 16;
+
+/// Applies the chain to rows `rows` of `data` from the right.
+#[inline(always)]
+pub(super) fn chain_on_columns<const FMA: bool>(
+    data: &mut [f64],
+    ld: usize,
+    rows: core::ops::Range<usize>,
+    chain: Chain<'_>,
+) {
+    let mut row = rows.start;
+    while row + WIDTH <= rows.end {
+        strip::<WIDTH, FMA>(data, ld, row, chain);
+        row += WIDTH;
+    }
+    if row + 8 <= rows.end {
+        strip::<8, FMA>(data, ld, row, chain);
+        row += 8;
+    }
+    if row + 4 <= rows.end {
+        strip::<4, FMA>(data, ld, row, chain);
+        row += 4;
+    }
+    while row < rows.end {
+        strip::<1, FMA>(data, ld, row, chain);
+        row += 1;
+    }
+}
+
+#[inline(always)]
+fn load<const W: usize>(data: &[f64], offset: usize) -> [f64; W] {
+    data.get(offset..).and_then(|d| d.first_chunk::<W>()).copied().unwrap_or([0.0; W])
+}
+
+#[inline(always)]
+fn store<const W: usize>(data: &mut [f64], offset: usize, x: [f64; W]) {
+    if let Some(place) = data.get_mut(offset..).and_then(|d| d.first_chunk_mut::<W>()) {
+        *place = x;
+    }
+}
+
+/// Applies the chain to rows `row..row + W`.
+#[inline(always)]
+pub(super) fn strip<const W: usize, const FMA: bool>(data: &mut [f64], ld: usize, row: usize, chain: Chain<'_>) {
+    let mut offset = chain.at * ld + row;
+    let mut x = load::<W>(data, offset);
+    let mut y = load::<W>(data, offset + ld);
+    let triples = chain.reflectors.len() - usize::from(chain.pair);
+    for r in &chain.reflectors[..triples] {
+        let mut z = load::<W>(data, offset + 2 * ld);
+        for l in 0..W {
+            let s = fma::<FMA>(r.t[1], y[l], fma::<FMA>(r.t[0], x[l], r.t[2] * z[l]));
+            x[l] -= s;
+            y[l] = fma::<FMA>(-s, r.v[0], y[l]);
+            z[l] = fma::<FMA>(-s, r.v[1], z[l]);
+        }
+        store(data, offset, x);
+        (x, y) = (y, z);
+        offset += ld;
+    }
+    if let (true, Some(r)) = (chain.pair, chain.reflectors.last()) {
+        for l in 0..W {
+            let s = fma::<FMA>(r.t[1], y[l], r.t[0] * x[l]);
+            x[l] -= s;
+            y[l] = fma::<FMA>(-s, r.v[0], y[l]);
+        }
+    }
+    store(data, offset, x);
+    store(data, offset + ld, y);
+}
+
+/// Copies rows `at..at + span` of the columns in `columns` to `packed`, transposed: entry (i, l) at `i * W + l`. Columns that are missing become zero.
+#[inline(always)]
+pub(super) fn pack<const W: usize>(columns: &[f64], ld: usize, at: usize, span: usize, packed: &mut [f64]) {
+    let count = columns.len() / ld;
+    let mut l = 0;
+    while l < W {
+        if l + 4 <= count {
+            let part = |k: usize| &columns[(l + k) * ld + at..(l + k) * ld + at + span];
+            let (a, b, c, d) = (part(0), part(1), part(2), part(3));
+            for ((((row, a), b), c), d) in packed.chunks_exact_mut(W).zip(a).zip(b).zip(c).zip(d) {
+                row[l] = *a;
+                row[l + 1] = *b;
+                row[l + 2] = *c;
+                row[l + 3] = *d;
+            }
+            l += 4;
+        } else {
+            for (i, row) in packed.chunks_exact_mut(W).enumerate().take(span) {
+                row[l] = if l < count { columns[l * ld + at + i] } else { 0.0 };
+            }
+            l += 1;
+        }
+    }
+}
+
+/// Copies back what [`pack`] has copied.
+#[inline(always)]
+pub(super) fn unpack<const W: usize>(columns: &mut [f64], ld: usize, at: usize, span: usize, packed: &[f64]) {
+    for (l, column) in columns.chunks_exact_mut(ld).enumerate().take(W) {
+        for (e, row) in column[at..at + span].iter_mut().zip(packed.chunks_exact(W)) {
+            *e = row[l];
+        }
+    }
+}
+
+/// Applies the chain to the columns `cols` of `data` from the left; `packed` has room for `WIDTH * span` entries.
+#[inline(always)]
+pub(super) fn chain_on_rows<const FMA: bool>(
+    data: &mut [f64],
+    ld: usize,
+    cols: core::ops::Range<usize>,
+    chain: Chain<'_>,
+    packed: &mut [f64],
+) {
+    let mut col = cols.start;
+    while col + 8 < cols.end {
+        let end = cols.end.min(col + WIDTH);
+        rows_of::<WIDTH, FMA>(&mut data[col * ld..end * ld], ld, chain, packed);
+        col = end;
+    }
+    while col < cols.end {
+        let end = cols.end.min(col + 4);
+        rows_of::<4, FMA>(&mut data[col * ld..end * ld], ld, chain, packed);
+        col = end;
+    }
+}
+
+#[inline(always)]
+fn rows_of<const W: usize, const FMA: bool>(columns: &mut [f64], ld: usize, chain: Chain<'_>, packed: &mut [f64]) {
+    let span = chain.span();
+    pack::<W>(columns, ld, chain.at, span, packed);
+    strip::<W, FMA>(packed, W, 0, Chain { at: 0, ..chain });
+    unpack::<W>(columns, ld, chain.at, span, packed);
+}

@@ -1,0 +1,169 @@
+//! Exchange of two neighbouring diagonal blocks of a real Schur form (Bai and Demmel, Linear Algebra Appl. 186, 1993).
+//!
+//! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the invariant subspace
+//! of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the diagonal is compared with
+//! rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
+
+use super::hessenberg::reflector;
+use super::standard::{rotate_cols, rotate_rows, standardise_block};
+use crate::linear_block::LinearBlock;
+
+/// Why two blocks stay where they are: the exchange would leave `residual` below the diagonal.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Refused {
+    pub(super) residual: f64,
+    pub(super) allowed: f64,
+}
+
+/// The order of the diagonal block at `k` of a quasi-triangular matrix.
+#[inline(always)]
+pub(super) fn block_order(t: &[f64], n: usize, k: usize) -> usize {
+    if k + 1 < n && t[k * n + k + 1] != 0.0 { 2 } else { 1 }
+}
+
+/// Exchanges the diagonal block of order `p` at `k` with the one of order `s` that follows it, in the matrix `t` of order `n`; `q`, of
+/// `n` columns, follows.
+#[inline(always)]
+pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s: usize) -> Result<(), Refused> {
+    let rows = q.len() / n;
+    if p == 1 && s == 1 {
+        let d = k * n + k;
+        let (first, second) = (t[d], t[d + n + 1]);
+        let (x, y) = (t[d + n], second - first);
+        let norm = x.hypot(y);
+        if norm > 0.0 {
+            let (cs, sn) = (x / norm, y / norm);
+            rotate_rows(t, n, k, k + 2..n, cs, sn);
+            rotate_cols(t, n, k, 0..k, cs, sn);
+            rotate_cols(q, rows, k, 0..rows, cs, sn);
+        }
+        (t[d], t[d + n + 1], t[d + 1]) = (second, first, 0.0);
+        return Ok(());
+    }
+    let m = p + s;
+    // local[j][i], as the matrix lies.
+    let mut local = [[0.0; 4]; 4];
+    for (j, column) in local.iter_mut().enumerate().take(m) {
+        column[..m].copy_from_slice(&t[(k + j) * n + k..(k + j) * n + k + m]);
+    }
+    let largest = local.iter().flatten().fold(0.0_f64, |a, e| a.max(e.abs()));
+    // The basis [-X; gamma I], found from the small linear equation with complete pivoting.
+    let mut equation = LinearBlock::sylvester(p, s, |i, l| local[l][i], |l, j| -local[p + j][p + l]);
+    for j in 0..s {
+        for i in 0..p {
+            equation.set_rhs(i, j, local[p + j][i]);
+        }
+    }
+    let tiny = f64::MIN_POSITIVE / f64::EPSILON;
+    equation.solve((f64::EPSILON * largest).max(tiny));
+    let mut gamma = 1.0_f64;
+    for j in 0..s {
+        for i in 0..p {
+            gamma = gamma.max(equation.x(i, j).abs());
+        }
+    }
+    let mut basis = [[0.0; 4]; 2];
+    for (j, column) in basis.iter_mut().enumerate().take(s) {
+        for (i, e) in column.iter_mut().enumerate().take(p) {
+            *e = -equation.x(i, j) / gamma;
+        }
+        column[p + j] = 1.0 / gamma;
+    }
+    let mut reflectors = [([0.0; 4], 0.0); 2];
+    for j in 0..s {
+        let mut v = basis[j];
+        let head = v[j];
+        let (_, tau) = reflector(head, &mut v[j + 1..m]);
+        v[..j].fill(0.0);
+        v[j] = 1.0;
+        for column in &mut basis {
+            reflect(column, &v, tau);
+        }
+        reflectors[j] = (v, tau);
+    }
+    // Try on the copy first.
+    let mut trial = local;
+    for (v, tau) in &reflectors[..s] {
+        for column in &mut trial {
+            reflect(column, v, *tau);
+        }
+        for i in 0..m {
+            let sum: f64 = (0..m).map(|j| trial[j][i] * v[j]).sum();
+            for j in 0..m {
+                trial[j][i] -= tau * sum * v[j];
+            }
+        }
+    }
+    let residual = trial[..s].iter().flat_map(|column| &column[s..m]).fold(0.0_f64, |a, e| if e.is_nan() { f64::NAN } else { a.max(e.abs()) });
+    let allowed = (20.0 * f64::EPSILON * largest).max(tiny);
+    if residual.is_nan() || residual > allowed {
+        return Err(Refused { residual, allowed });
+    }
+    for (v, tau) in &reflectors[..s] {
+        if m == 3 {
+            let v = [v[0], v[1], v[2]];
+            reflect_rows(t, n, k, &v, *tau);
+            reflect_cols(t, n, k, n.min(k + m), &v, *tau);
+            reflect_cols(q, rows, k, rows, &v, *tau);
+        } else {
+            reflect_rows(t, n, k, v, *tau);
+            reflect_cols(t, n, k, n.min(k + m), v, *tau);
+            reflect_cols(q, rows, k, rows, v, *tau);
+        }
+    }
+    for j in 0..s {
+        t[(k + j) * n + k + s..(k + j) * n + k + m].fill(0.0);
+    }
+    if s == 2 {
+        standardise_block(t, n, q, rows, k, (0, n));
+    } else {
+        t[k * n + k] = local[p][p];
+    }
+    let k = k + s;
+    if p == 2 {
+        standardise_block(t, n, q, rows, k, (0, n));
+    } else {
+        t[k * n + k] = local[0][0];
+    }
+    Ok(())
+}
+
+#[inline(always)]
+fn reflect<const M: usize>(column: &mut [f64; M], v: &[f64; M], tau: f64) {
+    let mut s = 0.0;
+    for i in 0..M {
+        s += column[i] * v[i];
+    }
+    for i in 0..M {
+        column[i] -= tau * s * v[i];
+    }
+}
+
+/// `T := (I - tau v v') T` on the rows from `k` and the columns from `k`.
+#[inline(always)]
+fn reflect_rows<const M: usize>(t: &mut [f64], n: usize, k: usize, v: &[f64; M], tau: f64) {
+    for column in t[k * n..].chunks_exact_mut(n) {
+        if let Some(part) = column.get_mut(k..).and_then(|c| c.first_chunk_mut::<M>()) {
+            reflect(part, v, tau);
+        }
+    }
+}
+
+/// `T := T (I - tau v v')` on the columns from `k` and the rows before `end`.
+#[inline(always)]
+fn reflect_cols<const M: usize>(t: &mut [f64], ld: usize, k: usize, end: usize, v: &[f64; M], tau: f64) {
+    if end == 0 {
+        return;
+    }
+    let mut columns = t[k * ld..(k + M) * ld].chunks_exact_mut(ld);
+    let columns: [&mut [f64]; M] = core::array::from_fn(|_| columns.next().map_or(&mut [][..], |c| &mut c[..end]));
+    for i in 0..end {
+        let mut s = 0.0;
+        for j in 0..M {
+            s += columns[j][i] * v[j];
+        }
+        for j in 0..M {
+            columns[j][i] -= tau * s * v[j];
+        }
+    }
+}
