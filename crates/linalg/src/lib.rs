@@ -5,7 +5,7 @@
 //!
 //! | equation | function |
 //! |---|---|
-//! | `A = Q T Q'` | [`schur()`] |
+//! | `A = Q T Q'` | [`schur()`], without allocation [`schur_into`]; its order and subspaces [`Schur::reorder`]; before it [`balanced`] |
 //! | `A'P + P A + Q = 0` | [`lyapunov()`] |
 //! | `A'P A - P + Q = 0` | [`stein()`] |
 //! | `A'P + P A + C'C = 0`, `A'P A - P + C'C = 0`, for the factor of `P = U'U` | [`lyapunov_factor`], [`stein_factor`] |
@@ -53,7 +53,7 @@ pub use observability::{
 };
 pub use placement::{Placement, place, place_observer};
 pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
-pub use schur::{Schur, SchurWorkspace, schur, schur_into};
+pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
 pub use stein::{Stein, SteinEquation, stein};
 pub use sylvester::{Sylvester, SylvesterEquation, sylvester};

@@ -1,7 +1,7 @@
-//! The second solution of the same size takes no memory.
+//! The second solution, and the second Schur form, of the same size takes no memory.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
-use luenberger_linalg::{LyapunovEquation, SteinEquation, SylvesterEquation};
+use luenberger_linalg::{LyapunovEquation, Schur, SchurWorkspace, SteinEquation, SylvesterEquation, schur_into};
 use nalgebra::DMatrix;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -55,4 +55,20 @@ fn the_second_solution_takes_no_memory() {
         assert_eq!(found, [0; 3], "n = {n}");
     }
     assert_eq!(allocations(|| drop(Box::new(1))), 1, "the allocator counts");
+}
+
+#[test]
+fn the_second_schur_form_takes_no_memory() {
+    // Orders on all paths: the double shift, multishift on our own and on faer's Hessenberg reduction.
+    for n in [2, 6, 31, 90, 150] {
+        let a = DMatrix::from_fn(n, n, |i, j| ((i * 7 + j * 13 + i * j) % 17) as f64 - 8.0);
+        let (mut found, mut workspace, mut values) = (Schur::default(), SchurWorkspace::new(), Vec::new());
+        schur_into(&a, &mut found, &mut workspace).unwrap();
+        workspace.eigenvalues(&a, &mut values).unwrap();
+        assert_eq!(allocations(|| schur_into(&a, &mut found, &mut workspace).unwrap()), 0, "order {n}");
+        assert_eq!(allocations(|| workspace.eigenvalues(&a, &mut values).unwrap()), 0, "eigenvalues, order {n}");
+        // Another matrix of the same order, which may meet other windows.
+        let a = a.transpose();
+        assert_eq!(allocations(|| schur_into(&a, &mut found, &mut workspace).unwrap()), 0, "transposed, order {n}");
+    }
 }

@@ -2,10 +2,10 @@
 //!
 //! A few steps at a time are made on the diagonal, and the chain of reflectors they leave is then applied to the rest of the window: see `chain.rs`.
 
-use super::chain::{Chain, Reflector, chain_on_columns, chain_on_rows, fma};
+use super::chain::{Chain, Reflector, chain_on_columns, chain_on_rows, fma, reflect2, reflect3};
 
 /// Steps on the diagonal before the rest of the window follows.
-pub(super) const STEPS: usize = 8;
+pub(super) const STEPS: usize = 12;
 
 /// The way of a bulge.
 #[derive(Debug, Clone, Copy)]
@@ -27,92 +27,129 @@ pub(super) fn reflect_vector(x: [f64; 3]) -> (f64, Reflector) {
     if x[1] == 0.0 && x[2] == 0.0 {
         return (x[0], Reflector::default());
     }
-    let largest = x[0].abs().max(x[1].abs()).max(x[2].abs());
-    // Outside this range the squares below would underflow or overflow.
-    let scale = if (1e-140..1e140).contains(&largest) { 1.0 } else { largest };
-    let x = if scale == 1.0 { x } else { x.map(|e| e / scale) };
-    let norm = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
-    let beta = if x[0] > 0.0 { -norm } else { norm };
-    let pivot = x[0] - beta;
-    let v = [x[1] / pivot, x[2] / pivot];
-    let tau = -pivot / beta;
-    (beta * scale, Reflector { v, t: [tau, tau * v[0], tau * v[1]] })
+    let square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    if !(1e-280..1e280).contains(&square) {
+        return reflect_scaled(x);
+    }
+    let norm = square.sqrt();
+    let pivot = x[0] + norm.copysign(x[0]);
+    // Two quotients that do not wait for each other.
+    let (inverse, tau) = (1.0 / pivot, pivot.abs() / norm);
+    let v = [x[1] * inverse, x[2] * inverse];
+    (-norm.copysign(x[0]), Reflector { v, t: [tau, tau * v[0], tau * v[1]] })
 }
+
+/// [`reflect_vector`] where the squares underflow or overflow.
+#[cold]
+fn reflect_scaled(x: [f64; 3]) -> (f64, Reflector) {
+    let scale = x[0].abs().max(x[1].abs()).max(x[2].abs());
+    let x = x.map(|e| e / scale);
+    let norm = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
+    let pivot = x[0] + norm.copysign(x[0]);
+    let v = [x[1] / pivot, x[2] / pivot];
+    let tau = pivot.abs() / norm;
+    (-norm.copysign(x[0]) * scale, Reflector { v, t: [tau, tau * v[0], tau * v[1]] })
+}
+
+/// Rows of the part of the matrix around the diagonal that is copied for a few steps.
+const TILE: usize = STEPS + 4;
 
 /// Chases a bulge. `chain` takes its `to - from` reflectors; `packed` has room for `WIDTH * (STEPS + 2)` numbers.
 #[inline(always)]
 pub(super) fn chase<const FMA: bool>(h: &mut [f64], n: usize, way: Way, chain: &mut [Reflector], packed: &mut [f64]) {
-    let Way { from, to, last, window, entry } = way;
+    let Way { from, to, last, window, .. } = way;
     let mut begin = from;
     while begin < to {
         let end = to.min(begin + STEPS);
-        let cols = (end + 2).min(last + 1);
-        for k in begin..end {
-            let triple = k + 2 <= last;
-            let (beta, r) = match entry {
-                Some((v, linked)) if k == from => {
-                    let (_, r) = reflect_vector(v);
-                    if linked {
-                        // The entry is not zero but small: the reflection changes it this way to working precision.
-                        h[k * n - n + k] *= 1.0 - r.t[0];
-                    }
-                    (None, r)
+        let part = &mut chain[begin - from..end - from];
+        if last - begin < 8 {
+            diagonal::<8, FMA>(h, n, way, begin, part);
+        } else {
+            diagonal::<TILE, FMA>(h, n, way, begin, part);
+        }
+        let part = Chain { at: begin, reflectors: part, pair: end == last };
+        chain_on_columns::<FMA>(h, n, window.0..begin, part);
+        chain_on_rows::<FMA>(h, n, (end + 2).min(last + 1)..window.1, part, packed);
+        begin = end;
+    }
+}
+
+/// The steps from row `begin` on, as many as `part` has reflectors for, in the rows and columns that these reflectors meet on the diagonal: at most `R`.
+#[inline(always)]
+fn diagonal<const R: usize, const FMA: bool>(h: &mut [f64], n: usize, way: Way, begin: usize, part: &mut [Reflector]) {
+    let Way { from, last, entry, .. } = way;
+    let end = begin + part.len();
+    let cols = (end + 2).min(last + 1) - begin;
+    let rows = (end + 3).min(last + 1) - begin;
+    // A copy with columns of a length known to the compiler. What is copied below the rows that count is reflected, and forgotten.
+    let mut tile = [[0.0; R]; TILE];
+    for (to, from) in tile.iter_mut().zip(h[begin * n..].chunks_exact(n)).take(cols) {
+        if let Some(all) = from[begin..].first_chunk::<R>() {
+            *to = *all;
+        } else {
+            for (to, from) in to.iter_mut().zip(&from[begin..]) {
+                *to = *from;
+            }
+        }
+    }
+    for (i, slot) in part.iter_mut().enumerate() {
+        let k = begin + i;
+        let triple = k < last - 1;
+        let r = match entry {
+            Some((v, linked)) if k == from => {
+                let (_, r) = reflect_vector(v);
+                if linked {
+                    // The entry is not zero but small: the reflection changes it this way to working precision.
+                    h[(k - 1) * n + k] *= 1.0 - r.t[0];
                 }
-                _ => {
-                    let column = &h[(k - 1) * n + k..];
-                    let (beta, r) = reflect_vector([column[0], column[1], if triple { column[2] } else { 0.0 }]);
-                    (Some(beta), r)
-                }
-            };
-            if let Some(beta) = beta {
-                let column = &mut h[(k - 1) * n + k..];
-                (column[0], column[1]) = (beta, 0.0);
-                if triple {
-                    column[2] = 0.0;
+                r
+            }
+            _ => {
+                let column = if i == 0 { h[(k - 1) * n..k * n].get_mut(k..) } else { tile[i - 1].get_mut(i..) };
+                let column = column.unwrap_or_default();
+                if let (true, Some(x)) = (triple, column.first_chunk_mut::<3>()) {
+                    let (beta, r) = reflect_vector(*x);
+                    *x = [beta, 0.0, 0.0];
+                    r
+                } else if let Some(x) = column.first_chunk_mut::<2>() {
+                    let (beta, r) = reflect_vector([x[0], x[1], 0.0]);
+                    *x = [beta, 0.0];
+                    r
+                } else {
+                    Reflector::default()
                 }
             }
-            chain[k - from] = r;
-            if r.t[0] == 0.0 {
-                continue;
-            }
-            let rows = (k + 3).min(last) + 1;
-            if triple {
-                for column in h[k * n..cols * n].chunks_exact_mut(n) {
-                    if let Some([x, y, z]) = column.get_mut(k..).and_then(|c| c.first_chunk_mut::<3>()) {
-                        let s = fma::<FMA>(r.t[1], *y, fma::<FMA>(r.t[0], *x, r.t[2] * *z));
-                        *x -= s;
-                        *y = fma::<FMA>(-s, r.v[0], *y);
-                        *z = fma::<FMA>(-s, r.v[1], *z);
-                    }
-                }
-                let (x, rest) = h[k * n..(k + 3) * n].split_at_mut(n);
-                let (y, z) = rest.split_at_mut(n);
-                let (x, y, z) = (&mut x[begin..rows], &mut y[begin..rows], &mut z[begin..rows]);
-                for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        };
+        *slot = r;
+        if r.t[0] == 0.0 {
+            continue;
+        }
+        if triple {
+            for column in &mut tile[i..cols] {
+                if let Some([x, y, z]) = column.get_mut(i..).and_then(|c| c.first_chunk_mut::<3>()) {
                     let s = fma::<FMA>(r.t[1], *y, fma::<FMA>(r.t[0], *x, r.t[2] * *z));
                     *x -= s;
                     *y = fma::<FMA>(-s, r.v[0], *y);
                     *z = fma::<FMA>(-s, r.v[1], *z);
                 }
-            } else {
-                for column in h[k * n..cols * n].chunks_exact_mut(n) {
-                    if let Some([x, y]) = column.get_mut(k..).and_then(|c| c.first_chunk_mut::<2>()) {
-                        let s = fma::<FMA>(r.t[1], *y, r.t[0] * *x);
-                        *x -= s;
-                        *y = fma::<FMA>(-s, r.v[0], *y);
-                    }
-                }
-                let (x, y) = h[k * n..(k + 2) * n].split_at_mut(n);
-                for (x, y) in x[begin..rows].iter_mut().zip(&mut y[begin..rows]) {
+            }
+            if let Some([x, y, z]) = tile.get_mut(i..).and_then(|t| t.first_chunk_mut::<3>()) {
+                reflect3::<R, FMA>(&r, x, y, z);
+            }
+        } else {
+            for column in &mut tile[i..cols] {
+                if let Some([x, y]) = column.get_mut(i..).and_then(|c| c.first_chunk_mut::<2>()) {
                     let s = fma::<FMA>(r.t[1], *y, r.t[0] * *x);
                     *x -= s;
                     *y = fma::<FMA>(-s, r.v[0], *y);
                 }
             }
+            if let Some([x, y]) = tile.get_mut(i..).and_then(|t| t.first_chunk_mut::<2>()) {
+                reflect2::<R, FMA>(&r, x, y);
+            }
         }
-        let part = Chain { at: begin, reflectors: &chain[begin - from..end - from], pair: end == last };
-        chain_on_columns::<FMA>(h, n, window.0..begin, part);
-        chain_on_rows::<FMA>(h, n, cols..window.1, part, packed);
-        begin = end;
+    }
+    for (from, to) in tile.iter().zip(h[begin * n..].chunks_exact_mut(n)).take(cols) {
+        to[begin..begin + rows].copy_from_slice(&from[..rows]);
     }
 }

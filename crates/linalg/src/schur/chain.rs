@@ -84,9 +84,61 @@ pub(super) fn chain_on_columns<const FMA: bool>(
         strip::<4, FMA>(data, ld, row, chain);
         row += 4;
     }
-    while row < rows.end {
-        strip::<1, FMA>(data, ld, row, chain);
-        row += 1;
+    if row < rows.end {
+        partial::<FMA>(data, ld, row..rows.end, chain);
+    }
+}
+
+/// Applies the chain to fewer than four rows.
+#[inline(always)]
+fn partial<const FMA: bool>(data: &mut [f64], ld: usize, rows: core::ops::Range<usize>, chain: Chain<'_>) {
+    let (row, count) = (rows.start, rows.len().min(4));
+    let read = |data: &[f64], offset: usize| {
+        let mut x = [0.0; 4];
+        x.iter_mut().zip(&data[offset..offset + count]).for_each(|(x, e)| *x = *e);
+        x
+    };
+    let mut offset = chain.at * ld + row;
+    let mut x = read(data, offset);
+    let mut y = read(data, offset + ld);
+    let triples = chain.reflectors.len() - usize::from(chain.pair);
+    for r in &chain.reflectors[..triples] {
+        let mut z = read(data, offset + 2 * ld);
+        reflect3::<4, FMA>(r, &mut x, &mut y, &mut z);
+        data[offset..offset + count].copy_from_slice(&x[..count]);
+        (x, y) = (y, z);
+        offset += ld;
+    }
+    if let (true, Some(r)) = (chain.pair, chain.reflectors.last()) {
+        reflect2::<4, FMA>(r, &mut x, &mut y);
+    }
+    data[offset..offset + count].copy_from_slice(&x[..count]);
+    data[offset + ld..offset + ld + count].copy_from_slice(&y[..count]);
+}
+
+/// Applies a reflector to three columns (or rows).
+#[inline(always)]
+pub(super) fn reflect3<const W: usize, const FMA: bool>(
+    r: &Reflector,
+    x: &mut [f64; W],
+    y: &mut [f64; W],
+    z: &mut [f64; W],
+) {
+    for l in 0..W {
+        let s = fma::<FMA>(r.t[1], y[l], fma::<FMA>(r.t[0], x[l], r.t[2] * z[l]));
+        x[l] -= s;
+        y[l] = fma::<FMA>(-s, r.v[0], y[l]);
+        z[l] = fma::<FMA>(-s, r.v[1], z[l]);
+    }
+}
+
+/// Applies a reflector of order two to two columns (or rows).
+#[inline(always)]
+pub(super) fn reflect2<const W: usize, const FMA: bool>(r: &Reflector, x: &mut [f64; W], y: &mut [f64; W]) {
+    for l in 0..W {
+        let s = fma::<FMA>(r.t[1], y[l], r.t[0] * x[l]);
+        x[l] -= s;
+        y[l] = fma::<FMA>(-s, r.v[0], y[l]);
     }
 }
 
@@ -111,22 +163,13 @@ pub(super) fn strip<const W: usize, const FMA: bool>(data: &mut [f64], ld: usize
     let triples = chain.reflectors.len() - usize::from(chain.pair);
     for r in &chain.reflectors[..triples] {
         let mut z = load::<W>(data, offset + 2 * ld);
-        for l in 0..W {
-            let s = fma::<FMA>(r.t[1], y[l], fma::<FMA>(r.t[0], x[l], r.t[2] * z[l]));
-            x[l] -= s;
-            y[l] = fma::<FMA>(-s, r.v[0], y[l]);
-            z[l] = fma::<FMA>(-s, r.v[1], z[l]);
-        }
+        reflect3::<W, FMA>(r, &mut x, &mut y, &mut z);
         store(data, offset, x);
         (x, y) = (y, z);
         offset += ld;
     }
     if let (true, Some(r)) = (chain.pair, chain.reflectors.last()) {
-        for l in 0..W {
-            let s = fma::<FMA>(r.t[1], y[l], r.t[0] * x[l]);
-            x[l] -= s;
-            y[l] = fma::<FMA>(-s, r.v[0], y[l]);
-        }
+        reflect2::<W, FMA>(r, &mut x, &mut y);
     }
     store(data, offset, x);
     store(data, offset + ld, y);

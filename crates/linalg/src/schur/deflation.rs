@@ -70,19 +70,7 @@ impl Window {
         let stuck = dispatch(Francis { h: t, n: order, q: v, whole: true, scratch });
         let spike = if at > first { m.h[(at - 1) * n + at] } else { 0.0 };
         let kept = if at > first { dispatch(Detection { t, v, order, stuck, spike }) } else { stuck };
-        values.clear();
-        let mut k = stuck;
-        while k < kept {
-            let d = k * order + k;
-            if block_order(t, order, k) == 2 {
-                let im = t[d + 1].abs().sqrt() * t[d + order].abs().sqrt();
-                values.extend([(t[d], im), (t[d], -im)]);
-                k += 2;
-            } else {
-                values.push((t[d], 0.0));
-                k += 1;
-            }
-        }
+        values_of(t, order, stuck..kept, values);
         let found = Deflated { rows: order - kept, stuck };
         if kept == order && spike != 0.0 {
             return found;
@@ -99,7 +87,7 @@ impl Window {
                 column.iter_mut().zip(row).for_each(|(c, v)| *c -= tau * s * v);
             }
             for (m, rows) in [(&mut *t, kept), (&mut *v, order)] {
-                let product = &mut work_for(&mut strip[..], rows)[..];
+                let product = &mut strip[..rows];
                 product.fill(0.0);
                 for (column, v) in m.chunks_exact(order).zip(row) {
                     product.iter_mut().zip(column).for_each(|(p, c)| *p += c * v);
@@ -120,8 +108,8 @@ impl Window {
         found
     }
 
-    /// Eigenvalues of the block `at..at + order`, to `values`; false if they were not found.
-    pub(super) fn shifts_of(&mut self, m: &Iterate<'_>, at: usize, order: usize) -> bool {
+    /// Eigenvalues of the block `at..at + order`, to `values`: as many as are found.
+    pub(super) fn shifts_of(&mut self, m: &Iterate<'_>, at: usize, order: usize) {
         let n = m.n;
         self.reserve(n, order);
         let Self { t, scratch, values, .. } = self;
@@ -130,25 +118,25 @@ impl Window {
             column.copy_from_slice(&from[at..at + order]);
         }
         let stuck = dispatch(Francis { h: t, n: order, q: &mut [], whole: false, scratch });
-        values.clear();
-        let mut k = stuck;
-        while k < order {
-            let d = k * order + k;
-            if block_order(t, order, k) == 2 {
-                let im = t[d + 1].abs().sqrt() * t[d + order].abs().sqrt();
-                values.extend([(t[d], im), (t[d], -im)]);
-                k += 2;
-            } else {
-                values.push((t[d], 0.0));
-                k += 1;
-            }
-        }
-        stuck == 0
+        values_of(t, order, stuck..order, values);
     }
 }
 
-fn work_for(strip: &mut [f64], len: usize) -> &mut [f64] {
-    &mut strip[..len]
+/// The eigenvalues of the diagonal blocks in `rows` of a Schur form of order `n`, to `values`.
+fn values_of(t: &[f64], n: usize, rows: core::ops::Range<usize>, values: &mut Vec<(f64, f64)>) {
+    values.clear();
+    let mut k = rows.start;
+    while k < rows.end {
+        let d = k * n + k;
+        if block_order(t, n, k) == 2 {
+            let im = t[d + 1].abs().sqrt() * t[d + n].abs().sqrt();
+            values.extend([(t[d], im), (t[d], -im)]);
+            k += 2;
+        } else {
+            values.push((t[d], 0.0));
+            k += 1;
+        }
+    }
 }
 
 /// Carries the transformation `v` of the window through the rest of the matrix.

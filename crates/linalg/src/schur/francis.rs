@@ -187,7 +187,19 @@ pub(super) fn shifted_column(h: &[f64], n: usize, m: usize, shifts: Shifts) -> [
 #[inline(always)]
 fn start_of_bulge(h: &[f64], n: usize, first: usize, last: usize, shifts: Shifts) -> (usize, [f64; 3]) {
     let at = |i: usize, j: usize| h[j * n + i];
+    let Shifts { re, im } = shifts;
     let mut m = last - 2;
+    // Without a division, and without regard to underflow, which at worst calls for the test below.
+    while m > first {
+        let (here, next, below) = (at(m, m), at(m + 1, m + 1), at(m + 1, m));
+        let v0 = below * at(m, m + 1) + (here - re[0]) * (here - re[1]) - im[0] * im[1];
+        let v12 = below.abs() * ((here + next - re[0] - re[1]).abs() + at(m + 2, m + 1).abs());
+        let around = at(m - 1, m - 1).abs() + here.abs() + next.abs();
+        if at(m, m - 1).abs() * v12 <= 2.0 * f64::EPSILON * v0.abs() * around {
+            break;
+        }
+        m -= 1;
+    }
     loop {
         let v = shifted_column(h, n, m, shifts);
         if m == first {

@@ -3,9 +3,15 @@
 //! `T` has 1 x 1 diagonal blocks for the real eigenvalues of `A` and standardised 2 x 2 blocks (equal diagonal entries, off-diagonal
 //! entries of opposite sign) for the complex pairs. It exists for every real matrix. Every dense equation of this crate is solved in it.
 //!
-//! Method: Householder reduction to Hessenberg form, then the implicit double-shift QR iteration of Francis with
-//! exceptional shifts and a hard cap on the number of sweeps; about 25 n^3 flops.
+//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`), then, up to order 75, the implicit double-shift QR iteration of Francis (`francis.rs`), and beyond it
+//! the small-bulge multishift iteration (`multishift.rs`) with aggressive early deflation (`deflation.rs`) of Braman, Byers and Mathias. Both chase their bulges with
+//! `bulge.rs` near the diagonal and leave the rest to chains of reflectors (`chain.rs`). Exceptional shifts break cycles, and the number of
+//! sweeps has a hard cap. About 25 n^3 flops for n small, and fewer than 15 n^3 for n large.
+//!
+//! A chosen set of eigenvalues is brought to the top by exchanges of neighbours (`swap.rs`, `reorder.rs`), with the condition of its invariant subspace
+//! (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues, no part of the form.
 
+mod balancing;
 mod bulge;
 mod chain;
 mod deflation;
@@ -14,7 +20,11 @@ mod hessenberg;
 mod multishift;
 mod reorder;
 mod standard;
+mod subspace;
 mod swap;
+
+pub use balancing::{Balanced, balanced};
+pub use subspace::Reordered;
 
 use crate::argument::{square, unit_scale};
 use crate::{LinalgError, Result};
@@ -33,7 +43,7 @@ pub struct Schur {
 ///
 /// Backward stable: `||A - Q T Q'||` and `||Q'Q - I||` are a small multiple of `n eps` (relative to `||A||`). Entries of any size are
 /// allowed; a matrix whose largest entry is beyond 2^+-300 is scaled by a power of two for the computation. A matrix of order zero
-/// has the Schur form of order zero. About 25 n^3 flops.
+/// has the Schur form of order zero. About 25 n^3 flops for n small, fewer than 15 n^3 for n large; nothing is shared between threads, and one thread is used.
 ///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotConverged`] after 30 n sweeps (none is known);
@@ -50,7 +60,8 @@ pub struct Schur {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
-/// Source: Golub and Van Loan, Matrix Computations, 4th ed., 7.5; LAPACK dlahqr, dlanv2.
+/// Source: Braman, Byers and Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, parts I and II; Byers, LAPACK Working Note 187, 2007; Golub and Van Loan, Matrix
+/// Computations, 4th ed., 7.5; LAPACK dlahqr, dlaqr0, dlanv2.
 pub fn schur(a: &DMatrix<f64>) -> Result<Schur> {
     let mut found = Schur::default();
     schur_into(a, &mut found, &mut SchurWorkspace::new())?;
@@ -102,6 +113,12 @@ pub fn schur_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorks
     Ok(())
 }
 
+/// The identity, with zeros below it if there are more rows than columns.
+fn identity(q: &mut [f64], rows: usize) {
+    q.fill(0.0);
+    q.iter_mut().step_by(rows + 1).for_each(|e| *e = 1.0);
+}
+
 /// The power of two that brings a matrix into the range in which squares neither overflow nor vanish.
 fn working_scale(a: &DMatrix<f64>) -> f64 {
     let largest = a.amax();
@@ -113,6 +130,7 @@ fn working_scale(a: &DMatrix<f64>) -> f64 {
 #[derive(Default)]
 pub struct SchurWorkspace {
     h: Vec<f64>,
+    padded: Vec<f64>,
     work: Vec<f64>,
     blocked: hessenberg::Blocked,
     scratch: francis::Scratch,
@@ -171,13 +189,25 @@ impl SchurWorkspace {
         }
         if n >= hessenberg::BLOCKED {
             self.blocked.reduce(h, n, q);
-        } else {
-            q.fill(0.0);
-            q.iter_mut().step_by(n + 1).for_each(|e| *e = 1.0);
+        } else if n > multishift::SMALL || q.is_empty() {
+            identity(q, n);
             self.work.resize(3 * n, 0.0);
             chain::dispatch(hessenberg::Reduction { h, n, order: n, q, fresh: true, work: &mut self.work });
         }
-        let stuck = if n > multishift::SMALL {
+        let stuck = if n <= multishift::SMALL && !q.is_empty() {
+            // With a number of rows that fills registers; what is below Q stays zero.
+            let rows = n.next_multiple_of(4);
+            self.padded.resize(rows * n, 0.0);
+            self.work.resize(3 * n, 0.0);
+            let padded = &mut self.padded[..];
+            identity(padded, rows);
+            chain::dispatch(hessenberg::Reduction { h, n, order: n, q: padded, fresh: true, work: &mut self.work });
+            let stuck = chain::dispatch(francis::Francis { h, n, q: padded, whole, scratch: &mut self.scratch });
+            for (to, from) in q.chunks_exact_mut(n).zip(padded.chunks_exact(rows)) {
+                to.copy_from_slice(&from[..n]);
+            }
+            stuck
+        } else if n > multishift::SMALL {
             multishift::multishift(&mut deflation::Iterate { h, n, q, whole }, &mut self.space)
         } else {
             chain::dispatch(francis::Francis { h, n, q, whole, scratch: &mut self.scratch })

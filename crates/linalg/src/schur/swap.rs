@@ -94,7 +94,10 @@ pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s
             }
         }
     }
-    let residual = trial[..s].iter().flat_map(|column| &column[s..m]).fold(0.0_f64, |a, e| if e.is_nan() { f64::NAN } else { a.max(e.abs()) });
+    let residual = trial[..s]
+        .iter()
+        .flat_map(|column| &column[s..m])
+        .fold(0.0_f64, |a, e| if e.is_nan() { f64::NAN } else { a.max(e.abs()) });
     let allowed = (20.0 * f64::EPSILON * largest).max(tiny);
     if residual.is_nan() || residual > allowed {
         return Err(Refused { residual, allowed });

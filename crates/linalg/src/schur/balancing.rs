@@ -1,0 +1,217 @@
+//! Balancing of a matrix before its eigenvalues are computed: a permutation that splits off eigenvalues that stand alone, and a diagonal
+//! scaling by powers of two that brings the norms of each row and column together.
+//!
+//! Osborne, J. ACM 7, 1960; Parlett and Reinsch, Numer. Math. 13, 1969; with the Euclidean norm, diagonal entries included, as James, Langou and
+//! Lowery (2014, "On matrix balancing and eigenvector computation") found necessary: with the 1-norm a matrix that is small off the diagonal can be
+//! made worse. Neither step rounds, but the scaling is no orthogonal similarity: it is an option, for eigenvalues, and not a part of the Schur form.
+
+use crate::argument::square;
+use crate::{LinalgError, Result};
+use core::ops::Range;
+use nalgebra::DMatrix;
+
+/// Cycles over the rows; each accepted step takes 5 % off a sum of norms, and a handful is usual.
+const CYCLES: usize = 100;
+/// No state is scaled beyond `2^+-LARGEST`, so that ratios of two stay in range.
+const LARGEST: i32 = 500;
+
+/// `S^-1 A S` with `S = P D`, P a permutation and D diagonal, of powers of two.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Balanced {
+    /// The balanced matrix. It is upper triangular outside of the block `active`.
+    pub matrix: DMatrix<f64>,
+    /// Rows and columns of the block that has not been split off.
+    pub active: Range<usize>,
+    /// Where row i of the balanced matrix stood in `A`.
+    pub permutation: Vec<usize>,
+    /// The diagonal of D.
+    pub scaling: Vec<f64>,
+}
+
+/// Balances a square matrix: see [`Balanced`]. Its eigenvalues are those of `a`, exactly, unless an entry underflows; a badly scaled matrix has them in far better condition.
+///
+/// About `n^2` operations for each of a few cycles.
+///
+/// # Errors
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`].
+///
+/// # Example
+/// ```
+/// use luenberger_linalg::{balanced, eigenvalues};
+/// use nalgebra::dmatrix;
+/// // Volts and microvolts: eigenvalues 1 +- 1.
+/// let a = dmatrix![1.0, 1e12; 1e-12, 1.0];
+/// let b = balanced(&a)?;
+/// assert!(b.matrix.amax() <= 2.0);
+/// let smallest = eigenvalues(&b.matrix)?.iter().map(|l| l.norm()).fold(f64::MAX, f64::min);
+/// println!("{smallest:e}");
+/// assert!(smallest <= 20.0 * f64::EPSILON);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub fn balanced(a: &DMatrix<f64>) -> Result<Balanced> {
+    let n = square("a", a)?;
+    let mut found = Balanced { matrix: a.clone(), active: 0..n, permutation: (0..n).collect(), scaling: vec![1.0; n] };
+    found.split_off();
+    found.scale();
+    Ok(found)
+}
+
+impl Balanced {
+    /// `S X`: what the columns of `x` (eigenvectors or a basis in the balanced coordinates) are in those of `A`.
+    ///
+    /// # Errors
+    /// [`LinalgError::DimensionMismatch`] if `x` has not n rows; [`LinalgError::Overflow`].
+    pub fn back(&self, x: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+        let n = self.scaling.len();
+        if x.nrows() != n {
+            return Err(LinalgError::DimensionMismatch { what: "x", expected: (n, x.ncols()), found: x.shape() });
+        }
+        let mut found = DMatrix::zeros(n, x.ncols());
+        for (i, (&from, d)) in self.permutation.iter().zip(&self.scaling).enumerate() {
+            for j in 0..x.ncols() {
+                found[(from, j)] = d * x[(i, j)];
+            }
+        }
+        if found.iter().any(|e| e.is_infinite()) {
+            return Err(LinalgError::Overflow { what: "the basis in the coordinates of a" });
+        }
+        Ok(found)
+    }
+
+    /// Rows that are zero off the diagonal go to the bottom, columns to the left.
+    fn split_off(&mut self) {
+        let m = &mut self.matrix;
+        let exchange = |m: &mut DMatrix<f64>, permutation: &mut [usize], i: usize, j: usize| {
+            m.swap_rows(i, j);
+            m.swap_columns(i, j);
+            permutation.swap(i, j);
+        };
+        let Range { mut start, mut end } = self.active;
+        while let Some(i) = (start..end).rev().find(|&i| (start..end).all(|j| j == i || m[(i, j)] == 0.0)) {
+            end -= 1;
+            exchange(m, &mut self.permutation, i, end);
+        }
+        while let Some(j) = (start..end).find(|&j| (start..end).all(|i| i == j || m[(i, j)] == 0.0)) {
+            exchange(m, &mut self.permutation, j, start);
+            start += 1;
+        }
+        self.active = start..end;
+    }
+
+    /// Brings the norms of the rows and columns of the active block together.
+    fn scale(&mut self) {
+        let n = self.scaling.len();
+        let mut exponents = vec![0_i32; n];
+        for _ in 0..CYCLES {
+            let mut moved = false;
+            for i in self.active.clone() {
+                let (column, row) = (
+                    norm(self.active.clone().map(|k| self.matrix[(k, i)])),
+                    norm(self.active.clone().map(|k| self.matrix[(i, k)])),
+                );
+                if column == 0.0 || row == 0.0 || !column.is_finite() || !row.is_finite() {
+                    continue;
+                }
+                let step = (0.5 * (row.log2() - column.log2())).round() as i32;
+                let next = (exponents[i] + step).clamp(-LARGEST, LARGEST);
+                let step = next - exponents[i];
+                // 2^step, in two factors that are in range.
+                let (half, rest) = (2.0_f64.powi(step / 2), 2.0_f64.powi(step - step / 2));
+                if step == 0 || column * half * rest + row / half / rest >= 0.95 * (column + row) {
+                    continue;
+                }
+                moved = true;
+                exponents[i] = next;
+                for k in 0..n {
+                    if k != i {
+                        self.matrix[(k, i)] *= half * rest;
+                        self.matrix[(i, k)] /= half * rest;
+                    }
+                }
+            }
+            if !moved {
+                break;
+            }
+        }
+        for (d, e) in self.scaling.iter_mut().zip(exponents) {
+            *d = 2.0_f64.powi(e);
+        }
+    }
+}
+
+/// The Euclidean norm, without overflow or underflow on the way.
+fn norm(entries: impl Iterator<Item = f64> + Clone) -> f64 {
+    let largest = entries.clone().fold(0.0_f64, |m, e| m.max(e.abs()));
+    if largest == 0.0 { 0.0 } else { largest * entries.map(|e| (e / largest) * (e / largest)).sum::<f64>().sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    /// `S^-1 A S = B` entry by entry: all factors are powers of two.
+    fn check(a: &DMatrix<f64>) -> Balanced {
+        let b = balanced(a).unwrap();
+        for i in 0..a.nrows() {
+            for j in 0..a.nrows() {
+                let expected = a[(b.permutation[i], b.permutation[j])] * (b.scaling[j] / b.scaling[i]);
+                assert_eq!(b.matrix[(i, j)], expected);
+                assert!(i <= j || (b.active.contains(&i) && b.active.contains(&j)) || b.matrix[(i, j)] == 0.0);
+            }
+        }
+        b
+    }
+
+    #[test]
+    fn hidden_units_are_found() {
+        let a = dmatrix![1.0, 2.0, 1.0; -1.0, 1.0, 2.0; 1.0, 1.0, 1.0];
+        let d = [1e-8_f64, 1.0, 1e30];
+        let b = check(&DMatrix::from_fn(3, 3, |i, j| a[(i, j)] * d[i] / d[j]));
+        assert!(b.matrix.amax() <= 8.0, "{}", b.matrix);
+        assert_eq!(check(&a).matrix, a);
+    }
+
+    #[test]
+    fn triangular_matrices_fall_apart() {
+        let a = dmatrix![1.0, 0.0, 0.0; 2.0, 3.0, 0.0; 4.0, 5.0, 6.0];
+        let b = check(&a);
+        assert!(b.active.is_empty());
+        // A block of order two between a column and a row that stand alone.
+        let a = dmatrix![2.0, 1.0, 3.0, 1.0; 0.0, 7.0, 0.0, 0.0; 4.0, 1.0, 5.0, 1.0; 0.0, 1.0, 0.0, 1.0];
+        let b = check(&a);
+        assert_eq!(b.active.len(), 2);
+        assert_eq!(b.matrix[(3, 3)], 7.0);
+        let a = dmatrix![1.0, 2.0, 3.0, 1.0; 0.0, 2.0, 3.0, 1.0; 0.0, 4.0, 5.0, 1.0; 0.0, 0.0, 0.0, 7.0];
+        let b = check(&a);
+        assert_eq!((b.active, b.matrix[(0, 0)], b.matrix[(3, 3)]), (1..3, 1.0, 7.0));
+    }
+
+    #[test]
+    fn small_couplings_are_not_made_worse() {
+        // James, Langou and Lowery: with norms that leave out the diagonal, the units of such a matrix would be torn apart.
+        let a = dmatrix![1.0, 1e-15, 1e-4; 1e-12, 1.0, 1e-15; 1e-15, 1e-13, 1.0];
+        assert_eq!(check(&a).scaling, [1.0; 3]);
+    }
+
+    #[test]
+    fn eigenvectors_come_back() {
+        let a = dmatrix![2.0, 1e9; 1e-9, 2.0];
+        let b = check(&a);
+        // The balanced matrix has the eigenvector (d1 x, d2 y) of (1e9, 1), for the eigenvalue 3.
+        let inverse = DMatrix::from_fn(2, 1, |i, _| [1e9, 1.0][b.permutation[i]] / b.scaling[i]);
+        let x = b.back(&inverse).unwrap();
+        assert!((&a * &x - &x * 3.0).norm() <= 4.0 * f64::EPSILON * (a.norm() * x.norm()));
+        assert!(matches!(b.back(&DMatrix::zeros(3, 1)), Err(LinalgError::DimensionMismatch { .. })));
+        assert!(matches!(balanced(&dmatrix![f64::NAN]), Err(LinalgError::NotFinite { .. })));
+        assert!(matches!(balanced(&DMatrix::zeros(2, 3)), Err(LinalgError::NotSquare { .. })));
+        assert!(balanced(&DMatrix::zeros(0, 0)).unwrap().active.is_empty());
+    }
+
+    #[test]
+    fn the_ends_of_the_range_do_not_overflow() {
+        let a = dmatrix![1e300, 1e300; 1e-300, 1e-300];
+        let b = balanced(&a).unwrap();
+        assert!(b.matrix.iter().all(|e| e.is_finite()) && b.matrix[(0, 1)] * b.matrix[(1, 0)] > 0.0, "{}", b.matrix);
+    }
+}
