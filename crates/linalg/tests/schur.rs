@@ -252,7 +252,7 @@ fn normal(n: usize, seed: u64) -> (DMatrix<f64>, Vec<Complex<f64>>) {
 #[test]
 fn eigenvalues_of_normal_matrices_are_as_good_as_the_backward_error() {
     // Bauer and Fike: an eigenvalue of a normal matrix moves by no more than the perturbation. Orders on every path, and those at which other iterations stall.
-    for n in [1, 2, 5, 12, 17, 40, 75, 76, 77, 83, 90, 99, 100, 101, 150, 260] {
+    for n in [1, 2, 5, 12, 17, 40, 75, 76, 77, 83, 90, 99, 100, 101, 200] {
         let (a, known) = normal(n, n as u64);
         let allowed = 2.0 * bound(n) * a.norm();
         for found in [checked(&a).eigenvalues(), eigenvalues(&a).unwrap()] {
@@ -270,7 +270,7 @@ fn eigenvalues_of_normal_matrices_are_as_good_as_the_backward_error() {
 
 #[test]
 fn adversaries_of_all_orders() {
-    for n in [8, 20, 33, 64, 90, 128, 200] {
+    for n in [8, 20, 33, 64, 90, 128] {
         let x = |i: usize| i as f64;
         let unit = |b: bool| f64::from(u8::from(b));
         // Wilkinson's polynomial (x - 1) ... (x - 20) scaled to the order, through its coefficients.
@@ -309,10 +309,7 @@ fn adversaries_of_all_orders() {
             ("graded down", graded(-300.0)),
             ("graded up", graded(300.0)),
             ("graded little", graded(-20.0)),
-            (
-                "badly scaled",
-                DMatrix::from_fn(n, n, |i, j| dense[(i, j)] * 10.0_f64.powi((i % 13) as i32 - (j % 13) as i32)),
-            ),
+            ("badly scaled", DMatrix::from_fn(n, n, |i, j| dense[(i, j)] * 10.0_f64.powf(x(i % 13) - x(j % 13)))),
             ("huge", &dense * 1e300),
             ("tiny", &dense * 1e-300),
             ("orthogonal", DMatrix::from_fn(n, n, |i, j| unit(i == j) - 2.0 / x(n))),
@@ -362,7 +359,7 @@ fn a_workspace_forgets_what_it_was_used_for() {
 fn balancing_saves_the_eigenvalues_of_a_badly_scaled_matrix() {
     let n = 10;
     let (a, known) = normal(n, 5);
-    let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] * 2.0_f64.powi(9 * (i as i32 - j as i32)));
+    let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] * 512.0_f64.powf(i as f64 - j as f64));
     let b = balanced(&scaled).unwrap();
     for l in eigenvalues(&b.matrix).unwrap() {
         let error = known.iter().map(|x| (x - l).norm()).fold(f64::MAX, f64::min);

@@ -28,13 +28,17 @@ pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
     // Outside this range the squares below would underflow or overflow.
     let scale = if (1e-140..1e140).contains(&largest) { 1.0 } else { largest };
     if scale != 1.0 {
-        x.iter_mut().for_each(|e| *e /= scale);
+        for e in x.iter_mut() {
+            *e /= scale;
+        }
     }
     let alpha = head / scale;
     let norm = (alpha * alpha + x.iter().map(|e| e * e).sum::<f64>()).sqrt();
     let beta = if alpha > 0.0 { -norm } else { norm };
     let pivot = alpha - beta;
-    x.iter_mut().for_each(|e| *e /= pivot);
+    for e in x.iter_mut() {
+        *e /= pivot;
+    }
     (beta * scale, -pivot / beta)
 }
 
@@ -84,7 +88,7 @@ impl Kernel for Reduction<'_> {
                 let mut s = 0.0;
                 if let Some(vj) = v.get(j) {
                     let (above, below) = column[..order].split_at_mut(k + 1);
-                    axpy::<FMA>(above, -tau * vj, &w[..k + 1]);
+                    axpy::<FMA>(above, -tau * vj, &w[..=k]);
                     s += axpy_dot::<FMA>(below, -tau * vj, &w[k + 1..], v);
                 } else {
                     s += dot::<FMA>(&column[k + 1..order], v);

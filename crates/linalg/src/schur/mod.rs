@@ -11,6 +11,9 @@
 //! A chosen set of eigenvalues is brought to the top by exchanges of neighbours (`swap.rs`, `reorder.rs`), with the condition of its invariant subspace
 //! (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues, no part of the form.
 
+// A function that is not inlined into a kernel is compiled without the kernel's instruction set.
+#![allow(clippy::inline_always)]
+
 mod balancing;
 mod bulge;
 mod chain;

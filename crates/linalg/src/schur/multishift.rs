@@ -186,7 +186,7 @@ fn sweep(m: &mut Iterate<'_>, first: usize, last: usize, space: &mut Space) {
         }
         dispatch(Train { h: m.h, n, first, pairs, ways, reflectors, advance, packed });
         let far = |data: &mut [f64], ld: usize, range: core::ops::Range<usize>, by_rows: bool, packed: &mut [f64]| {
-            dispatch(Far { data, ld, range, by_rows, window, ways, reflectors, advance, packed })
+            dispatch(Far { data, ld, range, by_rows, window, ways, reflectors, advance, packed });
         };
         far(m.h, n, top..lowest, false, packed);
         far(m.h, n, window.1..right, true, packed);

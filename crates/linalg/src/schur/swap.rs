@@ -4,6 +4,9 @@
 //! of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the diagonal is compared with
 //! rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
 
+// (i, j) is an entry of a matrix of order four, and reads best so.
+#![allow(clippy::needless_range_loop)]
+
 use super::hessenberg::reflector;
 use super::standard::{rotate_cols, rotate_rows, standardise_block};
 use crate::linear_block::LinearBlock;

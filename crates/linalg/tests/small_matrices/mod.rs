@@ -46,7 +46,7 @@ impl Seeded {
                 DMatrix::from_fn(n, n, |i, j| if columns[i] == j { [1.0, -1.0][self.below(2)] } else { 0.0 })
             }
             6 => {
-                let (lambda, size) = (self.uniform(), 10.0_f64.powi(-(self.below(20) as i32)));
+                let (lambda, size) = (self.uniform(), 10.0_f64.powf(-(self.below(20) as f64)));
                 DMatrix::from_fn(n, n, |i, j| {
                     let jordan = if i == j { lambda } else { f64::from(u8::from(i + 1 == j)) };
                     jordan + size * self.uniform()
