@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix};
 /// Eigenvalues of the square matrix `a`, complex pairs adjacent, the one above the real axis first. About 10 n^3 flops.
 ///
 /// # Errors
-/// Those of [`schur()`].
+/// Those of [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```
@@ -34,7 +34,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
 /// Spectral abscissa: the largest real part of the eigenvalues of `a`. `x' = A x` is stable iff it is negative.
 ///
 /// # Errors
-/// Those of [`schur()`]; [`LinalgError::Empty`] for order zero.
+/// Those of [`schur()`](crate::schur()); [`LinalgError::Empty`] for order zero.
 ///
 /// # Example
 /// ```
@@ -50,7 +50,7 @@ pub fn spectral_abscissa(a: &DMatrix<f64>) -> Result<f64> {
 /// Spectral radius: the largest modulus of the eigenvalues of `a`. `x+ = A x` is stable iff it is below one.
 ///
 /// # Errors
-/// Those of [`schur()`]; [`LinalgError::Empty`] for order zero.
+/// Those of [`schur()`](crate::schur()); [`LinalgError::Empty`] for order zero.
 ///
 /// # Example
 /// ```
