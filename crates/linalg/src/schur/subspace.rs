@@ -6,8 +6,9 @@
 
 use super::Schur;
 use crate::argument::unit_scale;
+use crate::product::{view, view_mut};
 use crate::separation::separation;
-use crate::triangular::{flip_cols, flip_rows, flipped, sylvester};
+use crate::triangular::{self, Coefficient, Equation};
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 
@@ -65,22 +66,17 @@ fn condition(t: &DMatrix<f64>, k: usize) -> Result<(f64, f64)> {
     }
     let block = |i: usize, j: usize, rows: usize, cols: usize| t.view((i, j), (rows, cols)).into_owned() * scale;
     let (first, second) = (block(0, 0, k, k), -block(k, k, n - k, n - k));
-    let (first_flipped, second_flipped) = (flipped(&first), flipped(&second));
+    let sylvester = |s, t, d: &mut DMatrix<f64>| {
+        triangular::solve(Equation::Sylvester, s, t, view_mut(d), &mut []);
+    };
+    let (s, t) = (view(&first), view(&second));
+    let solve = |d: &mut DMatrix<f64>| sylvester(Coefficient::plain(s), Coefficient::plain(t), d);
+    let adjoint = |d: &mut DMatrix<f64>| sylvester(Coefficient::transposed(s), Coefficient::transposed(t), d);
     let mut r = block(0, k, k, n - k);
-    sylvester(&first, &second, &mut r);
+    solve(&mut r);
     let largest = r.amax();
     let norm = if largest > 0.0 { (&r / largest).norm() * largest } else { 0.0 };
     let average = if norm.is_nan() { 0.0 } else { 1.0 / 1.0_f64.hypot(norm) };
-    let solve = |d: &mut DMatrix<f64>| {
-        sylvester(&first, &second, d);
-    };
-    let adjoint = |d: &mut DMatrix<f64>| {
-        flip_rows(d);
-        flip_cols(d);
-        sylvester(&first_flipped, &second_flipped, d);
-        flip_rows(d);
-        flip_cols(d);
-    };
     let separation = separation(k, n - k, solve, adjoint) / scale;
     if separation.is_finite() {
         Ok((average, separation))
