@@ -248,8 +248,10 @@ fn bad_data_are_named() {
     assert!(matches!(LipschitzDesign::new(&plant, -1.0), Err(DesignError::BadRate { .. })));
     assert!(matches!(greatest_factor(&plant, None, 0.0, 0.0, 1e-3), Err(DesignError::NotPositive { .. })));
     assert!(matches!(greatest_factor(&plant, None, 0.0, 1.0, f64::NAN), Err(DesignError::NotPositive { .. })));
-    let still = DMatrix::zeros(4, 2);
-    assert!(matches!(LipschitzDesign::with_gain(&plant, &still, 0.0), Err(DesignError::NotHurwitz { .. })));
+    // The trace is positive: no rounding makes it Hurwitz.
+    let pushing = -DMatrix::<f64>::identity(4, 2);
+    assert!((&a - &pushing * &c).trace() > 0.5);
+    assert!(matches!(LipschitzDesign::with_gain(&plant, &pushing, 0.0), Err(DesignError::NotHurwitz { .. })));
     let design = LipschitzDesign::new(&plant, 0.0).unwrap();
     assert!(matches!(design.observer(flexible_joint::printed()), Err(DesignError::Matrix(_))));
     let blind = LipschitzPlant::unstructured(dmatrix![1.0, 0.0; 0.0, 1.0], dmatrix![1.0, 0.0], 0.1).unwrap();
