@@ -5,6 +5,8 @@
 
 use core::fmt;
 
+use crate::statement::Obstacle;
+
 /// What is known of a mathematical statement. `W` is the witness that refutes it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict<W> {
@@ -61,6 +63,22 @@ pub enum Doubt {
     },
     /// An intermediate quantity left the range of binary64.
     Overflow,
+    /// A bound is claimed that is tighter than what is proved.
+    TighterThanProved {
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The claim.
+        claimed: f64,
+        /// What is proved.
+        proved: f64,
+    },
+    /// No bound of the error of a running observer is proved.
+    NoErrorBall {
+        /// Why not.
+        obstacle: Obstacle,
+    },
 }
 
 impl fmt::Display for Doubt {
@@ -82,6 +100,11 @@ impl fmt::Display for Doubt {
             }
             Self::NotByThisMatrix { name } => write!(f, "this {name} does not prove it, and another might"),
             Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
+            Self::TighterThanProved { row, column, claimed, proved } => write!(
+                f,
+                "at row {row}, column {column} the bound {claimed:e} is claimed, which is tighter than {proved:e}, which is proved"
+            ),
+            Self::NoErrorBall { obstacle } => write!(f, "no bound of the running error: {obstacle}"),
         }
     }
 }

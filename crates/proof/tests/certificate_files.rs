@@ -4,11 +4,12 @@ use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
 use luenberger_proof::certificate::{
-    CertificateFile, Claim, Coefficient, Constraint, Definiteness, Hurwitz, InequalityHolds, InequalityRefuted,
-    LARGEST_FILE, LinearObserver, MatrixInequality, Number, PlantWithin, Rejection, Schur, SemidefiniteEvidence,
-    SemidefiniteProgram, Sign, Theorem, digest, verify,
+    CertificateFile, Claim, ClaimedBall, Coefficient, Constraint, Definiteness, DeployedObserver, Equation, Hurwitz,
+    InequalityHolds, InequalityRefuted, LARGEST_FILE, LinearObserver, MatrixInequality, Number, PlantWithin, Rejection,
+    Schur, SemidefiniteEvidence, SemidefiniteProgram, Sign, SolutionWithin, Theorem, digest, verify,
 };
 use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
+use luenberger_proof::statement::{Format, Operation, SampledPlant, Step, deployed_linear};
 use luenberger_proof::{Exact, Interval, Matrix};
 use proptest::prelude::*;
 
@@ -87,6 +88,29 @@ fn program() -> SemidefiniteProgram {
     SemidefiniteProgram { program, evidence: SemidefiniteEvidence::Bounds { lower, upper: Some((1.01, vec![1.005])) } }
 }
 
+/// x+ = [[1, 0.1], [0, 1]]x in f32, and the same joined in Q4.20.
+fn deployed(step: Step, format: Format) -> DeployedObserver {
+    let plant = SampledPlant {
+        a: Matrix::from_rows([[1.0, 0.1], [0.0, 1.0]]),
+        b: Matrix::from_rows([[0.005], [0.1]]),
+        c: Matrix::from_rows([[1.0, 0.0]]),
+    };
+    // Poles at 0.5 and 0.6, and a P that decreases there.
+    let (l, p) = (Matrix::from_rows([[0.9], [2.0]]), Matrix::from_rows([[11.0, -2.25], [-2.25, 0.5625]]));
+    let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
+    let found = deployed_linear(&plant, &l, &p, step, format.into(), &operation).expect("it fits");
+    let ball = found.ball().map(ClaimedBall::from);
+    DeployedObserver { plant, stored: found.stored, step, formats: format.into(), operation, p, ball }
+}
+
+fn solution() -> SolutionWithin {
+    let points = |m: Matrix<f64>| m.map(|x| Interval::around(*x, 0.0).expect("finite"));
+    let a = points(Matrix::from_rows([[0.0, 1.0], [-2.0, -3.0]]));
+    let q = points(Matrix::from_rows([[1.0, 0.0], [0.0, 1.0]]));
+    let near = [Matrix::from_rows([[1.25, 0.25], [0.25, 0.25]])];
+    SolutionWithin::derive(Equation::Lyapunov, &a, &q, &near, None).expect("unique")
+}
+
 fn all() -> Vec<Theorem> {
     let a = Matrix::from_rows([[0.5, 0.25], [0.0, -0.5]]);
     let identity = Matrix::from_rows([[1.0, 0.0], [0.0, 1.0]]);
@@ -99,6 +123,9 @@ fn all() -> Vec<Theorem> {
         holds().into(),
         refuted().into(),
         program().into(),
+        deployed(Step::Innovation, Format::Binary32).into(),
+        deployed(Step::Joined, Format::Fixed { integer_bits: 8, fraction_bits: 24 }).into(),
+        solution().into(),
     ]
 }
 
@@ -306,6 +333,163 @@ fn a_file_that_says_more_than_it_proves_is_rejected() {
     assert!(why(&unstable).starts_with("(A - LC)'P + P(A - LC) < 0 (12) is false: v = ("), "{}", why(&unstable));
 }
 
+/// Each bound of a deployed observer: the next smaller one is one too many, and a larger one is true as well.
+#[test]
+fn bounds_of_a_running_error_are_believed_up_to_the_last_bit() {
+    let prove = |theorem: DeployedObserver| {
+        CertificateFile::prove("a test", theorem).map(|_| ()).map_err(|why| why.to_string())
+    };
+    for (step, format) in [
+        (Step::Innovation, Format::Binary32),
+        (Step::Joined, Format::Binary64),
+        (Step::Joined, Format::Fixed { integer_bits: 8, fraction_bits: 24 }),
+    ] {
+        let theorem = deployed(step, format);
+        let ball = theorem.ball.clone().expect("a ball is proved");
+        assert_eq!(prove(theorem.clone()), Ok(()));
+        assert_eq!(prove(DeployedObserver { ball: None, ..theorem.clone() }), Ok(()));
+        let with = |start: f64, entries: Vec<f64>| {
+            prove(DeployedObserver { ball: Some(ClaimedBall { start, entries }), ..theorem.clone() })
+        };
+        assert_eq!(with(ball.start.next_up(), ball.entries.iter().map(|x| x.next_up()).collect()), Ok(()));
+        let why = with(ball.start.next_down(), ball.entries.clone()).expect_err("too small");
+        assert!(
+            why.starts_with("sqrt(e'Pe) <= running.start at all times is not proved: at row 0, column 0 the bound")
+        );
+        for i in 0..2 {
+            let mut entries = ball.entries.clone();
+            entries[i] = entries[i].next_down();
+            let why = with(ball.start, entries).expect_err("too small");
+            assert!(why.starts_with(&format!("limsup |e_{}| <= running.limsup[{i}] is not proved", i + 1)), "{why}");
+        }
+        // Larger promises of what it meets: the bounds no longer hold.
+        let mut more = theorem.clone();
+        more.operation.state[0] *= 2.0;
+        more.operation.noise[0] = 1e-3;
+        let why = prove(more).expect_err("larger promises");
+        assert!(why.starts_with("limsup |e_1| <=") && why.contains("which is tighter than"), "{why}");
+    }
+}
+
+/// What is stored is compared with what rounding gives, to the last bit, and its own decrease is decided.
+#[test]
+fn stored_numbers_are_those_of_the_format() {
+    let prove = |theorem: &DeployedObserver| {
+        CertificateFile::prove("a test", theorem.clone()).expect_err("stored otherwise").to_string()
+    };
+    let theorem = deployed(Step::Innovation, Format::Binary32);
+    let says = |why: String, entry: &str| {
+        let start =
+            format!("the stored numbers are those of binary32 nearest to the plant's is false: stored.{entry} is");
+        assert!(why.starts_with(&start), "{why}");
+    };
+    let mut finer = theorem.clone();
+    finer.stored.l[(1, 0)] = 2.0_f64.next_up();
+    says(prove(&finer), "L[1][0]");
+    let mut other = theorem.clone();
+    other.stored.a[(0, 1)] = f64::from(0.1_f32.next_up());
+    says(prove(&other), "A[0][1]");
+    // The next f32 of a gain is another gain, stored as well: proved from its own numbers.
+    let mut next = theorem.clone();
+    next.stored.l[(0, 0)] = f64::from(0.9_f32.next_up());
+    next.ball = None;
+    assert!(CertificateFile::prove("a test", next.clone()).is_ok());
+    // Of the wrong sign: the direction that shows it.
+    next.stored.l[(0, 0)] = -f64::from(0.9_f32);
+    assert!(prove(&next).starts_with("(A - LC)'P(A - LC) - P < 0 for the stored A, L and C is false: v = ("));
+    // In a coarser format these are not the numbers, and in one too small they do not fit.
+    let q4_12 = Format::Fixed { integer_bits: 4, fraction_bits: 12 };
+    let coarser = DeployedObserver { formats: q4_12.into(), ..theorem.clone() };
+    assert!(prove(&coarser).starts_with("the stored numbers are those of Q4.12 nearest to the plant's is false"));
+    let q1_12 = Format::Fixed { integer_bits: 1, fraction_bits: 12 };
+    let small = DeployedObserver { formats: q1_12.into(), ..theorem };
+    assert_eq!(
+        prove(&small),
+        "the inequalities cannot be evaluated: L has the entry 2e0 at row 1, column 0, and its format ends at 9.99755859375e-1"
+    );
+}
+
+#[test]
+fn bad_files_of_deployed_observers_say_where() {
+    let text = file(deployed(Step::Innovation, Format::Binary32).into()).to_json();
+    let replaced = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}: {text}");
+        why(&text.replacen(from, to, 1))
+    };
+    for (found, expected) in [
+        (
+            replaced("\"stored\": \"binary32\"", "\"stored\": \"Q4\""),
+            "formats.stored: \"Q4\" is unknown; known are \"binary32\", \"binary64\", \"Q4.12",
+        ),
+        (replaced("\"step\": \"innovation\"", "\"step\": \"hop\""), "step: \"hop\" is unknown; known are \"joined\""),
+        (replaced("\"u\": [\"0x1p0\"]", "\"u\": []"), "operation.u: has 0 elements, and should have 1"),
+        (
+            replaced("\"u\": [\"0x1p0\"]", "\"u\": [\"-1\"]"),
+            "operation.u[0]: is -1, and a bound of an absolute value is 0 or more",
+        ),
+        (replaced("\"start\"", "\"begin\""), "running: the field \"start\" is missing"),
+    ] {
+        assert!(found.contains(expected), "{found}");
+    }
+    // A format that nobody supports is refused by the mathematics.
+    let wide = resealed(&text.replacen("\"stored\": \"binary32\"", "\"stored\": \"Q60.12\"", 1));
+    assert!(why(&wide).contains("at least 1 integer bit and 2 to 53 bits in all are supported"), "{}", why(&wide));
+    // Larger than is checked in seconds.
+    let rows = vec![format!("[{}]", vec!["\"0x0p0\""; 33].join(",")); 33].join(",");
+    let large = format!(
+        "{}[{rows}]{}",
+        &text[..text.find("\"A\": ").unwrap() + 5],
+        &text[text.find(",\n    \"B\"").unwrap()..]
+    );
+    assert!(why(&large).contains("plant.A: is of order 33; the checker goes up to 32"), "{}", why(&large));
+}
+
+/// One end of one interval one unit narrower than the one derived, or another equation: rejected.
+#[test]
+fn intervals_of_a_solution_are_believed_up_to_the_last_bit() {
+    let prove =
+        |theorem: SolutionWithin| CertificateFile::prove("a test", theorem).map(|_| ()).map_err(|why| why.to_string());
+    let theorem = solution();
+    assert!(theorem.p[(0, 0)].contains(1.25) && theorem.p[(0, 1)].contains(0.25) && theorem.p[(1, 1)].contains(0.25));
+    assert_eq!(prove(theorem.clone()), Ok(()));
+    for (i, j) in [(0, 0), (0, 1), (1, 1)] {
+        let (lo, hi) = (theorem.p[(i, j)].lo(), theorem.p[(i, j)].hi());
+        let with = |lo: f64, hi: f64| {
+            let mut claimed = theorem.clone();
+            claimed.p[(i, j)] = Interval::new(lo, hi).expect("in order");
+            claimed.p[(j, i)] = claimed.p[(i, j)];
+            prove(claimed)
+        };
+        assert_eq!(with(lo.next_down(), hi.next_up()), Ok(()));
+        // A point cannot be made narrower; it can be moved.
+        for narrower in [with(lo.next_up(), hi.next_up()), with(lo.next_down(), hi.next_down())] {
+            let why = narrower.expect_err("narrower by one unit");
+            let start = format!(
+                "A'P + PA + Q = 0 has one solution, and it lies in P is not proved: at row {i}, column {j} the bound"
+            );
+            assert!(why.starts_with(&start), "{why}");
+        }
+    }
+    let stein = SolutionWithin { equation: Equation::Stein, ..theorem.clone() };
+    assert!(prove(stein).expect_err("another equation").starts_with("A'PA - P + Q = 0 has one solution"));
+    // A and Q known up to a little more than they were: the solutions of all of them do not lie there.
+    let text = file(theorem.into()).to_json();
+    let wider = resealed(&text.replacen("\"-0x1.8p1\"", "[\"-3\", \"-2999999/1000000\"]", 1));
+    assert!(why(&wider).contains("which is tighter than"), "{}", why(&wider));
+    let fraction = text.rfind("\"P\": [").expect("the claim");
+    let thirds = format!("{}{}", &text[..fraction], text[fraction..].replacen("\"0x1p-2\"", "\"1/3\"", 1));
+    if thirds != text {
+        assert!(why(&thirds).contains("1/3 is no binary64 number"), "{}", why(&thirds));
+    }
+    // An oscillator: its eigenvalues add to zero, and no solution is unique.
+    let number = |x: f64| Matrix::from_rows([[Interval::around(x, 0.0).expect("finite")]]);
+    let none = SolutionWithin::derive(Equation::Lyapunov, &number(0.0), &number(1.0), &[], None).expect_err("none");
+    assert!(
+        none.to_string().starts_with("A'P + PA + Q = 0 has one solution, and it lies in P is not proved"),
+        "{none}"
+    );
+}
+
 #[test]
 fn multipliers_that_miss_an_equation_or_its_sign_are_rejected() {
     let prove = |theorem: InequalityRefuted| {
@@ -380,7 +564,7 @@ proptest! {
     /// digit changed. With the digest made to agree, what is proved is still what the checker derives.
     #[test]
     fn mutated_files_never_panic(
-        which in 0..7_usize, edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 1..4),
+        which in 0..10_usize, edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 1..4),
     ) {
         let file = file(all().swap_remove(which));
         let mut bytes = file.to_json().into_bytes();

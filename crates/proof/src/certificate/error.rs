@@ -303,6 +303,7 @@ fn not_proved(verdict: &Verdict<Witness>) -> String {
     match verdict {
         Verdict::Proved { margin } => format!("is proved with the margin {margin:e}"),
         Verdict::Refuted { witness } => format!("is false: {witness}"),
+        Verdict::Undecided { why, best } if best.is_nan() => format!("is not proved: {why}"),
         Verdict::Undecided { why, best } => format!("is not proved: {why} (best margin {best:e})"),
     }
 }

@@ -3,6 +3,7 @@
 use super::error::{Fault, FileError};
 use super::json::{Member, Node, Value};
 use super::number::{Datum, Number, decimal, quoted};
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 
 /// The largest order of a matrix in a file: what the checker proves in seconds.
@@ -240,6 +241,28 @@ impl<'a> Field<'a> {
             Datum::Number(x) => x.to_string(),
             Datum::Between(lo, hi) => format!("[{lo}, {hi}]"),
         })?;
+        Ok(m)
+    }
+
+    /// As [`symmetric_data`](Self::symmetric_data), of this order.
+    pub(super) fn symmetric_data_of(&self, order: usize) -> Result<Matrix<Datum>, FileError> {
+        self.of_shape(self.symmetric_data()?, (order, order))
+    }
+
+    /// An interval whose ends are numbers that binary64 has: a claim, which must not be widened on reading.
+    fn interval(&self) -> Result<Interval, FileError> {
+        let end = |number: &Number| number.to_f64().ok_or_else(|| self.not_exact(number, "binary64 number"));
+        let (lo, hi) = match self.datum()? {
+            Datum::Number(x) => (end(&x)?, end(&x)?),
+            Datum::Between(lo, hi) => (end(&lo)?, end(&hi)?),
+        };
+        Interval::new(lo, hi).ok_or_else(|| self.error(Fault::Empty))
+    }
+
+    /// A symmetric matrix of intervals with ends in binary64.
+    pub(super) fn symmetric_intervals(&self, order: usize) -> Result<Matrix<Interval>, FileError> {
+        let m = self.of_shape(self.rows(Field::interval)?, (order, order))?;
+        self.must_mirror(&m, |x| format!("[{:e}, {:e}]", x.lo(), x.hi()))?;
         Ok(m)
     }
 

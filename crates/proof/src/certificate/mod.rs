@@ -102,6 +102,19 @@ pub enum Witness {
     },
     /// Multipliers that are all zero.
     Zero,
+    /// A number of a target that is not what rounding into its format gives.
+    Stored {
+        /// The matrix.
+        matrix: &'static str,
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+        /// What the file says is stored.
+        stored: f64,
+        /// What rounding to nearest gives.
+        nearest: f64,
+    },
 }
 
 impl fmt::Display for Witness {
@@ -111,6 +124,9 @@ impl fmt::Display for Witness {
             Self::Equation { unknown: 0, value } => write!(f, "the constant is {value:e}"),
             Self::Equation { unknown, value } => write!(f, "the coefficient of x_{unknown} is {value:e}"),
             Self::Zero => f.write_str("they are all zero"),
+            Self::Stored { matrix, row, column, stored, nearest } => {
+                write!(f, "stored.{matrix}[{row}][{column}] is {stored:e}, and to nearest it would be {nearest:e}")
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::json::write_string;
 use super::number::{Datum, Number};
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 
 /// What is to be written.
@@ -36,6 +37,15 @@ impl Out {
 
     pub(super) fn data(m: &Matrix<Datum>) -> Self {
         Self::rows(m, Self::datum)
+    }
+
+    pub(super) fn interval(interval: &Interval) -> Self {
+        // Unbounded ends have no place in a file: the reader will name them.
+        Datum::from_interval(interval).map_or_else(|| Self::number(f64::NAN), |x| Self::datum(&x))
+    }
+
+    pub(super) fn intervals(m: &Matrix<Interval>) -> Self {
+        Self::rows(m, Self::interval)
     }
 
     pub(super) fn datum(datum: &Datum) -> Self {

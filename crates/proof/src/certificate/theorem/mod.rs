@@ -6,6 +6,7 @@
 mod contracting;
 mod cubic;
 mod definiteness;
+mod deployed;
 mod discrete;
 mod feedback;
 mod inequality;
@@ -15,6 +16,7 @@ mod polytope;
 mod sampled;
 mod sector;
 mod semidefinite;
+mod solution;
 mod spectrum;
 mod structured;
 mod theorem1;
@@ -31,6 +33,7 @@ use crate::matrix::Matrix;
 pub use contracting::ContractingCoordinates;
 pub use cubic::{CubicObserver, Region};
 pub use definiteness::{Definiteness, Sign};
+pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
 pub use discrete::DiscreteObserver;
 pub use feedback::FeedbackLoop;
 pub use inequality::{Coefficient, Constraint, InequalityHolds, InequalityRefuted, MatrixInequality};
@@ -40,6 +43,7 @@ pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
 pub use sampled::SampledCubicObserver;
 pub use sector::SectorObserver;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
+pub use solution::{Equation, SolutionWithin};
 pub use spectrum::{Hurwitz, Schur};
 pub use structured::StructuredCubicObserver;
 pub use theorem1::CubicTheorem1;
@@ -138,6 +142,8 @@ theorems! {
     CubicTheorem1,
     /// The sampled cubic observer.
     SampledCubicObserver,
+    /// An observer in the numbers of its target, with the rounding of its steps.
+    DeployedObserver,
     /// The loop `u = -K xhat` around the cubic observer (25).
     FeedbackLoop,
     /// One gain for a polytope of linear plants.
@@ -150,6 +156,8 @@ theorems! {
     ContractingCoordinates,
     /// A matrix is definite.
     Definiteness,
+    /// The solution of a Lyapunov or Stein equation lies within.
+    SolutionWithin,
     /// A point satisfies linear matrix inequalities.
     InequalityHolds,
     /// No point satisfies them.

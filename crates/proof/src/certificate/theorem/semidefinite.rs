@@ -2,11 +2,10 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
-use super::super::number::{Datum, Number};
+use super::super::number::Number;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, counted, unknown_word};
 use crate::error::ProofError;
-use crate::interval::Interval;
 use crate::semidefinite::{Block, DualBlock, Entry, Program};
 use crate::verdict::{Doubt, Verdict};
 
@@ -170,7 +169,6 @@ impl Statement for SemidefiniteProgram {
 
     fn write(&self) -> Vec<(&'static str, Out)> {
         let program = &self.program;
-        let interval = |x: &Interval| Datum::from_interval(x).map_or_else(|| Out::number(f64::NAN), |x| Out::datum(&x));
         let block = |block: &Block| match *block {
             Block::Dense(n) => Out::Object(vec![("dense", Out::Count(n))]),
             Block::Diagonal(n) => Out::Object(vec![("diagonal", Out::Count(n))]),
@@ -178,12 +176,12 @@ impl Statement for SemidefiniteProgram {
         let entries = (0..=program.unknowns()).flat_map(|k| {
             program.matrix(k).iter().map(move |entry| {
                 let places = [k, entry.block, entry.row, entry.column].map(Out::Count);
-                Out::Line(places.into_iter().chain([interval(&entry.value)]).collect())
+                Out::Line(places.into_iter().chain([Out::interval(&entry.value)]).collect())
             })
         });
         let fields = vec![
             ("blocks", Out::Line(program.blocks().iter().map(block).collect())),
-            ("costs", Out::Line(program.costs().iter().map(interval).collect())),
+            ("costs", Out::Line(program.costs().iter().map(Out::interval).collect())),
             ("entries", Out::Lines(entries.collect())),
         ];
         let mut members = vec![("program", Out::Object(fields))];

@@ -1,5 +1,7 @@
 //! The numbers of a target: binary32, binary64, fixed point.
 
+use core::fmt;
+
 use crate::error::ProofError;
 use crate::exact::power_of_two;
 use crate::interval::Interval;
@@ -133,6 +135,17 @@ impl Format {
             return Interval::UNBOUNDED;
         }
         share.quotient(&Interval::ONE.sub(&share)).unwrap_or(Interval::UNBOUNDED)
+    }
+}
+
+impl fmt::Display for Format {
+    /// `binary32`, `binary64`, or `Q4.12`, the sign among the 4.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Binary32 => f.write_str("binary32"),
+            Self::Binary64 => f.write_str("binary64"),
+            Self::Fixed { integer_bits, fraction_bits } => write!(f, "Q{integer_bits}.{fraction_bits}"),
+        }
     }
 }
 

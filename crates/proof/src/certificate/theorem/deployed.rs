@@ -1,0 +1,350 @@
+//! The observer as a target has it: its matrices in f32 or fixed point, and the rounding of every step.
+
+use super::super::Fault;
+use super::super::Witness;
+use super::super::fields::{Field, Fields};
+use super::super::write::Out;
+use super::{Fact, FileError, Statement, counted, unknown_word};
+use crate::definite::Direction;
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{
+    CubicGains, Deployed, ErrorBall, Format, Formats, Operation, Running, SampledPlant, Step, Stored, deployed_linear,
+    deployed_sampled_cubic,
+};
+use crate::verdict::{Doubt, Verdict};
+
+/// The largest order of a plant in such a file: the powers of the error map are summed with outward rounding, which takes seconds here.
+pub const LARGEST_DEPLOYED: usize = 32;
+
+/// The words for the three ways in which a step is computed.
+const STEPS: [&str; 3] = ["joined", "innovation", "cubic"];
+
+/// The bounds of the running error that a file claims.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClaimedBall {
+    /// From the promised first errors, `sqrt(e'Pe)` never exceeds this.
+    pub start: f64,
+    /// `limsup |e_i|` is at most this, entry by entry.
+    pub entries: Vec<f64>,
+}
+
+impl From<&ErrorBall> for ClaimedBall {
+    fn from(ball: &ErrorBall) -> Self {
+        Self { start: ball.start, entries: ball.entries.clone() }
+    }
+}
+
+/// `P > 0`, `F'PF - P < 0` for the stored F, for the cubic observer also the decrease where its flow has done all it can, and the ball of the running error, if one is claimed.
+///
+/// The facts are those of [`deployed_linear`] and [`deployed_sampled_cubic`]; why they imply the statement stands at the head of `statement/deployed`. The checker rounds the plant's
+/// matrices into the format itself and compares: a stored number that the format does not have, or that is not the nearest to the plant's, is rejected. The ball
+/// is derived from the promised bounds, and a bound that is claimed smaller by one unit in the last place is rejected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeployedObserver {
+    /// The real plant.
+    pub plant: SampledPlant,
+    /// What the target stores. With the cubic part, the step is that of the cubic observer.
+    pub stored: Stored,
+    /// How a linear observer computes its step; [`Step::Innovation`] where there is a cubic part.
+    pub step: Step,
+    /// Where the numbers are stored, and in what they are added and multiplied.
+    pub formats: Formats,
+    /// What the observer meets while it runs.
+    pub operation: Operation,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+    /// The claim about the running observer; without it the file is about the stored numbers in exact arithmetic.
+    pub ball: Option<ClaimedBall>,
+}
+
+fn read_format(field: &Field<'_>) -> Result<Format, FileError> {
+    let word = field.text()?;
+    let fixed = |word: &str| -> Option<Format> {
+        let (integer, fraction) = word.strip_prefix('Q')?.split_once('.')?;
+        let bits = |text: &str| {
+            let digits = !text.is_empty() && text.len() <= 2 && text.bytes().all(|b| b.is_ascii_digit());
+            digits.then(|| text.parse::<u32>().ok()).flatten()
+        };
+        Some(Format::Fixed { integer_bits: bits(integer)?, fraction_bits: bits(fraction)? })
+    };
+    match word {
+        "binary32" => Ok(Format::Binary32),
+        "binary64" => Ok(Format::Binary64),
+        _ => fixed(word).ok_or_else(|| {
+            unknown_word(
+                field,
+                word,
+                &["binary32", "binary64", "Q4.12 (4 bits before the point, the sign among them, 12 after it)"],
+            )
+        }),
+    }
+}
+
+/// A list of bounds, of which none is negative.
+fn read_bounds(field: &Field<'_>, length: usize) -> Result<Vec<f64>, FileError> {
+    let items = field.items()?;
+    if items.len() != length {
+        return Err(field.error(Fault::Length { expected: length, found: items.len() }));
+    }
+    items.iter().map(read_bound).collect()
+}
+
+fn read_bound(field: &Field<'_>) -> Result<f64, FileError> {
+    let value = field.binary64()?;
+    if value >= 0.0 {
+        return Ok(value);
+    }
+    Err(field.error(Fault::Range { value, requirement: "a bound of an absolute value is 0 or more" }))
+}
+
+fn read_positive(field: &Field<'_>, requirement: &'static str) -> Result<f64, FileError> {
+    let value = field.binary64()?;
+    if value > 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
+}
+
+/// The plant, as `plant.rs` reads it, but not larger than is checked in seconds.
+fn read_plant(file: &mut Fields<'_>) -> Result<SampledPlant, FileError> {
+    let mut fields = file.object("plant")?;
+    let field = fields.take("A")?;
+    let a = field.square()?;
+    if a.rows() > LARGEST_DEPLOYED {
+        return Err(field.error(Fault::TooManyRows { order: a.rows(), allowed: LARGEST_DEPLOYED }));
+    }
+    let field = fields.take("B")?;
+    let b = field.matrix_with_rows(a.rows())?;
+    let c_field = fields.take("C")?;
+    let c = c_field.matrix_with_columns(a.rows())?;
+    for (field, width) in [(field, b.cols()), (c_field, c.rows())] {
+        if width > LARGEST_DEPLOYED {
+            return Err(field.error(Fault::TooManyRows { order: width, allowed: LARGEST_DEPLOYED }));
+        }
+    }
+    fields.finish()?;
+    Ok(SampledPlant { a, b, c })
+}
+
+impl DeployedObserver {
+    fn step_word(&self) -> &'static str {
+        match (&self.stored.cubic, self.step) {
+            (Some(_), _) => "cubic",
+            (None, Step::Joined) => "joined",
+            (None, Step::Innovation) => "innovation",
+        }
+    }
+
+    /// What is proved of the stored gains: rounding numbers of the format leaves them as they are.
+    fn derived(&self) -> Result<Deployed, ProofError> {
+        let Self { plant, stored, step, formats, operation, p, .. } = self;
+        match &stored.cubic {
+            Some(cubic) => deployed_sampled_cubic(plant, &stored.l, cubic, p, *formats, operation),
+            None => deployed_linear(plant, &stored.l, p, *step, *formats, operation),
+        }
+    }
+
+    /// The stored matrices by their names, in the order of the file.
+    fn matrices<'a>(&self, stored: &'a Stored) -> Vec<(&'static str, &'a Matrix<f64>)> {
+        let mut matrices = match (&stored.cubic, self.step) {
+            (None, Step::Joined) => vec![("F", &stored.a), ("B", &stored.b)],
+            _ => vec![("A", &stored.a), ("B", &stored.b), ("C", &stored.c)],
+        };
+        matrices.push(("L", &stored.l));
+        if let Some(cubic) = &stored.cubic {
+            matrices.extend([("N", &cubic.n), ("theta", &cubic.theta)]);
+        }
+        matrices
+    }
+
+    /// The first stored number that is not the one derived.
+    fn mismatch(&self, derived: &Stored) -> Option<Witness> {
+        let (own, derived_matrices) = (self.matrices(&self.stored), self.matrices(derived));
+        for ((matrix, own), (_, derived)) in own.into_iter().zip(derived_matrices) {
+            if let Some(k) = own.as_slice().iter().zip(derived.as_slice()).position(|(x, y)| x != y) {
+                let (row, column) = (k / own.cols(), k % own.cols());
+                let (stored, nearest) = (own[(row, column)], derived[(row, column)]);
+                return Some(Witness::Stored { matrix, row, column, stored, nearest });
+            }
+        }
+        let (own, derived) = (self.stored.cubic.as_ref()?, derived.cubic.as_ref()?);
+        [("w", own.w, derived.w), ("period", own.h, derived.h)]
+            .into_iter()
+            .find(|(_, stored, nearest)| stored != nearest)
+            .map(|(matrix, stored, nearest)| Witness::Stored { matrix, row: 0, column: 0, stored, nearest })
+    }
+
+    /// The claims about the running observer, against what is proved of it.
+    fn running_facts(&self, claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
+        let compared = |inequality: String, row: usize, claimed: f64, proved: &dyn Fn(&ErrorBall) -> Option<f64>| {
+            let undecided = |why: Doubt, best: f64| Verdict::Undecided { why, best };
+            let verdict = match running {
+                Running::Within(ball) => match proved(ball) {
+                    Some(proved) if proved <= claimed => Verdict::Proved { margin: 0.0 },
+                    found => {
+                        let proved = found.unwrap_or(f64::INFINITY);
+                        undecided(Doubt::TighterThanProved { row, column: 0, claimed, proved }, claimed - proved)
+                    }
+                },
+                Running::Unproved(obstacle) => undecided(Doubt::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN),
+            };
+            Fact { inequality, verdict }
+        };
+        let mut facts =
+            vec![compared("sqrt(e'Pe) <= running.start at all times".to_owned(), 0, claimed.start, &|ball| {
+                Some(ball.start)
+            })];
+        facts.extend(claimed.entries.iter().enumerate().map(|(i, &bound)| {
+            let name = format!("limsup |e_{}| <= running.limsup[{i}]", i + 1);
+            compared(name, i, bound, &|ball| ball.entries.get(i).copied())
+        }));
+        facts
+    }
+}
+
+impl Statement for DeployedObserver {
+    const NAME: &'static str = "deployed-observer";
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let plant = read_plant(file)?;
+        let (order, inputs, outputs) = (plant.a.rows(), plant.b.cols(), plant.c.rows());
+        let mut fields = file.object("formats")?;
+        let formats =
+            Formats { stored: read_format(&fields.take("stored")?)?, running: read_format(&fields.take("running")?)? };
+        fields.finish()?;
+        let field = file.take("step")?;
+        let (step, is_cubic) = match field.text()? {
+            "joined" => (Step::Joined, false),
+            "innovation" => (Step::Innovation, false),
+            "cubic" => (Step::Innovation, true),
+            other => return Err(unknown_word(&field, other, &STEPS)),
+        };
+        let mut fields = file.object("stored")?;
+        let a = fields.take(if step == Step::Joined { "F" } else { "A" })?.matrix((order, order))?;
+        let b = fields.take("B")?.matrix((order, inputs))?;
+        let c = match step {
+            Step::Joined => plant.c.clone(),
+            Step::Innovation => fields.take("C")?.matrix((outputs, order))?,
+        };
+        let l = fields.take("L")?.matrix((order, outputs))?;
+        let cubic = if is_cubic {
+            Some(CubicGains {
+                n: fields.take("N")?.matrix((order, outputs))?,
+                theta: fields.take("theta")?.matrix((outputs, outputs))?,
+                w: read_positive(&fields.take("w")?, "the rate w of CN = -wI is positive")?,
+                h: read_positive(&fields.take("period")?, "a sampling period is positive")?,
+            })
+        } else {
+            None
+        };
+        fields.finish()?;
+        let mut fields = file.object("operation")?;
+        let operation = Operation {
+            state: read_bounds(&fields.take("x")?, order)?,
+            input: read_bounds(&fields.take("u")?, inputs)?,
+            noise: read_bounds(&fields.take("v")?, outputs)?,
+            error: read_bounds(&fields.take("e(0)")?, order)?,
+        };
+        fields.finish()?;
+        let mut fields = file.object("lyapunov")?;
+        let p = fields.take("P")?.symmetric(order)?;
+        fields.finish()?;
+        let ball = match file.optional("running") {
+            None => None,
+            Some(field) => {
+                let mut fields = field.object()?;
+                let start = read_bound(&fields.take("start")?)?;
+                let entries = read_bounds(&fields.take("limsup")?, order)?;
+                fields.finish()?;
+                Some(ClaimedBall { start, entries })
+            }
+        };
+        Ok(Self { plant, stored: Stored { a, b, c, l, cubic }, step, formats, operation, p, ball })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let SampledPlant { a, b, c } = &self.plant;
+        let plant = vec![("A", Out::matrix(a)), ("B", Out::matrix(b)), ("C", Out::matrix(c))];
+        let word = |format: Format| Out::Text(format.to_string());
+        let formats = vec![("stored", word(self.formats.stored)), ("running", word(self.formats.running))];
+        let mut stored: Vec<(&'static str, Out)> =
+            self.matrices(&self.stored).into_iter().map(|(name, m)| (name, Out::matrix(m))).collect();
+        if let Some(cubic) = &self.stored.cubic {
+            stored.extend([("w", Out::number(cubic.w)), ("period", Out::number(cubic.h))]);
+        }
+        let Operation { state, input, noise, error } = &self.operation;
+        let operation = vec![
+            ("x", Out::numbers(state)),
+            ("u", Out::numbers(input)),
+            ("v", Out::numbers(noise)),
+            ("e(0)", Out::numbers(error)),
+        ];
+        let mut members = vec![
+            ("plant", Out::Object(plant)),
+            ("formats", Out::Object(formats)),
+            ("step", Out::Text(self.step_word().to_owned())),
+            ("stored", Out::Object(stored)),
+            ("operation", Out::Object(operation)),
+            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
+        ];
+        if let Some(ClaimedBall { start, entries }) = &self.ball {
+            let running = vec![("start", Out::number(*start)), ("limsup", Out::numbers(entries))];
+            members.push(("running", Out::Object(running)));
+        }
+        members
+    }
+
+    fn words(&self) -> String {
+        let (n, m, p) = (self.plant.a.rows(), self.plant.b.cols(), self.plant.c.rows());
+        let Formats { stored, running } = self.formats;
+        let (observer, error) = match (&self.stored.cubic, self.step) {
+            (Some(_), _) => (
+                "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h z'theta z), h the period",
+                "e+ = M e with M = A - LC + g (AN + wL)C for some g between 0 and 1/w",
+            ),
+            (None, Step::Joined) => ("the observer xhat+ = F xhat + Bu + Ly, F being A - LC rounded", "e+ = F e"),
+            (None, Step::Innovation) => {
+                ("the observer xhat+ = A xhat + Bu + L(y - C xhat)", "e+ = (A - LC)e with the stored A, L and C")
+            }
+        };
+        let running = if self.ball.is_some() {
+            format!(
+                "As it runs in {running}, each operation rounded to nearest, in any order of summation and with or without fused multiply-adds, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - xhat never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no intermediate number leaves the format."
+            )
+        } else {
+            "Nothing is said of the rounding of its steps.".to_owned()
+        };
+        format!(
+            "For the sampled plant x+ = Ax + Bu, y = Cx + v with {}, {} and {}, and {observer}, with all its matrices stored in {stored}, to nearest: with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). {running}",
+            counted(n, "state"),
+            counted(m, "input"),
+            counted(p, "output"),
+        )
+    }
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let derived = self.derived()?;
+        let nearest: Verdict<Witness> = match self.mismatch(&derived.stored) {
+            None => Verdict::Proved { margin: 0.0 },
+            Some(witness) => Verdict::Refuted { witness },
+        };
+        let decrease = match (&self.stored.cubic, self.step) {
+            (None, Step::Joined) => "F'PF - P < 0 for the stored F",
+            _ => "(A - LC)'P(A - LC) - P < 0 for the stored A, L and C",
+        };
+        let mut facts = vec![
+            Fact {
+                inequality: format!("the stored numbers are those of {} nearest to the plant's", self.formats.stored),
+                verdict: nearest,
+            },
+            Fact::new("P > 0", derived.positive),
+            Fact::new(decrease, derived.decrease),
+        ];
+        let saturated: Option<Verdict<Direction>> = derived.saturated;
+        facts.extend(
+            saturated.map(|verdict| Fact::new("(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers", verdict)),
+        );
+        if let Some(claimed) = &self.ball {
+            facts.extend(self.running_facts(claimed, &derived.running));
+        }
+        Ok(facts)
+    }
+}
