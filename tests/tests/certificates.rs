@@ -5,16 +5,18 @@ use luenberger_design::mean_value::{ContractingCoordinates, RepairedDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_gain_margin, theorem5_bound};
 use luenberger_design::{
     Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
-    SampledCubicDesign, Theorem1, Wish, joint_design, theta_from_importance,
+    SampledCubicDesign, Theorem1, Wish, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file, theta_from_importance,
 };
-use luenberger_linalg::{lambda_min, lqr};
+use luenberger_linalg::{lambda_min, lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he};
 use luenberger_plants::{DynamicPlant, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::Region::{Everywhere, Within};
 use luenberger_proof::certificate::{
-    CertificateFile, Claim, Number, Proved, Rejection, StructuredCubicObserver, Theorem, digest, verify,
+    CertificateFile, Claim, ClaimedBall, Number, Proved, Rejection, StructuredCubicObserver, Theorem, digest, verify,
 };
-use luenberger_proof::{Matrix, Verdict};
+use luenberger_proof::statement::{Format, Operation, Step};
+use luenberger_proof::{Interval, Matrix, Verdict};
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
@@ -252,6 +254,94 @@ fn designs_for_nonlinear_plants_go_into_files() {
     assert!(goes_the_whole_way(lipschitz.certificate_file("Lipschitz")).statement.contains("phi_1 in [-3.33, 3.33]"));
     let coordinates = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5).unwrap();
     assert_eq!(goes_the_whole_way(coordinates.certificate_file("coordinates")).facts.len(), 3);
+}
+
+/// Observers of the observable plants, sampled, in the numbers of their targets: what a design proves, the checker proves, and a bound one unit smaller it does not.
+#[test]
+fn deployed_observers_go_into_files() {
+    let plants = [double_integrator().to_dynamic(), third_order::example3().to_dynamic()];
+    for plant in plants {
+        let n = plant.a.nrows();
+        let design = SampledCubicDesign::new(&linear(&plant), &dmatrix![1.0], 2.0, 0.1).unwrap();
+        let o = &design.observer;
+        let sampled = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
+        let meets = Operation {
+            state: vec![2.0; n],
+            input: vec![1.0; plant.b.ncols()],
+            noise: vec![1e-3],
+            error: vec![2.0; n],
+        };
+        let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
+        for format in [Format::Binary32, Format::Binary64, fixed] {
+            for step in [Step::Innovation, Step::Joined] {
+                let found = deployed_linear(&sampled, o.ld(), step, format.into(), &meets).unwrap();
+                let ball = found.deployed.ball().unwrap_or_else(|| panic!("{format} {step:?}: {found:?}"));
+                let file = found.certificate_file("deployed").unwrap();
+                let proved = goes_the_whole_way(Ok(file.clone()));
+                assert_eq!(proved.facts.len(), 4 + n);
+                assert!(proved.statement.contains(&format!("stored in {format}, to nearest")), "{}", proved.statement);
+                let Theorem::DeployedObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+                let mut forged = theorem.clone();
+                forged.ball.as_mut().unwrap().entries[n - 1] = ball.entries[n - 1].next_down();
+                assert!(CertificateFile::prove("forged", forged).is_err());
+            }
+            // The root of the cubic observer is not specified in fixed point: its stored numbers are proved, and no ball is claimed.
+            let proved = goes_the_whole_way(design.deployed_certificate_file("cubic", format.into(), &meets));
+            assert_eq!(proved.facts.len(), if format == fixed { 4 } else { 5 + n }, "{}", proved.statement);
+            assert_eq!(proved.statement.ends_with("Nothing is said of the rounding of its steps."), format == fixed);
+        }
+        // A ball for the cubic observer in fixed point is refused, with the reason.
+        let file = design.deployed_certificate_file("cubic", fixed.into(), &meets).unwrap();
+        let Theorem::DeployedObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+        let mut boast = theorem.clone();
+        boast.ball = Some(ClaimedBall { start: 1e6, entries: vec![1e6; n] });
+        let why = CertificateFile::prove("boast", boast).unwrap_err().to_string();
+        assert!(why.ends_with("the root of the cubic observer is not specified in fixed point"), "{why}");
+        // A stored number of N changed by one unit of its format: what is claimed of the others is no longer what is proved.
+        let file = design.deployed_certificate_file("cubic", Format::Binary32.into(), &meets).unwrap();
+        let Theorem::DeployedObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+        let mut finer = theorem.clone();
+        let gains = finer.stored.cubic.as_mut().unwrap();
+        gains.n[(0, 0)] = gains.n[(0, 0)].next_up();
+        let why = CertificateFile::prove("finer", finer).unwrap_err().to_string();
+        assert!(why.contains("nearest to the plant's is false: stored.N[0][0] is"), "{why}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+
+    /// The exact solution for a random equation: proved as derived, wider as well, and not one unit narrower at either end of any entry.
+    #[test]
+    fn exact_solutions_go_into_files(m in matrix(4, 4), q in matrix(4, 4), n in 1..=4_usize, is_stein in any::<bool>()) {
+        let (m, q) = (m.view((0, 0), (n, n)).into_owned(), q.view((0, 0), (n, n)).into_owned());
+        // Of norm at most 4 for entries in [-1, 1]: shifted, or scaled, it is stable.
+        let a = if is_stein { m * 0.2 } else { m - DMatrix::identity(n, n) * 5.0 };
+        let q = &q + q.transpose();
+        let write = if is_stein { stein_certificate_file } else { lyapunov_certificate_file };
+        let file = write("an equation", &a, &q).unwrap();
+        goes_the_whole_way(Ok(file.clone()));
+        let Theorem::SolutionWithin(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+        // Another method: the floating-point solution is near the middle.
+        let p = if is_stein { stein(&a, &q).unwrap().p } else { lyapunov(&a, &q).unwrap().p };
+        for i in 0..n {
+            for j in 0..=i {
+                let proved = theorem.p[(i, j)];
+                let (lo, hi) = (proved.lo(), proved.hi());
+                // The condition of these equations is below 10: the distance is a few roundings of the largest entry.
+                let rounding = 1e4 * f64::EPSILON * p.amax();
+                prop_assert!(lo - rounding <= p[(i, j)] && p[(i, j)] <= hi + rounding);
+                let claim = |lo: f64, hi: f64| {
+                    let mut claimed = theorem.clone();
+                    claimed.p[(i, j)] = Interval::new(lo, hi).unwrap();
+                    claimed.p[(j, i)] = claimed.p[(i, j)];
+                    CertificateFile::prove("claimed", claimed)
+                };
+                prop_assert!(claim(lo.next_down(), hi.next_up()).is_ok());
+                prop_assert!(claim(lo.next_up(), hi.next_up()).is_err() && claim(lo.next_down(), hi.next_down()).is_err());
+            }
+        }
+    }
 }
 
 /// What is undecided, or another problem's, has no file.

@@ -6,19 +6,22 @@
 use luenberger_observers::SampledObserver;
 use luenberger_plants::{DynamicPlant, Plant, Size};
 use luenberger_proof::certificate::{
-    self, CertificateFile, CubicTheorem1, DiscreteObserver, FeedbackLoop, JacobianPolytope, LinearObserver,
-    PlantPolytope, PlantWithin, Region, SampledCubicObserver, SectorObserver, StructuredCubicObserver, Theorem, Vertex,
+    self, CertificateFile, ClaimedBall, CubicTheorem1, DeployedObserver, DiscreteObserver, Equation, FeedbackLoop,
+    Hurwitz, JacobianPolytope, LinearObserver, PlantPolytope, PlantWithin, Region, SampledCubicObserver,
+    SectorObserver, SolutionWithin, StructuredCubicObserver, Theorem, Vertex,
 };
-use luenberger_proof::statement::{DeployedCubic, Reach};
+use luenberger_proof::statement::{DeployedCubic, Formats, Operation, Reach, Step};
 use luenberger_proof::{Matrix, ProofError};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 use crate::certificate::exact;
 use crate::error::DesignError;
+use crate::exact_solution::{lyapunov_proposal, points, stein_proposal};
+use crate::kkl::{Stability, stability::forgets};
 use crate::robust::{GainCertificate, PolytopicDesign};
 use crate::{
-    ContractingCoordinates, CubicDesign, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, RepairedDesign,
-    SampledCubicDesign, Theorem1,
+    ContractingCoordinates, CubicDesign, DeployedLinear, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign,
+    RepairedDesign, SampledCubicDesign, Theorem1,
 };
 
 fn plant((a, b, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)) -> Result<certificate::Plant, ProofError> {
@@ -131,6 +134,43 @@ impl SampledCubicDesign {
         prove(title, theorem)
     }
 
+    /// The certificate file of this observer stored and run in `formats`, as [`deployed`](Self::deployed) proves it: with the ball of the running error where there is one.
+    ///
+    /// ```
+    /// use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish};
+    /// use luenberger_proof::certificate::verify;
+    /// use luenberger_proof::statement::{Format, Operation};
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
+    /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![10.0, 10.0] };
+    /// let file = design.deployed_certificate_file("in f32", Format::Binary32.into(), &meets)?.to_json();
+    /// assert!(verify(file.as_bytes())?.statement.contains("stored in binary32"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::CertificateFile`] names the inequality that is not proved; those of [`deployed`](Self::deployed).
+    pub fn deployed_certificate_file(
+        &self,
+        title: &str,
+        formats: Formats,
+        operation: &Operation,
+    ) -> Result<CertificateFile, DesignError> {
+        let deployed = self.deployed(formats, operation)?;
+        let theorem = DeployedObserver {
+            plant: self.sampled_plant()?,
+            ball: deployed.ball().map(ClaimedBall::from),
+            stored: deployed.stored,
+            step: Step::Innovation,
+            formats,
+            operation: operation.clone(),
+            p: exact(&self.p)?,
+        };
+        prove(title, theorem)
+    }
+
     /// The certificate file of its linear part alone.
     ///
     /// # Errors
@@ -139,6 +179,86 @@ impl SampledCubicDesign {
         let o = &self.observer;
         prove(title, DiscreteObserver { plant: plant((o.ad(), o.bd(), o.c()))?, l: exact(o.ld())?, p: exact(&self.p)? })
     }
+}
+
+impl DeployedLinear {
+    /// The certificate file of the stored numbers, and of the ball of the running error where there is one.
+    ///
+    /// ```
+    /// use luenberger_design::deployed_linear;
+    /// use luenberger_proof::certificate::verify;
+    /// use luenberger_proof::statement::{Format, Operation, Step};
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = luenberger_plants::DynamicPlant::new(dmatrix![1.0, 0.01; 0.0, 1.0], dmatrix![5e-5; 0.01], dmatrix![1.0, 0.0])?;
+    /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![1.0, 2.0] };
+    /// let found = deployed_linear(&plant, &dmatrix![0.3; 2.0], Step::Innovation, Format::Binary32.into(), &meets)?;
+    /// let file = found.certificate_file("a position estimated in f32")?.to_json();
+    /// let proved = verify(file.as_bytes())?;
+    /// assert_eq!(proved.facts.last().unwrap().inequality, "limsup |e_2| <= running.limsup[1]");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::CertificateFile`] names the inequality that is not proved.
+    pub fn certificate_file(&self, title: &str) -> Result<CertificateFile, DesignError> {
+        let theorem = DeployedObserver {
+            plant: self.plant.clone(),
+            stored: self.deployed.stored.clone(),
+            step: self.step,
+            formats: self.formats,
+            operation: self.operation.clone(),
+            p: exact(&self.p)?,
+            ball: self.deployed.ball().map(ClaimedBall::from),
+        };
+        prove(title, theorem)
+    }
+}
+
+impl Stability {
+    /// The certificate file of the part of Lambda that is to forget: one P for every matrix in its enclosure over the box, so that `xi' = Lambda(t) xi` decays however Lambda moves
+    /// there. It does not say that the enclosure is that of the design's Lambda.
+    ///
+    /// # Errors
+    /// [`KklError::NotHurwitz`](crate::kkl::KklError::NotHurwitz) and [`KklError::HurwitzUndecided`](crate::kkl::KklError::HurwitzUndecided) where there is no such proof;
+    /// [`DesignError::CertificateFile`].
+    pub fn certificate_file(&self, title: &str) -> Result<CertificateFile, DesignError> {
+        forgets("Lambda", &self.eigenvalues, &self.facts)?;
+        // Where the facts are proved there is a P.
+        let p = self.p.clone().unwrap_or_default();
+        prove(title, Hurwitz::within(&self.rest(), &exact(&p)?)?)
+    }
+}
+
+/// The certificate file of the exact P of `A'P + PA + Q = 0`: that it is the only one, and lies in the intervals of [`enclosed_lyapunov`](crate::enclosed_lyapunov).
+///
+/// ```
+/// use luenberger_design::lyapunov_certificate_file;
+/// use luenberger_proof::certificate::verify;
+/// use nalgebra::dmatrix;
+///
+/// let (a, q) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![1.0, 0.0; 0.0, 1.0]);
+/// let file = lyapunov_certificate_file("a damped oscillator", &a, &q)?.to_json();
+/// assert_eq!(verify(file.as_bytes())?.facts[0].inequality, "A'P + PA + Q = 0 has one solution, and it lies in P");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+/// # Errors
+/// [`DesignError::CertificateFile`] where uniqueness could not be proved; those of [`enclosed_lyapunov`](crate::enclosed_lyapunov).
+pub fn lyapunov_certificate_file(
+    title: &str,
+    a: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+) -> Result<CertificateFile, DesignError> {
+    let (parts, w) = lyapunov_proposal(a, q)?;
+    prove(title, SolutionWithin::derive(Equation::Lyapunov, &points(a)?, &points(q)?, &parts, Some(&w))?)
+}
+
+/// The certificate file of the exact P of `A'PA - P + Q = 0`, as [`lyapunov_certificate_file`].
+///
+/// # Errors
+/// As [`lyapunov_certificate_file`].
+pub fn stein_certificate_file(title: &str, a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<CertificateFile, DesignError> {
+    let (parts, w) = stein_proposal(a, q)?;
+    prove(title, SolutionWithin::derive(Equation::Stein, &points(a)?, &points(q)?, &parts, Some(&w))?)
 }
 
 impl Theorem1 {

@@ -20,6 +20,14 @@ pub struct DeployedLinear {
     pub p: DMatrix<f64>,
     /// The numbers stored, the verdicts, and the ball of the running error.
     pub deployed: Deployed,
+    /// The plant for which it is proved.
+    pub plant: SampledPlant,
+    /// How the step is computed.
+    pub step: Step,
+    /// What it is stored and run in.
+    pub formats: Formats,
+    /// What it was promised to meet.
+    pub operation: Operation,
 }
 
 /// The observer of the sampled plant `x+ = A x + B u`, `y = C x` with gain `l` (n x p), stored and run in `formats`.
@@ -59,7 +67,7 @@ pub fn deployed_linear(
     let real = sampled_plant(plant)?;
     let judge = |p: DMatrix<f64>| -> Result<DeployedLinear, DesignError> {
         let deployed = statement::deployed_linear(&real, &gain, &exact(&p)?, step, formats, operation)?;
-        Ok(DeployedLinear { p, deployed })
+        Ok(DeployedLinear { p, deployed, plant: real.clone(), step, formats, operation: operation.clone() })
     };
     let mut best = judge(DMatrix::identity(n, n))?;
     let from_proof = |m: &luenberger_proof::Matrix<f64>| DMatrix::from_row_slice(m.rows(), m.cols(), m.as_slice());
@@ -116,6 +124,11 @@ fn sampled_plant(plant: &DynamicPlant) -> Result<SampledPlant, DesignError> {
 }
 
 impl SampledCubicDesign {
+    pub(crate) fn sampled_plant(&self) -> Result<SampledPlant, DesignError> {
+        let o = &self.observer;
+        Ok(SampledPlant { a: exact(o.ad())?, b: exact(o.bd())?, c: exact(o.c())? })
+    }
+
     /// This observer, stored and run in `formats`: its stored N needs no structure to be proved, and no tolerance.
     ///
     /// The design's own P proves it, since N was made for that P.
@@ -138,7 +151,7 @@ impl SampledCubicDesign {
     /// [`DesignError::Proof`]: numbers that the format cannot store, bounds of the wrong length or negative.
     pub fn deployed(&self, formats: Formats, operation: &Operation) -> Result<Deployed, DesignError> {
         let o = &self.observer;
-        let real = SampledPlant { a: exact(o.ad())?, b: exact(o.bd())?, c: exact(o.c())? };
+        let real = self.sampled_plant()?;
         let gains = CubicGains {
             n: exact(o.n())?,
             theta: exact(o.theta())?,

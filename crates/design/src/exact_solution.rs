@@ -26,11 +26,8 @@ use crate::error::DesignError;
 /// # Errors
 /// [`DesignError::Linalg`] where no floating-point solution is found, [`DesignError::Proof`].
 pub fn enclosed_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure, DesignError> {
-    let p = lyapunov(a, q)?.p;
-    let residual = residual(a, q, &p, |x, a| x.product(a)?.plus_transpose())?;
-    let parts = parts(&p, lyapunov(a, &residual).ok().map(|found| found.p))?;
-    let w = lyapunov(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
-    Ok(lyapunov_solution(&points(a)?, &points(q)?, &parts, Some(&exact(&w)?))?)
+    let (parts, w) = lyapunov_proposal(a, q)?;
+    Ok(lyapunov_solution(&points(a)?, &points(q)?, &parts, Some(&w))?)
 }
 
 /// The exact P of `A'PA - P + Q = 0`, as [`enclosed_lyapunov`].
@@ -46,11 +43,27 @@ pub fn enclosed_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure
 /// # Errors
 /// As [`enclosed_lyapunov`].
 pub fn enclosed_stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure, DesignError> {
+    let (parts, w) = stein_proposal(a, q)?;
+    Ok(stein_solution(&points(a)?, &points(q)?, &parts, Some(&w))?)
+}
+
+/// Matrices whose sum is near the solution, and one that shows A stable where it is.
+type Proposal = (Vec<Matrix<f64>>, Matrix<f64>);
+
+pub(crate) fn lyapunov_proposal(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Proposal, DesignError> {
+    let p = lyapunov(a, q)?.p;
+    let residual = residual(a, q, &p, |x, a| x.product(a)?.plus_transpose())?;
+    let parts = parts(&p, lyapunov(a, &residual).ok().map(|found| found.p))?;
+    let w = lyapunov(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
+    Ok((parts, exact(&w)?))
+}
+
+pub(crate) fn stein_proposal(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Proposal, DesignError> {
     let p = stein(a, q)?.p;
     let residual = residual(a, q, &p, |x, a| a.transpose().product(&x.product(a)?)?.difference(x))?;
     let parts = parts(&p, stein(a, &residual).ok().map(|found| found.p))?;
     let w = stein(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
-    Ok(stein_solution(&points(a)?, &points(q)?, &parts, Some(&exact(&w)?))?)
+    Ok((parts, exact(&w)?))
 }
 
 type Operator = fn(&Matrix<Exact>, &Matrix<Exact>) -> Result<Matrix<Exact>, luenberger_proof::ProofError>;
@@ -76,6 +89,6 @@ fn parts(p: &DMatrix<f64>, rest: Option<DMatrix<f64>>) -> Result<Vec<Matrix<f64>
     Ok(parts)
 }
 
-fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> {
+pub(crate) fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> {
     Ok(Matrix::embed(&exact(m)?, "a matrix of the equation")?)
 }

@@ -28,7 +28,7 @@ use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVecto
 use crate::certificate::Certificate;
 use crate::error::DesignError;
 use crate::kkl::KklError;
-use crate::kkl::stability::{forgets, hurwitz};
+use crate::kkl::stability::{Forgetting, forgets, hurwitz};
 
 /// A run of the plant: a row of x and of u for each time.
 #[derive(Clone, Debug, PartialEq)]
@@ -321,7 +321,7 @@ where
         }
         let entries =
             Matrix::from_fn(order, order, |i, j| Interval::from_f64(block[(i, j)]).unwrap_or(Interval::UNBOUNDED));
-        let (spectrum, own) = hurwitz((what, lyapunov), &entries)?;
+        let Forgetting { spectrum, facts: own, .. } = hurwitz((what, lyapunov), &entries)?;
         forgets(what, &spectrum, &own)?;
         slowest =
             spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));

@@ -44,6 +44,7 @@ mod spread;
 pub mod weights;
 
 pub use certificate::{Certificate, Fact};
+pub use certificate_file::{lyapunov_certificate_file, stein_certificate_file};
 pub use conditions::Theorem1;
 pub use cubic::{Correction, CubicDesign};
 pub use deployed::{DeployedLinear, deployed_linear};

@@ -11,6 +11,7 @@ use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
 use luenberger_observers::{KklMap, KklPebObserver, Observer, ObserverDimensions, cuk};
 use luenberger_plants::{CukConverter, Dimensions, DynamicPlant, ExponentialCascade, Plant, PlantError};
 use luenberger_proof::Verdict;
+use luenberger_proof::certificate::verify;
 use nalgebra::{
     DMatrix, DVector, Dyn, Matrix1, Matrix2, RealField, SVector, U1, U2, Vector1, Vector2, convert, dmatrix,
 };
@@ -81,6 +82,8 @@ fn proposition_6_is_proved_on_a_box() {
     assert_eq!(left_inverse.as_ref().unwrap().0, 0.0);
     assert!(stability.is_proved() && stability.integrated == [1] && stability.facts.len() == 2);
     assert_eq!(stability.diagonal.as_ref().unwrap()[0].lo(), -1.0);
+    let file = stability.certificate_file("the part that forgets").unwrap().to_json();
+    assert_eq!(verify(file.as_bytes()).unwrap().facts[1].inequality, "A'P + PA < 0");
     // The integrated entry is for a parameter estimator: this is no KKLO.
     assert!(!report.is_proved());
     let refused = KklDesign::new(&ExponentialCascade, ExponentialCascadeMap, &[1, 2], &sixth(), &settings());
@@ -276,7 +279,9 @@ fn the_converters_kklo_is_proved_where_it_is_stable() {
     assert!((diagonal[1].hi() + 0.1 / plant.l1).abs() < 1e-9 / plant.l1 && diagonal[0].hi() < 0.0);
     let report = candidate.check(&region(0.5, 1.5), &settings()).unwrap();
     assert!(report.residual.verdict.is_proved() && !report.stability.is_proved());
-    assert!(report.stability.diagonal.unwrap()[1].hi() > 0.0);
+    assert!(report.stability.diagonal.as_ref().unwrap()[1].hi() > 0.0);
+    let refused = report.stability.certificate_file("it grows at 1.5");
+    assert!(matches!(refused, Err(DesignError::Kkl(KklError::HurwitzUndecided { .. } | KklError::NotHurwitz { .. }))));
     let refused = KklDesign::new(&plant, *observer.map(), &[0, 3], &region(0.5, 1.5), &settings());
     assert!(matches!(refused, Err(DesignError::Kkl(KklError::HurwitzUndecided { .. } | KklError::NotHurwitz { .. }))));
 }

@@ -19,11 +19,19 @@ pub struct Stability {
     pub eigenvalues: Vec<Complex<f64>>,
     /// For a diagonal rest, the interval of each entry of it over the box; else none. Negative entries are what Proposition 1 asks for.
     pub diagonal: Option<Vec<Interval>>,
+    /// P, of the order of the rest; none where there is no rest, or no P for the middle.
+    pub p: Option<DMatrix<f64>>,
     /// `P > 0` and the Lyapunov inequality for the rest of Lambda; empty where there is no rest, or no P for the middle.
     pub facts: Vec<Fact>,
 }
 
 impl Stability {
+    /// The rest of Lambda: its rows and columns without those that are only integrated.
+    pub fn rest(&self) -> Matrix<Interval> {
+        let rest: Vec<usize> = (0..self.lambda.rows()).filter(|i| !self.integrated.contains(i)).collect();
+        Matrix::from_fn(rest.len(), rest.len(), |i, j| self.lambda[(rest[i], rest[j])])
+    }
+
     /// Whether the rest of Lambda is proved to forget: `|e|` decays exponentially, however Lambda moves in its enclosure.
     pub fn is_proved(&self) -> bool {
         let has_rest = self.integrated.len() < self.lambda.rows();
@@ -31,33 +39,37 @@ impl Stability {
     }
 }
 
+/// The eigenvalues of the middle of a matrix between bounds, the largest real part first, and the P that is to prove all of it Hurwitz.
+pub(crate) struct Forgetting {
+    pub(crate) spectrum: Vec<Complex<f64>>,
+    pub(crate) p: Option<DMatrix<f64>>,
+    /// `P > 0` and the Lyapunov inequality; none where there is no P.
+    pub(crate) facts: Vec<Fact>,
+}
+
 /// `name > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the middle, the largest real part first. No facts
 /// where the middle is not Hurwitz.
-pub(crate) fn hurwitz(
-    (name, lyapunov_name): (&str, &str),
-    f: &Matrix<Interval>,
-) -> Result<(Vec<Complex<f64>>, Vec<Fact>), DesignError> {
+pub(crate) fn hurwitz((name, lyapunov_name): (&str, &str), f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let order = f.rows();
     let middle = |entry: &Interval| entry.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
     let matrix = DMatrix::from_fn(order, order, |i, j| middle(&f[(i, j)]));
     let mut spectrum = eigenvalues(&matrix)?;
     spectrum.sort_by(|x, y| y.re.total_cmp(&x.re));
     if order == 0 || spectrum.first().is_some_and(|largest| largest.re >= 0.0) {
-        return Ok((spectrum, Vec::new()));
+        return Ok(Forgetting { spectrum, p: None, facts: Vec::new() });
     }
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
         Ok(solution) => (&solution.p + solution.p.transpose()) * 0.5,
         // Hurwitz to rounding only.
-        Err(LinalgError::NearlySingular { .. }) => return Ok((spectrum, Vec::new())),
+        Err(LinalgError::NearlySingular { .. }) => return Ok(Forgetting { spectrum, p: None, facts: Vec::new() }),
         Err(error) => return Err(error.into()),
     };
     let positive = Fact::positive(lyapunov_name, &p)?;
     let zero = |rows, columns| Matrix::from_fn(rows, columns, |_, _| 0.0);
     let no_output = Matrix::from_fn(1, order, |_, _| Interval::zero());
-    let p = crate::certificate::exact(&p)?;
-    let verdict = statement::decay_rate_within(f, &zero(order, 1), &no_output, &p, 0.0)?;
+    let verdict = statement::decay_rate_within(f, &zero(order, 1), &no_output, &crate::certificate::exact(&p)?, 0.0)?;
     let statement = format!("{name}'{lyapunov_name} + {lyapunov_name} {name} < 0");
-    Ok((spectrum, vec![positive, Fact { statement, verdict }]))
+    Ok(Forgetting { spectrum, p: Some(p), facts: vec![positive, Fact { statement, verdict }] })
 }
 
 /// What is known of this Lambda.
@@ -67,12 +79,15 @@ pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignErr
     let (integrated, rest): (Vec<usize>, Vec<usize>) = (0..order).partition(|&i| nothing(i));
     let moving = Matrix::from_fn(rest.len(), rest.len(), |i, j| lambda[(rest[i], rest[j])]);
     let bounded = moving.as_slice().iter().all(Interval::is_bounded);
-    let (eigenvalues, facts) =
-        if rest.is_empty() || !bounded { (Vec::new(), Vec::new()) } else { hurwitz(("Lambda", "P"), &moving)? };
+    let Forgetting { spectrum: eigenvalues, p, facts } = if rest.is_empty() || !bounded {
+        Forgetting { spectrum: Vec::new(), p: None, facts: Vec::new() }
+    } else {
+        hurwitz(("Lambda", "P"), &moving)?
+    };
     let off_diagonal = |i: usize| (0..rest.len()).all(|j| i == j || moving[(i, j)].is_zero());
     let is_diagonal = !rest.is_empty() && (0..rest.len()).all(off_diagonal);
     let diagonal = is_diagonal.then(|| (0..rest.len()).map(|i| moving[(i, i)]).collect());
-    Ok(Stability { lambda, integrated, eigenvalues, diagonal, facts })
+    Ok(Stability { lambda, integrated, eigenvalues, diagonal, p, facts })
 }
 
 impl Stability {
