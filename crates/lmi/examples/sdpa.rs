@@ -1,5 +1,7 @@
 //! Rigorous bounds of a semidefinite program in SDPA's sparse format:
-//! `cargo run --release -p luenberger-lmi --example sdpa -- FILE [--json] [--seconds N]`.
+//! `cargo run --release -p luenberger-lmi --example sdpa -- FILE [--json] [--seconds N] [--certificate FILE]`.
+//!
+//! With `--certificate`, what is proved goes into a file that `luenberger-verify` checks without a solver.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -9,7 +11,7 @@ use std::time::{Duration, Instant};
 use luenberger_lmi::sdpa::{Settings, read, solve};
 
 fn main() -> ExitCode {
-    let (mut file, mut json, mut settings) = (None, false, Settings::default());
+    let (mut file, mut json, mut settings, mut certificate) = (None, false, Settings::default(), None);
     let mut arguments = std::env::args().skip(1);
     let mut is_understood = true;
     while let Some(argument) = arguments.next() {
@@ -20,11 +22,15 @@ fn main() -> ExitCode {
                 settings.time = seconds.and_then(|n| Duration::try_from_secs_f64(n).ok());
                 is_understood &= settings.time.is_some();
             }
+            "--certificate" => {
+                certificate = arguments.next();
+                is_understood &= certificate.is_some();
+            }
             _ => file = Some(argument),
         }
     }
     let Some(file) = file.filter(|_| is_understood) else {
-        eprintln!("usage: sdpa FILE.dat-s [--json] [--seconds N]");
+        eprintln!("usage: sdpa FILE.dat-s [--json] [--seconds N] [--certificate FILE]");
         return ExitCode::from(2);
     };
     let start = Instant::now();
@@ -44,6 +50,16 @@ fn main() -> ExitCode {
         println!("{}", outcome.json(seconds));
     } else {
         print!("{}", outcome.sentence(seconds));
+    }
+    if let Some(to) = certificate {
+        let written =
+            outcome.certificate_file(&program, &file).map_err(|error| error.to_string()).and_then(|certificate| {
+                std::fs::write(&to, certificate.to_json()).map_err(|error| format!("{to}: {error}"))
+            });
+        if let Err(error) = written {
+            eprintln!("{error}");
+            return ExitCode::FAILURE;
+        }
     }
     ExitCode::SUCCESS
 }

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use luenberger_lmi::sdpa::{Outcome, Settings, Status, read, solve};
 use luenberger_proof::Interval;
+use luenberger_proof::certificate::{CertificateFile, SemidefiniteEvidence, Theorem, verify};
 use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
 use proptest::prelude::*;
 
@@ -59,6 +60,89 @@ fn one_unknown_and_one_row() {
     assert!(found.lower <= 7.5 && 7.5 <= found.upper && found.upper - found.lower < 1e-7, "{found:?}");
     let found = bounds("1\n1\n1\n0.3\n0 1 1 1 2.5\n1 1 1 1 0.1\n");
     assert!(found.lower <= 7.5 && 7.5 <= found.upper && found.upper - found.lower < 1e-7, "{found:?}");
+}
+
+/// Solved, written, checked; and the same with each bound better by one unit in the last place, which is rejected.
+fn goes_into_a_file(text: &str) -> Outcome {
+    let program = read(text.as_bytes()).unwrap();
+    let found = solve(&program, &Settings::default());
+    let file = found.certificate_file(&program, "a test").unwrap();
+    let proved = verify(file.to_json().as_bytes()).unwrap_or_else(|why| panic!("{why}"));
+    assert!(!proved.facts.is_empty() && proved.facts.iter().all(|fact| fact.verdict.is_proved()));
+    let Theorem::SemidefiniteProgram(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+    let refused = |evidence: SemidefiniteEvidence| {
+        let mut forged = theorem.clone();
+        forged.evidence = evidence;
+        CertificateFile::prove("forged", forged).is_err()
+    };
+    match &theorem.evidence {
+        SemidefiniteEvidence::Bounds { lower, upper } => {
+            if let Some((bound, y)) = lower {
+                assert_eq!(*bound, found.lower);
+                assert!(refused(SemidefiniteEvidence::Bounds {
+                    lower: Some((bound.next_up(), y.clone())),
+                    upper: None
+                }));
+            }
+            if let Some((bound, x)) = upper {
+                assert_eq!(*bound, found.upper);
+                assert!(refused(SemidefiniteEvidence::Bounds {
+                    lower: None,
+                    upper: Some((bound.next_down(), x.clone()))
+                }));
+            }
+        }
+        // The opposite ray shows nothing.
+        SemidefiniteEvidence::PrimalInfeasible(y) => {
+            let opposite = y.iter().map(|block| match block {
+                DualBlock::Dense(y) => DualBlock::Dense(y.map(|y| -y)),
+                DualBlock::Diagonal(y) => DualBlock::Diagonal(y.iter().map(|y| -y).collect()),
+            });
+            assert!(refused(SemidefiniteEvidence::PrimalInfeasible(opposite.collect())));
+        }
+        SemidefiniteEvidence::DualInfeasible(x) => {
+            assert!(refused(SemidefiniteEvidence::DualInfeasible(x.iter().map(|x| -x).collect())));
+        }
+    }
+    found
+}
+
+/// Bounds in dense and diagonal blocks, with decimals that binary64 does not have; infeasible programs of both kinds; and a bound of one side alone.
+#[test]
+fn what_is_proved_goes_into_a_file() {
+    for n in [3, 15] {
+        assert_eq!(goes_into_a_file(&cycle(n)).status, Status::Bounds);
+    }
+    let linear = "2\n1\n-3\n0.1 2\n0 1 1 1 1\n0 1 2 2 3\n0 1 3 3 -10\n1 1 1 1 1\n1 1 3 3 -1\n2 1 2 2 1\n2 1 3 3 -1\n";
+    assert_eq!(goes_into_a_file(linear).status, Status::Bounds);
+    // The norm of A, and the largest decay rate that a P shows: several blocks, and one row of numbers beside a matrix.
+    let blocks =
+        "2\n2\n2 -2\n1 1\n0 1 1 2 -0.3\n0 2 1 1 0.1\n0 2 2 2 -7\n1 1 1 1 1\n2 1 2 2 1\n1 2 1 1 1\n2 2 2 2 -1\n";
+    assert_eq!(goes_into_a_file(blocks).status, Status::Bounds);
+    for infeasible in
+        ["1\n1\n-2\n1\n0 1 1 1 1\n1 1 1 1 1\n1 1 2 2 -1\n", "1\n1\n2\n1\n0 1 1 1 1\n0 1 2 2 1\n1 1 1 1 1\n1 1 2 2 -1\n"]
+    {
+        assert_eq!(goes_into_a_file(infeasible).status, Status::PrimalInfeasible);
+    }
+    assert_eq!(goes_into_a_file("1\n1\n1\n-1\n0 1 1 1 1\n1 1 1 1 1\n").status, Status::DualInfeasible);
+    assert_eq!(goes_into_a_file("2\n1\n2\n1 1\n0 1 1 2 -1\n1 1 1 1 1\n1 1 2 2 1\n").status, Status::DualInfeasible);
+    let one_sided = goes_into_a_file("2\n1\n2\n1 2\n0 1 1 2 -1\n1 1 1 1 1\n1 1 2 2 1\n2 1 1 1 2\n2 1 2 2 2\n");
+    assert!(one_sided.upper.is_finite());
+}
+
+/// Nothing proved, no file; and the points of one program prove nothing of another.
+#[test]
+fn an_undecided_program_has_no_file() {
+    let weak = read("1\n1\n2\n1\n0 1 1 2 -1\n1 1 1 1 1\n".as_bytes()).unwrap();
+    let error =
+        solve(&weak, &Settings::default()).certificate_file(&weak, "weakly infeasible").unwrap_err().to_string();
+    assert!(
+        error.starts_with("no certificate file: ") && error.contains("\"lower\" or \"upper\" is missing"),
+        "{error}"
+    );
+    let (five, seven) = (read(cycle(5).as_bytes()).unwrap(), read(cycle(7).as_bytes()).unwrap());
+    let found = solve(&five, &Settings::default());
+    assert!(found.certificate_file(&five, "its own").is_ok() && found.certificate_file(&seven, "another's").is_err());
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod families;
 
 use families::{Instance, Known};
 use luenberger_lmi::sdpa::{Doubt, Outcome, Settings, Status, read, solve};
+use luenberger_proof::certificate::verify;
 use std::time::Duration;
 
 fn bounds(instance: &Instance) -> Outcome {
@@ -41,6 +42,12 @@ fn what_is_known_of_each_family_comes_out() {
             }
         }
         assert_eq!(found.why.is_some(), found.status == Status::Undecided, "{name}: {found:?}");
+        // And it is checked without the solver.
+        let program = read(instance.text.as_bytes()).unwrap();
+        let file = found.certificate_file(&program, name).unwrap_or_else(|error| panic!("{name}: {error}")).to_json();
+        let proved = verify(file.as_bytes()).unwrap_or_else(|why| panic!("{name}: {why}"));
+        let is_two_sided = found.status == Status::Bounds;
+        assert_eq!(proved.facts.len(), if is_two_sided { 2 } else { 1 }, "{name}: {}", proved.statement);
     }
 }
 

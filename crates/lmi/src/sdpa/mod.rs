@@ -14,6 +14,7 @@
 //! [`luenberger_proof::semidefinite`], which alone decides.
 
 mod centre;
+mod certificate_file;
 mod dual;
 mod face;
 mod pose;
@@ -22,7 +23,7 @@ mod report;
 
 use std::time::{Duration, Instant};
 
-use luenberger_proof::semidefinite::{Block, Program};
+use luenberger_proof::semidefinite::{Block, DualBlock, Program};
 
 use thiserror::Error;
 
@@ -82,8 +83,10 @@ pub struct Outcome {
     pub upper: f64,
     /// A proved lower bound of the smallest eigenvalue of X at the point that gives `upper`.
     pub primal_margin: Option<f64>,
-    /// The point that gives `upper`, or the solver's last.
+    /// The point that gives `upper`, or the ray that shows (D) infeasible; else the solver's last.
     pub x: Vec<f64>,
+    /// The matrix near which a feasible point of (D) gives `lower`, or a ray of (D) shows (P) infeasible; empty where neither is proved.
+    pub y: Vec<DualBlock>,
     /// The solver's own word for how its first run ended. Nothing rests on it.
     pub word: &'static str,
     /// Where the status is undecided, what stood in the way.
@@ -182,6 +185,7 @@ impl Run<'_> {
             upper: f64::INFINITY,
             primal_margin: None,
             x: Vec::new(),
+            y: Vec::new(),
             word: "not started",
             why: None,
             runs: 0,
@@ -276,9 +280,10 @@ impl Run<'_> {
         let mut proved: Option<Point> = None;
         let mut accept = |y: Point| {
             let y = equations.move_onto(program, y, true);
-            let Some(bound) = program.lower_bound(&y.clone().into_blocks(program)) else { return false };
+            let blocks = y.clone().into_blocks(program);
+            let Some(bound) = program.lower_bound(&blocks) else { return false };
             if bound.value > outcome.lower {
-                outcome.lower = bound.value;
+                (outcome.lower, outcome.y) = (bound.value, blocks);
                 proved = Some(y);
             }
             true
@@ -296,15 +301,15 @@ impl Run<'_> {
         if is_found {
             let y = dual::blocks(program, &last.multipliers);
             if let Some(end) = proved.filter(|end| is_wide(y.value(program), end.value(program))) {
-                let mut best = outcome.lower;
                 centre::draw(NEAR, |share| {
-                    let y = equations.move_onto(program, y.towards(&end, share), true);
-                    program.lower_bound(&y.into_blocks(program)).is_some_and(|bound| {
-                        best = best.max(bound.value);
+                    let blocks = equations.move_onto(program, y.towards(&end, share), true).into_blocks(program);
+                    program.lower_bound(&blocks).is_some_and(|bound| {
+                        if bound.value > outcome.lower {
+                            (outcome.lower, outcome.y) = (bound.value, blocks);
+                        }
                         true
                     })
                 });
-                outcome.lower = best;
             }
             return;
         }
@@ -332,46 +337,54 @@ impl Run<'_> {
     /// Whether the program is proved infeasible in the way that `ending` says.
     fn is_infeasible(&mut self, ending: Ending, path: &Path, equations: &Equations, outcome: &mut Outcome) -> bool {
         let is_primal = ending == Ending::NoPoint;
-        let proved = if is_primal { self.is_primal_infeasible(path, equations) } else { self.is_dual_infeasible(path) };
-        if proved && is_primal {
-            outcome.status = Status::PrimalInfeasible;
+        if is_primal && let Some(ray) = self.primal_infeasible(path, equations) {
+            (outcome.status, outcome.y) = (Status::PrimalInfeasible, ray);
             (outcome.lower, outcome.upper) = (f64::INFINITY, f64::INFINITY);
-        } else if proved {
-            outcome.status = Status::DualInfeasible;
-            outcome.lower = f64::NEG_INFINITY;
+            return true;
         }
-        proved
+        if !is_primal && let Some(ray) = self.dual_infeasible(path) {
+            (outcome.status, outcome.x) = (Status::DualInfeasible, ray);
+            outcome.lower = f64::NEG_INFINITY;
+            return true;
+        }
+        false
     }
 
     /// A ray of (D), from the solver's multipliers or a centred one.
-    fn is_primal_infeasible(&mut self, path: &Path, equations: &Equations) -> bool {
+    fn primal_infeasible(&mut self, path: &Path, equations: &Equations) -> Option<Vec<DualBlock>> {
         let program = self.program;
-        let is_ray = |y: Point| {
+        let mut found = None;
+        let mut is_ray = |y: Point| {
             let y = equations.move_onto(program, y, false).into_blocks(program);
-            program.is_primal_infeasible(&y).is_some()
+            let is_ray = program.is_primal_infeasible(&y).is_some();
+            if is_ray {
+                found = Some(y);
+            }
+            is_ray
         };
         let iterates = &path.iterates;
-        if centre::last(iterates.len(), |k| {
+        let is_found = centre::last(iterates.len(), |k| {
             is_ray(dual::blocks(program, &iterates[k].multipliers))
                 || is_ray(dual::blocks(program, &path.on_equations(&iterates[k], true)))
-        })
-        .is_some()
-        {
-            return true;
-        }
-        let posed = pose::dual_ray(program);
-        self.propose(&posed.program).is_some_and(|ray| {
+        });
+        if is_found.is_none() {
+            let posed = pose::dual_ray(program);
+            let ray = self.propose(&posed.program)?;
             let centre = |k: usize| posed.centre(program, &ray.on_equations(&ray.iterates[k], false));
-            centre::last(ray.iterates.len(), |k| is_ray(centre(k))).is_some()
-        })
+            centre::last(ray.iterates.len(), |k| is_ray(centre(k)))?;
+        }
+        found
     }
 
     /// A ray of (P), likewise.
-    fn is_dual_infeasible(&mut self, path: &Path) -> bool {
+    fn dual_infeasible(&mut self, path: &Path) -> Option<Vec<f64>> {
         let program = self.program;
-        let is_ray = |iterate: &Iterate| program.is_dual_infeasible(&iterate.unknowns[..program.unknowns()]).is_some();
-        let any = |path: &Path| centre::last(path.iterates.len(), |k| is_ray(&path.iterates[k])).is_some();
-        any(path) || self.propose(&pose::primal_ray(program)).is_some_and(|ray| any(&ray))
+        let found = |path: &Path| {
+            let x = |k: usize| &path.iterates[k].unknowns[..program.unknowns()];
+            let last = centre::last(path.iterates.len(), |k| program.is_dual_infeasible(x(k)).is_some())?;
+            Some(x(last).to_vec())
+        };
+        found(path).or_else(|| found(&self.propose(&pose::primal_ray(program))?))
     }
 }
 
