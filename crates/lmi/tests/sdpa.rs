@@ -133,9 +133,9 @@ fn what_is_proved_goes_into_a_file() {
 /// Nothing proved, no file; and the points of one program prove nothing of another.
 #[test]
 fn an_undecided_program_has_no_file() {
-    let weak = read("1\n1\n2\n1\n0 1 1 2 -1\n1 1 1 1 1\n".as_bytes()).unwrap();
-    let error =
-        solve(&weak, &Settings::default()).certificate_file(&weak, "weakly infeasible").unwrap_err().to_string();
+    let program = read(cycle(5).as_bytes()).unwrap();
+    let not_started = solve(&program, &Settings { memory: 100, ..Settings::default() });
+    let error = not_started.certificate_file(&program, "not started").unwrap_err().to_string();
     assert!(
         error.starts_with("no certificate file: ") && error.contains("\"lower\" or \"upper\" is missing"),
         "{error}"

@@ -171,33 +171,32 @@ impl DeployedObserver {
             .find(|(_, stored, nearest)| stored != nearest)
             .map(|(matrix, stored, nearest)| Witness::Stored { matrix, row: 0, column: 0, stored, nearest })
     }
+}
 
-    /// The claims about the running observer, against what is proved of it.
-    fn running_facts(&self, claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
-        let compared = |inequality: String, row: usize, claimed: f64, proved: &dyn Fn(&ErrorBall) -> Option<f64>| {
-            let undecided = |why: Doubt, best: f64| Verdict::Undecided { why, best };
-            let verdict = match running {
-                Running::Within(ball) => match proved(ball) {
-                    Some(proved) if proved <= claimed => Verdict::Proved { margin: 0.0 },
-                    found => {
-                        let proved = found.unwrap_or(f64::INFINITY);
-                        undecided(Doubt::TighterThanProved { row, column: 0, claimed, proved }, claimed - proved)
-                    }
-                },
-                Running::Unproved(obstacle) => undecided(Doubt::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN),
-            };
-            Fact { inequality, verdict }
+/// The claims about the running observer, against what is proved of it.
+fn running_facts(claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
+    let compared = |inequality: String, row: usize, claimed: f64, proved: &dyn Fn(&ErrorBall) -> Option<f64>| {
+        let undecided = |why: Doubt, best: f64| Verdict::Undecided { why, best };
+        let verdict = match running {
+            Running::Within(ball) => match proved(ball) {
+                Some(proved) if proved <= claimed => Verdict::Proved { margin: 0.0 },
+                found => {
+                    let proved = found.unwrap_or(f64::INFINITY);
+                    undecided(Doubt::TighterThanProved { row, column: 0, claimed, proved }, claimed - proved)
+                }
+            },
+            Running::Unproved(obstacle) => undecided(Doubt::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN),
         };
-        let mut facts =
-            vec![compared("sqrt(e'Pe) <= running.start at all times".to_owned(), 0, claimed.start, &|ball| {
-                Some(ball.start)
-            })];
-        facts.extend(claimed.entries.iter().enumerate().map(|(i, &bound)| {
-            let name = format!("limsup |e_{}| <= running.limsup[{i}]", i + 1);
-            compared(name, i, bound, &|ball| ball.entries.get(i).copied())
-        }));
-        facts
-    }
+        Fact { inequality, verdict }
+    };
+    let mut facts = vec![compared("sqrt(e'Pe) <= running.start at all times".to_owned(), 0, claimed.start, &|ball| {
+        Some(ball.start)
+    })];
+    facts.extend(claimed.entries.iter().enumerate().map(|(i, &bound)| {
+        let name = format!("limsup |e_{}| <= running.limsup[{i}]", i + 1);
+        compared(name, i, bound, &|ball| ball.entries.get(i).copied())
+    }));
+    facts
 }
 
 impl Statement for DeployedObserver {
@@ -343,7 +342,7 @@ impl Statement for DeployedObserver {
             saturated.map(|verdict| Fact::new("(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers", verdict)),
         );
         if let Some(claimed) = &self.ball {
-            facts.extend(self.running_facts(claimed, &derived.running));
+            facts.extend(running_facts(claimed, &derived.running));
         }
         Ok(facts)
     }

@@ -207,11 +207,12 @@ impl Statement for SemidefiniteProgram {
     }
 
     fn words(&self) -> String {
-        let program = format!(
-            "the semidefinite program (P) min c'x subject to x_1 F_1 + ... + x_{m} F_{m} - F_0 >= 0 with {}",
-            counted(self.program.blocks().len(), "block"),
-            m = self.program.unknowns()
-        );
+        let sum = match self.program.unknowns() {
+            1 => "x_1 F_1".to_owned(),
+            m => format!("x_1 F_1 + ... + x_{m} F_{m}"),
+        };
+        let blocks = counted(self.program.blocks().len(), "block");
+        let program = format!("the semidefinite program (P) min c'x subject to {sum} - F_0 >= 0 with {blocks}");
         match &self.evidence {
             SemidefiniteEvidence::Bounds { lower, upper } => {
                 let bounds: Vec<String> = [
