@@ -3,8 +3,10 @@
 //!
 //! With `--certificate`, what is proved goes into a file that `luenberger-verify` checks without a solver.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -52,8 +54,9 @@ fn main() -> ExitCode {
         print!("{}", outcome.sentence(seconds));
     }
     if let Some(to) = certificate {
+        let title = Path::new(&file).file_name().map_or(file.as_str().into(), OsStr::to_string_lossy);
         let written =
-            outcome.certificate_file(&program, &file).map_err(|error| error.to_string()).and_then(|certificate| {
+            outcome.certificate_file(&program, &title).map_err(|error| error.to_string()).and_then(|certificate| {
                 std::fs::write(&to, certificate.to_json()).map_err(|error| format!("{to}: {error}"))
             });
         if let Err(error) = written {
