@@ -21,6 +21,7 @@
 
 mod argument;
 mod balance;
+mod compensated;
 pub mod discretize;
 pub mod error;
 pub mod factored;

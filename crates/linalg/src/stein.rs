@@ -29,12 +29,14 @@ pub struct Stein {
     /// `(||A||^2 + 1) / separation`: about how much `P` may change, relative to its norm, for a unit relative change of the data.
     /// The relative error of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
+    /// The factor between the norm of the separation and Frobenius'.
+    spread: f64,
 }
 
 impl Stein {
     /// A bound of the relative error of `P` to first order, as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error).
     pub fn forward_error(&self) -> f64 {
-        forward_error(self.residual, self.condition, self.p.nrows())
+        forward_error(self.residual, self.condition, self.p.nrows(), self.spread)
     }
 }
 
@@ -72,7 +74,7 @@ impl SteinEquation {
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
         let mut p = DMatrix::zeros(q.nrows(), q.ncols());
         let residual = self.solve_into(q, &mut p)?;
-        Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition() })
+        Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread: self.0.spread() })
     }
 
     /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n already (unless the state had to be balanced).
@@ -80,6 +82,14 @@ impl SteinEquation {
     /// As [`solve`](Self::solve).
     pub fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         self.0.solve_into(q, p)
+    }
+
+    /// One step of iterative refinement of `p`, in place, as [`LyapunovEquation::refine`](crate::LyapunovEquation::refine): returns the size of the correction
+    /// relative to `p`.
+    /// # Errors
+    /// As [`solve`](Self::solve), and for a `p` that is not symmetric.
+    pub fn refine(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
+        self.0.refine(q, p)
     }
 
     /// The eigenvalues of `a`.

@@ -6,35 +6,53 @@
 use super::popov;
 use super::scaled::Scaled;
 use crate::argument::symmetric_part;
-use crate::{LinalgError, Result, schur};
+use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::DMatrix;
 
 pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
+    let form = schur(&matrix(problem))?;
+    let values = form.eigenvalues();
+    let explain = || {
+        let nearest = values.iter().copied().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs())).unwrap_or_default();
+        popov::explain(problem, nearest)
+    };
+    match left_of(form, 0.0, problem.a.nrows()) {
+        Ok(Some(x)) => Ok(x),
+        Ok(None) | Err(LinalgError::SwapRejected { .. }) => Err(explain()),
+        Err(other) => Err(other),
+    }
+}
+
+/// As [`solve`], from the n leftmost eigenvalues, on whichever side of the axis rounding has put them: where to begin, not a solution.
+pub(super) fn guess(problem: &Scaled) -> Option<DMatrix<f64>> {
+    let n = problem.a.nrows();
+    let form = schur(&matrix(problem)).ok()?;
+    let mut abscissae: Vec<f64> = form.eigenvalues().iter().map(|lambda| lambda.re).collect();
+    abscissae.sort_by(f64::total_cmp);
+    let (last, next) = (abscissae.get(n.checked_sub(1)?)?, abscissae.get(n)?);
+    left_of(form, 0.5 * (last + next), n).ok().flatten()
+}
+
+/// `[A -G; -Q -A']`.
+fn matrix(problem: &Scaled) -> DMatrix<f64> {
     let n = problem.a.nrows();
     let mut h = DMatrix::zeros(2 * n, 2 * n);
     h.view_mut((0, 0), (n, n)).copy_from(&problem.a);
     h.view_mut((0, n), (n, n)).copy_from(&-&problem.g);
     h.view_mut((n, 0), (n, n)).copy_from(&-&problem.q);
     h.view_mut((n, n), (n, n)).copy_from(&-problem.a.transpose());
-    let form = schur(&h)?;
-    let values = form.eigenvalues();
-    let explain = |problem: &Scaled| {
-        let nearest = values.iter().copied().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs())).unwrap_or_default();
-        popov::explain(problem, nearest)
-    };
-    let (ordered, stable) = match form.ordered(|l| l.re < 0.0) {
-        Ok(found) => found,
-        Err(LinalgError::SwapRejected { .. }) => return Err(explain(problem)),
-        Err(other) => return Err(other),
-    };
-    if stable != n {
-        return Err(explain(problem));
+    h
+}
+
+/// X of the invariant subspace of the eigenvalues left of `boundary`, if these are n and it has one.
+fn left_of(form: Schur, boundary: f64, n: usize) -> Result<Option<DMatrix<f64>>> {
+    let (ordered, count) = form.ordered(|lambda| lambda.re < boundary)?;
+    if count != n {
+        return Ok(None);
     }
     let u1 = ordered.q.view((0, 0), (n, n)).into_owned();
     let u2 = ordered.q.view((n, 0), (n, n)).into_owned();
     // X U1 = U2, transposed.
-    match u1.transpose().lu().solve(&u2.transpose()) {
-        Some(x) if x.iter().all(|e| e.is_finite()) => Ok(symmetric_part(&x)),
-        _ => Err(explain(problem)),
-    }
+    let x = u1.transpose().lu().solve(&u2.transpose());
+    Ok(x.filter(|x| x.iter().all(|e| e.is_finite())).map(|x| symmetric_part(&x)))
 }

@@ -25,6 +25,10 @@ pub struct Kalman {
     pub poles: Vec<Complex<f64>>,
     /// Relative residual of the Riccati equation.
     pub residual: f64,
+    /// Condition of that equation, as [`Riccati::condition`].
+    pub condition: f64,
+    /// Bound of the relative error of `p`, as [`Riccati::forward_error`].
+    pub forward_error: f64,
 }
 
 /// Continuous Kalman gain `L = P C'V^-1`, `A P + P A' - P C'V^-1 C P + W = 0`.
@@ -84,7 +88,7 @@ fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>
     shaped("c", c, c.nrows(), n)?;
     shaped("w", w, n, n)?;
     shaped("v", v, c.nrows(), c.nrows())?;
-    let Riccati { x, k, poles, residual } =
+    let Riccati { x, k, poles, residual, condition, forward_error } =
         equation(&a.transpose(), &c.transpose(), w, v).map_err(|error| match error {
             LinalgError::NotSymmetric { what, row, col, asymmetry, allowed } => {
                 LinalgError::NotSymmetric { what: renamed(what), row, col, asymmetry, allowed }
@@ -99,7 +103,7 @@ fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>
             LinalgError::NotDetectable { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
             other => other,
         })?;
-    Ok(Kalman { l: k.transpose(), p: x, poles, residual })
+    Ok(Kalman { l: k.transpose(), p: x, poles, residual, condition, forward_error })
 }
 
 fn renamed(what: &'static str) -> &'static str {

@@ -10,11 +10,14 @@
 //!
 //! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in `riccati/hamiltonian.rs`. Discrete: the
 //! structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`.
-//! Both are followed by Newton's iteration (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971) as long as it lowers the residual.
+//! Both are followed by Newton's iteration (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971) as long as it lowers the residual, and where that leaves more
+//! than rounding, repeated in coordinates of the state in which `X` is near the identity (`riccati/normalized.rs`).
 
+mod condition;
 mod doubling;
 mod hamiltonian;
 mod kalman;
+mod normalized;
 mod popov;
 mod scaled;
 
@@ -39,13 +42,19 @@ pub struct Riccati {
     /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of the state (powers of two)
     /// that balance the plant and its weights.
     pub residual: f64,
+    /// About how much `X` changes, relative to its norm, for a unit relative change of `A`, `B R^-1 B'` and `Q` (Kenney and Hewer, SIAM J. Control
+    /// Optim. 28, 1990): the smaller the separation of the closed loop, the larger. In the units of `residual`.
+    pub condition: f64,
+    /// A bound of `||X - X*|| / ||X||` in the Frobenius norm and the units of `residual`, X* solving the equation for the data as given: the defect, with the rounding of
+    /// its own computation, times the norm of the inverse of the derivative. Infinite where the defect is too large for the derivative to tell.
+    pub forward_error: f64,
 }
 
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
 /// `a` is n x n, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input `u = -K x`, `K = R^-1 B'X`, minimises
-/// the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on a common factor of `q` and `r`. About 250 n^3 flops, and 60 n^3 for
-/// each Newton step (three at most).
+/// the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on a common factor of `q` and `r`. About 250 n^3 flops, 60 n^3 for
+/// each Newton step (three at most), 45 n^3 for the condition, and as much again for each change of coordinates (four at most) where the solution is so unequal that one is needed.
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`] (`q`);
@@ -70,8 +79,7 @@ pub struct Riccati {
 /// Source: Laub, IEEE TAC 24, 1979; SLICOT SB02MD, whose example this is.
 pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
     let problem = Scaled::continuous(a, b, q, r)?;
-    let x = hamiltonian::solve(&problem)?;
-    finish(&problem, x)
+    finish(&problem, hamiltonian::solve)
 }
 
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
@@ -102,8 +110,7 @@ pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
 /// Source: Chu, Fan, Lin and Wang, Int. J. Control 77, 2004; Hewer, IEEE TAC 16, 1971.
 pub fn dare(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
     let problem = Scaled::discrete(a, b, q, r)?;
-    let x = doubling::solve(&problem)?;
-    finish(&problem, x)
+    finish(&problem, doubling::solve)
 }
 
 /// Continuous linear-quadratic regulator: [`care`], by the name under which its gain `k` is looked for.
@@ -122,19 +129,12 @@ pub fn dlqr(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
     dare(a, b, q, r)
 }
 
-/// Refines `x`, leaves the units of computation, and lets nothing out that does not solve the equation and stabilize.
-fn finish(problem: &Scaled, mut x: DMatrix<f64>) -> Result<Riccati> {
-    let mut residual = problem.residual(&x);
-    for _ in 0..NEWTON_STEPS {
-        let Some(better) = problem.newton_step(&x)? else { break };
-        let found = problem.residual(&better);
-        if found.is_nan() || found >= residual {
-            break;
-        }
-        (x, residual) = (better, found);
-    }
+/// Solves by `method`, leaves the units of computation, and lets nothing out that does not solve the equation and stabilize.
+fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Result<Riccati> {
+    let (x, residual) = normalized::solve(problem, method)?;
     let k = problem.gain(&x).ok_or(LinalgError::Overflow { what: "the gain k" })?;
-    let poles = eigenvalues(&problem.closed_loop(&k))?;
+    let closed = problem.closed_loop(&k);
+    let poles = eigenvalues(&closed)?;
     popov::confirm(problem, &poles)?;
     // Half of the digits: a residual beyond this is no solution that rounding has spoilt, but none at all.
     let allowed = f64::EPSILON.sqrt();
@@ -146,6 +146,8 @@ fn finish(problem: &Scaled, mut x: DMatrix<f64>) -> Result<Riccati> {
             allowed,
         });
     }
+    let (condition, forward_error) = condition::condition(problem, &x, &k, &closed, residual)?;
     let (x, k) = problem.in_user_units(&x, &k).ok_or(LinalgError::Overflow { what: "the solution x or the gain k" })?;
-    Ok(Riccati { x, k, poles: poles.into_iter().map(|l| l / problem.time).collect(), residual })
+    let poles = poles.into_iter().map(|l| l / problem.time).collect();
+    Ok(Riccati { x, k, poles, residual, condition, forward_error })
 }

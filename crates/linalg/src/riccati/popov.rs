@@ -49,7 +49,8 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
             worst = Some((margin, error));
         }
     };
-    for lambda in eigenvalues(a)? {
+    // The margin of the conjugate is the same.
+    for lambda in eigenvalues(a)?.into_iter().filter(|lambda| lambda.im >= 0.0) {
         let distance = distance(problem, lambda);
         let eigenvalue = lambda / problem.time;
         if distance <= near {

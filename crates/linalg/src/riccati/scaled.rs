@@ -137,6 +137,24 @@ impl Scaled {
         }
     }
 
+    /// The same equation for the states `T z`.
+    pub(super) fn in_coordinates(&self, t: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
+        let b = inverse * &self.b;
+        let g = match Cholesky::new(self.r.clone()) {
+            Some(factor) => weighted_square(&factor, &b),
+            None => symmetric_part(&(inverse * &self.g * inverse.transpose())),
+        };
+        Self {
+            a: inverse * &self.a * t,
+            b,
+            q: symmetric_part(&(t.tr_mul(&self.q) * t)),
+            r: self.r.clone(),
+            g,
+            balance: self.balance.clone(),
+            ..*self
+        }
+    }
+
     /// `K^`, or `None` if its normal equations are not definite to working precision.
     pub(super) fn gain(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let bx = self.b.transpose() * x;
@@ -173,6 +191,17 @@ impl Scaled {
             (&ax + ax.transpose() - quadratic + &self.q, size)
         };
         Some((symmetric_part(&defect.0), defect.1))
+    }
+
+    /// `tr(H B R^-1 B')`, for the discrete equation `tr(H B (R + B'X B)^-1 B')`; infinite if that cannot be formed.
+    pub(super) fn pull(&self, x: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
+        let weight = if self.discrete { symmetric_part(&(&self.r + self.b.tr_mul(x) * &self.b)) } else { self.r.clone() };
+        Cholesky::new(weight).map_or(f64::INFINITY, |factor| factor.solve(&(self.b.tr_mul(h) * &self.b)).trace())
+    }
+
+    /// The sum of the norms of the terms of the equation; NaN if it cannot be formed.
+    pub(super) fn size_of_terms(&self, x: &DMatrix<f64>) -> f64 {
+        self.defect(x).map_or(f64::NAN, |(_, size)| size)
     }
 
     /// Relative residual; NaN if it cannot be formed.
