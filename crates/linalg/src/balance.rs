@@ -4,6 +4,7 @@
 //! largest entry of each row of `[A, G]` equal to that of the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for
 //! the Hamiltonian matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
 
+use crate::separation::norm;
 use nalgebra::DMatrix;
 
 /// Powers of two for each state.
@@ -74,6 +75,14 @@ impl Balance {
     /// `D^-1 P D^-1`, back from the balanced states.
     pub(crate) fn form_back(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| scaled(p[(i, j)], -self.0[i] - self.0[j]))
+    }
+
+    /// By how much a relative error of a form, in the Frobenius norm, may grow on its way back to the user's units, `back` being the form there: with `|E_ij| <= ||E||`,
+    /// `||D^-1 E D^-1|| <= ||E|| tr(D^-2)`.
+    pub(crate) fn growth(&self, back: &DMatrix<f64>) -> f64 {
+        let trace: f64 = self.0.iter().map(|&e| 2.0_f64.powi(-2 * e)).sum();
+        let size = norm(back);
+        if size == 0.0 || self.is_trivial() { 1.0 } else { norm(&self.form(back)) * trace / size }
     }
 
     /// `D^-1 B`.

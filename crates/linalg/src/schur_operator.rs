@@ -283,11 +283,12 @@ impl SchurEquation {
         defect
     }
 
-    /// The factor between the norm of the separation and Frobenius': sqrt(n) for the spectral one (and its inverse for semidefinite matrices), n for the sum of the entries, of which
-    /// the estimate may be three times too large.
-    pub(crate) fn spread(&self) -> f64 {
+    /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units: sqrt(n) for the spectral norm (and its inverse for semidefinite
+    /// matrices), n for the sum of the entries, of which the estimate may be three times too large, and what the balance brings.
+    pub(crate) fn spread(&self, p: &DMatrix<f64>) -> f64 {
         let n = self.order() as f64;
-        if self.is_stable() { n.sqrt() } else { 3.0 * n }
+        let norms = if self.is_stable() { n.sqrt() } else { 3.0 * n };
+        norms * self.balance.as_ref().map_or(1.0, |balance| balance.growth(p))
     }
 
     /// From the symmetric right-hand side `q` in `p` to the symmetric solution. True if the equation is regular.

@@ -5,6 +5,7 @@
 //! an upper bound; it is rarely off by more than a factor of three.
 
 use crate::LinalgError;
+use crate::argument::unit_scale;
 use nalgebra::{Complex, DMatrix};
 
 /// The estimate for the operator on `rows x cols` matrices that `solve` inverts in place, `adjoint` inverting its adjoint.
@@ -89,6 +90,12 @@ pub(crate) fn rescale(m: &mut DMatrix<f64>, up: f64, down: f64) {
         *m *= up;
         *m /= down;
     }
+}
+
+/// The Frobenius norm, also where the squares of the entries leave the range.
+pub(crate) fn norm(m: &DMatrix<f64>) -> f64 {
+    let scale = unit_scale(m);
+    (m * scale).norm() / scale
 }
 
 /// `norm / scale`, and zero where both vanish: the residual of an equation whose terms all are zero.

@@ -15,7 +15,8 @@ use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P A - P + Q = 0` with its evidence.
 ///
-/// Where the equation had to be solved in balanced units of the state (see [`stein()`]), the evidence is in these units.
+/// Where the equation had to be solved in balanced units of the state (see [`stein()`]), residual, separation and condition are in these units;
+/// [`forward_error`](Self::forward_error) is in those of `p`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stein {
     /// The solution, exactly symmetric.
@@ -29,7 +30,7 @@ pub struct Stein {
     /// `(||A||^2 + 1) / separation`: about how much `P` may change, relative to its norm, for a unit relative change of the data.
     /// The relative error of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
-    /// The factor between the norm of the separation and Frobenius'.
+    /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
     spread: f64,
 }
 
@@ -74,7 +75,8 @@ impl SteinEquation {
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
         let mut p = DMatrix::zeros(q.nrows(), q.ncols());
         let residual = self.solve_into(q, &mut p)?;
-        Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread: self.0.spread() })
+        let spread = self.0.spread(&p);
+        Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread })
     }
 
     /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n already (unless the state had to be balanced).

@@ -16,7 +16,7 @@
 use super::scaled::Scaled;
 use crate::Result;
 use crate::schur_operator::{Kind, SchurEquation};
-use crate::separation::relative;
+use crate::separation::{norm, relative};
 use nalgebra::DMatrix;
 
 /// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed loop `f` leaves none.
@@ -35,18 +35,19 @@ pub(super) fn condition(
     let [Some(h), Some(h2)] = weights.map(|weight| equation.substituted(&weight)) else {
         return Ok((f64::INFINITY, f64::INFINITY));
     };
-    let (h0, h2) = (h.norm(), h2.norm());
-    let (a, q, g) = (problem.a.norm(), problem.q.norm(), problem.g.norm());
-    let condition = relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, x.norm());
+    let (h0, h2) = (norm(&h), norm(&h2));
+    let (a, q, g) = (norm(&problem.a), norm(&problem.q), norm(&problem.g));
+    let size = norm(x);
+    let condition = relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, size);
     // What is left of the equation, and the rounding with which that is known: three products, the quadratic one of large terms that may cancel.
-    let size = x.norm();
-    let (linear, steps) =
-        if problem.discrete { ((a * a + 1.0) * size + q, a) } else { (2.0 * a * size + q, 1.0) };
-    let quadratic = steps * size * problem.b.norm() * k.norm();
+    let (linear, steps) = if problem.discrete { ((a * a + 1.0) * size + q, a) } else { (2.0 * a * size + q, 1.0) };
+    let quadratic = steps * size * norm(&problem.b) * norm(k);
     let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic);
     let defect = residual * problem.size_of_terms(x) + rounding;
     let curvature = problem.pull(x, &h) * if problem.discrete { 8.0 } else { 4.0 };
     let dominated = curvature * h0 * defect <= 1.0;
     let forward = if dominated { relative(2.0 * h0 * defect * (n as f64).sqrt(), size) } else { f64::INFINITY };
-    Ok((condition, forward))
+    // Out of range: nothing is known.
+    let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
+    Ok((known(condition), known(forward)))
 }

@@ -88,8 +88,8 @@ fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>
     shaped("c", c, c.nrows(), n)?;
     shaped("w", w, n, n)?;
     shaped("v", v, c.nrows(), c.nrows())?;
-    let Riccati { x, k, poles, residual, condition, forward_error } =
-        equation(&a.transpose(), &c.transpose(), w, v).map_err(|error| match error {
+    let Riccati { x, k, poles, residual, condition, forward_error } = equation(&a.transpose(), &c.transpose(), w, v)
+        .map_err(|error| match error {
             LinalgError::NotSymmetric { what, row, col, asymmetry, allowed } => {
                 LinalgError::NotSymmetric { what: renamed(what), row, col, asymmetry, allowed }
             }

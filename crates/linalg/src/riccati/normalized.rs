@@ -18,10 +18,7 @@ use nalgebra::{DMatrix, DVector};
 const PASSES: usize = 4;
 
 /// The solution by `method`, in the coordinates of `problem` if these serve, and its relative residual.
-pub(super) fn solve(
-    problem: &Scaled,
-    method: impl Fn(&Scaled) -> Result<DMatrix<f64>>,
-) -> Result<(DMatrix<f64>, f64)> {
+pub(super) fn solve(problem: &Scaled, method: impl Fn(&Scaled) -> Result<DMatrix<f64>>) -> Result<(DMatrix<f64>, f64)> {
     let (mut best, failure) = match method(problem) {
         Ok(x) => (refine(problem, x)?, None),
         // No eigenvalue of the plant explains it: rounding, perhaps.

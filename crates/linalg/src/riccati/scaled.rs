@@ -173,6 +173,11 @@ impl Scaled {
         x.iter().chain(k.iter()).all(|e| e.is_finite()).then_some((x, k))
     }
 
+    /// By how much a relative error of `X^` may grow on its way to the user's units, where it is `x`.
+    pub(super) fn growth(&self, x: &DMatrix<f64>) -> f64 {
+        self.balance.growth(x)
+    }
+
     /// `A - B K`.
     pub(super) fn closed_loop(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
         &self.a - &self.b * k
@@ -195,7 +200,8 @@ impl Scaled {
 
     /// `tr(H B R^-1 B')`, for the discrete equation `tr(H B (R + B'X B)^-1 B')`; infinite if that cannot be formed.
     pub(super) fn pull(&self, x: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
-        let weight = if self.discrete { symmetric_part(&(&self.r + self.b.tr_mul(x) * &self.b)) } else { self.r.clone() };
+        let weight =
+            if self.discrete { symmetric_part(&(&self.r + self.b.tr_mul(x) * &self.b)) } else { self.r.clone() };
         Cholesky::new(weight).map_or(f64::INFINITY, |factor| factor.solve(&(self.b.tr_mul(h) * &self.b)).trace())
     }
 

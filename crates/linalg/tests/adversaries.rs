@@ -1,0 +1,227 @@
+//! Every solver on every kind of bad input: no panic, no endless loop, and either an answer in which all numbers are finite or an error that carries them.
+
+use luenberger_linalg::{
+    LinalgError, LyapunovEquation, SteinEquation, SylvesterEquation, care, dare, discrete_kalman_gain,
+    generalized_lyapunov, kalman_gain, lyapunov, lyapunov_factor, stein, stein_factor, sylvester,
+};
+use nalgebra::{DMatrix, dmatrix};
+use proptest::prelude::*;
+
+fn identity(n: usize) -> DMatrix<f64> {
+    DMatrix::identity(n, n)
+}
+
+/// What rounding, underflow and overflow like least.
+fn nasty() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => Just(0.0),
+        4 => -2.0..2.0_f64,
+        2 => Just(1.0),
+        2 => Just(-1.0),
+        1 => (-300..300_i32).prop_map(|k| -(10.0_f64.powi(k))),
+        1 => (-300..300_i32).prop_map(|k| 10.0_f64.powi(k)),
+        1 => prop::sample::select(vec![5e-324, 1e-308, -0.0, f64::MAX, f64::MIN, f64::EPSILON]),
+    ]
+}
+
+fn finite_or_not() -> impl Strategy<Value = f64> {
+    prop_oneof![60 => nasty(), 1 => prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY])]
+}
+
+fn matrix(n: usize, m: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop::collection::vec(finite_or_not(), n * m).prop_map(move |data| DMatrix::from_vec(n, m, data))
+}
+
+fn mirrored(m: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i.max(j), i.min(j))])
+}
+
+fn all_finite(m: &DMatrix<f64>) -> bool {
+    m.iter().all(|x| x.is_finite())
+}
+
+/// An error says something, and what it says can be printed.
+fn says(error: &LinalgError) -> bool {
+    !error.to_string().is_empty()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn nothing_panics_and_answers_are_finite(
+        (a, q, b, e) in (0..=5_usize, 0..=3_usize).prop_flat_map(|(n, m)| (matrix(n, n), matrix(n, n), matrix(n, m), matrix(n, n))),
+    ) {
+        let (n, m) = b.shape();
+        let q = mirrored(&q);
+        match lyapunov(&a, &q) {
+            Ok(x) => prop_assert!(all_finite(&x.p) && x.residual <= 1e-12 && x.separation >= 0.0 && !x.forward_error().is_nan(), "{x:?}"),
+            Err(error) => prop_assert!(says(&error)),
+        }
+        match stein(&a, &q) {
+            Ok(x) => prop_assert!(all_finite(&x.p) && x.residual <= 1e-12 && x.separation >= 0.0 && !x.forward_error().is_nan(), "{x:?}"),
+            Err(error) => prop_assert!(says(&error)),
+        }
+        match sylvester(&a, &e, &q) {
+            Ok(x) => prop_assert!(all_finite(&x.x) && x.residual <= 1e-12 && !x.forward_error().is_nan(), "{x:?}"),
+            Err(error) => prop_assert!(says(&error)),
+        }
+        match generalized_lyapunov(&a, &e, &q) {
+            Ok(x) => prop_assert!(all_finite(&x.p) && !x.residual.is_nan() && !x.forward_error().is_nan(), "{x:?}"),
+            Err(error) => prop_assert!(says(&error)),
+        }
+        for found in [lyapunov_factor(&a, &b.transpose()), stein_factor(&a, &b.transpose())] {
+            match found {
+                Ok(x) => prop_assert!(all_finite(&x.u) && x.residual <= 1e-10, "{x:?}"),
+                Err(error) => prop_assert!(says(&error)),
+            }
+        }
+        // Semidefinite weights, so that something beyond the check of them is reached.
+        let weight = b.map(|x| x.clamp(-1e100, 1e100));
+        let weight = mirrored(&(&weight * weight.transpose()));
+        for found in [care(&a, &b, &weight, &identity(m)), dare(&a, &b, &weight, &identity(m))] {
+            match found {
+                Ok(x) => prop_assert!(all_finite(&x.x) && all_finite(&x.k) && x.residual <= 1e-7 && !x.condition.is_nan() && !x.forward_error.is_nan(), "{x:?}"),
+                Err(error) => prop_assert!(says(&error)),
+            }
+        }
+        for found in [kalman_gain(&a, &b.transpose(), &identity(n), &identity(m)), discrete_kalman_gain(&a, &b.transpose(), &identity(n), &identity(m))] {
+            match found {
+                Ok(x) => prop_assert!(all_finite(&x.p) && all_finite(&x.l) && x.residual <= 1e-7, "{x:?}"),
+                Err(error) => prop_assert!(says(&error)),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_offending_entry_is_named_in_every_argument() {
+    let good = -identity(2);
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let bad = dmatrix![-1.0, 0.0; value, -1.0];
+        let names = |found: Result<f64, LinalgError>, name: &str| {
+            let Err(LinalgError::NotFinite { what, row: 1, col: 0, value: v }) = found else { panic!("{found:?}") };
+            assert!(what == name && (v == value || v.is_nan() && value.is_nan()), "{what} {v}");
+        };
+        names(lyapunov(&bad, &good).map(|x| x.residual), "a");
+        names(lyapunov(&good, &bad).map(|x| x.residual), "q");
+        names(stein(&bad, &good).map(|x| x.residual), "a");
+        names(stein(&good, &bad).map(|x| x.residual), "q");
+        names(sylvester(&good, &bad, &good).map(|x| x.residual), "b");
+        names(generalized_lyapunov(&good, &bad, &good).map(|x| x.residual), "e");
+        names(lyapunov_factor(&good, &bad).map(|x| x.residual), "c");
+        names(care(&good, &bad, &identity(2), &identity(2)).map(|x| x.residual), "b");
+        names(care(&good, &good, &identity(2), &bad).map(|x| x.residual), "r");
+        names(kalman_gain(&good, &identity(2), &bad, &identity(2)).map(|x| x.residual), "w");
+        names(LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut bad.clone()), "p");
+        names(SteinEquation::new(&(&good * 0.5)).unwrap().refine(&bad, &mut identity(2)), "q");
+        names(SylvesterEquation::new(&good, &good).unwrap().refine(&identity(2), &mut bad.clone()), "x");
+    }
+    let found = LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut identity(3));
+    assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "p", expected: (2, 2), found: (3, 3) }));
+    let skew = dmatrix![1.0, 2.0; -2.0, 1.0];
+    let found = LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut skew.clone());
+    assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "p", asymmetry: 4.0, .. })), "{found:?}");
+    let found = generalized_lyapunov(&good, &identity(2), &skew);
+    assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "q", asymmetry: 4.0, .. })), "{found:?}");
+}
+
+/// `lambda_i + lambda_j` from 1 down to 0: solved within its bound as long as there is a bound, and then refused, naming the pair.
+#[test]
+fn eigenvalues_that_approach_each_other() {
+    let mut refused = 0;
+    for k in 0..=60 {
+        let gap = 2.0_f64.powi(-k);
+        let a = dmatrix![1.0, 1.0, 0.0; 0.0, -1.0 - gap, 1.0; 0.0, 0.0, -5.0];
+        let p = dmatrix![1.0, 1.0, 2.0; 1.0, 3.0, 0.0; 2.0, 0.0, 1.0];
+        // The gap enters Q alone with the entry -gap, exact as long as `1 + gap` is.
+        let q = -(a.transpose() * &p + &p * &a);
+        match lyapunov(&a, &q) {
+            Ok(found) => {
+                let error = (&found.p - &p).norm() / p.norm();
+                assert!(error <= found.forward_error(), "2^-{k}: {error:e} > {:e}", found.forward_error());
+                assert!(found.separation <= 3.0 * 9.0 * gap, "{:e}", found.separation);
+                assert_eq!(refused, 0, "2^-{k}: solved, though a larger gap was refused");
+            }
+            Err(LinalgError::NearlySingular { equation: "Lyapunov", first, second, gap: found, separation }) => {
+                assert!((first.re.abs() - 1.0).abs() <= 1e-10 && (second.re.abs() - 1.0).abs() <= 1e-10);
+                assert!(found <= 1e-10 && separation <= 1e-10, "{found:e} {separation:e}");
+                refused += 1;
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(refused >= 8, "a gap below the rounding of the eigenvalues is none");
+}
+
+#[test]
+fn what_is_not_stable_is_refused_where_a_definite_solution_is_promised() {
+    let c = dmatrix![1.0, 1.0];
+    for lambda in [0.0, 1e-300, 2.5] {
+        let a = dmatrix![lambda, 1.0; 0.0, -1.0];
+        let Err(LinalgError::NotStable { equation: "Lyapunov", eigenvalue }) = lyapunov_factor(&a, &c) else {
+            panic!("{lambda:e} is not stable")
+        };
+        assert_eq!((eigenvalue.re, eigenvalue.im), (lambda, 0.0));
+    }
+    for radius in [1.0, 1.0 + 1e-15, 4.0] {
+        let a = dmatrix![0.0, -radius; radius, 0.0];
+        let Err(LinalgError::NotStable { equation: "Stein", eigenvalue }) = stein_factor(&a, &c) else {
+            panic!("{radius} is not inside")
+        };
+        assert!((eigenvalue.norm() - radius).abs() <= 4.0 * f64::EPSILON * radius);
+    }
+}
+
+/// Entries from 1e-150 to 1e150: by the units of the state, which a balance undoes, and by time constants, which nothing does.
+#[test]
+fn graded_matrices() {
+    let entry = |i: usize, j: usize| ((1 + 5 * i + 3 * j * j + i * j) as f64).sin();
+    for n in [2_usize, 5, 9] {
+        let m = DMatrix::from_fn(n, n, |i, j| entry(i, j) - if i == j { n as f64 + 1.0 } else { 0.0 });
+        let exponent = |i: usize| (-75.0 + 150.0 * i as f64 / (n - 1) as f64).round() as i32 * 3;
+        let unit = |i: usize| 2.0_f64.powi(exponent(i));
+        let a = DMatrix::from_fn(n, n, |i, j| m[(i, j)] * unit(j) / unit(i));
+        let q = DMatrix::from_fn(n, n, |i, j| if i == j { unit(i) * unit(i) } else { 0.0 });
+        let (found, plain) = (lyapunov(&a, &q).unwrap(), lyapunov(&m, &identity(n)).unwrap());
+        let back = DMatrix::from_fn(n, n, |i, j| found.p[(i, j)] / unit(i) / unit(j));
+        let allowed = (found.forward_error() + plain.forward_error()) * plain.p.norm();
+        assert!((back - &plain.p).norm() <= allowed && allowed <= 1e-9 * plain.p.norm(), "n = {n}");
+        // Rates from 1e-150 to 1e150: sums of rates below the rounding of the largest are zero for all that its Schur form can tell, and it says so.
+        let rate = |i: usize| 10.0_f64.powf(-75.0 + 150.0 * i as f64 / (n - 1) as f64);
+        let a = DMatrix::from_fn(n, n, |i, j| m[(i, j)] * rate(i) * rate(j));
+        match lyapunov(&a, &identity(n)) {
+            Ok(found) => assert!(all_finite(&found.p) && found.residual <= 1e-13),
+            Err(LinalgError::NearlySingular { separation, .. }) => {
+                assert!(separation <= n as f64 * f64::EPSILON * a.norm(), "{separation:e}");
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+}
+
+/// One run at a size where blocks, products and scratch space matter.
+#[test]
+fn three_hundred_states() {
+    let n = 300;
+    let mut state = 7_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / 2.0_f64.powi(52) - 1.0
+    };
+    let m = DMatrix::from_fn(n, n, |_, _| random());
+    let q = mirrored(&DMatrix::from_fn(n, n, |_, _| random()));
+    // The spectral radius of such a matrix is about sqrt(n/3).
+    let a = &m / (n as f64 / 3.0).sqrt() - identity(n) * 1.5;
+    let mut equation = LyapunovEquation::new(&a).unwrap();
+    assert!(equation.is_stable());
+    let found = equation.solve(&q).unwrap();
+    assert!(found.residual <= 30.0 * n as f64 * f64::EPSILON);
+    let mut better = found.p.clone();
+    let moved = equation.refine(&q, &mut better).unwrap();
+    assert!(moved > 0.0 && moved <= found.forward_error() && found.forward_error() <= 1e-6, "{moved:e}");
+    // What is left is the rounding of P.
+    assert!(equation.refine(&q, &mut better).unwrap() <= 2.0 * f64::EPSILON);
+    let found = stein(&(&m * (0.9 / (n as f64 / 3.0).sqrt())), &q).unwrap();
+    assert!(found.residual <= 30.0 * n as f64 * f64::EPSILON);
+}
