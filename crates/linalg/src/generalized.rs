@@ -70,6 +70,8 @@ pub fn generalized_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>
     // Twice, for what the rounding of F moves the separation.
     let forward_error =
         relative(2.0 * inverse.norm().powi(2) * known * standard.spread() / standard.separation, p.norm());
+    // As in the standard equation: beyond one, rounding decides the separation too.
+    let forward_error = if standard.forward_error() < 1.0 { forward_error } else { f64::INFINITY };
     if residual.is_nan() || forward_error.is_nan() {
         return Err(LinalgError::Overflow { what: "the defect of the generalised Lyapunov equation" });
     }

@@ -30,13 +30,13 @@ pub struct Lyapunov {
     /// of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
     /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
-    spread: f64,
+    spread: Spread,
 }
 
 impl Lyapunov {
     /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation` times the relative residual
     /// and the rounding in it, and the factor between the norms. P* is the solution for `A` and `Q` as given. For a Hurwitz A it holds with the
-    /// separation; otherwise as far as the estimate of it is right to a factor of three.
+    /// separation; otherwise as far as the estimate of it is right to a factor of three. Infinite where rounding decides.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -51,14 +51,24 @@ impl Lyapunov {
     }
 
     pub(crate) fn spread(&self) -> f64 {
-        self.spread
+        self.spread.norms * self.spread.units
     }
 }
 
+/// From an error in the norm of the separation to one of the solution in Frobenius' and the user's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Spread {
+    /// sqrt(n) for the spectral norm, n for the sum of the entries, of which the estimate may be three times too large.
+    pub(crate) norms: f64,
+    /// What the units of the state bring, where these were balanced.
+    pub(crate) units: f64,
+}
+
 /// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where `||defect|| <= residual * 2 weight ||P||`, and where the
-/// defect itself is known up to the rounding of n products. `spread` is the factor between the norm of the separation and Frobenius'.
-pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: f64) -> f64 {
-    2.0 * condition * (residual + n as f64 * f64::EPSILON) * spread
+/// defect itself is known up to the rounding of n products. A bound beyond one says that rounding decides the separation too: then there is none.
+pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: Spread) -> f64 {
+    let bound = 2.0 * condition * (residual + n as f64 * f64::EPSILON) * spread.norms;
+    if bound < 1.0 { bound * spread.units } else { f64::INFINITY }
 }
 
 /// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.

@@ -8,6 +8,7 @@
 use crate::argument::{shaped, square, symmetric, symmetric_into, unit_scale};
 use crate::balance::{Balance, sizes};
 use crate::compensated;
+use crate::lyapunov::Spread;
 use crate::product::{mirror, multiply, multiply_upper, view, view_mut};
 use crate::separation::{nearly_singular, relative, rescale, separation};
 use crate::triangular::{self, Coefficient, Equation};
@@ -283,12 +284,11 @@ impl SchurEquation {
         defect
     }
 
-    /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units: sqrt(n) for the spectral norm (and its inverse for semidefinite
-    /// matrices), n for the sum of the entries, of which the estimate may be three times too large, and what the balance brings.
-    pub(crate) fn spread(&self, p: &DMatrix<f64>) -> f64 {
+    /// For the solution `p`.
+    pub(crate) fn spread(&self, p: &DMatrix<f64>) -> Spread {
         let n = self.order() as f64;
         let norms = if self.is_stable() { n.sqrt() } else { 3.0 * n };
-        norms * self.balance.as_ref().map_or(1.0, |balance| balance.growth(p))
+        Spread { norms, units: self.balance.as_ref().map_or(1.0, |balance| balance.growth(p)) }
     }
 
     /// From the symmetric right-hand side `q` in `p` to the symmetric solution. True if the equation is regular.

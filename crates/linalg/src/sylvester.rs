@@ -8,7 +8,7 @@
 
 use crate::argument::{finite, shaped, square, unit_scale};
 use crate::compensated;
-use crate::lyapunov::forward_error;
+use crate::lyapunov::{Spread, forward_error};
 use crate::product::{multiply, view, view_mut};
 use crate::separation::{nearly_singular, relative, rescale, separation};
 use crate::triangular::{self, Coefficient, Equation};
@@ -45,7 +45,8 @@ impl Sylvester {
     /// ```
     pub fn forward_error(&self) -> f64 {
         let (n, m) = self.x.shape();
-        forward_error(self.residual, self.condition, n.max(m), 3.0 * ((n * m) as f64).sqrt())
+        let spread = Spread { norms: 3.0 * ((n * m) as f64).sqrt(), units: 1.0 };
+        forward_error(self.residual, self.condition, n.max(m), spread)
     }
 }
 
