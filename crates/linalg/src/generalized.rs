@@ -3,7 +3,7 @@
 //! With `F = A E^-1` and `W = E^-T Q E^-1` it is `F'P + P F + W = 0`. Multiplying out by `E^-1` costs digits by the condition of E: the answer carries it.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part};
-use crate::separation::relative;
+use crate::separation::{of_exact, relative};
 use crate::{LinalgError, Lyapunov, Result, lyapunov};
 use nalgebra::DMatrix;
 
@@ -23,7 +23,7 @@ pub struct GeneralizedLyapunov {
 }
 
 impl GeneralizedLyapunov {
-    /// A bound of `||P - P*|| / ||P||` in the Frobenius norm, P* the solution for the data as given. The error solves the equation for the defect D, and `E^-T D E^-1` in the
+    /// A bound of `||P - P*|| / ||P*||` in the Frobenius norm, P* the solution for the data as given. The error solves the equation for the defect D, and `E^-T D E^-1` in the
     /// standard one: at most `||E^-1||^2 ||D||` over its separation, D known up to the rounding of its three products. For a pencil that is not stable, as far as the
     /// estimate of the separation is right to a factor of three.
     pub fn forward_error(&self) -> f64 {
@@ -71,8 +71,8 @@ pub fn generalized_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>
     let forward_error =
         relative(2.0 * inverse.norm().powi(2) * known * standard.spread() / standard.separation, p.norm());
     // As in the standard equation: beyond one, rounding decides the separation too.
-    let forward_error = if standard.forward_error() < 1.0 { forward_error } else { f64::INFINITY };
-    if residual.is_nan() || forward_error.is_nan() {
+    let forward_error = if standard.forward_error() < 1.0 { of_exact(forward_error) } else { f64::INFINITY };
+    if residual.is_nan() {
         return Err(LinalgError::Overflow { what: "the defect of the generalised Lyapunov equation" });
     }
     Ok(GeneralizedLyapunov { p, residual, condition_e, standard, forward_error })

@@ -10,6 +10,7 @@
 use crate::Result;
 use crate::argument::{shaped, square, symmetric};
 use crate::schur_operator::{Kind, SchurEquation};
+use crate::separation::of_exact;
 use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P + P A + Q = 0` with its evidence.
@@ -36,7 +37,7 @@ pub struct Lyapunov {
 impl Lyapunov {
     /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation` times the relative residual
     /// and the rounding in it, and the factor between the norms. P* is the solution for `A` and `Q` as given. For a Hurwitz A it holds with the
-    /// separation; otherwise as far as the estimate of it is right to a factor of three. Infinite where rounding decides.
+    /// separation; otherwise as far as the estimate of it is right to a factor of three. Infinite where no digit is known.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -68,7 +69,7 @@ pub(crate) struct Spread {
 /// defect itself is known up to the rounding of n products. A bound beyond one says that rounding decides the separation too: then there is none.
 pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: Spread) -> f64 {
     let bound = 2.0 * condition * (residual + n as f64 * f64::EPSILON) * spread.norms;
-    if bound < 1.0 { bound * spread.units } else { f64::INFINITY }
+    if bound < 1.0 { of_exact(bound * spread.units) } else { f64::INFINITY }
 }
 
 /// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.

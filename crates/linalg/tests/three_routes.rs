@@ -110,7 +110,7 @@ impl Precise {
     }
 }
 
-/// The X with `L X R + s (X or M X N) = C`: `terms` are the pairs (L, R) of the sum.
+/// The X whose sum of `L X R` over the pairs (L, R) is C.
 fn kronecker(terms: &[(&Precise, &Precise)], c: &Precise) -> Precise {
     let (n, m) = (c.rows, c.cols);
     // vec by rows: (L X R)_ij = sum L_ik R_lj X_kl.

@@ -21,6 +21,7 @@ mod normalized;
 mod popov;
 mod scaled;
 
+use crate::separation::of_exact;
 use crate::{LinalgError, Result, eigenvalues};
 use nalgebra::{Complex, DMatrix};
 use scaled::Scaled;
@@ -45,8 +46,8 @@ pub struct Riccati {
     /// About how much `X` changes, relative to its norm, for a unit relative change of `A`, `B R^-1 B'` and `Q` (Kenney and Hewer, SIAM J. Control
     /// Optim. 28, 1990): the smaller the separation of the closed loop, the larger. In the units of `residual`.
     pub condition: f64,
-    /// A bound of `||X - X*|| / ||X||` in the Frobenius norm and the user's units, X* solving the equation for the data as given: the defect, with the rounding of
-    /// its own computation, times the norm of the inverse of the derivative. Infinite where the defect is too large for the derivative to tell.
+    /// A bound of `||X - X*|| / ||X*||` in the Frobenius norm and the user's units, X* solving the equation for the data as given: the defect, with the rounding of
+    /// its own computation, times the norm of the inverse of the derivative. Infinite where the defect is too large for the derivative to tell, or no digit is known.
     pub forward_error: f64,
 }
 
@@ -150,6 +151,6 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
     let (x, k) = problem.in_user_units(&x, &k).ok_or(LinalgError::Overflow { what: "the solution x or the gain k" })?;
     let poles = poles.into_iter().map(|l| l / problem.time).collect();
     let growth = problem.growth(&x);
-    let forward_error = if forward_error == 0.0 { 0.0 } else { forward_error * growth };
+    let forward_error = if forward_error == 0.0 { 0.0 } else { of_exact(forward_error * growth) };
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
 }
