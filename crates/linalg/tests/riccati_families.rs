@@ -29,7 +29,7 @@ fn fixed_examples() {
     error("1.2", &found, &(&q * (1.0 + 2.0_f64.sqrt())));
     let found = dare(&a, &b, &q, &dmatrix![1.0]).unwrap();
     assert!(found.forward_error <= 1e-9);
-    error("discrete 1.1", &found, &(&q * ((1.0 + 5.0_f64.sqrt()) / 2.0)));
+    error("discrete 1.1", &found, &(&q * (f64::midpoint(1.0, 5.0_f64.sqrt()))));
 }
 
 /// CAREX 2.1: `A = diag(1, -2)`, an input that reaches the unstable state with strength e: X_11 = 2/e^2.
