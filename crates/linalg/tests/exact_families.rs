@@ -31,7 +31,7 @@ impl Similarity {
         let diagonal = |f: &dyn Fn(usize) -> i128| Integers::from_fn(n, n, |i, j| if i == j { f(i) } else { 0 });
         let t = &h2 * diagonal(&power) * &h1;
         let inverse = h1 * diagonal(&|i| power(n - 1 - i)) * h2;
-        let bits = (order.pow(4) * power(n - 1)).ilog2() as i32;
+        let bits = (order.pow(4) * power(n - 1)).ilog2().cast_signed();
         Self { t, inverse, bits }
     }
 
@@ -83,7 +83,7 @@ fn families(discrete: bool) -> Vec<Known> {
         .flat_map(|(n, s)| [2_i128, 4, 16, 64].map(|r| (n, s, r)))
     {
         let similarity = Similarity::new(n, s);
-        let bits_of_r = r.ilog2() as i32;
+        let bits_of_r = r.ilog2().cast_signed();
         let diagonal = Integers::from_fn(n, n, |i, j| match (i == j, discrete) {
             (false, _) => 0,
             (true, false) => -r.pow(i as u32),
@@ -100,10 +100,10 @@ fn families(discrete: bool) -> Vec<Known> {
             (_, true) => r,
             _ => 0,
         });
-        let scales = [if discrete { bits_of_r * n as i32 } else { 0 }, bits_of_r];
+        let scales = [if discrete { bits_of_r * i32::try_from(n).unwrap() } else { 0 }, bits_of_r];
         for (what, l, scale) in [("eigenvalues", diagonal, scales[0]), ("Jordan block", jordan, scales[1])] {
             // All products have to fit 127 bits.
-            let size = l.iter().map(|v| v.unsigned_abs()).max().map_or(0, |v| v.ilog2() as i32 + 1);
+            let size = l.iter().map(|v| v.unsigned_abs()).max().map_or(0, |v| v.ilog2().cast_signed() + 1);
             let bits = similarity.bits + scale;
             let largest = if discrete { 2 * size.max(scale) + 4 * similarity.bits } else { size + 3 * similarity.bits };
             if largest > 110 {

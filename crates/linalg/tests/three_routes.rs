@@ -89,10 +89,11 @@ impl Precise {
         for k in 0..n {
             let pivot = (k..n).max_by(|&i, &j| rows[i][k].0.abs().total_cmp(&rows[j][k].0.abs())).unwrap();
             rows.swap(k, pivot);
-            for i in k + 1..n {
-                let factor = rows[i][k].over(rows[k][k]);
-                for j in k..n + m {
-                    rows[i][j] = rows[i][j].minus(factor.times(rows[k][j]));
+            let top = rows[k].clone();
+            for row in &mut rows[k + 1..] {
+                let factor = row[k].over(top[k]);
+                for (entry, &above) in row.iter_mut().zip(&top).skip(k) {
+                    *entry = entry.minus(factor.times(above));
                 }
             }
         }
