@@ -225,6 +225,36 @@ pub enum LinalgError {
         /// The rank of B (for an observer, of C).
         rank: usize,
     },
+    /// A pole that no gain with the zeros asked for can move, and that is not wished for.
+    #[error("no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest wished pole is {distance:e} away")]
+    FixedMode {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
+        /// Its distance from the nearest wished pole.
+        distance: f64,
+    },
+    /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and their rates.
+    #[error(
+        "no observer of this order: row {row} of K A is not a combination of the rows of [K; C A; C], {residual:e} of it is left where {allowed:e} is allowed (Darouach's first condition)"
+    )]
+    NotFunctional {
+        /// The row of K A that misses most.
+        row: usize,
+        /// What no combination explains, relative to the row.
+        residual: f64,
+        /// What rounding explains.
+        allowed: f64,
+    },
+    /// An eigenvalue of a functional observer that no choice of its gains moves.
+    #[error(
+        "every observer of this order has the eigenvalue {eigenvalue}: [s K - K A; C A; C] loses rank there, margin {margin:e} (Darouach's second condition)"
+    )]
+    FixedObserverMode {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
+        /// The margin of the mode in the pair that the freedom left makes.
+        margin: f64,
+    },
     /// A sampling period that is not a positive finite number.
     #[error("the sampling period must be positive and finite, and is {h}")]
     InvalidPeriod {

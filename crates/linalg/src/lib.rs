@@ -14,7 +14,11 @@
 //! | `A'X + X A - X B R^-1 B'X + Q = 0` | [`care`], and by duality [`kalman_gain`] |
 //! | `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0` | [`dare`], and by duality [`discrete_kalman_gain`] |
 //! | `rank [A - lambda I; C]`, what the outputs see | [`observability()`], [`detectability`], [`discrete_detectability`] |
-//! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`] |
+//! | `min sigma_min([A - lambda I; C])`, how far from unobservable | [`distance_to_unobservability`] |
+//! | `rank [A - lambda I, B; C, D]`, invariant zeros | [`invariant_zeros`] |
+//! | `T^-1 A T, T^-1 B, C T`, Kalman's four parts | [`kalman_decomposition`] |
+//! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`], with zeros in the gain [`place_structured`], [`place_observer_structured`] |
+//! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer`] |
 //! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_injection`] |
 //!
 //! # How far to trust a solution
@@ -54,9 +58,12 @@
 mod argument;
 mod balance;
 mod compensated;
+pub mod decomposition;
 pub mod discretize;
+pub mod distance;
 pub mod error;
 pub mod factored;
+pub mod functional_observer;
 pub mod generalized;
 mod linear_block;
 pub mod lyapunov;
@@ -64,6 +71,7 @@ pub mod observability;
 pub mod placement;
 mod product;
 pub mod riccati;
+mod rosenbrock;
 pub mod schur;
 mod schur_operator;
 mod separation;
@@ -74,22 +82,29 @@ pub mod stein;
 pub mod sylvester;
 mod triangular;
 mod units;
+pub mod zeros;
 
+pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
+pub use distance::{UnobservabilityDistance, distance_to_unobservability};
 pub use error::LinalgError;
 pub use factored::{Factored, lyapunov_factor, stein_factor};
+pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
 pub use generalized::{GeneralizedLyapunov, generalized_lyapunov};
 pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
 pub use observability::{
     Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
     observability_within,
 };
-pub use placement::{Placement, place, place_observer};
+pub use placement::{
+    Placement, StructuredPlacement, place, place_observer, place_observer_structured, place_structured,
+};
 pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
 pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
 pub use stein::{Stein, SteinEquation, stein};
 pub use sylvester::{Sylvester, SylvesterEquation, sylvester};
+pub use zeros::{InvariantZeros, invariant_zeros};
 
 /// The result of this crate's functions.
 pub type Result<T> = core::result::Result<T, LinalgError>;

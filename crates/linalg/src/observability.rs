@@ -244,7 +244,7 @@ pub(crate) fn hidden_modes(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Vec<Mod
 }
 
 /// A square, with at least one state; C of its width; both finite.
-fn check(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<()> {
+pub(crate) fn check(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<()> {
     if square("A", a)? == 0 {
         return Err(LinalgError::Empty { what: "A" });
     }
@@ -278,21 +278,7 @@ impl Judged {
         if !size.is_finite() {
             return Err(LinalgError::Overflow { what: "the norm of [A; C]" });
         }
-        let stairs = |tolerance: f64| Staircase::new(&a.transpose(), &c.transpose(), tolerance * size);
-        let mut staircase = stairs(tolerance);
-        let modes = modes_of(&units, &a, &c, &schur(&a)?, &DMatrix::identity(a.nrows(), a.nrows()), &c)?;
-        // A small stair that counts (two outputs that almost agree) magnifies the rounding noise in the stairs below it. The margins do
-        // not suffer from that: where they show more hidden modes, a stair somewhat above the tolerance was noise.
-        let hidden = modes.iter().filter(|mode| mode.margin <= tolerance).count();
-        let mut doubt = 10.0 * tolerance;
-        while a.nrows() - staircase.rank < hidden && doubt <= LARGEST_DOUBT && doubt > 0.0 {
-            let other = stairs(doubt);
-            if a.nrows() - other.rank <= hidden {
-                staircase = other;
-            }
-            doubt *= 10.0;
-        }
-        shadow::refine(&mut staircase, &a, &c, size)?;
+        let (modes, staircase) = judge(&units, &a, &c, tolerance, size)?;
         Ok(Self { units, a, c, size, modes, staircase })
     }
 
@@ -365,6 +351,37 @@ impl Judged {
         }
         gram_schmidt(v)
     }
+}
+
+/// The modes and the staircase of a pair in its units; `tolerance` is relative to `size`.
+fn judge(
+    units: &Units,
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    tolerance: f64,
+    size: f64,
+) -> Result<(Vec<Mode>, Staircase)> {
+    let stairs = |tolerance: f64| Staircase::new(&a.transpose(), &c.transpose(), tolerance * size);
+    let mut staircase = stairs(tolerance);
+    let modes = modes_of(units, a, c, &schur(a)?, &DMatrix::identity(a.nrows(), a.nrows()), c)?;
+    // A small stair that counts (two outputs that almost agree) magnifies the rounding noise in the stairs below it. The margins do
+    // not suffer from that: where they show more hidden modes, a stair somewhat above the tolerance was noise.
+    let hidden = modes.iter().filter(|mode| mode.margin <= tolerance).count();
+    let mut doubt = 10.0 * tolerance;
+    while a.nrows() - staircase.rank < hidden && doubt <= LARGEST_DOUBT && doubt > 0.0 {
+        let other = stairs(doubt);
+        if a.nrows() - other.rank <= hidden {
+            staircase = other;
+        }
+        doubt *= 10.0;
+    }
+    shadow::refine(&mut staircase, a, c, size)?;
+    Ok((modes, staircase))
+}
+
+/// The staircase of `(A', C')` for a pair already in its units, part of something of norm `size`: the last columns of its Q span what C does not see.
+pub(crate) fn staircase_within(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64, size: f64) -> Result<Staircase> {
+    Ok(judge(&Units::given(a.nrows(), c.nrows()), a, c, tolerance, size)?.1)
 }
 
 /// The modes of `block = Q T Q'` living on the columns of `basis`, seen by `outputs` (in the coordinates of the block). The margin

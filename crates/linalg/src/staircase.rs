@@ -51,38 +51,51 @@ impl Staircase {
 
     /// Reflects the rows `rank..` so that `block` (these rows) is nonzero in its first r rows only; returns r.
     fn compress(&mut self, block: &mut DMatrix<f64>, tolerance: f64) -> usize {
-        let (rows, columns) = block.shape();
-        let mut pivots: Vec<usize> = (0..columns).collect();
-        let mut r = 0;
-        while r < rows.min(columns) {
-            let norm = |j: usize| block.column(j).rows(r, rows - r).norm();
-            let Some((at, largest)) =
-                (r..columns).map(|at| (at, norm(pivots[at]))).fold(None, |best: Option<(usize, f64)>, x| {
-                    if best.is_none_or(|b| x.1 > b.1) { Some(x) } else { best }
-                })
-            else {
-                break;
-            };
-            if largest <= tolerance {
-                break;
-            }
-            pivots.swap(r, at);
-            let reflection = Reflection::onto_first(&block.column(pivots[r]).rows(r, rows - r).into_owned());
-            let first = self.rank + r;
-            reflection.act_on_rows(block, r);
-            reflection.act_on_rows(&mut self.f, first);
-            reflection.act_on_columns(&mut self.f, first);
-            reflection.act_on_columns(&mut self.q, first);
-            block.view_mut((r + 1, pivots[r]), (rows - r - 1, 1)).fill(0.0);
-            r += 1;
-        }
-        block.view_mut((r, 0), (rows - r, columns)).fill(0.0);
-        r
+        let Self { q, f, rank, .. } = self;
+        compress_rows(block, tolerance, |reflection, row| {
+            let first = *rank + row;
+            reflection.act_on_rows(f, first);
+            reflection.act_on_columns(f, first);
+            reflection.act_on_columns(q, first);
+        })
     }
 }
 
+/// Reflects the rows of `block` so that its first r rows have full rank and the others are exactly zero, columns with the largest pivots first, pivots at or
+/// below `tolerance` being zero. Each reflection is handed to `act` with the first row it acts on. Returns r.
+pub(crate) fn compress_rows(
+    block: &mut DMatrix<f64>,
+    tolerance: f64,
+    mut act: impl FnMut(&Reflection, usize),
+) -> usize {
+    let (rows, columns) = block.shape();
+    let mut pivots: Vec<usize> = (0..columns).collect();
+    let mut r = 0;
+    while r < rows.min(columns) {
+        let norm = |j: usize| block.column(j).rows(r, rows - r).norm();
+        let Some((at, largest)) =
+            (r..columns).map(|at| (at, norm(pivots[at]))).fold(None, |best: Option<(usize, f64)>, x| {
+                if best.is_none_or(|b| x.1 > b.1) { Some(x) } else { best }
+            })
+        else {
+            break;
+        };
+        if largest <= tolerance {
+            break;
+        }
+        pivots.swap(r, at);
+        let reflection = Reflection::onto_first(&block.column(pivots[r]).rows(r, rows - r).into_owned());
+        reflection.act_on_rows(block, r);
+        act(&reflection, r);
+        block.view_mut((r + 1, pivots[r]), (rows - r - 1, 1)).fill(0.0);
+        r += 1;
+    }
+    block.view_mut((r, 0), (rows - r, columns)).fill(0.0);
+    r
+}
+
 /// `I - tau v v'`, `tau = 2/v'v`. Not normalised: on small integers it stays exact.
-struct Reflection {
+pub(crate) struct Reflection {
     v: nalgebra::DVector<f64>,
     tau: f64,
 }
@@ -105,7 +118,7 @@ impl Reflection {
     }
 
     /// Rows `first..` of `m`.
-    fn act_on_rows(&self, m: &mut DMatrix<f64>, first: usize) {
+    pub(crate) fn act_on_rows(&self, m: &mut DMatrix<f64>, first: usize) {
         if self.tau == 0.0 {
             return;
         }
@@ -117,7 +130,7 @@ impl Reflection {
     }
 
     /// Columns `first..` of `m`.
-    fn act_on_columns(&self, m: &mut DMatrix<f64>, first: usize) {
+    pub(crate) fn act_on_columns(&self, m: &mut DMatrix<f64>, first: usize) {
         if self.tau == 0.0 {
             return;
         }

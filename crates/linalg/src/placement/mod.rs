@@ -12,7 +12,9 @@
 
 mod poles;
 mod robust;
+mod sensitivity;
 mod single_input;
+mod structured;
 
 use nalgebra::{Complex, DMatrix};
 
@@ -22,6 +24,8 @@ use crate::schur::schur;
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 use poles::Wish;
+use sensitivity::conditions;
+pub use structured::{StructuredPlacement, place_observer_structured, place_structured};
 
 /// A gain, the poles it really gives, and how well-conditioned they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +35,11 @@ pub struct Placement {
     /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the wished one it stands for, in the order
     /// of the argument.
     pub poles: Vec<Complex<f64>>,
+    /// The distance of each achieved pole from its wish, in the units of the poles.
+    pub errors: Vec<f64>,
+    /// The condition `|x| |y| / |y*x|` of each achieved pole, `x, y` its right and left eigenvectors in the units given: a small change E of the closed loop moves it
+    /// by this times `|E|` at most. 1 is best; beyond `1e8` the pole is defective to working precision.
+    pub sensitivities: Vec<f64>,
     /// The largest distance between a wished and an achieved pole, relative to the largest wished pole or, if that is smaller, to
     /// the norm of `A` in units that suit it. An ill-conditioned placement shows here.
     pub deviation: f64,
@@ -82,7 +91,7 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
     }
     let assigned = assign(a, b, &wish)?;
     let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { condition(&assigned.vectors)? };
-    Ok(finish(assigned.gain, &wish, &assigned.achieved, assigned.size, condition))
+    Ok(finish(assigned.gain.clone(), &wish, &assigned, condition))
 }
 
 /// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
@@ -119,31 +128,62 @@ pub fn place_observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]
         let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
         return Err(LinalgError::Unobservable { eigenvalue, direction, margin });
     }
-    let assigned = assign(&a.transpose(), &c.transpose(), &wish)?;
+    let mut assigned = assign(&a.transpose(), &c.transpose(), &wish)?;
     // The eigenvectors of A - L C are the left ones of its transpose: the columns of X^-T.
-    let condition = match assigned.vectors.try_inverse() {
+    let vectors = core::mem::take(&mut assigned.vectors);
+    let condition = match vectors.try_inverse() {
         Some(inverse) if !wish.is_defective(assigned.rank) => condition(&normalised(inverse.transpose()))?,
         _ => f64::INFINITY,
     };
-    Ok(finish(assigned.gain.transpose(), &wish, &assigned.achieved, assigned.size, condition))
+    Ok(finish(assigned.gain.transpose(), &wish, &assigned, condition))
 }
 
 fn check(a: &DMatrix<f64>) -> Result<()> {
     if square("A", a)? == 0 { Err(LinalgError::Empty { what: "A" }) } else { Ok(()) }
 }
 
-fn finish(gain: DMatrix<f64>, wish: &Wish, achieved: &[Complex<f64>], size: f64, condition: f64) -> Placement {
-    let poles = wish.matched(achieved);
-    let scale = wish.poles().iter().map(|p| p.norm()).fold(size, f64::max);
-    let distance = poles.iter().zip(wish.poles()).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
+fn finish(gain: DMatrix<f64>, wish: &Wish, closed: &Assigned, condition: f64) -> Placement {
+    let at = wish.matched(&closed.achieved);
+    let poles: Vec<Complex<f64>> = at.iter().map(|k| closed.achieved[*k]).collect();
+    let sensitivities = at.iter().map(|k| closed.sensitivities[*k]).collect();
+    let errors: Vec<f64> = poles.iter().zip(wish.poles()).map(|(x, y)| (x - y).norm()).collect();
+    let scale = wish.poles().iter().map(|p| p.norm()).fold(closed.size, f64::max);
+    let distance = errors.iter().copied().fold(0.0, f64::max);
     let deviation = if distance == 0.0 { 0.0 } else { distance / scale };
-    Placement { gain, poles, deviation, condition }
+    Placement { gain, poles, errors, sensitivities, deviation, condition }
+}
+
+impl Placement {
+    /// The placement of no poles, with a gain of no rows (an observer of order zero with this many outputs).
+    pub(crate) fn nothing(outputs: usize) -> Self {
+        Self {
+            gain: DMatrix::zeros(0, outputs),
+            poles: Vec::new(),
+            errors: Vec::new(),
+            sensitivities: Vec::new(),
+            deviation: 0.0,
+            condition: 1.0,
+        }
+    }
+
+    /// The same poles with time in other units; the gain stays.
+    pub(crate) fn in_time(mut self, power: i32) -> Self {
+        for pole in &mut self.poles {
+            *pole = Complex::new(shift(pole.re, power), shift(pole.im, power));
+        }
+        for error in &mut self.errors {
+            *error = shift(*error, power);
+        }
+        self
+    }
 }
 
 /// What the core returns for `A - B K`.
 struct Assigned {
     gain: DMatrix<f64>,
     achieved: Vec<Complex<f64>>,
+    /// The condition of each achieved pole, in the units given.
+    sensitivities: Vec<f64>,
     /// Eigenvectors aimed at, unit columns, in the units given.
     vectors: DMatrix<Complex<f64>>,
     rank: usize,
@@ -195,7 +235,9 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<Assigned> {
     }
     let size = shift(scaled_a.norm(), units.time);
     let closed = &scaled_a - &scaled_b * scaled_gain;
-    let achieved = schur(&closed)?
+    let form = schur(&closed)?;
+    let sensitivities = conditions(&form, &units.state);
+    let achieved = form
         .eigenvalues()
         .into_iter()
         .map(|x| Complex::new(shift(x.re, units.time), shift(x.im, units.time)))
@@ -204,7 +246,7 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<Assigned> {
         let x = vectors[(i, j)];
         Complex::new(shift(x.re, -units.state[i]), shift(x.im, -units.state[i]))
     });
-    Ok(Assigned { gain, achieved, vectors: normalised(vectors), rank, size })
+    Ok(Assigned { gain, achieved, sensitivities, vectors: normalised(vectors), rank, size })
 }
 
 fn normalised(mut x: DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {

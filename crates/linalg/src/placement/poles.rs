@@ -92,8 +92,8 @@ impl Wish {
         self.most_repeated().1 > rank
     }
 
-    /// `achieved`, rearranged so that each stands at the place of the wished pole it is nearest to (nearest pairs first).
-    pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    /// For each wished pole, which of `achieved` (as many) stands for it: nearest pairs first.
+    pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<usize> {
         let mut distances: Vec<(f64, usize, usize)> = self
             .given
             .iter()
@@ -101,12 +101,12 @@ impl Wish {
             .flat_map(|(i, wished)| achieved.iter().enumerate().map(move |(k, x)| ((x - wished).norm(), i, k)))
             .collect();
         distances.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        let mut result = self.given.clone();
+        let mut result = vec![0; self.given.len()];
         let (mut placed, mut used) = (vec![false; self.given.len()], vec![false; achieved.len()]);
         for (_, i, k) in distances {
             if !placed[i] && !used[k] {
                 (placed[i], used[k]) = (true, true);
-                result[i] = achieved[k];
+                result[i] = k;
             }
         }
         result
@@ -147,6 +147,6 @@ mod tests {
     fn matching_takes_the_nearest_first() {
         let wish = Wish::new(&[c(-1.0, 0.0), c(-2.0, 0.0), c(0.0, 1.0), c(0.0, -1.0)], 4).unwrap();
         let achieved = [c(0.1, -1.0), c(-2.1, 0.0), c(-1.4, 0.0), c(0.1, 1.0)];
-        assert_eq!(wish.matched(&achieved), [achieved[2], achieved[1], achieved[3], achieved[0]]);
+        assert_eq!(wish.matched(&achieved), [2, 1, 3, 0]);
     }
 }

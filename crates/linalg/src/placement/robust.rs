@@ -94,7 +94,7 @@ fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, wish: &Wish) -> Re
             break;
         }
         let Some(mut ascent) = Ascent::start(&real, &complex, seed) else { continue };
-        ascent.run()?;
+        ascent.run();
         // With unit columns |X^-1| is cond(X) in the Frobenius norm up to a constant.
         let size = ascent.y.norm();
         if size.is_finite() && best.as_ref().is_none_or(|(least, _)| size < *least) {
@@ -157,7 +157,7 @@ impl<'a> Ascent<'a> {
         true
     }
 
-    fn run(&mut self) -> Result<()> {
+    fn run(&mut self) {
         let reals = self.real.len();
         for sweep in 0..SWEEPS {
             let before = self.log_volume;
@@ -165,18 +165,17 @@ impl<'a> Ascent<'a> {
             let order: Vec<usize> = (0..reals).map(|i| (i + sweep) % reals).collect();
             for pair in order.chunks(2) {
                 match pair {
-                    [i, j] => self.move_two(*i, *j)?,
+                    [i, j] => self.move_two(*i, *j),
                     _ => self.move_one(pair[0]),
                 }
             }
             for pair in 0..self.complex.len() {
-                self.move_pair(pair)?;
+                self.move_pair(pair);
             }
             if !self.refresh() || self.log_volume - before < SETTLED {
                 break;
             }
         }
-        Ok(())
     }
 
     fn move_one(&mut self, j: usize) {
@@ -188,43 +187,26 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    fn move_two(&mut self, i: usize, j: usize) -> Result<()> {
-        let Some((w1, w2)) = self.complement(i, j) else { return Ok(()) };
+    fn move_two(&mut self, i: usize, j: usize) {
+        let Some((w1, w2)) = self.complement(i, j) else { return };
         let (s1, s2) = (&self.real[i], &self.real[j]);
-        let volume = s1.tr_mul(&w1) * s2.tr_mul(&w2).transpose() - s1.tr_mul(&w2) * s2.tr_mul(&w1).transpose();
-        let svd = Mat::from_fn(volume.nrows(), volume.ncols(), |r, c| volume[(r, c)])
-            .svd()
-            .map_err(|_| not_converged("singular vectors of a pair of poles"))?;
-        let (u, v) = (svd.U(), svd.V());
-        if svd.S().column_vector()[0] > 0.0 {
-            self.x.set_column(i, &(s1 * DVector::from_fn(s1.ncols(), |r, _| u[(r, 0)])));
-            self.x.set_column(j, &(s2 * DVector::from_fn(s2.ncols(), |r, _| v[(r, 0)])));
+        let found = largest_singular([s1.tr_mul(&w1), s1.tr_mul(&w2)], [s2.tr_mul(&w2), -s2.tr_mul(&w1)]);
+        if let Some((z1, z2)) = found {
+            self.x.set_column(i, &(s1 * z1));
+            self.x.set_column(j, &(s2 * z2));
             self.update(&[i, j]);
         }
-        Ok(())
     }
 
-    fn move_pair(&mut self, pair: usize) -> Result<()> {
+    fn move_pair(&mut self, pair: usize) {
         let j = self.real.len() + 2 * pair;
-        let Some((w1, w2)) = self.complement(j, j + 1) else { return Ok(()) };
+        let Some((w1, w2)) = self.complement(j, j + 1) else { return };
         let s = &self.complex[pair];
         let (alpha, beta) = (s.tr_mul(&w1.map(Complex::from)), s.tr_mul(&w2.map(Complex::from)));
-        let k = s.ncols();
-        let hermitian =
-            Mat::from_fn(k, k, |r, c| (beta[r].conj() * alpha[c] - alpha[r].conj() * beta[c]) / Complex::new(0.0, 2.0));
-        let eigen = hermitian
-            .self_adjoint_eigen(faer::Side::Lower)
-            .map_err(|_| not_converged("eigenvectors of a complex pair of poles"))?;
-        let values = eigen.S().column_vector();
-        // Ascending: the largest in size is at one of the ends.
-        let at = if values[0].re.abs() > values[k - 1].re.abs() { 0 } else { k - 1 };
-        if values[at].re != 0.0 {
-            let u = eigen.U();
-            let z = DVector::from_fn(k, |r, _| u[(r, at)]);
+        if let Some(z) = largest_pair(alpha, beta) {
             set_pair(&mut self.x, j, &(s * z));
             self.update(&[j, j + 1]);
         }
-        Ok(())
     }
 
     /// Orthonormal basis of the orthogonal complement of all columns but i and j.
@@ -264,15 +246,66 @@ fn set_pair(x: &mut DMatrix<f64>, j: usize, v: &DVector<Complex<f64>>) {
     x.set_column(j + 1, &v.map(|x| x.im));
 }
 
-fn not_converged(method: &'static str) -> LinalgError {
-    LinalgError::NotConverged { method, iterations: 0, remaining: f64::NAN, allowed: f64::EPSILON }
+/// The largest singular vectors of `a1 b1' + a2 b2'`, from the 2 x 2 matrix that it is between orthonormal bases of the two spans; none if it is zero.
+fn largest_singular(a: [DVector<f64>; 2], b: [DVector<f64>; 2]) -> Option<(DVector<f64>, DVector<f64>)> {
+    let ([p1, p2], ra) = orthonormal(a);
+    let ([q1, q2], rb) = orthonormal(b);
+    // m = Ra Rb', both upper triangular.
+    let m = [[ra[0] * rb[0] + ra[1] * rb[1], ra[1] * rb[2]], [ra[2] * rb[1], ra[2] * rb[2]]];
+    let (xx, yy) = (m[0][0].powi(2) + m[1][0].powi(2), m[0][1].powi(2) + m[1][1].powi(2));
+    let (sin, cos) = (0.5 * (2.0 * (m[0][0] * m[0][1] + m[1][0] * m[1][1])).atan2(xx - yy)).sin_cos();
+    let u = [m[0][0] * cos + m[0][1] * sin, m[1][0] * cos + m[1][1] * sin];
+    let length = u[0].hypot(u[1]);
+    (length > 0.0 && length.is_finite()).then(|| (p1 * (u[0] / length) + p2 * (u[1] / length), q1 * cos + q2 * sin))
+}
+
+/// `[v1 v2] = [q1 q2] [r0 r1; 0 r2]`, a q being zero where its v adds nothing.
+fn orthonormal([mut v1, mut v2]: [DVector<f64>; 2]) -> ([DVector<f64>; 2], [f64; 3]) {
+    let r0 = v1.norm();
+    if r0 > 0.0 {
+        v1 /= r0;
+    }
+    let r1 = v1.dot(&v2);
+    v2.axpy(-r1, &v1, 1.0);
+    let again = v1.dot(&v2);
+    v2.axpy(-again, &v1, 1.0);
+    let r2 = v2.norm();
+    if r2 > 0.0 {
+        v2 /= r2;
+    }
+    ([v1, v2], [r0, r1 + again, r2])
+}
+
+/// The unit z that maximises `|Im((alpha'z) conj(beta'z))|`: an eigenvector of `(b a* - a b*)/2i`, `a, b` the conjugates of alpha and beta, which between
+/// orthonormal vectors with `a = r0 q1`, `b = r1 q1 + r2 q2` is `[h ig; -ig 0]`, `h = r0 Im r1`, `g = r0 r2/2`. None if it is zero.
+fn largest_pair(alpha: DVector<Complex<f64>>, beta: DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
+    let (mut q1, mut q2) = (alpha.map(|x| x.conj()), beta.map(|x| x.conj()));
+    let r0 = q1.norm();
+    if !(r0 > 0.0 && r0.is_finite()) {
+        return None;
+    }
+    q1.unscale_mut(r0);
+    let r1 = q1.dotc(&q2);
+    q2.axpy(-r1, &q1, Complex::from(1.0));
+    let again = q1.dotc(&q2);
+    q2.axpy(-again, &q1, Complex::from(1.0));
+    let r2 = q2.norm();
+    if r2 > 0.0 {
+        q2.unscale_mut(r2);
+    }
+    let (h, g) = (r0 * (r1 + again).im, 0.5 * r0 * r2);
+    // The eigenvalue of the larger size, and its eigenvector (lambda, -ig).
+    let lambda = 0.5 * h + (0.5 * h).hypot(g).copysign(h);
+    let length = lambda.hypot(g);
+    (length > 0.0 && length.is_finite())
+        .then(|| q1 * Complex::from(lambda / length) + q2 * Complex::new(0.0, -g / length))
 }
 
 /// Fixed numbers in (-1, 1) without pattern (splitmix64), so that a start is generic and the same everywhere.
-struct Generic(u64);
+pub(super) struct Generic(pub(super) u64);
 
 impl Generic {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
