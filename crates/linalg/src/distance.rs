@@ -99,7 +99,7 @@ pub fn distance_to_unobservability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result
         }
     }
     let mut best = best.ok_or(LinalgError::Empty { what: "A" })?;
-    let lower = if best.sigma <= rounding { 0.0 } else { search.from_below(&mut best)? };
+    let lower = if best.sigma <= rounding { 0.0 } else { search.search_below(&mut best)? };
     let lower = (lower.min(best.sigma) - rounding).max(0.0) / scale;
 
     let perturbation = DMatrix::from_fn(n + p, n, |i, j| -best.u[i] * best.v[j].conj() * best.sigma / scale);
@@ -213,7 +213,7 @@ impl Search {
     }
 
     /// Halves rectangles until the least bound is near the upper one; betters `best` where it finds less.
-    fn from_below(&mut self, best: &mut Point) -> Result<f64> {
+    fn search_below(&mut self, best: &mut Point) -> Result<f64> {
         let (re, im) = self.field_of_values(best.sigma)?;
         let budget = self.evaluations + BUDGET;
         let mut known = HashMap::new();
@@ -262,13 +262,12 @@ impl Search {
         let mut least = (f64::INFINITY, Complex::new(x0, y0));
         for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
             let key = [x.to_bits(), y.to_bits()];
-            let sigma = match known.get(&key) {
-                Some(sigma) => *sigma,
-                None => {
-                    let sigma = self.sigma(Complex::new(x, y))?;
-                    known.insert(key, sigma);
-                    sigma
-                }
+            let sigma = if let Some(sigma) = known.get(&key) {
+                *sigma
+            } else {
+                let sigma = self.sigma(Complex::new(x, y))?;
+                known.insert(key, sigma);
+                sigma
             };
             if sigma < least.0 {
                 least = (sigma, Complex::new(x, y));

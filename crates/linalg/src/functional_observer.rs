@@ -17,7 +17,7 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::argument::shaped;
 use crate::observability::{check, default_tolerance, hidden_modes};
-use crate::placement::place_observer;
+use crate::placement::{place_observer, place_part};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Placement, Result};
 
@@ -79,11 +79,11 @@ pub fn reduced_order_observer(
     check(a, c)?;
     let (n, p) = (a.nrows(), c.nrows());
     shaped("B", b, n, b.ncols())?;
-    if let Some(mode) = hidden_modes(a, c)?.into_iter().next() {
+    let units = Units::of(a, c);
+    if let Some(mode) = hidden_modes(&units, a, c)?.into_iter().next() {
         let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
         return Err(LinalgError::Unobservable { eigenvalue, direction, margin });
     }
-    let units = Units::of(a, c);
     let plant = Scaled { a: units.dynamics(a), c: units.outputs(c), units };
     let split = Singular::of(&plant.c.transpose())?;
     let rank = split.rank;
@@ -92,7 +92,9 @@ pub fn reduced_order_observer(
     let read = DMatrix::from_fn(rank, p, |i, k| split.v[(k, i)] / split.sigma[i]);
     let (a11, a12) = (v1.transpose() * &plant.a * &v1, v1.transpose() * &plant.a * &v2);
     let (a21, a22) = (v2.transpose() * &plant.a * &v1, v2.transpose() * &plant.a * &v2);
-    let placement = plant.place(&a22, &a12, poles)?;
+    // The part inherits its observability, and the rounding of the turn is not to be read as data.
+    let size = plant.a.norm();
+    let placement = plant.place(&cleaned(&a22, size), &cleaned(&a12, size), poles, place_part)?;
     let l = &placement.gain;
     let f = &a22 - l * &a12;
     let inner = Matrices {
@@ -106,7 +108,7 @@ pub fn reduced_order_observer(
     let units = &plant.units;
     // w has no unit of its own, x = D z, y = R y_s.
     let t = DMatrix::from_fn(n - rank, n, |i, j| shift(inner.t[(i, j)], -units.state[j]));
-    plant.finish(FunctionalObserver {
+    checked(FunctionalObserver {
         h: &t * b,
         t,
         f: inner.f.map(|x| shift(x, units.time)),
@@ -196,9 +198,11 @@ pub fn functional_observer(
     });
     // The freedom left: rows orthogonal to all that is known.
     let free = split.u.columns(rank, q + 2 * p - rank).transpose();
-    let (fa, fb) =
-        (cleaned(particular.columns(0, q).into_owned(), plant.a.norm()), cleaned(free.columns(0, q).into_owned(), 1.0));
-    let placement = match plant.place(&fa, &fb, poles) {
+    let (fa, fb) = (
+        cleaned(&particular.columns(0, q).into_owned(), plant.a.norm()),
+        cleaned(&free.columns(0, q).into_owned(), 1.0),
+    );
+    let placement = match plant.place(&fa, &fb, poles, place_observer) {
         Err(LinalgError::Unobservable { eigenvalue, margin, .. }) => {
             return Err(LinalgError::FixedObserverMode { eigenvalue, margin });
         }
@@ -212,7 +216,7 @@ pub fn functional_observer(
     // z = R_k z_s: the states of the observer have the units of z.
     let units = &plant.units;
     let t = DMatrix::from_fn(q, n, |i, j| shift(inner.t[(i, j)], asked[i] - units.state[j]));
-    plant.finish(FunctionalObserver {
+    checked(FunctionalObserver {
         h: &t * b,
         t,
         f: DMatrix::from_fn(q, q, |i, j| shift(inner.f[(i, j)], asked[i] - asked[j] + units.time)),
@@ -232,8 +236,14 @@ struct Scaled {
 }
 
 impl Scaled {
-    /// [`place_observer`] for poles in the units given; for order zero nothing is placed. The answer's poles are in the units given, its gain is not.
-    fn place(&self, a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
+    /// `place` for poles in the units given; for order zero nothing is placed. The answer's poles are in the units given, its gain is not.
+    fn place(
+        &self,
+        a: &DMatrix<f64>,
+        c: &DMatrix<f64>,
+        poles: &[Complex<f64>],
+        place: impl Fn(&DMatrix<f64>, &DMatrix<f64>, &[Complex<f64>]) -> Result<Placement>,
+    ) -> Result<Placement> {
         let time = self.units.time;
         let scaled = |p: &Complex<f64>, power: i32| Complex::new(shift(p.re, power), shift(p.im, power));
         let none = Placement::nothing(c.nrows());
@@ -245,7 +255,7 @@ impl Scaled {
             };
         }
         let wish: Vec<Complex<f64>> = poles.iter().map(|p| scaled(p, -time)).collect();
-        place_observer(a, c, &wish).map(|found| found.in_time(time)).map_err(|why| match why {
+        place(a, c, &wish).map(|found| found.in_time(time)).map_err(|why| match why {
             LinalgError::Unobservable { eigenvalue, direction, margin } => {
                 LinalgError::Unobservable { eigenvalue: scaled(&eigenvalue, time), direction, margin }
             }
@@ -256,14 +266,14 @@ impl Scaled {
             other => other,
         })
     }
+}
 
-    fn finish(&self, observer: FunctionalObserver) -> Result<FunctionalObserver> {
-        let all = [&observer.t, &observer.f, &observer.g, &observer.h, &observer.m, &observer.n];
-        if all.iter().any(|m| m.iter().any(|x| !x.is_finite())) {
-            return Err(LinalgError::Overflow { what: "the observer in the units given" });
-        }
-        Ok(observer)
+fn checked(observer: FunctionalObserver) -> Result<FunctionalObserver> {
+    let all = [&observer.t, &observer.f, &observer.g, &observer.h, &observer.m, &observer.n];
+    if all.iter().any(|m| m.iter().any(|x| !x.is_finite())) {
+        return Err(LinalgError::Overflow { what: "the observer in the units given" });
     }
+    Ok(observer)
 }
 
 /// The observer in the plant's units.
@@ -288,7 +298,7 @@ impl Matrices {
 }
 
 /// What is rounding beside `size` is zero: [`place_observer`] reads every entry in units of its own, and would make use of it.
-fn cleaned(m: DMatrix<f64>, size: f64) -> DMatrix<f64> {
+fn cleaned(m: &DMatrix<f64>, size: f64) -> DMatrix<f64> {
     let floor = default_tolerance(m.nrows(), m.ncols()) * size;
     m.map(|x| if x.abs() <= floor { 0.0 } else { x })
 }

@@ -236,9 +236,9 @@ fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> R
     })
 }
 
-/// The hidden modes alone, for arguments already checked; the least visible first.
-pub(crate) fn hidden_modes(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Vec<Mode>> {
-    let mut hidden = Judged::new(a, c, default_tolerance(a.nrows(), c.nrows()))?.hidden()?;
+/// The hidden modes alone, for arguments already checked, in units already chosen; the least visible first.
+pub(crate) fn hidden_modes(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Vec<Mode>> {
+    let mut hidden = Judged::within(units.clone(), a, c, default_tolerance(a.nrows(), c.nrows()))?.hidden()?;
     hidden.sort_by(|x, y| x.margin.total_cmp(&y.margin));
     Ok(hidden)
 }
@@ -272,7 +272,10 @@ const LARGEST_DOUBT: f64 = 1e-8;
 
 impl Judged {
     fn new(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Self> {
-        let units = Units::of(a, c);
+        Self::within(Units::of(a, c), a, c, tolerance)
+    }
+
+    fn within(units: Units, a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Self> {
         let (a, c) = (units.dynamics(a), units.outputs(c));
         let size = a.norm().hypot(c.norm());
         if !size.is_finite() {

@@ -91,54 +91,58 @@ struct Built {
 }
 
 /// Kalman's form with parts of these orders (within each part of the first three every state drives the one before it, the first is seen and the last is moved), turned by two reflections.
-fn built() -> impl Strategy<Value = Built> {
-    prop::array::uniform4(0..=2_usize)
-        .prop_map(|orders| if orders == [0; 4] { [1, 0, 0, 0] } else { orders })
-        .prop_flat_map(|orders| {
-            let n: usize = orders.iter().sum();
-            (
-                prop::collection::vec(-1.0..1.0_f64, n * n + 2 * n),
-                prop::collection::vec(-1.0..1.0_f64, n),
-                prop::collection::vec(-30..=30_i32, n),
-            )
-                .prop_map(move |(x, v, units)| {
-                    let part: Vec<usize> = (0..4).flat_map(|k| vec![k; orders[k]]).collect();
-                    let allowed =
-                        |i: usize, j: usize| !matches!((part[i], part[j]), (0, 1 | 3) | (2, 0 | 1 | 3) | (3, 0 | 1));
-                    let (first, last) =
-                        (|i: usize| i == 0 || part[i - 1] != part[i], |i: usize| i + 1 == n || part[i + 1] != part[i]);
-                    let a = DMatrix::from_fn(n, n, |i, j| match x[i * n + j] {
-                        // The parts have spectra of their own, 10 apart: that keeps them far from exchanging modes.
-                        free if i == j => 0.3 * free - 10.0 * part[i] as f64,
-                        free if part[i] == part[j] && j == i + 1 => 1.5 + 0.5 * free,
-                        free if part[i] == part[j] => {
-                            if i > j {
-                                0.2 * free
-                            } else {
-                                0.0
-                            }
+fn built(orders: impl Strategy<Value = [usize; 4]>) -> impl Strategy<Value = Built> {
+    orders.prop_flat_map(|orders| {
+        let n: usize = orders.iter().sum();
+        (
+            prop::collection::vec(-1.0..1.0_f64, n * n + 2 * n),
+            prop::collection::vec(-1.0..1.0_f64, n),
+            prop::collection::vec(-30..=30_i32, n),
+        )
+            .prop_map(move |(x, v, units)| {
+                let part: Vec<usize> = (0..4).flat_map(|k| vec![k; orders[k]]).collect();
+                let allowed =
+                    |i: usize, j: usize| !matches!((part[i], part[j]), (0, 1 | 3) | (2, 0 | 1 | 3) | (3, 0 | 1));
+                let (first, last) =
+                    (|i: usize| i == 0 || part[i - 1] != part[i], |i: usize| i + 1 == n || part[i + 1] != part[i]);
+                let a = DMatrix::from_fn(n, n, |i, j| match x[i * n + j] {
+                    // The parts have spectra of their own, 10 apart: that keeps them far from exchanging modes.
+                    free if i == j => 0.3 * free - 10.0 * part[i] as f64,
+                    free if part[i] == part[j] && j == i + 1 => 1.5 + 0.5 * free,
+                    free if part[i] == part[j] => {
+                        if i > j {
+                            0.2 * free
+                        } else {
+                            0.0
                         }
-                        free => {
-                            if allowed(i, j) {
-                                0.3 * free
-                            } else {
-                                0.0
-                            }
+                    }
+                    free => {
+                        if allowed(i, j) {
+                            0.3 * free
+                        } else {
+                            0.0
                         }
-                    });
-                    let b =
-                        DMatrix::from_fn(n, 1, |i, _| if part[i] < 2 && last(i) { 1.5 + x[n * n + i] } else { 0.0 });
-                    let c =
-                        DMatrix::from_fn(
-                            1,
-                            n,
-                            |_, i| if part[i] % 2 == 0 && first(i) { 1.5 + x[n * n + n + i] } else { 0.0 },
-                        );
-                    let v = nalgebra::DVector::from_fn(n, |i, _| v[i] + if i == 0 { 1.5 } else { 0.0 });
-                    let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
-                    Built { orders, a: &q * a * &q, b: &q * b, c: c * &q, units }
-                })
-        })
+                    }
+                });
+                let b = DMatrix::from_fn(n, 1, |i, _| if part[i] < 2 && last(i) { 1.5 + x[n * n + i] } else { 0.0 });
+                let c = DMatrix::from_fn(1, n, |_, i| {
+                    if matches!(part[i], 0 | 2) && first(i) { 1.5 + x[n * n + n + i] } else { 0.0 }
+                });
+                let v = nalgebra::DVector::from_fn(n, |i, _| v[i] + if i == 0 { 1.5 } else { 0.0 });
+                let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
+                Built { orders, a: &q * a * &q, b: &q * b, c: c * &q, units }
+            })
+    })
+}
+
+/// Any orders up to 2, not all zero.
+fn four_parts() -> impl Strategy<Value = [usize; 4]> {
+    (0..81_usize).prop_map(|k| if k == 0 { [1, 0, 0, 0] } else { [k % 3, k / 3 % 3, k / 9 % 3, k / 27] })
+}
+
+/// One part alone, of up to four states.
+fn one_part() -> impl Strategy<Value = [usize; 4]> {
+    (0..4_usize, 1..=4_usize).prop_map(|(k, order)| core::array::from_fn(|i| if i == k { order } else { 0 }))
 }
 
 proptest! {
@@ -146,7 +150,7 @@ proptest! {
 
     /// Kalman 1963: the orders of the parts do not depend on the coordinates, and `C (s I - A)^-1 B` is that of the first part.
     #[test]
-    fn the_parts_are_found_in_any_coordinates(p in built()) {
+    fn the_parts_are_found_in_any_coordinates(p in built(four_parts())) {
         let found = kalman_decomposition(&p.a, &p.b, &p.c).unwrap();
         prop_assert_eq!(orders(&found), p.orders);
         assert_similar(&p.a, &p.b, &p.c, &found, 1e-11);
@@ -167,18 +171,15 @@ proptest! {
         }
     }
 
-    /// States in units up to 18 decades apart: the same orders.
+    /// States in units up to 18 decades apart: the same orders. One part only, because reflected coordinates of several have rounding where there should be zeros, and too much of it to
+    /// be outvoted once the units differ.
     #[test]
-    fn units_change_nothing(p in built()) {
+    fn units_change_nothing(p in built(one_part())) {
         let n = p.a.nrows();
         let d = |k: usize| 2f64.powi(p.units[k]);
-        // Reflected coordinates have rounding where there were zeros, too large a part of the data to be outvoted: one part only.
-        let parts = p.orders.iter().filter(|k| **k > 0).count();
-        if parts == 1 {
-            let a = DMatrix::from_fn(n, n, |i, j| p.a[(i, j)] * d(j) / d(i));
-            let b = DMatrix::from_fn(n, 1, |i, _| p.b[i] / d(i));
-            let c = DMatrix::from_fn(1, n, |_, j| p.c[j] * d(j));
-            prop_assert_eq!(orders(&kalman_decomposition(&a, &b, &c).unwrap()), p.orders);
-        }
+        let a = DMatrix::from_fn(n, n, |i, j| p.a[(i, j)] * d(j) / d(i));
+        let b = DMatrix::from_fn(n, 1, |i, _| p.b[i] / d(i));
+        let c = DMatrix::from_fn(1, n, |_, j| p.c[j] * d(j));
+        prop_assert_eq!(orders(&kalman_decomposition(&a, &b, &c).unwrap()), p.orders);
     }
 }

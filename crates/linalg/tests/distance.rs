@@ -3,12 +3,16 @@
 use luenberger_linalg::{LinalgError, UnobservabilityDistance, distance_to_unobservability};
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
+use std::cmp::Ordering;
 
 fn sigma_min(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
     let (n, p) = (a.nrows(), c.nrows());
-    let pencil = DMatrix::from_fn(n + p, n, |i, j| match i < n {
-        true => Complex::from(a[(i, j)]) - if i == j { lambda } else { Complex::from(0.0) },
-        false => Complex::from(c[(i - n, j)]),
+    let pencil = DMatrix::from_fn(n + p, n, |i, j| {
+        if i >= n {
+            Complex::from(c[(i - n, j)])
+        } else {
+            Complex::from(a[(i, j)]) - if i == j { lambda } else { Complex::from(0.0) }
+        }
     });
     pencil.svd(false, false).singular_values.min()
 }
@@ -50,14 +54,10 @@ fn the_minimum_may_lie_between_the_eigenvalues() {
 #[test]
 fn a_matrix_far_from_normal() {
     let n = 6;
-    let a = DMatrix::from_fn(n, n, |i, j| {
-        if i == j {
-            0.3_f64.powi(i as i32)
-        } else if i < j {
-            -1.0
-        } else {
-            0.0
-        }
+    let a = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        Ordering::Equal => 0.3_f64.powf(i as f64),
+        Ordering::Less => -1.0,
+        Ordering::Greater => 0.0,
     });
     let c = DMatrix::from_fn(1, n, |_, j| if j == n - 1 { 0.0 } else { 0.1 });
     let d = distance_to_unobservability(&a, &c).unwrap();
@@ -65,7 +65,7 @@ fn a_matrix_far_from_normal() {
     let mut least = f64::INFINITY;
     for i in 0..=120 {
         for k in 0..=40 {
-            least = least.min(sigma_min(&a, &c, Complex::new(-3.0 + 0.05 * i as f64, 0.05 * k as f64)));
+            least = least.min(sigma_min(&a, &c, Complex::new(-3.0 + 0.05 * f64::from(i), 0.05 * f64::from(k))));
         }
     }
     // The grid is 0.05 sqrt(1/2) from any point at most, and sigma is 1-Lipschitz.

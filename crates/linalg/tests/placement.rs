@@ -59,6 +59,11 @@ fn the_double_integrator_by_hand() {
     let cosine: f64 = 11.0 / (26.0f64 * 5.0).sqrt();
     let expected = ((1.0 + cosine) / (1.0 - cosine)).sqrt();
     assert!((placed.condition - expected).abs() < 1e-10 * expected, "{} for {expected}", placed.condition);
+    // Each of two eigenvectors at that angle has the condition 1/sin.
+    let sine = (1.0 - cosine * cosine).sqrt();
+    for (sensitivity, error) in placed.sensitivities.iter().zip(&placed.errors) {
+        assert!((sensitivity * sine - 1.0).abs() < 1e-10 && *error < 1e-14, "{sensitivity} {error:e}");
+    }
     assert_eq!(placed.poles.len(), 2);
     assert!((placed.poles[0] + 2.0).norm() < 1e-14 && (placed.poles[1] + 5.0).norm() < 1e-14, "the order of the wish");
 }
@@ -138,6 +143,10 @@ fn repeated_poles_with_one_output_are_defective() {
     assert_eq!(placed.condition, f64::INFINITY);
     // The cube root of the rounding is what a triple pole costs.
     assert!(placed.deviation < 1e-4, "{:e}", placed.deviation);
+    // And it says so pole by pole: a change of eps moves each by eps^(1/3).
+    assert!(placed.sensitivities.iter().all(|s| *s > 1e8), "{:?}", placed.sensitivities);
+    let largest = placed.errors.iter().copied().fold(0.0, f64::max);
+    assert!((largest / placed.deviation - 2.0).abs() < 1e-6, "relative to the wished pole 2, the norm of A being less");
 }
 
 #[test]
@@ -284,6 +293,15 @@ proptest! {
         let placed = place_observer(&problem.a, &problem.c, &problem.poles).unwrap();
         assert_placed(&placed, &problem.poles, observer_terms(&problem.a, &problem.c, &placed));
         prop_assert!(placed.condition.is_finite());
+        // With columns of norm one, `|X| <= sqrt n` and `|X^-1| <= |X^-1|_F`, whose rows have the conditions for norms; and none of these exceeds `|X^-1|`. The slack is for
+        // the loop achieved not being the one aimed at.
+        let worst = placed.sensitivities.iter().copied().fold(1.0, f64::max);
+        prop_assert!(placed.sensitivities.iter().all(|s| *s >= 1.0 - 1e-12) && worst <= placed.condition * 1.001);
+        let all = placed.sensitivities.iter().map(|s| s * s).sum::<f64>();
+        prop_assert!(placed.condition <= (placed.poles.len() as f64 * all).sqrt() * 1.001, "{} {all}", placed.condition);
+        for ((error, pole), wished) in placed.errors.iter().zip(&placed.poles).zip(&problem.poles) {
+            prop_assert_eq!(*error, (pole - wished).norm());
+        }
         // The same numbers again, whoever asks.
         prop_assert_eq!(&placed, &place_observer(&problem.a, &problem.c, &problem.poles).unwrap());
     }

@@ -85,11 +85,13 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
     check(a)?;
     shaped("B", b, a.nrows(), b.ncols())?;
     let wish = Wish::new(poles, a.nrows())?;
-    if let Some(mode) = hidden_modes(&a.transpose(), &b.transpose())?.into_iter().next() {
+    let (dual, inputs) = (a.transpose(), b.transpose());
+    let units = Units::of(&dual, &inputs);
+    if let Some(mode) = hidden_modes(&units, &dual, &inputs)?.into_iter().next() {
         let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
         return Err(LinalgError::Uncontrollable { eigenvalue, direction, margin });
     }
-    let assigned = assign(a, b, &wish)?;
+    let assigned = assign(a, b, &wish, units)?;
     let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { condition(&assigned.vectors)? };
     Ok(finish(assigned.gain.clone(), &wish, &assigned, condition))
 }
@@ -124,18 +126,29 @@ pub fn place_observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]
     check(a)?;
     shaped("C", c, c.nrows(), a.nrows())?;
     let wish = Wish::new(poles, a.nrows())?;
-    if let Some(mode) = hidden_modes(a, c)?.into_iter().next() {
+    let units = Units::of(a, c);
+    if let Some(mode) = hidden_modes(&units, a, c)?.into_iter().next() {
         let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
         return Err(LinalgError::Unobservable { eigenvalue, direction, margin });
     }
-    let mut assigned = assign(&a.transpose(), &c.transpose(), &wish)?;
+    place_observed(a, c, &wish, units)
+}
+
+/// [`place_observer`] of a pair that is known to be observable.
+fn place_observed(a: &DMatrix<f64>, c: &DMatrix<f64>, wish: &Wish, units: Units) -> Result<Placement> {
+    let mut assigned = assign(&a.transpose(), &c.transpose(), wish, units)?;
     // The eigenvectors of A - L C are the left ones of its transpose: the columns of X^-T.
     let vectors = core::mem::take(&mut assigned.vectors);
     let condition = match vectors.try_inverse() {
         Some(inverse) if !wish.is_defective(assigned.rank) => condition(&normalised(inverse.transpose()))?,
         _ => f64::INFINITY,
     };
-    Ok(finish(assigned.gain.transpose(), &wish, &assigned, condition))
+    Ok(finish(assigned.gain.transpose(), wish, &assigned, condition))
+}
+
+/// [`place_observer`] of a part of a pair, which is observable because the pair is: the part itself is not judged.
+pub(crate) fn place_part(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
+    place_observed(a, c, &Wish::new(poles, a.nrows())?, Units::of(a, c))
 }
 
 fn check(a: &DMatrix<f64>) -> Result<()> {
@@ -195,10 +208,9 @@ struct Assigned {
 /// optimised is then that of the user's own coordinates.
 const NEARBY: i32 = 10;
 
-fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<Assigned> {
+/// `units` are the dual pair's: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`.
+fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, mut units: Units) -> Result<Assigned> {
     let (n, m) = b.shape();
-    // The dual pair's units: A = 2^t D^-1 As D, B = D^-1 Bs R, K = 2^t R^-1 Ks D.
-    let mut units = Units::of(&a.transpose(), &b.transpose());
     if m > 1 && units.spread() <= NEARBY {
         units.state.fill(0);
     }

@@ -203,7 +203,7 @@ impl<'a> Ascent<'a> {
         let Some((w1, w2)) = self.complement(j, j + 1) else { return };
         let s = &self.complex[pair];
         let (alpha, beta) = (s.tr_mul(&w1.map(Complex::from)), s.tr_mul(&w2.map(Complex::from)));
-        if let Some(z) = largest_pair(alpha, beta) {
+        if let Some(z) = largest_pair(&alpha, &beta) {
             set_pair(&mut self.x, j, &(s * z));
             self.update(&[j, j + 1]);
         }
@@ -278,7 +278,7 @@ fn orthonormal([mut v1, mut v2]: [DVector<f64>; 2]) -> ([DVector<f64>; 2], [f64;
 
 /// The unit z that maximises `|Im((alpha'z) conj(beta'z))|`: an eigenvector of `(b a* - a b*)/2i`, `a, b` the conjugates of alpha and beta, which between
 /// orthonormal vectors with `a = r0 q1`, `b = r1 q1 + r2 q2` is `[h ig; -ig 0]`, `h = r0 Im r1`, `g = r0 r2/2`. None if it is zero.
-fn largest_pair(alpha: DVector<Complex<f64>>, beta: DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
+fn largest_pair(alpha: &DVector<Complex<f64>>, beta: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
     let (mut q1, mut q2) = (alpha.map(|x| x.conj()), beta.map(|x| x.conj()));
     let r0 = q1.norm();
     if !(r0 > 0.0 && r0.is_finite()) {

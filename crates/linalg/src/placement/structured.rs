@@ -150,7 +150,7 @@ fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) 
     })?;
     // The unconstrained gain, in the units chosen; without one the starts are of the size of the plant.
     let power = |i: usize, j: usize| units.time - units.output[i] + units.state[j];
-    let unconstrained = match assign(a, b, wish) {
+    let unconstrained = match assign(a, b, wish, units.clone()) {
         Ok(assigned) => DMatrix::from_fn(m, n, |i, j| shift(assigned.gain[(i, j)], -power(i, j))),
         Err(_) => DMatrix::zeros(m, n),
     };
@@ -351,10 +351,16 @@ impl Problem {
             let terms = self.terms(&x);
             let found: Vec<(Complex<f64>, f64)> =
                 moved.eigenvalues().into_iter().zip(conditions(&moved, &vec![0; n])).collect();
+            // Each eigenvalue of the moved plant stands for one of A: of a double one, one copy may be fixed and the other not.
+            let mut taken = vec![false; n];
             for (k, (value, condition)) in own.iter().enumerate() {
                 let tolerance =
                     |other: f64| (100.0 * n as f64 * f64::EPSILON * condition.max(other) * terms).min(1e-6 * terms);
-                fixed[k] &= found.iter().any(|(other, c)| (other - value).norm() <= tolerance(*c));
+                let same = (0..n).find(|i| !taken[*i] && (found[*i].0 - value).norm() <= tolerance(found[*i].1));
+                fixed[k] &= same.is_some();
+                if let Some(i) = same {
+                    taken[i] = true;
+                }
                 slack[k] = f64::max(slack[k], tolerance(1.0));
             }
         }
