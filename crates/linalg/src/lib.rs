@@ -18,7 +18,7 @@
 //! | `rank [A - lambda I, B; C, D]`, invariant zeros | [`invariant_zeros`] |
 //! | `T^-1 A T, T^-1 B, C T`, Kalman's four parts | [`kalman_decomposition`] |
 //! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`], with zeros in the gain [`place_structured`], [`place_observer_structured`] |
-//! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer`] |
+//! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer()`] |
 //! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_injection`] |
 //!
 //! # How far to trust a solution

@@ -55,7 +55,7 @@ impl InvariantZeros {
 /// Invariant zeros of `x' = A x + B u, y = C x + D u`: the lambda where `[A - lambda I, B; C, D]` loses rank (in discrete time the same).
 ///
 /// `a` is n x n, `b` n x m, `c` p x n, `d` p x m (zero for a plant without feedthrough). m = 0 or p = 0 is allowed: the zeros are then the modes that the outputs do not see
-/// (the inputs do not move). Ranks are decided relative to `10 max(n + m, n + p) eps` in units chosen from the data, see [`crate::observability`].
+/// (the inputs do not move). Ranks are decided relative to `10 max(n + m, n + p) eps` in units chosen from the data, see [`mod@crate::observability`].
 ///
 /// A degenerate pencil is no error: its zeros are the lambda below *its* rank, and [`InvariantZeros::is_degenerate`] says so.
 ///
