@@ -27,8 +27,9 @@ fn assert_honest(a: &DMatrix<f64>, outputs: &DMatrix<f64>, free: &DMatrix<bool>,
     let terms = a.norm() + l.norm() * outputs.norm();
     for (pole, sensitivity) in found.placement.poles.iter().zip(&found.placement.sensitivities) {
         let off = again.iter().map(|x| (x - pole).norm()).fold(f64::INFINITY, f64::min);
-        // First-order bound; a defective pole moves like a root, which 1e-5 of the terms allows for.
-        let bound = (20.0 * n * f64::EPSILON * sensitivity * terms).min(1e-5 * terms);
+        // First-order bound; a pole of multiplicity n moves like the n-th root of the change instead.
+        let rounding = 20.0 * n * f64::EPSILON;
+        let bound = (rounding * sensitivity).min(rounding.powf(1.0 / n)) * terms;
         assert!(off <= bound, "{pole}: {off:e} > {bound:e}");
     }
 }

@@ -93,6 +93,22 @@ fn one_state_and_static_gains() {
     assert!(invariant_zeros(&chain, &b, &c, &dmatrix![0.0]).unwrap().zeros.is_empty());
 }
 
+/// Orders at which faer's blocked QZ does not converge: with D = 1 the zeros are the eigenvalues of `A - B C`, here of the companion kind with all of modulus near one.
+#[test]
+fn ninety_zeros() {
+    let n = 90;
+    let noise = |k: usize| ((k * 7919 + 13) as f64 * 0.618_033_988_749).fract() - 0.5;
+    let a = DMatrix::from_fn(n, n, |i, j| 0.2 * noise(i * n + j) + f64::from(u8::from(j == (i + 1) % n)));
+    let b = DMatrix::from_fn(n, 1, |i, _| noise(7 * i + 3));
+    let c = DMatrix::from_fn(1, n, |_, j| noise(11 * j + 5));
+    let found = invariant_zeros(&a, &b, &c, &dmatrix![1.0]).unwrap();
+    assert_eq!((found.zeros.len(), found.normal_rank), (n, 1));
+    assert!(found.residuals.iter().all(|r| *r < 10.0 * n as f64 * f64::EPSILON), "{:?}", found.residuals);
+    let sum: Complex<f64> = found.zeros.iter().sum();
+    let trace = (&a - &b * &c).trace();
+    assert!((sum - trace).norm() < 1e-11 * a.norm(), "{sum} {trace}");
+}
+
 #[test]
 fn bad_input_is_named() {
     let (a, b, c, d) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0], dmatrix![0.0]);
