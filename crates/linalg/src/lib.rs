@@ -75,6 +75,7 @@ mod rosenbrock;
 pub mod schur;
 mod schur_operator;
 mod separation;
+mod sequential;
 mod shadow;
 pub mod spectrum;
 mod staircase;

@@ -6,8 +6,8 @@
 //! the error is that times the eigenvalue's condition, which for a defective eigenvalue is unbounded.
 
 use crate::argument::{symmetric, unit_scale};
-use crate::{LinalgError, Result, SchurWorkspace};
-use faer::{MatRef, Side};
+use crate::{LinalgError, Result, SchurWorkspace, sequential};
+use faer::MatRef;
 use nalgebra::{Complex, DMatrix};
 
 /// Eigenvalues of the square matrix `a`, complex pairs adjacent, the one above the real axis first. About 10 n^3 flops.
@@ -82,7 +82,7 @@ pub(crate) fn eigenvalues_of_symmetric(m: &DMatrix<f64>) -> Result<Vec<f64>> {
     let scale = unit_scale(m);
     let scaled = m * scale;
     let view = MatRef::from_column_major_slice(scaled.as_slice(), n, n);
-    let found = view.self_adjoint_eigenvalues(Side::Lower).map_err(|_| LinalgError::NotConverged {
+    let found = sequential::symmetric_eigenvalues(view).ok_or_else(|| LinalgError::NotConverged {
         method: "the symmetric eigenvalue iteration",
         iterations: 30 * n,
         remaining: f64::NAN,

@@ -13,6 +13,7 @@
 //! | `refute`, `equations`, `rational` | infeasibility by multipliers that are exact |
 //! | `certificate_file` | an answer as a file that `luenberger-verify` checks |
 //! | `interior` | the solver: a primal-dual interior-point method |
+//! | `sequential` | faer's kernels, so that the same program has the same answer to the last bit |
 #![deny(missing_docs)]
 
 pub mod bisection;
@@ -29,6 +30,7 @@ pub mod problem;
 mod rational;
 mod refute;
 pub mod sdpa;
+mod sequential;
 pub mod solution;
 mod standard;
 pub mod variable;

@@ -21,6 +21,7 @@ use nalgebra::{Complex, DMatrix};
 use crate::argument::{shaped, square};
 use crate::observability::{default_tolerance, hidden_modes};
 use crate::schur::schur;
+use crate::sequential::{singular_values, svd};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 use poles::Wish;
@@ -218,19 +219,20 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, mut units: Units) -> 
     let scaled_b = units.outputs(&b.transpose()).transpose();
     let scaled = wish.in_time(-units.time);
 
-    let svd = faer::Mat::from_fn(n, m, |i, j| scaled_b[(i, j)]).svd().map_err(|_| LinalgError::NotConverged {
-        method: "singular values of B",
-        iterations: 0,
-        remaining: f64::NAN,
-        allowed: default_tolerance(n, m),
-    })?;
-    let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
+    let svd =
+        svd(faer::Mat::from_fn(n, m, |i, j| scaled_b[(i, j)]).as_ref()).ok_or_else(|| LinalgError::NotConverged {
+            method: "singular values of B",
+            iterations: 0,
+            remaining: f64::NAN,
+            allowed: default_tolerance(n, m),
+        })?;
+    let sigma = svd.sigma;
     let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
     // A controllable pair has an input that counts.
     let rank = sigma.iter().filter(|s| **s > floor).count().max(1);
     wish.allowed_by(rank)?;
 
-    let u = svd.U();
+    let u = svd.u;
     let inputs = DMatrix::from_fn(n, rank, |i, j| u[(i, j)]);
     let others = DMatrix::from_fn(n, n - rank, |i, j| u[(i, rank + j)]);
     let (orthogonal, vectors) = if rank == 1 {
@@ -238,7 +240,7 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, mut units: Units) -> 
     } else {
         robust::assign(&scaled_a, &inputs, &others, &scaled)?
     };
-    let v = svd.V();
+    let v = svd.v;
     let scaled_gain =
         DMatrix::from_fn(m, n, |i, j| (0..rank).map(|k| v[(i, k)] / sigma[k] * orthogonal[(k, j)]).sum::<f64>());
     let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
@@ -278,13 +280,12 @@ fn condition(x: &DMatrix<Complex<f64>>) -> Result<f64> {
     if x.iter().any(|x| !x.re.is_finite() || !x.im.is_finite()) {
         return Err(LinalgError::Overflow { what: "an eigenvector of the closed loop" });
     }
-    let sigma = faer::Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)]).singular_values().map_err(|_| {
-        LinalgError::NotConverged {
-            method: "singular values of the eigenvectors",
-            iterations: 0,
-            remaining: f64::NAN,
-            allowed: default_tolerance(x.nrows(), 0),
-        }
+    let vectors = faer::Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)]);
+    let sigma = singular_values(vectors.as_ref()).ok_or_else(|| LinalgError::NotConverged {
+        method: "singular values of the eigenvectors",
+        iterations: 0,
+        remaining: f64::NAN,
+        allowed: default_tolerance(x.nrows(), 0),
     })?;
     Ok(match (sigma.first(), sigma.last()) {
         (Some(largest), Some(smallest)) if *smallest > 0.0 => largest / smallest,

@@ -8,10 +8,10 @@
 
 use super::scaled::Scaled;
 use super::{NEWTON_STEPS, hamiltonian};
+use crate::sequential::hermitian_eigen;
 use crate::argument::symmetric_part;
 use crate::product::view;
 use crate::{LinalgError, Result};
-use faer::Side;
 use nalgebra::{DMatrix, DVector};
 
 /// Each pass takes the coordinates from the solution of the one before.
@@ -78,8 +78,7 @@ impl Frame {
     /// `None` for an X that is zero or not finite.
     fn of(x: &DMatrix<f64>) -> Option<Self> {
         let n = x.nrows();
-        let eigen = view(x).self_adjoint_eigen(Side::Lower).ok()?;
-        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+        let (values, vectors) = hermitian_eigen(view(x))?;
         let sizes = DVector::from_fn(n, |i, _| values[i].abs());
         let largest = sizes.amax();
         if largest == 0.0 || !largest.is_finite() {

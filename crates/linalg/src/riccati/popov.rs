@@ -4,6 +4,7 @@
 //! value of that matrix, `B` and `Q` being scaled to the norm of `A`.
 
 use super::scaled::Scaled;
+use crate::sequential::singular_values;
 use crate::{LinalgError, Result, eigenvalues};
 use faer::MatRef;
 use nalgebra::{Complex, DMatrix};
@@ -34,7 +35,7 @@ fn margin(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
     }
     let view = MatRef::from_column_major_slice(m.as_slice(), 2 * (n + p), 2 * n);
     // The bounded iteration of the singular values is not known to fail; infinity then blames nobody.
-    view.singular_values().ok().and_then(|s| s.into_iter().reduce(f64::min)).unwrap_or(f64::INFINITY)
+    singular_values(view).and_then(|s| s.into_iter().reduce(f64::min)).unwrap_or(f64::INFINITY)
 }
 
 /// The eigenvalue that stands in the way, if its margin does not exceed `tolerance` times the norm of `A`.

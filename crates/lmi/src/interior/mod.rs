@@ -29,6 +29,7 @@ use faer::Mat;
 use nalgebra::DMatrix;
 
 use crate::conic::{ConicProgram, Ending};
+use crate::sequential::product;
 use program::Scaled;
 use schur::{assemble, joined, refined, regularised};
 use state::State;
@@ -142,7 +143,7 @@ impl Path {
             let Some(factor) = regularised(&matrix) else { break };
             let change = scaled.pencil(&refined(&factor, &matrix, &residual), false);
             for (y, change) in y.dense.iter_mut().zip(&change.dense) {
-                let moved = &*y * (change * &*y);
+                let moved = product(y.as_ref(), product(change.as_ref(), y.as_ref()).as_ref());
                 let n = y.nrows();
                 *y += Mat::from_fn(n, n, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]));
             }

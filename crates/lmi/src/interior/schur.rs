@@ -1,9 +1,9 @@
 //! The Schur complement `B_ij = tr(F_i V F_j Y)`: assembled by the entries of the constraints, factored, and solved with.
 
-use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef};
 
 use super::program::{Dense, Number, pair};
+use crate::sequential::{Cholesky, product};
 
 impl Number {
     /// Adds `factor c_i c_j` once for every pair of unknowns, in either triangle.
@@ -53,7 +53,7 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
         if GAIN * 2 * entries.len() > n * rows.len() {
             let mut f: Mat<f64> = Mat::zeros(n, rows.len());
             both.for_each(|(r, c, value)| f[(c, place(r))] = value);
-            g = y * &f;
+            g = product(y, f.as_ref());
         } else {
             for (r, c, value) in both {
                 for (out, y) in g.col_as_slice_mut(place(r)).iter_mut().zip(y.col(c).iter()) {
@@ -64,7 +64,7 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
         let selected = Mat::from_fn(n, rows.len(), |i, c| v[(i, rows[c])]);
         // The whole product costs n^2 a row, at the speed of a matrix product; single entries cost one operation a row each.
         let is_whole = 2 * rest[k] * 4 > n * n;
-        let whole = if is_whole { folded(&(&selected * g.transpose())) } else { Vec::new() };
+        let whole = if is_whole { folded(&product(selected.as_ref(), g.transpose())) } else { Vec::new() };
         // Rows of the two factors side by side in memory.
         let (vt, gt) = if is_whole {
             (Mat::zeros(0, 0), Mat::zeros(0, 0))
@@ -99,7 +99,7 @@ fn folded(u: &Mat<f64>) -> Vec<f64> {
 
 /// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or the optimum is near, a
 /// touch of regularisation, which refinement takes back.
-pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Llt<f64>> {
+pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Cholesky> {
     let largest = (0..matrix.nrows()).map(|i| matrix[(i, i)]).fold(0.0, f64::max);
     [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {
         let mut regular = matrix.clone();
@@ -107,18 +107,18 @@ pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Llt<f64>> {
             // The second term is for an unknown that occurs nowhere: its row is zero.
             regular[(i, i)] += share * (regular[(i, i)] + 1e-3 * largest);
         }
-        regular.llt(Side::Lower).ok()
+        Cholesky::of(&regular)
     })
 }
 
 /// `B^-1 right` with two steps of iterative refinement.
-pub(super) fn refined(factor: &Llt<f64>, matrix: &Mat<f64>, right: &[f64]) -> Vec<f64> {
+pub(super) fn refined(factor: &Cholesky, matrix: &Mat<f64>, right: &[f64]) -> Vec<f64> {
     let m = right.len();
     let right = Mat::from_fn(m, 1, |i, _| right[i]);
     let mut x = right.clone();
     factor.solve_in_place(&mut x);
     for _ in 0..2 {
-        let mut residual = &right - matrix * &x;
+        let mut residual = &right - product(matrix.as_ref(), x.as_ref());
         factor.solve_in_place(&mut residual);
         x += residual;
     }

@@ -1,13 +1,13 @@
 //! The iterates and one step of the method.
 
-use faer::linalg::solvers::{DenseSolveCore, Llt};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side};
+use faer::{Mat, Par};
 
 use super::RAY;
 use super::program::{Blocks, Scaled};
 use super::schur::{assemble, joined, refined, regularised};
 use crate::conic::Ending;
+use crate::sequential::{Cholesky, eigenvalues, product};
 
 /// Where the method stands.
 pub(super) struct State {
@@ -36,10 +36,10 @@ pub(super) struct Direction {
 
 /// What an iteration computes once.
 pub(super) struct Factors {
-    pub(super) x: Vec<Llt<f64>>,
-    pub(super) y: Vec<Llt<f64>>,
+    pub(super) x: Vec<Cholesky>,
+    pub(super) y: Vec<Cholesky>,
     pub(super) inverse: Vec<Mat<f64>>,
-    pub(super) schur: Llt<f64>,
+    pub(super) schur: Cholesky,
     /// The Schur complement, for refinement.
     pub(super) matrix: Mat<f64>,
     pub(super) residual: Blocks,
@@ -88,9 +88,9 @@ impl State {
     }
 
     pub(super) fn factors(&self, scaled: &Scaled) -> Option<Factors> {
-        let x: Vec<Llt<f64>> = self.primal.dense.iter().map(|x| x.llt(Side::Lower).ok()).collect::<Option<_>>()?;
-        let y: Vec<Llt<f64>> = self.dual.dense.iter().map(|y| y.llt(Side::Lower).ok()).collect::<Option<_>>()?;
-        let inverse: Vec<Mat<f64>> = x.iter().map(DenseSolveCore::inverse).collect();
+        let x: Vec<Cholesky> = self.primal.dense.iter().map(Cholesky::of).collect::<Option<_>>()?;
+        let y: Vec<Cholesky> = self.dual.dense.iter().map(Cholesky::of).collect::<Option<_>>()?;
+        let inverse: Vec<Mat<f64>> = x.iter().map(Cholesky::inverse).collect();
         let matrix = self.schur(scaled, &inverse);
         let mut pencil = scaled.pencil(&self.x, true);
         for (p, x) in pencil.dense.iter_mut().zip(&self.primal.dense) {
@@ -127,15 +127,15 @@ impl State {
         let dense: Vec<Mat<f64>> = (0..self.primal.dense.len())
             .map(|k| {
                 let v = &factors.inverse[k];
-                let mut product = if self.is_primal_feasible {
+                let mut known = if self.is_primal_feasible {
                     Mat::zeros(v.nrows(), v.ncols())
                 } else {
-                    &factors.residual.dense[k] * &self.dual.dense[k]
+                    product(factors.residual.dense[k].as_ref(), self.dual.dense[k].as_ref())
                 };
                 if let Some(p) = predictor {
-                    product += &p.primal.dense[k] * &p.dual.dense[k];
+                    known += product(p.primal.dense[k].as_ref(), p.dual.dense[k].as_ref());
                 }
-                let mut out = -(v * &product);
+                let mut out = -product(v.as_ref(), known.as_ref());
                 if mu > 0.0 {
                     out += faer::Scale(mu) * v;
                 }
@@ -161,7 +161,8 @@ impl State {
         };
         for (k, known) in known.dense.into_iter().enumerate() {
             // - sym(V (sum dx_i F_i) Y), and the known part symmetric.
-            let moved = &factors.inverse[k] * (&dx.dense[k] * &self.dual.dense[k]);
+            let right = product(dx.dense[k].as_ref(), self.dual.dense[k].as_ref());
+            let moved = product(factors.inverse[k].as_ref(), right.as_ref());
             let n = moved.nrows();
             let y = &self.dual.dense[k];
             dy.dense.push(Mat::from_fn(n, n, |i, j| {
@@ -275,11 +276,10 @@ pub(super) fn inner(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.col(j).iter().zip(b.col(j).iter()).map(|(x, y)| x * y).sum::<f64>()).sum()
 }
 /// The smallest eigenvalue of `L^-1 D L^-T`.
-pub(super) fn least_relative_eigenvalue(factor: &Llt<f64>, d: &Mat<f64>) -> Option<f64> {
+pub(super) fn least_relative_eigenvalue(factor: &Cholesky, d: &Mat<f64>) -> Option<f64> {
     let mut left = d.clone();
-    solve_lower_triangular_in_place(factor.L(), left.as_mut(), Par::Seq);
+    solve_lower_triangular_in_place(factor.l(), left.as_mut(), Par::Seq);
     let mut both = left.transpose().to_owned();
-    solve_lower_triangular_in_place(factor.L(), both.as_mut(), Par::Seq);
-    let eigenvalues = both.self_adjoint_eigenvalues(Side::Lower).ok()?;
-    eigenvalues.first().copied().filter(|x| x.is_finite())
+    solve_lower_triangular_in_place(factor.l(), both.as_mut(), Par::Seq);
+    eigenvalues(&both)?.first().copied().filter(|x| x.is_finite())
 }

@@ -1,10 +1,11 @@
 //! Points of (D) in binary64: proposals, of which nothing is proved here.
 
-use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, Side};
+use faer::Mat;
 use luenberger_proof::Matrix;
 use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
 use nalgebra::DMatrix;
+
+use crate::sequential::Cholesky;
 
 /// A matrix Y in blocks; the diagonal blocks are columns.
 #[derive(Debug, Clone)]
@@ -92,7 +93,7 @@ impl Point {
 #[derive(Debug)]
 pub(super) struct Equations {
     scales: Vec<f64>,
-    gram: Option<Llt<f64>>,
+    gram: Option<Cholesky>,
 }
 
 impl Equations {
@@ -122,7 +123,7 @@ impl Equations {
                 }
             }
         }
-        Self { scales, gram: gram.llt(Side::Lower).ok() }
+        Self { scales, gram: Cholesky::of(&gram) }
     }
 
     /// The nearest matrix that satisfies the equations, with c or with zeros on the right, to rounding.
@@ -130,11 +131,11 @@ impl Equations {
         let Some(gram) = &self.gram else { return y };
         // Three rounds: each takes off all but a rounding of what is left.
         for _ in 0..3 {
-            let residual = Mat::from_fn(self.scales.len(), 1, |i, _| {
+            let mut step = Mat::from_fn(self.scales.len(), 1, |i, _| {
                 let right = if with_costs { program.costs()[i].midpoint_radius().map_or(0.0, |c| c.0) } else { 0.0 };
                 self.scales[i] * (right - y.inner(program, i + 1))
             });
-            let step = gram.solve(&residual);
+            gram.solve_in_place(&mut step);
             for (i, (x, scale)) in step.col_as_slice(0).iter().zip(&self.scales).enumerate() {
                 for e in program.matrix(i + 1) {
                     let block = program.blocks()[e.block];

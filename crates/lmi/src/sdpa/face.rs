@@ -3,11 +3,12 @@
 //!
 //! Nothing is claimed from this: it saves looking for what cannot be found.
 
-use faer::{Mat, Side};
+use faer::Mat;
 use luenberger_proof::Ring;
 use luenberger_proof::semidefinite::{Entry, Program};
 
 use super::dual::middle;
+use crate::sequential::Cholesky;
 
 /// Whether a constraint with zero on the right has a matrix that is semidefinite, to rounding. Cost: a Cholesky factorisation of its rows that are not zero.
 pub(super) fn confines_dual(program: &Program) -> bool {
@@ -38,7 +39,7 @@ fn is_semidefinite(entries: &[Entry], sign: f64) -> bool {
         // What the factorisation's own rounding may take.
         matrix[(i, i)] += 4.0 * n as f64 * f64::EPSILON * trace;
     }
-    matrix.llt(Side::Lower).is_ok()
+    Cholesky::of(&matrix).is_some()
 }
 
 #[cfg(test)]
