@@ -188,7 +188,7 @@ impl Diagnostics {
         let paint = if coloured { COLOURED } else { PLAIN };
         let mut text: String = self.list.iter().map(|diagnostic| self.one(diagnostic, &paint)).collect();
         if self.list.len() > 1 {
-            let _ = write!(text, "{} mistakes in {}\n", self.list.len(), self.source.name);
+            let _ = writeln!(text, "{} mistakes in {}", self.list.len(), self.source.name);
         }
         text
     }
@@ -205,12 +205,12 @@ impl Diagnostics {
         // Tabs stay tabs, so that the marks stand under what they mark.
         let blank: String = self.source.text[start..from].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
         let mut text = format!("{red}error{reset}{bold}: {}{reset}\n", diagnostic.message);
-        let _ = write!(text, "{margin}{blue}-->{reset} {}:{place}\n", self.source.name);
-        let _ = write!(text, "{margin} {blue}|{reset}\n{blue}{number} |{reset} {line}\n");
+        let _ = writeln!(text, "{margin}{blue}-->{reset} {}:{place}", self.source.name);
+        let _ = writeln!(text, "{margin} {blue}|{reset}\n{blue}{number} |{reset} {line}");
         let mark = "^".repeat(marks);
-        let _ = write!(text, "{margin} {blue}|{reset} {blank}{red}{mark} {}{reset}\n", diagnostic.expected);
+        let _ = writeln!(text, "{margin} {blue}|{reset} {blank}{red}{mark} {}{reset}", diagnostic.expected);
         if let Some(help) = &diagnostic.help {
-            let _ = write!(text, "{margin} {blue}={reset} help: {help}\n");
+            let _ = writeln!(text, "{margin} {blue}={reset} help: {help}");
         }
         text.push('\n');
         text

@@ -297,8 +297,10 @@ impl ObserverKind {
         };
         let mut kind = self.clone();
         match &mut kind {
-            Self::Luenberger(wish) | Self::Kalman(wish) => *wish = linear(wish),
-            Self::Cubic { linear: wish, .. } | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
+            Self::Luenberger(wish)
+            | Self::Kalman(wish)
+            | Self::Cubic { linear: wish, .. }
+            | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
             Self::Lpv { rate: RateWish::Rate(rate) | RateWish::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,

@@ -39,9 +39,12 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateWish) -> Result<Des
     Ok(Designed { runnable, report, proof: Some(Proof::Lpv(Box::new(design))) })
 }
 
+/// A, C and the sectors of a plant.
+type Split = (DMatrix<f64>, DMatrix<f64>, Vec<Sector>);
+
 /// The entries of Df that vary over the box, each as a sector of its own: by the mean value theorem, component by component,
 /// `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
-fn sectors(model: &Model, region: &Region) -> Result<(DMatrix<f64>, DMatrix<f64>, Vec<Sector>), Misfit> {
+fn sectors(model: &Model, region: &Region) -> Result<Split, Misfit> {
     let n = model.size().states;
     let jacobians = enclose(model, region).map_err(DesignError::from)?;
     let size = (0..n * n).map(|k| &jacobians.a[(k / n, k % n)]).map(|x| x.lo().abs().max(x.hi().abs()));
@@ -84,17 +87,12 @@ pub(super) fn lipschitz(
 ) -> Result<Designed, Misfit> {
     let model = &study.plant.model;
     let (read_a, c, read) = sectors(model, region)?;
-    let (plant, count, whose) = match split {
-        Some((a, sectors)) => (
-            LipschitzPlant::new(a.clone(), c, sectors.clone())?,
-            sectors.len(),
-            "The sectors are the study's own, and not checked.",
-        ),
-        None => {
-            let count = read.len();
-            (LipschitzPlant::new(read_a, c, read)?, count, "The sectors enclose the Jacobian over the box.")
-        }
+    let (a, sectors, whose) = match split {
+        Some((a, sectors)) => (a.clone(), sectors.clone(), "The sectors are the study's own, and not checked."),
+        None => (read_a, read, "The sectors enclose the Jacobian over the box."),
     };
+    let count = sectors.len();
+    let plant = LipschitzPlant::new(a, c, sectors)?;
     let design = match gain {
         Some(gain) => LipschitzDesign::with_gain(&plant, gain, rate)?,
         None => LipschitzDesign::new(&plant, rate)?,

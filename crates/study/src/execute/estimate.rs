@@ -31,7 +31,7 @@ pub fn estimate(study: &Study, step: Step) -> Estimate {
         .iter()
         .map(|wish| match &wish.kind {
             ObserverKind::KklNumerical(kkl) => {
-                ((kkl.points as f64).powi(study.plant.states.len() as i32) + BESIDES) * ONE_T
+                ((kkl.points as f64).powf(study.plant.states.len() as f64) + BESIDES) * ONE_T
                     + kkl.samples as f64 * 1e-5
             }
             _ => 0.0,

@@ -48,7 +48,7 @@ pub(super) fn all<'a>(
     log: &Log,
     members: &[Member<'a>],
     options: &RunOptions<'_>,
-) -> Result<(LogReport, Vec<Outcome<'a>>), SimError> {
+) -> (LogReport, Vec<Outcome<'a>>) {
     let recording = &log.recording;
     let times = recording.times();
     let one = |member: &Member<'a>| {
@@ -75,7 +75,7 @@ pub(super) fn all<'a>(
     };
     let (reports, runs): (Vec<_>, Vec<_>) = members.par_iter().filter_map(one).collect::<Vec<_>>().into_iter().unzip();
     let ends = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
-    Ok((LogReport { samples: times.len(), start: ends.0, end: ends.1, rows: reports }, runs))
+    (LogReport { samples: times.len(), start: ends.0, end: ends.1, rows: reports }, runs)
 }
 
 fn run(recording: &Recording, replayed: ReplayedObserver) -> Run {

@@ -162,7 +162,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
-        let (report, outcomes) = log::all(study, log, &members, options)?;
+        let (report, outcomes) = log::all(study, log, &members, options);
         results.warnings.extend(log.suspicions.iter().map(|suspicion| format!("in the log: {suspicion}")));
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();

@@ -84,8 +84,11 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
     Ok(Some(report))
 }
 
-/// Times, states and inputs at which a nonlinear plant is looked at.
-fn along(study: &Study, members: &[Member<'_>]) -> Result<Vec<(f64, DVector<f64>, DVector<f64>)>, StudyError> {
+/// A time, the state and the input there.
+type Moment = (f64, DVector<f64>, DVector<f64>);
+
+/// Where a nonlinear plant is looked at.
+fn along(study: &Study, members: &[Member<'_>]) -> Result<Vec<Moment>, StudyError> {
     let size = study.plant.model.size();
     let Some(simulation) = &study.simulation else {
         let u = DVector::zeros(size.inputs);

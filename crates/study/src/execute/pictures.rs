@@ -104,10 +104,10 @@ fn states(runs: &Runs<'_>) -> Named {
     let rows = runs.rows(runs.first);
     let panel = |i: usize| {
         let mut panel = Panel::new(TIME, runs.label(i));
-        if !runs.measured {
-            if let Some(truth) = line("plant", runs.first, &rows, |k| runs.first.x[(k, i)]) {
-                panel = panel.series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
-            }
+        if !runs.measured
+            && let Some(truth) = line("plant", runs.first, &rows, |k| runs.first.x[(k, i)])
+        {
+            panel = panel.series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
         }
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
@@ -200,6 +200,9 @@ fn innovations(runs: &Runs<'_>) -> Named {
     figure("innovations", "Innovations", caption, runs.study.plant.outputs.iter().enumerate().map(panel).collect())
 }
 
+/// What a row of a sweep is judged by.
+type Merit = fn(&crate::results::SweepRow) -> Option<f64>;
+
 /// The sweep: each merit against the parameter.
 pub(super) fn sweep(report: &SweepReport) -> Named {
     let observers: Vec<&String> = report.rows.iter().fold(Vec::new(), |mut names, row| {
@@ -208,7 +211,6 @@ pub(super) fn sweep(report: &SweepReport) -> Named {
         }
         names
     });
-    type Merit = fn(&crate::results::SweepRow) -> Option<f64>;
     let merits: [(&str, Merit); 3] =
         [("time to settle", |row| row.settling), ("rms of |e|", |row| row.rms), ("largest |e|", |row| row.peak)];
     let panel = |(label, merit): (&str, Merit)| {

@@ -65,10 +65,10 @@ pub(super) fn trajectory(
         scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
     }
     let name = member.map(|member| member.wish.name.as_str());
-    if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name) {
-        if let Some(fed) = members.iter().find(|fed| fed.wish.name == observer) {
-            scenario = fed.designed.runnable.join(scenario, &fed.wish.name, &fed.wish.initial);
-        }
+    if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
+        && let Some(fed) = members.iter().find(|fed| fed.wish.name == observer)
+    {
+        scenario = fed.designed.runnable.join(scenario, &fed.wish.name, &fed.wish.initial);
     }
     if let Some(member) = member {
         let name = &member.wish.name;

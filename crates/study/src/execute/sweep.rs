@@ -121,13 +121,11 @@ fn cell(
             }
         }
     } else {
-        match member(members, &wish.name) {
-            Some(member) => member.designed,
-            None => {
-                row.failure = Some("it has no design".to_owned());
-                return Ok(row);
-            }
-        }
+        let Some(member) = member(members, &wish.name) else {
+            row.failure = Some("it has no design".to_owned());
+            return Ok(row);
+        };
+        member.designed
     };
     let factor = if sweep.parameter == Swept::Noise { value } else { 1.0 };
     let mut merits: Vec<MeritsReport> = Vec::new();

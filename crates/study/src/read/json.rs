@@ -25,16 +25,13 @@ const STRICT: ParseOptions = ParseOptions {
 pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
     let nothing = Node { span: 0..text.len(), value: Value::Table(Vec::new()) };
     match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
-        Ok(result) => match result.value {
-            Some(value) => {
-                let mut twice = Vec::new();
-                (node(&value, &mut twice), twice)
-            }
-            None => {
-                let mistake = Diagnostic::new(0..0, "the file is empty", "expected an object");
-                (nothing, vec![mistake])
-            }
-        },
+        Ok(result) => {
+            let Some(value) = result.value else {
+                return (nothing, vec![Diagnostic::new(0..0, "the file is empty", "expected an object")]);
+            };
+            let mut twice = Vec::new();
+            (node(&value, &mut twice), twice)
+        }
         Err(error) => {
             let range = error.range();
             let mistake = Diagnostic::new(range.start..range.end, error.kind().to_string(), "this is not JSON");

@@ -72,17 +72,17 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     let plant = plant::plant(root.get("plant")?, reader)?;
     let observers = observer::observers(root, &plant, source, reader);
     let input = surroundings::input(root.get("input"), &plant, observers.as_deref(), reader);
-    let simulation = root.get("simulation").map(|node| surroundings::simulation(node, &plant, reader));
-    if let (Some(node), Some(input), Some(Some(simulation))) = (root.get("input"), &input, &simulation) {
+    let simulation = root.get("simulation").and_then(|node| surroundings::simulation(node, &plant, reader));
+    if let (Some(node), Some(input), Some(simulation)) = (root.get("input"), &input, &simulation) {
         surroundings::input_over(node, input, plant.inputs.len(), simulation, reader);
     }
-    let log = root.get("log").map(|node| surroundings::log(node, &plant, reader));
+    let log = root.get("log").and_then(|node| surroundings::log(node, &plant, reader));
     let plot = surroundings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
-    let sweep = root.get("sweep").map(|node| {
+    let sweep = root.get("sweep").and_then(|node| {
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
             reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
         }
-        surroundings::sweep(node, observers.as_deref(), simulation.as_ref().and_then(Option::as_ref), reader)
+        surroundings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
     });
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
     let stem = Path::new(source.name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -90,11 +90,11 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         title: title.or(stem).unwrap_or_default(),
         about: root.get("about").and_then(Node::text).unwrap_or_default().to_owned(),
         input: input?,
-        simulation: transpose(simulation)?,
-        log: transpose(log)?,
+        simulation: sound(root, "simulation", simulation).ok()?,
+        log: sound(root, "log", log).ok()?,
         observers: observers?,
         plot: plot?,
-        sweep: transpose(sweep)?,
+        sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),
         source: Arc::clone(source),
         plant,
@@ -102,13 +102,12 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
 }
 
 /// A table that is absent is well; one that is there and has mistakes is not.
-fn transpose<T>(table: Option<Option<T>>) -> Option<Option<T>> {
-    match table {
-        None => Some(None),
-        Some(None) => None,
-        Some(Some(table)) => Some(Some(table)),
-    }
+fn sound<T>(root: &Node, key: &str, table: Option<T>) -> Result<Option<T>, Reported> {
+    if table.is_none() && root.get(key).is_some() { Err(Reported) } else { Ok(table) }
 }
+
+/// A mistake that the reader keeps already.
+struct Reported;
 
 /// Where the tables begin: those of the first level, and each of a list of them.
 fn starts(root: &Node) -> Vec<usize> {

@@ -4,7 +4,7 @@ use luenberger_sim::{Integrator, Settings};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
-use super::{Reader, check, plant};
+use super::{Reader, Reported, check, plant};
 use crate::expression::Scope;
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
@@ -35,12 +35,12 @@ pub(super) fn input(
         }
         (Some(entry), None) => {
             let count = entry.node.list()?.len();
-            if count != inputs {
+            if count == inputs {
+                plant::list(&entry.node, &Scope::time(), reader).map(|list| Some(Program::Expressions(list)))
+            } else {
                 let message = format!("`expressions` has {count} entries, and the plant has {inputs} inputs");
                 reader.wrong(entry.node.span.clone(), message, format!("expected {inputs} expressions of t"));
                 None
-            } else {
-                plant::list(&entry.node, &Scope::time(), reader).map(|list| Some(Program::Expressions(list)))
             }
         }
         (None, Some(entry)) => {
@@ -95,12 +95,12 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     let x0 = reader.numbers(at, "x0", plant.states.len(), "states")?;
     // A duration that is none is reported already, and nothing can be held against it.
     let duration = node.get("duration")?.number().filter(|duration| *duration > 0.0 && duration.is_finite())?;
-    if let Model::Expressions(expressions) = &plant.model {
-        if let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()]) {
-            let message = format!("the plant is not defined where it starts: {error}");
-            reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
-            return None;
-        }
+    if let Model::Expressions(expressions) = &plant.model
+        && let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()])
+    {
+        let message = format!("the plant is not defined where it starts: {error}");
+        reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
+        return None;
     }
     let integrator = match node.get("integrator").and_then(Node::text) {
         Some("explicit") => Integrator::Explicit,
@@ -180,28 +180,33 @@ pub(super) fn plot(
             Some(found.into_iter().collect::<Option<Vec<_>>>()?)
         }
     };
-    let named = named(node, observers, reader)?;
+    let named = named(node, observers, reader).ok()?;
     let end = |key: &str| match node.get(key) {
         None => Some(None),
         Some(value) => value.number().map(Some),
     };
     let (from, to) = (end("from")?, end("to")?);
-    if let (Some(from), Some(to), Some(entry)) = (from, to, node.entry("to")) {
-        if to <= from {
-            reader.wrong(entry.node.span.clone(), format!("the figures go from {from} to {to}"), "expected from < to");
-            return None;
-        }
+    if let (Some(from), Some(to), Some(entry)) = (from, to, node.entry("to"))
+        && to <= from
+    {
+        reader.wrong(entry.node.span.clone(), format!("the figures go from {from} to {to}"), "expected from < to");
+        return None;
     }
     Some(Plot { show, states, observers: named, from, to })
 }
 
-/// The names of the key `observers`, each of which must be one.
-fn named(node: &Node, observers: Option<&[ObserverWish]>, reader: &mut Reader) -> Option<Option<Vec<String>>> {
-    let (Some(list), Some(observers)) = (node.get("observers"), observers) else { return Some(None) };
+/// The names of the key `observers`, each of which must be one; `None` without the key.
+fn named(
+    node: &Node,
+    observers: Option<&[ObserverWish]>,
+    reader: &mut Reader,
+) -> Result<Option<Vec<String>>, Reported> {
+    let (Some(list), Some(observers)) = (node.get("observers"), observers) else { return Ok(None) };
     let known: Vec<String> = observers.iter().map(|observer| observer.name.clone()).collect();
-    let found: Vec<Option<usize>> = list.list()?.iter().map(|name| reader.position(name, "observer", &known)).collect();
-    let found: Vec<usize> = found.into_iter().collect::<Option<_>>()?;
-    Some(Some(found.into_iter().map(|k| known[k].clone()).collect()))
+    let list = list.list().ok_or(Reported)?;
+    let found: Vec<Option<usize>> = list.iter().map(|name| reader.position(name, "observer", &known)).collect();
+    let found: Vec<usize> = found.into_iter().collect::<Option<_>>().ok_or(Reported)?;
+    Ok(Some(found.into_iter().map(|k| known[k].clone()).collect()))
 }
 
 pub(super) fn sweep(
@@ -218,7 +223,7 @@ pub(super) fn sweep(
         "initial" => Swept::Initial,
         _ => return None,
     };
-    let observers_named = named(node, observers, reader)?;
+    let observers_named = named(node, observers, reader).ok()?;
     let chosen = |observer: &&ObserverWish| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
     let swept: Vec<&ObserverWish> = observers?.iter().filter(chosen).collect();
     if swept.is_empty() {

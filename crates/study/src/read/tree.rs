@@ -85,7 +85,7 @@ impl Node {
     /// The count: a number without a fraction, from 0 to 2^53.
     pub(crate) fn count(&self) -> Option<usize> {
         let x = self.number()?;
-        (x >= 0.0 && x <= 9_007_199_254_740_992.0 && x.fract() == 0.0).then_some(x as usize)
+        ((0.0..=9_007_199_254_740_992.0).contains(&x) && x.fract() == 0.0).then_some(x as usize)
     }
 
     /// The truth.
