@@ -101,6 +101,9 @@ fn observability(report: &ObservabilityReport) -> Section {
             report.rank, report.order
         ),
     });
+    section = section.prose(
+        "A margin is how well a mode is seen, sigma_min([A - lambda I; C]) relative to the size of [A; C]: 0 for a mode that no output sees.",
+    );
     for point in &report.points {
         if let Some(t) = point.t {
             section = section.heading(format!("at t = {}", short(t)));
