@@ -1,0 +1,87 @@
+//! The same study has the same bytes, however many threads there are and wherever the memory lies.
+#![allow(unsafe_code, reason = "an allocator is an unsafe trait; this one passes on, and moves what it gets")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
+
+/// Gives memory at every place of a line of the cache in turn: kernels that begin at an aligned address would add up in another order each time.
+struct Shifting;
+
+static NEXT: AtomicUsize = AtomicUsize::new(0);
+
+/// A line of the cache, and the widest vector there is.
+const LINE: usize = 64;
+
+fn outer(layout: Layout) -> Option<Layout> {
+    Layout::from_size_align(layout.size().checked_add(2 * LINE)?, LINE).ok()
+}
+
+// SAFETY: what is handed out lies at most two lines behind the start of a block that is two lines longer, at a multiple of the alignment asked for; how far, stands in the word before it.
+unsafe impl GlobalAlloc for Shifting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if layout.align() >= LINE {
+            // SAFETY: as required of the caller.
+            return unsafe { System.alloc(layout) };
+        }
+        let Some(block) = outer(layout) else { return std::ptr::null_mut() };
+        let step = layout.align().max(size_of::<usize>());
+        let offset = LINE + NEXT.fetch_add(1, Ordering::Relaxed) * step % LINE;
+        // SAFETY: the block is not empty; the word before the offset and all that is asked for lie within it.
+        unsafe {
+            let start = System.alloc(block);
+            if start.is_null() {
+                return start;
+            }
+            let given = start.add(offset);
+            given.cast::<usize>().sub(1).write_unaligned(offset);
+            given
+        }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as required of the caller; the word before a pointer that `alloc` moved says how far.
+        unsafe {
+            match outer(layout) {
+                Some(block) if layout.align() < LINE => {
+                    let offset = pointer.cast::<usize>().sub(1).read_unaligned();
+                    System.dealloc(pointer.sub(offset), block);
+                }
+                _ => System.dealloc(pointer, layout),
+            }
+        }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Shifting = Shifting;
+
+/// The rod of twenty temperatures with a gain from inequalities in 271 unknowns: large enough for kernels with several threads, if any asked for them.
+fn rod() -> Study {
+    let text = template::template("heat-rod").unwrap().text;
+    let (plant, _) = text.split_once("[[observer]]").unwrap();
+    let observer = "[[observer]]\nname = \"inequalities\"\nkind = \"luenberger\"\ndecay_rate = 0.1\n";
+    let initial = format!("initial = [{}]\n", ["20"; 20].join(", "));
+    Study::from_text("rod.toml", &format!("{plant}{observer}{initial}"), Format::Toml, ".".as_ref()).unwrap()
+}
+
+/// The design in all its digits, and its certificate.
+fn design(study: &Study, threads: usize) -> (String, String) {
+    let options = RunOptions { threads: Some(threads), ..RunOptions::default() };
+    let results = execute(study, Step::Design, &options).unwrap();
+    assert_eq!(results.failures(), Vec::<String>::new());
+    let designed = luenberger_study::design::design(study, &study.observers[0]).unwrap();
+    (results.to_json().unwrap(), designed.proof.unwrap().file("rod").unwrap())
+}
+
+#[test]
+fn a_design_by_inequalities_has_the_same_bytes_with_any_number_of_threads_anywhere_in_memory() {
+    let study = rod();
+    let first = design(&study, 1);
+    for threads in [2, 3, 1] {
+        let again = design(&study, threads);
+        assert!(first.0 == again.0, "study.json with {threads} threads differs from that with one");
+        assert!(first.1 == again.1, "the certificate with {threads} threads differs from that with one");
+    }
+}
