@@ -83,9 +83,21 @@ fn eigenvalue([re, im]: [f64; 2]) -> String {
     }
 }
 
+/// The terms of a direction that weigh most, and how many there are besides; `study.json` has all.
+fn leading(words: &str) -> String {
+    const SHOWN: usize = 6;
+    let mut signs: Vec<usize> =
+        [" + ", " - "].iter().flat_map(|sign| words.match_indices(sign)).map(|(at, _)| at).collect();
+    signs.sort_unstable();
+    match signs.get(SHOWN - 1) {
+        Some(end) => format!("{} and {} smaller terms", &words[..*end], signs.len() + 1 - SHOWN),
+        None => words.to_owned(),
+    }
+}
+
 fn modes(modes: &[ModeReport]) -> Grid {
     modes.iter().fold(Grid::new(&["mode", "margin", "seen least along"]), |grid, mode| {
-        grid.row([Cell::number(eigenvalue(mode.eigenvalue)), Cell::from(mode.margin), Cell::from(mode.words.as_str())])
+        grid.row([Cell::number(eigenvalue(mode.eigenvalue)), Cell::from(mode.margin), Cell::from(leading(&mode.words))])
     })
 }
 
@@ -251,4 +263,19 @@ fn comparison(results: &Results) -> Section {
         }
     }
     section
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_of_many_states_is_told_by_its_leading_terms() {
+        assert_eq!(leading("x2"), "x2");
+        assert_eq!(leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f"), "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f");
+        assert_eq!(
+            leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f + 0.4 g - 0.3 h"),
+            "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f and 2 smaller terms"
+        );
+    }
 }
