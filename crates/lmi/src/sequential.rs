@@ -6,10 +6,11 @@
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::linalg::cholesky::llt::{factor, inverse, solve};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatRef, Par, Spec};
 
 /// `L R`.
 pub(crate) fn product(l: MatRef<'_, f64>, r: MatRef<'_, f64>) -> Mat<f64> {
@@ -28,10 +29,10 @@ impl Cholesky {
         let n = m.nrows();
         let mut l = Mat::zeros(n, n);
         l.copy_from_triangular_lower(m);
-        let scratch = factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+        let scratch = factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Spec::default());
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
-        factor::cholesky_in_place(l.as_mut(), Default::default(), Par::Seq, stack, Default::default()).ok()?;
+        factor::cholesky_in_place(l.as_mut(), LltRegularization::default(), Par::Seq, stack, Spec::default()).ok()?;
         for j in 1..n {
             l.col_as_slice_mut(j)[..j].fill(0.0);
         }
@@ -69,10 +70,10 @@ impl Cholesky {
 pub(crate) fn eigenvalues(m: &Mat<f64>) -> Option<Vec<f64>> {
     let n = m.nrows();
     let mut values = Diag::zeros(n);
-    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::No, Par::Seq, Default::default());
+    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::No, Par::Seq, Spec::default());
     let mut memory = MemBuffer::new(scratch);
     let stack = MemStack::new(&mut memory);
-    self_adjoint_evd(m.as_ref(), values.as_mut(), None, Par::Seq, stack, Default::default()).ok()?;
+    self_adjoint_evd(m.as_ref(), values.as_mut(), None, Par::Seq, stack, Spec::default()).ok()?;
     Some(values.column_vector().iter().copied().collect())
 }
 

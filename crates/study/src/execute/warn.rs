@@ -43,11 +43,11 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
 
 /// The box of an observer's certificate, if it has one with an end.
 fn region(kind: &ObserverKind) -> Option<&Region> {
-    let region = match kind {
-        ObserverKind::Lpv { region, .. }
-        | ObserverKind::MeanValue { region, .. }
-        | ObserverKind::Lipschitz { region, split: None, .. } => region,
-        _ => return None,
+    let (ObserverKind::Lpv { region, .. }
+    | ObserverKind::MeanValue { region, .. }
+    | ObserverKind::Lipschitz { region, split: None, .. }) = kind
+    else {
+        return None;
     };
     region.states().iter().any(|(low, high)| low.is_finite() || high.is_finite()).then_some(region)
 }
