@@ -18,7 +18,7 @@ fn outer(layout: Layout) -> Option<Layout> {
     Layout::from_size_align(layout.size().checked_add(2 * LINE)?, LINE).ok()
 }
 
-// SAFETY: what is handed out lies at most two lines behind the start of a block that is two lines longer, at a multiple of the alignment asked for; how far, stands in the word before it.
+// SAFETY: what is handed out lies at most two lines behind the start of a block that is two lines longer, at a multiple of the alignment asked for; how far, stands in the byte before it.
 unsafe impl GlobalAlloc for Shifting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if layout.align() >= LINE {
@@ -28,24 +28,25 @@ unsafe impl GlobalAlloc for Shifting {
         let Some(block) = outer(layout) else { return std::ptr::null_mut() };
         let step = layout.align().max(size_of::<usize>());
         let offset = LINE + NEXT.fetch_add(1, Ordering::Relaxed) * step % LINE;
-        // SAFETY: the block is not empty; the word before the offset and all that is asked for lie within it.
+        // SAFETY: the block is not empty; the byte before the offset and all that is asked for lie within it.
         unsafe {
             let start = System.alloc(block);
             if start.is_null() {
                 return start;
             }
             let given = start.add(offset);
-            given.cast::<usize>().sub(1).write_unaligned(offset);
+            // Below two lines, 128.
+            given.sub(1).write(offset as u8);
             given
         }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as required of the caller; the word before a pointer that `alloc` moved says how far.
+        // SAFETY: as required of the caller; the byte before a pointer that `alloc` moved says how far.
         unsafe {
             match outer(layout) {
                 Some(block) if layout.align() < LINE => {
-                    let offset = pointer.cast::<usize>().sub(1).read_unaligned();
+                    let offset = usize::from(pointer.sub(1).read());
                     System.dealloc(pointer.sub(offset), block);
                 }
                 _ => System.dealloc(pointer, layout),
