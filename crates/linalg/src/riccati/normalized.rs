@@ -8,9 +8,9 @@
 
 use super::scaled::Scaled;
 use super::{NEWTON_STEPS, hamiltonian};
-use crate::sequential::hermitian_eigen;
 use crate::argument::symmetric_part;
 use crate::product::view;
+use crate::sequential::hermitian_eigen;
 use crate::{LinalgError, Result};
 use nalgebra::{DMatrix, DVector};
 
