@@ -166,11 +166,12 @@ proptest! {
         prop_assert!(found["residual"].as_f64().unwrap() <= 50.0 * n as f64 * f64::EPSILON);
     }
 
-    /// Doubles that go in by their shortest decimals come out by them.
+    /// Doubles that go in by their shortest decimals come out by them, in whatever units. (Within one matrix they are of comparable size: an eigenvalue that is
+    /// below a rounding of another may be lost.)
     #[test]
-    fn doubles_survive_the_way_through(bits in prop::collection::vec(any::<f64>(), 1..=3)) {
-        let n = bits.len();
-        let diagonal = |i: usize, j: usize| if i == j && bits[i].is_finite() && bits[i].abs() < 1e150 { bits[i] } else { 0.0 };
+    fn doubles_survive_the_way_through(entries in prop::collection::vec(-1.0..1.0_f64, 1..=3), exponent in -400..=400_i32) {
+        let n = entries.len();
+        let diagonal = |i: usize, j: usize| if i == j { entries[i] * 2f64.powi(exponent) } else { 0.0 };
         let rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| diagonal(i, j)).collect()).collect();
         let found = luenberger(&["eig", "-", "--json"], json!({ "a": rows }).to_string()).json();
         for (i, row) in rows.iter().enumerate() {
