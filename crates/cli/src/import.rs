@@ -3,6 +3,7 @@
 use crate::answer::Answer;
 use crate::arguments::ImportInput;
 use crate::failure::Failure;
+use crate::numbers::count;
 use crate::output;
 use serde::Serialize;
 
@@ -34,7 +35,9 @@ pub(crate) fn import(input: &ImportInput) -> Result<Answer, Failure> {
             _ => format!("not used: {}\n", model.ignored.join(", ")),
         };
         let path = input.output.display();
-        format!("{path}: {states} states, {inputs} inputs, {outputs} outputs\n{ignored}")
+        let sizes =
+            [(states, "state"), (inputs, "input"), (outputs, "output")].map(|(number, what)| count(number, what));
+        format!("{path}: {}\n{ignored}", sizes.join(", "))
     };
     let study = if is_standard { study } else { input.output.display().to_string() };
     Ok(Answer::new(text, &Imported { study, states, inputs, outputs, ignored: &model.ignored })?)

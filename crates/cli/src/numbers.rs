@@ -12,6 +12,21 @@ pub(crate) fn size(x: f64) -> String {
     digits(x, 2)
 }
 
+/// A margin relative to what it is a margin of: below a rounding it is none.
+pub(crate) fn margin(x: f64) -> String {
+    size(beside(x, 1.0))
+}
+
+/// `x`, or 0 where it is rounding error of numbers as large as `largest`: what operations of a few steps leave of an exact zero.
+pub(crate) fn beside(x: f64, largest: f64) -> f64 {
+    if x.abs() <= 8.0 * f64::EPSILON * largest { 0.0 } else { x }
+}
+
+/// `1 state`, `2 states`.
+pub(crate) fn count(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 fn digits(x: f64, count: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".to_owned() } else { x.to_string() };
@@ -85,6 +100,17 @@ mod tests {
         let expected =
             ["0", "0", "1", "-12.5", "0.333333", "1e6", "123457", "1.5e-9", "0.00012", "inf", "1e6", "1e300"];
         assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn what_is_rounding_error_is_told_as_zero() {
+        assert_eq!(
+            (margin(2.7e-126), margin(0.333), margin(1e-14)),
+            ("0".to_owned(), "0.33".to_owned(), "1e-14".to_owned())
+        );
+        // Of large numbers more is rounding error, of small ones less.
+        assert_eq!((beside(1e-4, 1e12), beside(-1e-17, 1e-12)), (0.0, -1e-17));
+        assert_eq!((count(1, "state"), count(0, "input")), ("1 state".to_owned(), "0 inputs".to_owned()));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use luenberger::plants::DynamicPlant;
 use luenberger::proof::certificate::verify;
 use nalgebra::dmatrix;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
     let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
     let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;

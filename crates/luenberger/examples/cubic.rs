@@ -4,7 +4,7 @@ use luenberger::design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
 use luenberger::plants::DynamicPlant;
 use nalgebra::dmatrix;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Position is measured, velocity is wanted.
     let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
     let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;

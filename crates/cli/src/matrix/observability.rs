@@ -5,6 +5,7 @@ use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
 use crate::numbers;
+use nalgebra::Complex;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -33,11 +34,14 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
     let mut text = format!("rank {} of {}", found.rank, found.order);
     text.push_str(if found.is_observable() { ": observable\n" } else { ": not observable\n" });
     for mode in &found.modes {
-        let (eigenvalue, margin) = (numbers::complex(mode.eigenvalue), numbers::size(mode.margin));
+        let (eigenvalue, margin) = (numbers::complex(mode.eigenvalue), numbers::margin(mode.margin));
         text.extend(["  mode ", &eigenvalue, ": margin ", &margin, "\n"]);
     }
     for mode in &found.unobservable {
-        let direction: Vec<String> = mode.direction.iter().map(|v| numbers::complex(*v)).collect();
+        // The direction has the length 1.
+        let entry =
+            |v: &Complex<f64>| numbers::complex(Complex::new(numbers::beside(v.re, 1.0), numbers::beside(v.im, 1.0)));
+        let direction: Vec<String> = mode.direction.iter().map(entry).collect();
         text.extend(["hidden: ", &numbers::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
     }
     let hidden = |mode: &luenberger_linalg::Mode| Hidden {

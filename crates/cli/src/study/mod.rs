@@ -1,5 +1,6 @@
 //! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`, `sweep`.
 
+mod cost;
 mod interrupt;
 mod new;
 mod told;
@@ -17,6 +18,7 @@ pub(crate) use new::new;
 /// Does one step of a study, or all.
 pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     let study = Study::from_path(&input.study)?;
+    cost::announce(&study, step, input.threads);
     let bar = Bar::new();
     let options = RunOptions {
         output: folder(step, input),

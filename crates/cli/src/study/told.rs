@@ -1,6 +1,6 @@
 //! Results for people: what was found, what failed, where the files are.
 
-use crate::numbers::{complex, number, size};
+use crate::numbers::{beside, complex, count, margin, number, size};
 use luenberger_study::results::{
     LogReport, ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, SimulationReport, SweepReport,
 };
@@ -12,15 +12,21 @@ use std::path::Path;
 /// The most modes that are told of one point; --json has all.
 const SHOWN: usize = 12;
 
+/// The most entries of a matrix that are told; --json and study.json have all.
+const ENTRIES: usize = 36;
+
+/// The most terms of a direction that are told: the greatest come first.
+const TERMS: usize = 6;
+
 /// All that the results hold.
 pub(super) fn results(step: Step, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
     let plant = &results.plant;
     let mut text = format!(
-        "{}: {} states, {} inputs, {} outputs ({})\n",
+        "{}: {}, {}, {} ({})\n",
         results.title,
-        plant.states.len(),
-        plant.inputs.len(),
-        plant.outputs.len(),
+        count(plant.states.len(), "state"),
+        count(plant.inputs.len(), "input"),
+        count(plant.outputs.len(), "output"),
         plant.kind
     );
     if let Some(report) = &results.observability {
@@ -58,8 +64,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         text.push('\n');
     }
     if let Some(folder) = folder {
-        let count = results.files.len() + 1;
-        _ = writeln!(text, "\n{count} files in {}", folder.display());
+        _ = writeln!(text, "\n{} in {}", count(results.files.len() + 1, "file"), folder.display());
         if results.files.iter().any(|file| file == "report.html") {
             _ = writeln!(text, "report: {}", folder.join("report.html").display());
         }
@@ -81,31 +86,54 @@ fn observability(text: &mut String, report: &ObservabilityReport) {
         for lie in &nonlinear.lie {
             _ = writeln!(text, "Lie derivatives at t = {}: rank {}", number(lie.t), lie.rank);
         }
+        for line in nonlinear.words.lines() {
+            text.extend(["  ", line, "\n"]);
+        }
         if let Some(least) = nonlinear.gramian.first() {
-            _ = writeln!(text, "empirical Gramian: least eigenvalue {}, along {}", size(*least), nonlinear.words);
+            _ = writeln!(text, "  empirical Gramian: least eigenvalue {}", size(*least));
         }
     }
 }
 
 fn modes(text: &mut String, point: &ObservabilityAt) {
-    let eigenvalue = |mode: &ModeReport| complex(Complex::new(mode.eigenvalue[0], mode.eigenvalue[1]));
+    let values =
+        point.modes.iter().chain(&point.hidden).map(|mode| Complex::new(mode.eigenvalue[0], mode.eigenvalue[1]));
+    let largest = values.map(|value| value.norm()).fold(0.0, f64::max);
+    let eigenvalue = |mode: &ModeReport| {
+        let [re, im] = mode.eigenvalue.map(|part| beside(part, largest));
+        complex(Complex::new(re, im))
+    };
     // Those that are seen least come first, and stand for the rest of a large plant.
     let mut modes: Vec<&ModeReport> = point.modes.iter().collect();
     modes.sort_by(|x, y| x.margin.total_cmp(&y.margin));
     for mode in modes.iter().take(SHOWN) {
-        let words =
-            format!("  mode {}: margin {}, least seen along {}\n", eigenvalue(mode), size(mode.margin), mode.words);
+        let words = format!(
+            "  mode {}: margin {}, least seen along {}\n",
+            eigenvalue(mode),
+            margin(mode.margin),
+            shortened(&mode.words)
+        );
         text.push_str(&words);
     }
     if modes.len() > SHOWN {
         _ = writeln!(text, "  and {} more, which are seen better", modes.len() - SHOWN);
     }
     for mode in &point.hidden {
-        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), mode.words);
+        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), shortened(&mode.words));
     }
     if !point.hidden.is_empty() {
         let word = if point.detectable { "decays: an observer exists" } else { "does not decay: no observer exists" };
         _ = writeln!(text, "  what is hidden {word}");
+    }
+}
+
+/// The first terms of a direction such as `x1 - 0.5 x2 + 0.3 x3`.
+fn shortened(words: &str) -> String {
+    let signs =
+        words.match_indices([' ']).filter(|(at, _)| words[*at..].starts_with(" + ") || words[*at..].starts_with(" - "));
+    match signs.map(|(at, _)| at).nth(TERMS - 1) {
+        Some(end) => format!("{} ..", &words[..end]),
+        None => words.to_owned(),
     }
 }
 
@@ -123,8 +151,14 @@ fn observer(text: &mut String, report: &ObserverReport) {
     };
     _ = writeln!(text, ": {}\n  {}", design.verdict, design.statement);
     for matrix in &design.matrices {
-        let rows: Vec<String> =
-            matrix.rows.iter().map(|row| row.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" ")).collect();
+        let columns = matrix.rows.first().map_or(0, Vec::len);
+        if matrix.rows.len() * columns > ENTRIES {
+            _ = writeln!(text, "  {} is {} x {columns}; --json has it", matrix.name, matrix.rows.len());
+            continue;
+        }
+        let largest = matrix.rows.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        let row = |row: &Vec<f64>| row.iter().map(|x| number(beside(*x, largest))).collect::<Vec<_>>().join(" ");
+        let rows: Vec<String> = matrix.rows.iter().map(row).collect();
         _ = writeln!(text, "  {} = [{}]", matrix.name, rows.join("; "));
     }
     if !design.poles.is_empty() {

@@ -216,6 +216,13 @@ fn an_interrupted_sweep_leaves_what_is_finished() {
         stderr: String::from_utf8(output.stderr).unwrap(),
     };
     assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(130), &Value::from("interrupted")), "{ran:?}");
+    // It said so first: 3 runs, and 2000 x 1000 of each observer in the sweep.
+    assert!(
+        ran.stderr.starts_with("this takes about ")
+            && ran.stderr.contains("000003 runs; the runs take most of it); Ctrl-C"),
+        "{}",
+        ran.stderr
+    );
     assert!(files(&out).keys().all(|name| name.extension().is_none_or(|extension| extension != "part")));
     let written = std::fs::read_to_string(out.join("study.json")).unwrap();
     assert!(serde_json::from_str::<Value>(&written).unwrap()["observers"].is_array());

@@ -1,0 +1,37 @@
+//! Luenberger's observer from four wishes: poles, noise, a decay rate, and a gain of one's own, each with its proof.
+
+use luenberger::prelude::*;
+use nalgebra::dmatrix;
+
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // A cart with friction: position is measured, velocity is wanted.
+    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, -0.5], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+    let noise = Wish::Kalman { w: dmatrix![0.0, 0.0; 0.0, 1.0], v: dmatrix![0.01] };
+    let wishes = [
+        ("poles at -2, -5", Wish::poles(&[-2.0, -5.0])),
+        ("the noise is known", noise),
+        ("errors decay like exp(-2 t)", Wish::DecayRate(2.0)),
+        ("a gain of one's own", Wish::Gain(dmatrix![3.0; 2.0])),
+    ];
+    for (words, wish) in &wishes {
+        let design = LinearDesign::new(&plant, wish, &Decrease::default())?;
+        assert!(design.certificate.is_proved());
+        let run = Scenario::new(&plant)
+            .initial_state(&[-3.0, -3.0])
+            .input(Signal::scalar(f64::sin))
+            .observer("linear", design.observer.clone(), &[0.0, 0.0])
+            .until(5.0, 101)
+            .run()?;
+        let error = run.error_trace("linear", 1)?;
+        let settled = metrics::settling_last(&error, 0.05).map_or("later".to_owned(), |t| format!("from t = {t:.2}"));
+        println!("{words}: L = {:.3}", design.observer.l.transpose());
+        println!("  poles of A - L C: {:.3?}", design.poles.iter().map(|s| (s.re, s.im)).collect::<Vec<_>>());
+        println!("  |velocity - estimate| below 0.05 {settled}");
+        print!("{}", design.certificate);
+    }
+    // A velocity sensor alone never sees the position: the error names the mode.
+    let blind = DynamicPlant { c: dmatrix![0.0, 1.0], ..plant };
+    let refused = LinearDesign::new(&blind, &Wish::poles(&[-2.0, -5.0]), &Decrease::default());
+    println!("velocity measured instead: {}", refused.expect_err("no gain moves the position's mode"));
+    Ok(())
+}

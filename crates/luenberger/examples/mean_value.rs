@@ -1,0 +1,40 @@
+//! The mean-value-theorem observer on a flexible joint: as printed it has to be told the answer; repaired it finds it.
+
+use luenberger::design::mean_value::RepairedDesign;
+use luenberger::observers::Integral;
+use luenberger::plants::flexible_joint;
+use luenberger::prelude::*;
+use nalgebra::{DMatrix, Vector4};
+
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // Angle and speed of the motor are measured, those of the link are wanted; gravity pulls the link by 3.33 sin x3.
+    let plant = flexible_joint::classical();
+    let a = DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice());
+    let vertices = [-3.33, 3.33].map(|slope| {
+        let mut vertex = a.clone();
+        vertex[(3, 2)] += slope;
+        vertex
+    });
+    // One gain for every slope that the sine has: the error decays at least like exp(-t), from wherever it starts.
+    let design = RepairedDesign::new(&vertices, 2, 1.0)?;
+    println!("L = {:.2}{}", design.l, design.certificate);
+
+    let (x0, xhat0) = (Vector4::repeat(3.0), Vector4::new(1.0, 2.0, 0.5, 1.0));
+    let nothing = Vector4::zeros();
+    let told = MeanValueObserver::new(plant, 1.0, Integral, x0 - xhat0)?;
+    let printed = MeanValueObserver::new(plant, 1.0, Integral, nothing)?;
+    let repaired = design.observer(plant, 1.0, Integral, nothing)?;
+    let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
+        .input(|t, u| u[0] = t.sin())
+        .until(10.0, 101)
+        .observer("printed, told x(0) - xhat(0)", &told)
+        .observer("printed, told nothing", &printed)
+        .observer("repaired, told nothing", &repaired)
+        .run()?;
+    println!("{table}");
+    let at_the_end = |name: &str| -> Result<f64, Box<dyn std::error::Error>> {
+        Ok(table.row(name)?.outcome.as_ref().map_err(Clone::clone)?.last)
+    };
+    assert!(at_the_end("repaired, told nothing")? < 1e-2 * at_the_end("printed, told nothing")?);
+    Ok(())
+}
