@@ -1,4 +1,4 @@
-//! The examples in the pages of `docs/commands` and in `docs/from-matlab.md` are run, and do what the pages say.
+//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md` and in `docs/guide.md` are run, and do what the pages say.
 
 use crate::terminal::{folder, run};
 use std::path::{Path, PathBuf};
@@ -16,18 +16,28 @@ fn docs() -> PathBuf {
 
 fn pages() -> Vec<PathBuf> {
     let commands = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
-    let mut pages: Vec<_> = commands.chain([docs().join("from-matlab.md")]).collect();
+    let mut pages: Vec<_> = commands.chain(["from-matlab.md", "guide.md"].map(|page| docs().join(page))).collect();
     pages.sort();
     pages
 }
 
-/// The commands of a page, each with the lines that follow it.
+/// The commands of a page, each with the lines that follow it. A block "```toml NAME" is a command as well: its lines are added to the file of that name.
 fn examples(page: &str) -> Vec<(String, Vec<String>)> {
     let mut examples: Vec<(String, Vec<String>)> = Vec::new();
-    let mut is_inside = false;
+    let (mut is_inside, mut is_file) = (false, false);
     for line in page.lines() {
         if line.starts_with("```") {
+            if is_file {
+                examples.last_mut().expect("a file that was begun").0 += "END";
+            }
             is_inside = line == "```console";
+            is_file = line.starts_with("```toml ");
+            if let Some(name) = line.strip_prefix("```toml ") {
+                examples.push((format!("cat >> {name} << 'END'\n"), Vec::new()));
+            }
+        } else if is_file {
+            let file = &mut examples.last_mut().expect("a file that was begun").0;
+            file.extend([line, "\n"]);
         } else if let (true, Some(command)) = (is_inside, line.strip_prefix("$ ")) {
             examples.push((command.to_owned(), Vec::new()));
         } else if is_inside {
@@ -109,7 +119,7 @@ fn is_output(found: &[&str], expected: &[String]) -> bool {
 #[test]
 fn every_example_does_what_its_page_says() {
     let binary = Path::new(env!("CARGO_BIN_EXE_luenberger")).parent().unwrap().to_owned();
-    let mut count = 0;
+    let (mut count, mut wrong) = (0, String::new());
     for page in pages() {
         let name = page.file_stem().unwrap().to_string_lossy().into_owned();
         let here = folder(&format!("page-{name}"));
@@ -121,19 +131,18 @@ fn every_example_does_what_its_page_says() {
             let mut shell = Command::new("sh");
             shell
                 .arg("-c")
-                .arg(format!("{{ {command}; }} 2>&1"))
+                .arg(format!("{{ {command}\n}} 2>&1"))
                 .current_dir(&here)
                 .env("PATH", path.as_ref().unwrap());
             let ran = run(&mut shell, b"");
             let found: Vec<&str> = ran.stdout.lines().collect();
-            assert!(
-                is_output(&found, &expected),
-                "{name}.md\n$ {command}\nprints\n{}\nand the page says\n{}\n",
-                ran.stdout,
-                expected.join("\n")
-            );
+            if !is_output(&found, &expected) {
+                let (found, expected) = (&ran.stdout, expected.join("\n"));
+                wrong += &format!("{name}.md\n$ {command}\nprints\n{found}\nand the page says\n{expected}\n\n");
+            }
         }
     }
+    assert!(wrong.is_empty(), "\n{wrong}");
     assert!(count > 20, "{count} examples");
 }
 
