@@ -1,9 +1,7 @@
 //! The extended Kalman filter: weighs the noise, knows how sure it is, and promises nothing from far away.
 
-use luenberger::observers::Noises;
 use luenberger::plants::VanDerPol;
 use luenberger::prelude::*;
-use luenberger::sim::{Recording, Replay};
 use nalgebra::{DMatrix, Matrix1, Matrix2};
 
 /// 100 Hz.

@@ -1,7 +1,6 @@
 //! A high-gain observer: fast as one likes, at the price of peaking and of noise.
 
-use luenberger::observers::{HighGainMap, ObserverDimensions, high_gain::Place};
-use luenberger::plants::Dimensions;
+use luenberger::observers::high_gain::Place;
 use luenberger::prelude::*;
 use nalgebra::{U1, U2, Vector1, Vector2};
 

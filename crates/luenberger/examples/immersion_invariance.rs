@@ -1,6 +1,5 @@
 //! An immersion-and-invariance observer of Van der Pol's oscillator: only the maps beta and phi are written down, the observer follows.
 
-use luenberger::observers::{Immersion, ObserverDimensions};
 use luenberger::plants::VanDerPol;
 use luenberger::prelude::*;
 use nalgebra::{RealField, U0, U1, U2, Vector1, Vector2, convert};

@@ -1,8 +1,6 @@
 //! A KKL observer with a phi found by hand: the equation that phi has to solve is proved on a box, and a slip of the hand is refuted.
 
 use luenberger::design::kkl::KklSettings;
-use luenberger::observers::{KklMap, ObserverDimensions};
-use luenberger::plants::Dimensions;
 use luenberger::prelude::*;
 use nalgebra::{Matrix1, RealField, U1, Vector1, Vector2, convert};
 

@@ -2,7 +2,6 @@
 
 use luenberger::design::kkl_peb::{Excite, KklPebDesign, SampledRun};
 use luenberger::observers::{KklPebObserver, cascade::Cascade, estimator::gradient::Gradient};
-use luenberger::plants::Dimensions;
 use luenberger::prelude::*;
 use nalgebra::{Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};
 

@@ -1,8 +1,6 @@
 //! Observers on data from the bench: nobody knows the true state, and what an observer is judged by is its innovation.
 
-use luenberger::observers::Noises;
 use luenberger::prelude::*;
-use luenberger::sim::{Recording, Replay};
 use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector2};
 
 /// A motor: the voltage that was sent to it, and the angle that its encoder said, 100 times a second.
@@ -30,12 +28,17 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         let angle = &observer.statistics(1.0)?[0];
         let white = angle.whiteness.as_ref().map_or("-".to_owned(), |test| format!("{:.3}", test.p_value));
         let last = observer.estimate[(observer.t.len() - 1, 1)];
-        println!("{:>14}: rms {:.4}, white with probability {white}, speed at the end {last:.3}", observer.name, angle.rms);
+        println!(
+            "{:>14}: rms {:.4}, white with probability {white}, speed at the end {last:.3}",
+            observer.name, angle.rms
+        );
     }
-    // Only the filter leaves nothing in the data that a model could still explain, and says how sure it is.
+    // The filter says how sure it is as well, and the data agree. The slow observer has not caught up with the speed: its innovation is the largest.
     let filter = replayed.observer("Kalman filter")?;
     let consistency = filter.consistency(1.0)?.ok_or("a filter knows its covariance")?;
     let (low, high) = consistency.bounds;
     println!("nu' S^-1 nu of the filter is {:.3} on average; it should be {low:.3} to {high:.3}", consistency.mean);
+    assert!((low..high).contains(&consistency.mean));
+    assert!(replayed.observer("slow")?.statistics(1.0)?[0].rms > filter.statistics(1.0)?[0].rms);
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! A parameter-estimation-based observer: what integration leaves unknown is a constant, and constants can be estimated.
 
-use luenberger::observers::{KklMap, ObserverDimensions, Regression, estimator::gradient::Gradient};
-use luenberger::plants::Dimensions;
+use luenberger::observers::estimator::gradient::Gradient;
 use luenberger::prelude::*;
 use nalgebra::{Matrix1, U1, Vector1, Vector2};
 
@@ -56,8 +55,9 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (k, t) in run.t.iter().enumerate() {
             println!("  t = {t:2}: x2 - xhat2 = {:+.1e}", error[(k, 0)]);
         }
-        // Integrators integrate every offset there is: the error then stays, where a KKL observer would forget.
-        assert_eq!(error[(4, 0)].abs() < 1e-4, offset == 0.0);
+        // Integrators integrate every offset there is: the estimator has to run after it, and the error stays.
+        let late = error.rows(1, 4).amax();
+        assert!(if offset == 0.0 { late < 1e-9 } else { late > 1e-3 });
     }
     Ok(())
 }

@@ -12,6 +12,11 @@
 //! | [`lmi`] | `luenberger-lmi` | linear matrix inequalities, verified outside the solver |
 //! | [`proof`] | `luenberger-proof` | verdicts in arithmetic that cannot lie |
 //!
+//! Not here, because they bring what a program with an observer in it does not need (a parser, plotting libraries): `luenberger-study` reads plants and
+//! studies from text and writes reports, `luenberger-figures` draws, and the command `luenberger` (`luenberger-cli`) does both from a terminal.
+//!
+//! `examples/` has a program for each observer.
+//!
 //! ```
 //! use luenberger::prelude::*;
 //! use nalgebra::dmatrix;
@@ -48,13 +53,14 @@ pub mod prelude {
         Sector, Wish, joint_design,
     };
     pub use luenberger_observers::{
-        CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainObserver, ImmersionInvarianceObserver, KklObserver,
-        KklPebObserver, LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer, PeboObserver,
-        SampledCubicObserver, SampledObserver,
+        CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainMap, HighGainObserver, Immersion,
+        ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver, Noises,
+        NonlinearLuenbergerObserver, Observer, ObserverDimensions, PeboObserver, Regression, SampledCubicObserver,
+        SampledObserver,
     };
-    pub use luenberger_plants::{Differentiable, DynamicPlant, LinearPlant, Plant};
+    pub use luenberger_plants::{Differentiable, Dimensions, DynamicPlant, LinearPlant, Plant};
     pub use luenberger_proof::Verdict;
-    pub use luenberger_sim::{Comparison, Integrand, Noise, Scenario, Signal, Trajectory, metrics};
+    pub use luenberger_sim::{Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, Trajectory, metrics};
 }
 
 /// The examples of the README and of `docs/`, compiled and run with the documentation's tests.
