@@ -43,7 +43,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = Scenario::new(Tank)
         .initial_state(&[0.5, 0.2])
         .input(Signal::scalar(|t| 0.1 * t.cos()))
-        .partial_observer("kkl", &design.observer, &[0.0], &[0])
+        .partial_observer("kkl", design.observer, &[0.0], &[0])
         .until(8.0, 5)
         .run()?;
     let error = &run.observer("kkl")?.error;

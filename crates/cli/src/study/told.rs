@@ -98,7 +98,7 @@ fn observability(text: &mut String, report: &ObservabilityReport) {
 fn modes(text: &mut String, point: &ObservabilityAt) {
     let values =
         point.modes.iter().chain(&point.hidden).map(|mode| Complex::new(mode.eigenvalue[0], mode.eigenvalue[1]));
-    let largest = values.map(|value| value.norm()).fold(0.0, f64::max);
+    let largest = values.map(Complex::norm).fold(0.0, f64::max);
     let eigenvalue = |mode: &ModeReport| {
         let [re, im] = mode.eigenvalue.map(|part| beside(part, largest));
         complex(Complex::new(re, im))

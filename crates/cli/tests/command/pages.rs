@@ -138,7 +138,9 @@ fn every_example_does_what_its_page_says() {
             let found: Vec<&str> = ran.stdout.lines().collect();
             if !is_output(&found, &expected) {
                 let (found, expected) = (&ran.stdout, expected.join("\n"));
-                wrong += &format!("{name}.md\n$ {command}\nprints\n{found}\nand the page says\n{expected}\n\n");
+                let pieces =
+                    [&name, ".md\n$ ", &command, "\nprints\n", found, "\nand the page says\n", &expected, "\n\n"];
+                wrong.extend(pieces);
             }
         }
     }
