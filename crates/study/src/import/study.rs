@@ -1,6 +1,7 @@
 //! A model as a study file, ready to be run and to be edited.
 
 use super::Model;
+use luenberger_linalg::eigenvalues;
 use nalgebra::DMatrix;
 use std::fmt::Write;
 
@@ -23,10 +24,13 @@ impl Model {
         text
     }
 
-    /// A power of ten that the norm of A makes a fair guess at: some of the slower motions in one figure.
+    /// A power of ten, about ten times the time of the slowest motion that is not at rest.
     fn duration(&self) -> f64 {
-        let size = self.a.amax();
-        if size > 0.0 { 10.0_f64.powi((-size.log10()).round().clamp(-12.0, 12.0) as i32 + 1) } else { 10.0 }
+        let rates: Vec<f64> = eigenvalues(&self.a).unwrap_or_default().iter().map(|lambda| lambda.norm()).collect();
+        // Six decades below the fastest an eigenvalue may as well be zero, and a run that long would be long.
+        let rest = 1e-6 * rates.iter().copied().fold(0.0, f64::max);
+        let slowest = rates.into_iter().filter(|&rate| rate > rest).fold(f64::INFINITY, f64::min);
+        if slowest.is_finite() { 10.0_f64.powi((-slowest.log10()).round().clamp(-12.0, 12.0) as i32 + 1) } else { 10.0 }
     }
 }
 
