@@ -1,4 +1,4 @@
-//! Each [[observer]] to its design, or to the reason why there is none.
+//! Each `[[observer]]` to its design, or to the reason why there is none.
 
 mod explain;
 mod kkl;

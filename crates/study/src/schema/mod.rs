@@ -14,7 +14,7 @@ pub use keys::STUDY;
 /// A table: what it is for, and its keys.
 #[derive(Debug, Clone, Copy)]
 pub struct Table {
-    /// How messages call it: "the table [plant]".
+    /// How messages call it: "the table `[plant]`".
     pub name: &'static str,
     /// What it is for.
     pub about: &'static str,
