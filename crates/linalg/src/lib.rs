@@ -65,6 +65,7 @@ pub mod error;
 pub mod factored;
 pub mod functional_observer;
 pub mod generalized;
+mod kernel;
 mod linear_block;
 pub mod lyapunov;
 pub mod observability;

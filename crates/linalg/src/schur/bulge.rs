@@ -2,7 +2,8 @@
 //!
 //! A few steps at a time are made on the diagonal, and the chain of reflectors they leave is then applied to the rest of the window: see `chain.rs`.
 
-use super::chain::{Chain, Reflector, chain_on_columns, chain_on_rows, fma, reflect2, reflect3};
+use super::chain::{Chain, Reflector, chain_on_columns, chain_on_rows, reflect2, reflect3};
+use crate::kernel::fma;
 
 /// Steps on the diagonal before the rest of the window follows.
 pub(super) const STEPS: usize = 12;

@@ -3,7 +3,9 @@
 //! The iteration needs a reflector at once only near the diagonal; everywhere else it can wait for the ones that follow. Applied together, each entry of a column is
 //! loaded and stored once for each bulge in place of three times, and stays in a register between (the restructuring of Van Zee, van de Geijn and
 //! Quintana-Orti, ACM TOMS 40, 2014, for reflectors). From the right a chain runs along columns, which lie in memory; from the left it runs on a transposed copy of a few
-//! columns. The loops are plain Rust, compiled for each instruction set by `pulp`.
+//! columns.
+
+use crate::kernel::fma;
 
 /// `I - tau v v'` with `v = (1, v[0], v[1])` and `t = tau v`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -26,38 +28,6 @@ impl Chain<'_> {
     pub(super) fn span(&self) -> usize {
         self.reflectors.len() + if self.pair { 1 } else { 2 }
     }
-}
-
-/// Work that is compiled for the instruction sets of today and of yesterday; `FMA` tells whether fused multiply-add is one instruction.
-pub(super) trait Kernel {
-    type Output;
-    fn run<const FMA: bool>(self) -> Self::Output;
-}
-
-struct Op<K>(K);
-
-impl<K: Kernel> pulp::WithSimd for Op<K> {
-    type Output = K::Output;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> K::Output {
-        if const { S::F64_LANES > 1 && !cfg!(target_family = "wasm") } {
-            self.0.run::<true>()
-        } else {
-            self.0.run::<false>()
-        }
-    }
-}
-
-/// Runs the kernel with the best instructions that this machine has.
-pub(super) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    pulp::Arch::new().dispatch(Op(kernel))
-}
-
-/// `a b + c`.
-#[inline(always)]
-pub(super) fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// Rows that are packed and reflected together: four registers of four.

@@ -4,10 +4,10 @@
 //! the spike is negligible, the eigenvalue below it has converged, long before any subdiagonal entry says so. Those that have not are
 //! moved up, serve as shifts of the next sweep, and the window is brought back to Hessenberg form.
 
-use super::chain::{Kernel, dispatch};
 use super::francis::{Francis, Scratch};
 use super::hessenberg::{Reduction, reflector};
 use super::swap::{block_order, swap};
+use crate::kernel::{Kernel, dispatch};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 

@@ -5,8 +5,9 @@
 //! permutation has no preferred eigenvalue); a hard cap on the number of sweeps. About 20 n^3 flops with the vectors.
 
 use super::bulge::{STEPS, Way, chase};
-use super::chain::{Chain, Kernel, Reflector, WIDTH, chain_on_columns};
+use super::chain::{Chain, Reflector, WIDTH, chain_on_columns};
 use super::standard::standardise_block;
+use crate::kernel::Kernel;
 
 /// Sweeps without deflation before a shift is replaced by an exceptional one.
 const PATIENCE: usize = 10;

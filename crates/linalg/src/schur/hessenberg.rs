@@ -3,7 +3,7 @@
 //! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. For small orders a loop of our own that works down columns and reads the matrix twice for each of them; from
 //! order [`BLOCKED`] on faer's, which is blocked.
 
-use super::chain::{Kernel, fma};
+use crate::kernel::{Kernel, fma};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::evd::hessenberg::{HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch};
 use faer::linalg::householder::{
@@ -236,8 +236,8 @@ impl Blocked {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chain::dispatch;
     use super::*;
+    use crate::kernel::dispatch;
     use nalgebra::DMatrix;
 
     #[test]

@@ -30,6 +30,7 @@ pub use balancing::{Balanced, balanced};
 pub use subspace::Reordered;
 
 use crate::argument::{square, unit_scale};
+use crate::kernel;
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 
@@ -195,7 +196,7 @@ impl SchurWorkspace {
         } else if n > multishift::SMALL || q.is_empty() {
             identity(q, n);
             self.work.resize(3 * n, 0.0);
-            chain::dispatch(hessenberg::Reduction { h, n, order: n, q, fresh: true, work: &mut self.work });
+            kernel::dispatch(hessenberg::Reduction { h, n, order: n, q, fresh: true, work: &mut self.work });
         }
         let stuck = if n <= multishift::SMALL && !q.is_empty() {
             // With a number of rows that fills registers; what is below Q stays zero.
@@ -204,8 +205,8 @@ impl SchurWorkspace {
             self.work.resize(3 * n, 0.0);
             let padded = &mut self.padded[..];
             identity(padded, rows);
-            chain::dispatch(hessenberg::Reduction { h, n, order: n, q: padded, fresh: true, work: &mut self.work });
-            let stuck = chain::dispatch(francis::Francis { h, n, q: padded, whole, scratch: &mut self.scratch });
+            kernel::dispatch(hessenberg::Reduction { h, n, order: n, q: padded, fresh: true, work: &mut self.work });
+            let stuck = kernel::dispatch(francis::Francis { h, n, q: padded, whole, scratch: &mut self.scratch });
             for (to, from) in q.chunks_exact_mut(n).zip(padded.chunks_exact(rows)) {
                 to.copy_from_slice(&from[..n]);
             }
@@ -213,7 +214,7 @@ impl SchurWorkspace {
         } else if n > multishift::SMALL {
             multishift::multishift(&mut deflation::Iterate { h, n, q, whole }, &mut self.space)
         } else {
-            chain::dispatch(francis::Francis { h, n, q, whole, scratch: &mut self.scratch })
+            kernel::dispatch(francis::Francis { h, n, q, whole, scratch: &mut self.scratch })
         };
         if stuck == 0 {
             return Ok(());

@@ -6,10 +6,11 @@
 //! multiply-adds for each row and 2 s columns run about as fast as the 4 s^2 of a matrix product with it.
 
 use super::bulge::{STEPS, Way, chase};
-use super::chain::{Chain, Kernel, Reflector, WIDTH, chain_on_columns, dispatch, pack, strip, unpack};
+use super::chain::{Chain, Reflector, WIDTH, chain_on_columns, pack, strip, unpack};
 use super::deflation::{Iterate, Window};
 use super::francis::{SWEEPS_PER_ROW, Shifts, first_of_active_block, shifted_column};
 use super::standard::standardise;
+use crate::kernel::{Kernel, dispatch};
 
 /// Active blocks up to this order are handed to the double shift.
 pub(super) const SMALL: usize = 75;
