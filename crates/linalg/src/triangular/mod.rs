@@ -4,6 +4,7 @@
 //! product. Almost all of the `n m (n + m)` flops are products then; what is left at the bottom, tiles of order 16, is solved by
 //! substitution (`tile.rs`). A cut never goes through a 2 x 2 block. Equations whose solution is symmetric touch the upper triangle only, and cost half.
 
+mod pair;
 mod tile;
 
 use crate::product::{mirror, multiply, multiply_upper};
@@ -177,6 +178,9 @@ fn halve_symmetric(
 ) -> bool {
     let n = d.nrows();
     if n <= ORDER {
+        if equation == Equation::Sylvester {
+            return tile::solve_symmetric(t, d, sizes);
+        }
         mirror(d.rb_mut());
         return tile::solve(equation, t.transpose(), t, d, sizes);
     }

@@ -1,42 +1,76 @@
-//! The smallest pieces of a recursive substitution: Sylvester equations of order at most [`ORDER`], on the stack.
+//! The bottom of the recursion: equations of order at most [`ORDER`], on the stack, in registers as far as they go.
 //!
-//! Block columns are solved from the left, block rows from below; each step is a system of order at most four, everything else runs down
-//! columns (Bartels and Stewart, CACM 15, 1972; LAPACK dtrsyl).
+//! Block columns are solved from the left, block rows from below (Bartels and Stewart, CACM 15, 1972; LAPACK dtrsyl); each step is an equation between two diagonal blocks
+//! (`pair.rs`), everything else runs down whole columns. What stands beside the diagonal blocks is kept apart from them, with zeros in their place, so that no
+//! loop needs to know where a block ends.
 
+use super::pair::{self, Block};
 use super::{Coefficient, Equation, Sizes};
-use crate::linear_block::LinearBlock;
+use crate::kernel::{Kernel, dispatch, fma};
 use faer::MatMut;
 
 /// Up to here one substitution is faster than two and a product.
 pub(super) const ORDER: usize = 16;
 
-/// A matrix of order at most [`ORDER`], by columns.
-type Tile = [[f64; ORDER]; ORDER];
+/// A matrix of order at most `W`, by columns.
+type Tile<const W: usize> = [[f64; W]; W];
 
-/// `op(S)` as an upper quasi-triangular tile: a transposed coefficient is turned about, `J S'J`.
-fn load(s: Coefficient<'_>) -> Tile {
-    let n = s.t.nrows();
-    let mut tile = [[0.0; ORDER]; ORDER];
-    for j in 0..n {
-        for i in 0..n.min(j + 2) {
-            if s.transposed {
-                tile[n - 1 - i][n - 1 - j] = s.t[(i, j)];
-            } else {
-                tile[j][i] = s.t[(i, j)];
-            }
-        }
-    }
-    tile
+/// An upper quasi-triangular matrix of order at most `W`.
+struct Triangle<const W: usize> {
+    n: usize,
+    /// The diagonal blocks, as many as count.
+    blocks: [Block; W],
+    count: usize,
+    /// What stands above the blocks.
+    above: Tile<W>,
 }
 
-/// The order of the diagonal block of an upper quasi-triangular tile of order `n` that starts at `k`.
-fn block(tile: &Tile, n: usize, k: usize) -> usize {
-    if k + 1 < n && tile[k][k + 1] != 0.0 { 2 } else { 1 }
+impl<const W: usize> Triangle<W> {
+    /// `op(T)`; a transposed coefficient is turned about, `J T'J`.
+    #[inline(always)]
+    fn load(coefficient: Coefficient<'_>) -> Self {
+        let t = coefficient.t;
+        let n = t.nrows().min(W);
+        let mut found = Self { n, blocks: [Block::default(); W], count: 0, above: [[0.0; W]; W] };
+        let (mut k, mut j) = (0, 0);
+        while j < n {
+            let size = if j + 1 < n && t[(j + 1, j)] != 0.0 { 2 } else { 1 };
+            for l in j..j + size {
+                for i in 0..j {
+                    let entry = t[(i, l)];
+                    if coefficient.transposed {
+                        found.above[n - 1 - i][n - 1 - l] = entry;
+                    } else {
+                        found.above[l][i] = entry;
+                    }
+                }
+            }
+            let start = if coefficient.transposed { n - j - size } else { j };
+            let block = if size == 1 {
+                Block::one(start, t[(j, j)])
+            } else if coefficient.transposed {
+                Block::two(start, [[t[(j + 1, j + 1)], t[(j, j + 1)]], [t[(j + 1, j)], t[(j, j)]]])
+            } else {
+                Block::two(start, [[t[(j, j)], t[(j, j + 1)]], [t[(j + 1, j)], t[(j + 1, j + 1)]]])
+            };
+            found.blocks[k] = block;
+            k += 1;
+            j += size;
+        }
+        found.count = k;
+        if coefficient.transposed {
+            found.blocks[..k].reverse();
+        }
+        found
+    }
 }
 
 /// `y += a x`.
-fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
-    y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x);
+#[inline(always)]
+fn axpy<const W: usize, const FMA: bool>(y: &mut [f64; W], a: f64, x: &[f64; W]) {
+    for k in 0..W {
+        y[k] = fma::<FMA>(a, x[k], y[k]);
+    }
 }
 
 /// Overwrites `d` with the solution of the equation. False where a pivot does not exceed its floor.
@@ -44,114 +78,255 @@ pub(super) fn solve(
     equation: Equation,
     s: Coefficient<'_>,
     t: Coefficient<'_>,
-    mut d: MatMut<'_, f64>,
+    d: MatMut<'_, f64>,
     sizes: Sizes,
 ) -> bool {
-    let (n, m) = d.shape();
-    let (left, right) = (load(s), load(t));
-    let row = |i: usize| if s.transposed { n - 1 - i } else { i };
-    let col = |j: usize| if t.transposed { m - 1 - j } else { j };
-    let mut tile = [[0.0; ORDER]; ORDER];
-    for j in 0..m {
-        for i in 0..n {
-            tile[j][i] = d[(row(i), col(j))];
-        }
-    }
-    let regular = substitute(equation, (&left, n), (&right, m), &mut tile, sizes);
-    for j in 0..m {
-        for i in 0..n {
-            d[(row(i), col(j))] = tile[j][i];
-        }
-    }
-    regular
+    dispatch(Whole { equation, s, t, d, sizes })
 }
 
-fn substitute(equation: Equation, (s, n): (&Tile, usize), (t, m): (&Tile, usize), d: &mut Tile, sizes: Sizes) -> bool {
-    let mut regular = true;
-    let mut j = 0;
-    while j < m {
-        let cols = block(t, m, j);
-        let (done, rest) = d.split_at_mut(j);
-        for jj in 0..cols {
-            let column = &mut rest[jj][..n];
-            match equation {
-                Equation::Sylvester => done.iter().enumerate().for_each(|(l, y)| axpy(column, -t[j + jj][l], y)),
-                Equation::Stein => {
-                    let mut product = [0.0; ORDER];
-                    done.iter().enumerate().for_each(|(l, y)| axpy(&mut product[..n], t[j + jj][l], y));
-                    for k in 0..n {
-                        let filled = n.min(k + 2);
-                        axpy(&mut column[..filled], -product[k], &s[k]);
+struct Whole<'a> {
+    equation: Equation,
+    s: Coefficient<'a>,
+    t: Coefficient<'a>,
+    d: MatMut<'a, f64>,
+    sizes: Sizes,
+}
+
+impl Kernel for Whole<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) -> bool {
+        match self.d.nrows().max(self.d.ncols()) {
+            0..=4 => self.of::<4, FMA>(),
+            5..=8 => self.of::<8, FMA>(),
+            _ => self.of::<ORDER, FMA>(),
+        }
+    }
+}
+
+impl Whole<'_> {
+    #[inline(always)]
+    fn of<const W: usize, const FMA: bool>(self) -> bool {
+        let Self { equation, s, t, mut d, sizes } = self;
+        let (left, right) = (Triangle::<W>::load(s), Triangle::<W>::load(t));
+        let (n, m) = (left.n, right.n);
+        let row = |i: usize| if s.transposed { n - 1 - i } else { i };
+        let col = |j: usize| if t.transposed { m - 1 - j } else { j };
+        let mut tile = [[0.0; W]; W];
+        for (j, column) in tile.iter_mut().enumerate().take(m) {
+            for (i, entry) in column.iter_mut().enumerate().take(n) {
+                *entry = d[(row(i), col(j))];
+            }
+        }
+        let mut regular = true;
+        for block in &right.blocks[..right.count] {
+            regular &= if block.size == 1 {
+                columns::<1, W, FMA>(equation, &left, &right, block, &mut tile, sizes)
+            } else {
+                columns::<2, W, FMA>(equation, &left, &right, block, &mut tile, sizes)
+            };
+        }
+        for (j, column) in tile.iter().enumerate().take(m) {
+            for (i, &entry) in column.iter().enumerate().take(n) {
+                d[(row(i), col(j))] = entry;
+            }
+        }
+        regular
+    }
+}
+
+/// The `C` columns of one block of the right coefficient.
+#[inline(always)]
+fn columns<const C: usize, const W: usize, const FMA: bool>(
+    equation: Equation,
+    left: &Triangle<W>,
+    right: &Triangle<W>,
+    block: &Block,
+    d: &mut Tile<W>,
+    sizes: Sizes,
+) -> bool {
+    let start = block.start;
+    let mut y = [[0.0; W]; C];
+    y.copy_from_slice(&d[start..start + C]);
+    match equation {
+        Equation::Sylvester => {
+            for (l, done) in d[..start].iter().enumerate() {
+                for (jj, y) in y.iter_mut().enumerate() {
+                    axpy::<W, FMA>(y, -right.above[start + jj][l], done);
+                }
+            }
+        }
+        Equation::Stein => {
+            let mut product = [[0.0; W]; C];
+            for (l, done) in d[..start].iter().enumerate() {
+                for (jj, product) in product.iter_mut().enumerate() {
+                    axpy::<W, FMA>(product, right.above[start + jj][l], done);
+                }
+            }
+            for (y, product) in y.iter_mut().zip(&product) {
+                for (k, above) in left.above.iter().enumerate().take(left.n) {
+                    axpy::<W, FMA>(y, -product[k], above);
+                }
+                for b in &left.blocks[..left.count] {
+                    let x = [product[b.start], if b.size == 2 { product[b.start + 1] } else { 0.0 }];
+                    for ii in 0..b.size {
+                        y[b.start + ii] -= b.m[ii][0] * x[0] + b.m[ii][1] * x[1];
                     }
                 }
             }
         }
-        // Block rows from below: a block ends where the one under it starts.
-        let mut end = n;
-        while end > 0 {
-            let size = if end > 1 && s[end - 2][end - 1] != 0.0 { 2 } else { 1 };
-            let i = end - size;
-            let x = step(equation, (s, i, size), (t, j, cols), rest, sizes, &mut regular);
-            for jj in 0..cols {
-                let column = &mut rest[jj];
-                for ii in 0..size {
-                    column[i + ii] = x[jj][ii];
-                    let weight = match equation {
-                        Equation::Sylvester => x[jj][ii],
-                        Equation::Stein => (0..cols).map(|l| x[l][ii] * t[j + jj][j + l]).sum(),
-                    };
-                    axpy(&mut column[..i], -weight, &s[i + ii]);
-                }
-            }
-            end = i;
-        }
-        j += cols;
     }
+    let mut regular = true;
+    for b in left.blocks[..left.count].iter().rev() {
+        let mut rhs = [[0.0; 2]; 2];
+        for (rhs, y) in rhs.iter_mut().zip(&y) {
+            *rhs = [y[b.start], if b.size == 2 { y[b.start + 1] } else { 0.0 }];
+        }
+        let (x, good) = pair::solve(equation, b, block, rhs, sizes);
+        regular &= good;
+        for jj in 0..C {
+            for ii in 0..b.size {
+                y[jj][b.start + ii] = x[jj][ii];
+                let weight = match equation {
+                    Equation::Sylvester => x[jj][ii],
+                    Equation::Stein => (0..C).map(|l| x[l][ii] * block.m[l][jj]).sum(),
+                };
+                axpy::<W, FMA>(&mut y[jj], -weight, &left.above[b.start + ii]);
+            }
+        }
+    }
+    d[start..start + C].copy_from_slice(&y);
     regular
 }
 
-/// The unknowns of one pair of diagonal blocks, by columns.
-fn step(
-    equation: Equation,
-    (s, i, size): (&Tile, usize, usize),
-    (t, j, cols): (&Tile, usize, usize),
-    rest: &[[f64; ORDER]],
+/// Overwrites the symmetric `d`, whose upper triangle is read and written, with the solution of `op(T)'Y + Y op(T) = D`: half of the steps of [`solve`].
+pub(super) fn solve_symmetric(t: Coefficient<'_>, d: MatMut<'_, f64>, sizes: Sizes) -> bool {
+    dispatch(Half { t, d, sizes })
+}
+
+struct Half<'a> {
+    t: Coefficient<'a>,
+    d: MatMut<'a, f64>,
     sizes: Sizes,
-    regular: &mut bool,
-) -> [[f64; 2]; 2] {
-    let largest = |tile: &Tile, k: usize, size: usize| {
-        tile[k..k + size]
-            .iter()
-            .flat_map(|column| &column[k..k + size])
-            .fold(0.0_f64, |largest, x| largest.max(x.abs()))
+}
+
+impl Kernel for Half<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) -> bool {
+        match self.d.nrows() {
+            0..=4 => self.of::<4, FMA>(),
+            5..=8 => self.of::<8, FMA>(),
+            _ => self.of::<ORDER, FMA>(),
+        }
+    }
+}
+
+impl Half<'_> {
+    #[inline(always)]
+    fn of<const W: usize, const FMA: bool>(self) -> bool {
+        let Self { t, mut d, sizes } = self;
+        let triangle = Triangle::<W>::load(t);
+        let n = triangle.n;
+        // Turned about on both sides, the transposed equation is the plain one.
+        let at = |i: usize, j: usize| if t.transposed { (n - 1 - j, n - 1 - i) } else { (i, j) };
+        // Below the blocks stays zero what is not known yet.
+        let mut tile = [[0.0; W]; W];
+        for b in &triangle.blocks[..triangle.count] {
+            for j in b.start..b.start + b.size {
+                for i in 0..=j {
+                    tile[j][i] = d[at(i, j)];
+                }
+            }
+            if b.size == 2 {
+                tile[b.start][b.start + 1] = tile[b.start + 1][b.start];
+            }
+        }
+        let mut beside = [[0.0; W]; W];
+        for (l, above) in triangle.above.iter().enumerate().take(n) {
+            for i in 0..l {
+                beside[i][l] = above[i];
+            }
+        }
+        let mut regular = true;
+        for k in 0..triangle.count {
+            regular &= if triangle.blocks[k].size == 1 {
+                upper_columns::<1, W, FMA>(&triangle, &beside, k, &mut tile, sizes)
+            } else {
+                upper_columns::<2, W, FMA>(&triangle, &beside, k, &mut tile, sizes)
+            };
+        }
+        for j in 0..n {
+            for i in 0..=j {
+                d[at(i, j)] = tile[j][i];
+            }
+        }
+        regular
+    }
+}
+
+/// The `C` columns of block `k`, from the top down to the diagonal, and what they are below it by symmetry.
+#[inline(always)]
+fn upper_columns<const C: usize, const W: usize, const FMA: bool>(
+    triangle: &Triangle<W>,
+    beside: &Tile<W>,
+    k: usize,
+    d: &mut Tile<W>,
+    sizes: Sizes,
+) -> bool {
+    let block = &triangle.blocks[k];
+    let start = block.start;
+    let mut y = [[0.0; W]; C];
+    y.copy_from_slice(&d[start..start + C]);
+    for (l, done) in d[..start].iter().enumerate() {
+        for (jj, y) in y.iter_mut().enumerate() {
+            axpy::<W, FMA>(y, -triangle.above[start + jj][l], done);
+        }
+    }
+    let corner = |y: &[[f64; W]; C]| {
+        let mut corner = [[0.0; 2]; 2];
+        for (to, y) in corner.iter_mut().zip(y) {
+            *to = [y[start], if C == 2 { y[start + 1] } else { 0.0 }];
+        }
+        corner
     };
-    let floor = sizes.floor(equation, largest(s, i, size), largest(t, j, cols));
-    if size == 1 && cols == 1 {
-        let mut pivot = match equation {
-            Equation::Sylvester => s[i][i] + t[j][j],
-            Equation::Stein => s[i][i] * t[j][j] - 1.0,
-        };
-        if pivot.abs() <= floor {
-            (pivot, *regular) = (floor, false);
+    // Untouched so far: the columns before have zeros in these rows.
+    let given = corner(&y);
+    let mut regular = true;
+    for b in &triangle.blocks[..k] {
+        let mut rhs = [[0.0; 2]; 2];
+        for (rhs, y) in rhs.iter_mut().zip(&y) {
+            *rhs = [y[b.start], if b.size == 2 { y[b.start + 1] } else { 0.0 }];
         }
-        return [[rest[0][i] / pivot, 0.0], [0.0; 2]];
-    }
-    let (left, right) = (|k: usize, l: usize| s[i + l][i + k], |k: usize, l: usize| t[j + l][j + k]);
-    let mut system = match equation {
-        Equation::Sylvester => LinearBlock::sylvester(size, cols, left, right),
-        Equation::Stein => LinearBlock::stein(size, cols, left, right),
-    };
-    for (jj, column) in rest.iter().enumerate().take(cols) {
-        for ii in 0..size {
-            system.set_rhs(ii, jj, column[i + ii]);
+        let (x, good) = pair::solve(Equation::Sylvester, &b.transposed(), block, rhs, sizes);
+        regular &= good;
+        for jj in 0..C {
+            for ii in 0..b.size {
+                y[jj][b.start + ii] = x[jj][ii];
+                axpy::<W, FMA>(&mut y[jj], -x[jj][ii], &beside[b.start + ii]);
+            }
         }
     }
-    *regular &= system.solve(floor);
-    let mut x = [[0.0; 2]; 2];
-    for (jj, column) in x.iter_mut().enumerate().take(cols) {
-        for (ii, entry) in column.iter_mut().enumerate().take(size) {
-            *entry = system.x(ii, jj);
+    // On the diagonal T'Y and Y T are transposes of each other, and only the first has been subtracted.
+    let left = corner(&y);
+    let mut rhs = [[0.0; 2]; 2];
+    for jj in 0..C {
+        for ii in 0..C {
+            rhs[jj][ii] = left[jj][ii] + (left[ii][jj] - given[jj][ii]);
         }
     }
-    x
+    let (mut x, good) = pair::solve(Equation::Sylvester, &block.transposed(), block, rhs, sizes);
+    x[1][0] = 0.5 * (x[1][0] + x[0][1]);
+    x[0][1] = x[1][0];
+    for jj in 0..C {
+        y[jj][start..start + C].copy_from_slice(&x[jj][..C]);
+        y[jj][start + C..].fill(0.0);
+        for (l, done) in d[..start].iter_mut().enumerate() {
+            done[start + jj] = y[jj][l];
+        }
+    }
+    d[start..start + C].copy_from_slice(&y);
+    regular && good
 }

@@ -1,0 +1,220 @@
+//! The smallest pieces of a substitution: equations between two diagonal blocks, of order one to four.
+//!
+//! A block in standard form, `[a b; c a]` with `b c < 0`, is `D (a I + w J) D^-1` with `D = diag(1, d)`, `d = sqrt(-c/b)`, `w = sqrt(-b c)` (signed as b) and `J = [0 1; -1 0]`, which
+//! behaves as the imaginary unit does. A matrix of order two is a sum of one that commutes with J, `x I + y J`, and one that anticommutes, `x K + y L` with
+//! `K = diag(1, -1)` and `L = [0 1; 1 0]`. Between two such blocks an equation therefore falls into two, each of which is a division of complex numbers: for
+//! Sylvester's the divisors are `lambda + mu` and `lambda + conj(mu)`. The divisions are exact to a few units in the last place; only the units D may cost something, and where
+//! these are far from one, the system of order four is solved with complete pivoting.
+
+use super::{Equation, Sizes};
+use crate::linear_block::LinearBlock;
+
+/// Units of two blocks together up to which the divisions are used: what a residual may lose to them.
+const STRETCH: f64 = 32.0;
+
+/// A diagonal block of a quasi-triangular matrix.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Block {
+    pub(super) start: usize,
+    pub(super) size: usize,
+    /// By rows; a block of order one is `m[0][0]`.
+    pub(super) m: [[f64; 2]; 2],
+    /// `a + i w`.
+    re: f64,
+    im: f64,
+    /// `d`, `1/d`, and the larger of the two: infinite for a block that is not in standard form.
+    d: f64,
+    inverse: f64,
+    stretch: f64,
+    largest: f64,
+}
+
+impl Block {
+    #[inline(always)]
+    pub(super) fn one(start: usize, a: f64) -> Self {
+        let m = [[a, 0.0], [0.0; 2]];
+        Self { start, size: 1, m, re: a, im: 0.0, d: 1.0, inverse: 1.0, stretch: 1.0, largest: a.abs() }
+    }
+
+    #[inline(always)]
+    pub(super) fn two(start: usize, m: [[f64; 2]; 2]) -> Self {
+        let [[a, b], [c, e]] = m;
+        let (root_b, root_c) = (b.abs().sqrt(), c.abs().sqrt());
+        let (d, inverse) = (root_c / root_b, root_b / root_c);
+        let standard = a == e && (b > 0.0) != (c > 0.0);
+        let stretch = if standard { d.max(inverse) } else { f64::INFINITY };
+        let largest = a.abs().max(e.abs()).max(b.abs()).max(c.abs());
+        Self { start, size: 2, m, re: a, im: (root_b * root_c).copysign(b), d, inverse, stretch, largest }
+    }
+
+    #[inline(always)]
+    pub(super) fn transposed(self) -> Self {
+        let [[a, b], [c, e]] = self.m;
+        Self { m: [[a, c], [b, e]], im: -self.im, d: self.inverse, inverse: self.d, ..self }
+    }
+}
+
+/// `z / p`, where `p` is raised to the floor if it does not exceed it; and whether it does.
+#[inline(always)]
+fn quotient(z: [f64; 2], p: [f64; 2], floor: f64) -> ([f64; 2], bool) {
+    let larger = p[0].abs().max(p[1].abs());
+    if larger <= floor {
+        return (z.map(|e| e / floor), false);
+    }
+    let square = p[0] * p[0] + p[1] * p[1];
+    if !(1e-280..1e280).contains(&square) {
+        // The same in units in which the squares neither vanish nor overflow.
+        let p = p.map(|e| e / larger);
+        let square = p[0] * p[0] + p[1] * p[1];
+        let z = z.map(|e| e / larger);
+        return ([(z[0] * p[0] + z[1] * p[1]) / square, (z[1] * p[0] - z[0] * p[1]) / square], true);
+    }
+    let inverse = 1.0 / square;
+    ([(z[0] * p[0] + z[1] * p[1]) * inverse, (z[1] * p[0] - z[0] * p[1]) * inverse], true)
+}
+
+/// The unknowns `x[column][row]` of one pair of blocks, `l` on the left and `r` on the right; and whether no divisor is rounding.
+#[inline(always)]
+pub(super) fn solve(
+    equation: Equation,
+    l: &Block,
+    r: &Block,
+    rhs: [[f64; 2]; 2],
+    sizes: Sizes,
+) -> ([[f64; 2]; 2], bool) {
+    let floor = sizes.floor(equation, l.largest, r.largest);
+    // With lambda = a + i u, mu = b + i v.
+    let (a, u, b, v) = (l.re, l.im, r.re, r.im);
+    if l.size == 1 && r.size == 1 {
+        let pivot = match equation {
+            Equation::Sylvester => a + b,
+            Equation::Stein => a * b - 1.0,
+        };
+        let regular = pivot.abs() > floor;
+        // The reciprocal does not wait for the right-hand side.
+        let inverse = 1.0 / if regular { pivot } else { floor };
+        return ([[rhs[0][0] * inverse, 0.0], [0.0; 2]], regular);
+    }
+    if l.stretch * r.stretch > STRETCH {
+        return eliminate(equation, l, r, rhs, floor);
+    }
+    if l.size == 1 {
+        let p = match equation {
+            Equation::Sylvester => [a + b, v],
+            Equation::Stein => [a * b - 1.0, a * v],
+        };
+        let (z, regular) = quotient([rhs[0][0], rhs[1][0] * r.d], p, floor);
+        return ([[z[0], 0.0], [z[1] * r.inverse, 0.0]], regular);
+    }
+    if r.size == 1 {
+        let p = match equation {
+            Equation::Sylvester => [a + b, u],
+            Equation::Stein => [a * b - 1.0, u * b],
+        };
+        let (z, regular) = quotient([rhs[0][1] * l.inverse, rhs[0][0]], p, floor);
+        return ([[z[1], z[0] * l.d], [0.0; 2]], regular);
+    }
+    // In the units in which both blocks are normal.
+    let (r11, r12, r21, r22) = (rhs[0][0], rhs[1][0] * r.d, rhs[0][1] * l.inverse, rhs[1][1] * (r.d * l.inverse));
+    let (commuting, anticommuting) = match equation {
+        Equation::Sylvester => ([a + b, u + v], [a + b, u - v]),
+        Equation::Stein => ([a * b - u * v - 1.0, a * v + u * b], [a * b + u * v - 1.0, u * b - a * v]),
+    };
+    let (x, one) = quotient([0.5 * (r11 + r22), 0.5 * (r12 - r21)], commuting, floor);
+    let (y, other) = quotient([0.5 * (r12 + r21), 0.5 * (r11 - r22)], anticommuting, floor);
+    let (x11, x22, x12, x21) = (x[0] + y[1], x[0] - y[1], y[0] + x[1], y[0] - x[1]);
+    ([[x11, x21 * l.d], [x12 * r.inverse, x22 * (l.d * r.inverse)]], one && other)
+}
+
+/// The same by elimination.
+#[cold]
+fn eliminate(equation: Equation, l: &Block, r: &Block, rhs: [[f64; 2]; 2], floor: f64) -> ([[f64; 2]; 2], bool) {
+    let (left, right) = (|i: usize, k: usize| l.m[i][k], |k: usize, j: usize| r.m[k][j]);
+    let mut system = match equation {
+        Equation::Sylvester => LinearBlock::sylvester(l.size, r.size, left, right),
+        Equation::Stein => LinearBlock::stein(l.size, r.size, left, right),
+    };
+    for (j, column) in rhs.iter().enumerate().take(r.size) {
+        for (i, &entry) in column.iter().enumerate().take(l.size) {
+            system.set_rhs(i, j, entry);
+        }
+    }
+    let regular = system.solve(floor);
+    let mut x = [[0.0; 2]; 2];
+    for (j, column) in x.iter_mut().enumerate().take(r.size) {
+        for (i, entry) in column.iter_mut().enumerate().take(l.size) {
+            *entry = system.x(i, j);
+        }
+    }
+    (x, regular)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn block() -> impl Strategy<Value = Block> {
+        let one = (-2.0..-0.5_f64).prop_map(|a| Block::one(0, 0.4 * a));
+        let two = (-2.0..-0.5_f64, 0.1..2.0_f64, -2.0..2.0_f64, any::<bool>()).prop_map(|(a, w, e, up)| {
+            let (b, c) = (0.4 * w * e.exp(), -0.4 * w / e.exp());
+            Block::two(0, [[0.4 * a, if up { b } else { c }], [if up { c } else { b }, 0.4 * a]])
+        });
+        prop_oneof![one, two]
+    }
+
+    proptest! {
+        /// Two ways to one answer, which agree to the rounding of both. The real parts of the eigenvalues are below -0.2, and their moduli below 1.2, so that
+        /// the divisors of Sylvester's equation are at least 0.4; Stein's may come close to singular, and are compared by what they leave.
+        #[test]
+        fn divisions_do_what_elimination_does(l in block(), r in block(), rhs in prop::array::uniform4(-1.0..1.0_f64)) {
+            let rhs = [[rhs[0], rhs[1]], [rhs[2], rhs[3]]];
+            let sizes = Sizes { s: l.largest, t: r.largest };
+            for equation in [Equation::Sylvester, Equation::Stein] {
+                let (x, regular) = solve(equation, &l, &r, rhs, sizes);
+                let (y, _) = eliminate(equation, &l, &r, rhs, sizes.floor(equation, l.largest, r.largest));
+                prop_assert!(regular);
+                let left = |x: [[f64; 2]; 2], i: usize, j: usize| (0..l.size).map(|k| l.m[i][k] * x[j][k]).sum::<f64>();
+                for (j, column) in rhs.iter().enumerate().take(r.size) {
+                    for (i, entry) in column.iter().enumerate().take(l.size) {
+                        let defect = |x: [[f64; 2]; 2]| {
+                            let through = (0..r.size).map(|k| r.m[k][j] * match equation {
+                                Equation::Sylvester => x[k][i],
+                                Equation::Stein => left(x, i, k),
+                            }).sum::<f64>();
+                            match equation {
+                                Equation::Sylvester => left(x, i, j) + through - entry,
+                                Equation::Stein => through - x[j][i] - entry,
+                            }
+                        };
+                        let size = x.iter().chain(&y).flatten().fold(1.0_f64, |m, e| m.max(e.abs()));
+                        let terms = 1.0 + (l.largest + r.largest).max(1.0 + l.largest * r.largest) * size;
+                        prop_assert!(defect(x).abs() <= 8.0 * STRETCH * f64::EPSILON * terms, "{l:?} {r:?} {}", defect(x));
+                        prop_assert!(defect(y).abs() <= 16.0 * f64::EPSILON * terms);
+                        if equation == Equation::Sylvester {
+                            prop_assert!((x[j][i] - y[j][i]).abs() <= 1e3 * f64::EPSILON * STRETCH * size);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The divisions need no more than the entries themselves: what is scaled by a power of two gives the scaled answer.
+    #[test]
+    fn the_ends_of_the_range_change_nothing() {
+        let unit = Block::two(0, [[-1.0, 2.0], [-0.5, -1.0]]);
+        let rhs = [[1.0, 0.25], [-0.5, 2.0]];
+        let (x, _) = solve(Equation::Sylvester, &unit, &unit, rhs, Sizes { s: 2.0, t: 2.0 });
+        for exponent in [-480, 480] {
+            let scale = 2.0_f64.powi(exponent);
+            let block = Block::two(0, [[-scale, 2.0 * scale], [-0.5 * scale, -scale]]);
+            let sizes = Sizes { s: 2.0 * scale, t: 2.0 * scale };
+            let (y, regular) = solve(Equation::Sylvester, &block, &block, rhs, sizes);
+            assert!(regular);
+            for (x, y) in x.iter().flatten().zip(y.iter().flatten()) {
+                assert!((x - y * scale).abs() <= 8.0 * f64::EPSILON, "{exponent} {x} {}", y * scale);
+            }
+        }
+    }
+}
