@@ -54,6 +54,8 @@
 //! ```
 
 #![deny(missing_docs)]
+// A function that is not inlined into a kernel is compiled without the kernel's instruction set (`kernel.rs`).
+#![allow(clippy::inline_always)]
 
 mod argument;
 mod balance;

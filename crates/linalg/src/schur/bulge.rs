@@ -18,8 +18,8 @@ pub(super) struct Way {
     pub(super) last: usize,
     /// The first row and the column after the last one that follow at once.
     pub(super) window: (usize, usize),
-    /// The first column of the shifted product where the bulge enters the block at `from`, and whether there is an entry to the left of it.
-    pub(super) entry: Option<([f64; 3], bool)>,
+    /// The first column of the shifted product where the bulge enters the block at `from`.
+    pub(super) entry: Option<[f64; 3]>,
 }
 
 /// The reflector that maps `x` to `beta e1`, and `beta`.
@@ -97,14 +97,7 @@ fn diagonal<const R: usize, const FMA: bool>(h: &mut [f64], n: usize, way: Way, 
         let k = begin + i;
         let triple = k < last - 1;
         let r = match entry {
-            Some((v, linked)) if k == from => {
-                let (_, r) = reflect_vector(v);
-                if linked {
-                    // The entry is not zero but small: the reflection changes it this way to working precision.
-                    h[(k - 1) * n + k] *= 1.0 - r.t[0];
-                }
-                r
-            }
+            Some(v) if k == from => reflect_vector(v).1,
             _ => {
                 let column = if i == 0 { h[(k - 1) * n..k * n].get_mut(k..) } else { tile[i - 1].get_mut(i..) };
                 let column = column.unwrap_or_default();

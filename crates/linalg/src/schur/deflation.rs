@@ -4,7 +4,7 @@
 //! the spike is negligible, the eigenvalue below it has converged, long before any subdiagonal entry says so. Those that have not are
 //! moved up, serve as shifts of the next sweep, and the window is brought back to Hessenberg form.
 
-use super::francis::{Francis, Scratch};
+use super::francis::Francis;
 use super::hessenberg::{Reduction, reflector};
 use super::swap::{block_order, swap};
 use crate::kernel::{Kernel, dispatch};
@@ -26,7 +26,6 @@ pub(super) struct Window {
     v: Vec<f64>,
     work: Vec<f64>,
     strip: Vec<f64>,
-    pub(super) scratch: Scratch,
     /// Eigenvalues that have not converged.
     pub(super) values: Vec<(f64, f64)>,
 }
@@ -53,21 +52,20 @@ impl Window {
         if self.values.capacity() < order {
             self.values.reserve(order - self.values.len());
         }
-        self.scratch.reserve(order);
     }
 
     /// Deflates in the window `at..at + order` of the active block that begins at `first` and ends with the window.
     pub(super) fn deflate(&mut self, m: &mut Iterate<'_>, first: usize, at: usize, order: usize) -> Deflated {
         let n = m.n;
         self.reserve(n, order);
-        let Self { t, v, work, strip, scratch, values } = self;
+        let Self { t, v, work, strip, values } = self;
         let (t, v) = (&mut t[..order * order], &mut v[..order * order]);
         for (column, from) in t.chunks_exact_mut(order).zip(m.h[at * n..].chunks_exact(n)) {
             column.copy_from_slice(&from[at..at + order]);
         }
         v.fill(0.0);
         v.iter_mut().step_by(order + 1).for_each(|e| *e = 1.0);
-        let stuck = dispatch(Francis { h: t, n: order, q: v, whole: true, scratch });
+        let stuck = dispatch(Francis { h: t, n: order, q: v, whole: true });
         let spike = if at > first { m.h[(at - 1) * n + at] } else { 0.0 };
         let kept = if at > first { dispatch(Detection { t, v, order, stuck, spike }) } else { stuck };
         values_of(t, order, stuck..kept, values);
@@ -112,12 +110,12 @@ impl Window {
     pub(super) fn shifts_of(&mut self, m: &Iterate<'_>, at: usize, order: usize) {
         let n = m.n;
         self.reserve(n, order);
-        let Self { t, scratch, values, .. } = self;
+        let Self { t, values, .. } = self;
         let t = &mut t[..order * order];
         for (column, from) in t.chunks_exact_mut(order).zip(m.h[at * n..].chunks_exact(n)) {
             column.copy_from_slice(&from[at..at + order]);
         }
-        let stuck = dispatch(Francis { h: t, n: order, q: &mut [], whole: false, scratch });
+        let stuck = dispatch(Francis { h: t, n: order, q: &mut [], whole: false });
         values_of(t, order, stuck..order, values);
     }
 }

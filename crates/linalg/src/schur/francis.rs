@@ -3,11 +3,15 @@
 //! Deflation by Ahues and Tisseur (LAPACK Working Note 122, 1997), which keeps the small eigenvalues of graded matrices; an
 //! exceptional shift after every ten sweeps without deflation, for matrices that the ordinary shift maps to themselves (a cyclic
 //! permutation has no preferred eigenvalue); a hard cap on the number of sweeps. About 20 n^3 flops with the vectors.
+//!
+//! The iteration waits for its reflectors, each of which needs the one before. As long as the matrices fit into the nearest caches everything else fits beside that wait, and each
+//! reflector is applied at once.
 
-use super::bulge::{STEPS, Way, chase};
-use super::chain::{Chain, Reflector, WIDTH, chain_on_columns};
+use super::bulge::reflect_vector;
+use super::chain::{Reflector, reflect2, reflect3};
 use super::standard::standardise_block;
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, fma};
+use core::array;
 
 /// Sweeps without deflation before a shift is replaced by an exceptional one.
 const PATIENCE: usize = 10;
@@ -21,82 +25,206 @@ pub(super) struct Shifts {
     pub(super) im: [f64; 2],
 }
 
-/// What one sweep needs beside the matrices: its reflectors, and a few rows transposed.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Scratch {
-    reflectors: Vec<Reflector>,
-    packed: Vec<f64>,
+/// A matrix by columns, and their length.
+pub(super) type Columns<'a> = (&'a mut [f64], usize);
+
+/// The matrices of an iteration, whichever way they are stored.
+pub(super) trait Sweeps {
+    /// H and Q.
+    fn parts(&mut self) -> (Columns<'_>, Columns<'_>);
+
+    /// One bulge, pushed in at row `passage.from` by the reflector of `v`, and out at row `passage.last`.
+    fn sweep<const FMA: bool>(&mut self, passage: Passage, v: [f64; 3]);
 }
 
-impl Scratch {
-    pub(super) fn reserve(&mut self, n: usize) {
-        if self.reflectors.len() < n {
-            self.reflectors.resize(n, Reflector::default());
-        }
-        self.packed.resize(WIDTH * (STEPS + 2), 0.0);
-    }
+/// Of a bulge through the active block, which begins at row `first`.
+#[derive(Clone, Copy)]
+pub(super) struct Passage {
+    pub(super) first: usize,
+    pub(super) from: usize,
+    pub(super) last: usize,
+    /// The first row and the column after the last one that are transformed.
+    pub(super) window: (usize, usize),
 }
 
-/// The iteration on the Hessenberg matrix `h` of order `n`, which becomes the real Schur form T if `whole`, else only its diagonal blocks. The
-/// transformation is multiplied to `q`, of `n` columns, from the right.
+/// The iteration on a Hessenberg matrix of order `n`, which becomes the real Schur form T if `whole`, else only its diagonal blocks. The
+/// transformation is multiplied to Q from the right.
 ///
 /// The answer is the number of leading rows that have not converged: zero, unless the cap on the sweeps was met.
+#[inline(always)]
+pub(super) fn iterate<const FMA: bool>(matrices: &mut impl Sweeps, n: usize, whole: bool) -> usize {
+    let cap = SWEEPS_PER_ROW * n.max(PATIENCE);
+    let mut sweeps = 0;
+    let mut stalled = 0;
+    // The active block ends at row `last`; what lies below is in Schur form.
+    let mut end = n;
+    while end > 1 {
+        let last = end - 1;
+        let ((h, ld), (q, rows)) = matrices.parts();
+        let first = first_of_active_block(h, ld, last);
+        if first > 0 {
+            h[(first - 1) * ld + first] = 0.0;
+        }
+        if first == last {
+            end = last;
+            stalled = 0;
+            continue;
+        }
+        let window = if whole { (0, n) } else { (first, end) };
+        if first + 1 == last {
+            standardise_block(h, ld, q, rows, first, window);
+            end = first;
+            stalled = 0;
+            continue;
+        }
+        if sweeps == cap {
+            return end;
+        }
+        sweeps += 1;
+        stalled += 1;
+        let shifts = shifts(h, ld, first, last, stalled);
+        let (from, v) = start_of_bulge(h, ld, first, last, shifts);
+        matrices.sweep::<FMA>(Passage { first, from, last, window }, v);
+    }
+    0
+}
+
+/// [`iterate`] on `h` of order `n`, with a `q` of `n` columns (or none).
 pub(super) struct Francis<'a> {
     pub(super) h: &'a mut [f64],
     pub(super) n: usize,
     pub(super) q: &'a mut [f64],
     pub(super) whole: bool,
-    pub(super) scratch: &'a mut Scratch,
 }
 
 impl Kernel for Francis<'_> {
     type Output = usize;
 
     #[inline(always)]
-    fn run<const FMA: bool>(self) -> usize {
-        let Self { h, n, q, whole, scratch } = self;
-        if n == 0 {
-            return 0;
-        }
-        let rows = q.len() / n;
-        scratch.reserve(n);
-        let Scratch { reflectors, packed } = scratch;
-        let cap = SWEEPS_PER_ROW * n.max(PATIENCE);
-        let mut sweeps = 0;
-        let mut stalled = 0;
-        // The active block ends at row `last`; what lies below is in Schur form.
-        let mut end = n;
-        while end > 1 {
-            let last = end - 1;
-            let first = first_of_active_block(h, n, last);
-            if first > 0 {
-                h[(first - 1) * n + first] = 0.0;
-            }
-            if first == last {
-                end = last;
-                stalled = 0;
+    fn run<const FMA: bool>(mut self) -> usize {
+        let (n, whole) = (self.n, self.whole);
+        iterate::<FMA>(&mut self, n, whole)
+    }
+}
+
+impl Sweeps for Francis<'_> {
+    #[inline(always)]
+    fn parts(&mut self) -> (Columns<'_>, Columns<'_>) {
+        let rows = self.q.len() / self.n;
+        ((self.h, self.n), (self.q, rows))
+    }
+
+    #[inline(always)]
+    fn sweep<const FMA: bool>(&mut self, passage: Passage, v: [f64; 3]) {
+        let ((h, ld), (q, rows)) = self.parts();
+        let Passage { first, from, last, window } = passage;
+        for k in from..last {
+            let r = if k > from {
+                next_reflector(&mut h[(k - 1) * ld..k * ld], k, k + 1 < last)
+            } else {
+                let (_, r) = reflect_vector(v);
+                if from > first {
+                    // The entry is not zero but small: the reflection changes it this way to working precision.
+                    h[(k - 1) * ld + k] *= 1.0 - r.t[0];
+                }
+                r
+            };
+            if r.t[0] == 0.0 {
                 continue;
             }
-            if first + 1 == last {
-                standardise_block(h, n, q, rows, first, if whole { (0, n) } else { (first, end) });
-                end = first;
-                stalled = 0;
-                continue;
+            let columns = h[k * ld..window.1 * ld].chunks_exact_mut(ld);
+            // Below the bulge these columns are zero.
+            let below = window.0..(k + 4).min(last + 1);
+            if k + 1 < last {
+                reflect_rows3::<FMA>(columns, k, &r);
+                reflect_columns3::<FMA>(&mut h[k * ld..(k + 3) * ld], ld, below, &r);
+                if rows > 0 {
+                    reflect_columns3::<FMA>(&mut q[k * rows..(k + 3) * rows], rows, 0..rows, &r);
+                }
+            } else {
+                reflect_rows2::<FMA>(columns, k, &r);
+                reflect_columns2::<FMA>(&mut h[k * ld..(k + 2) * ld], ld, below, &r);
+                if rows > 0 {
+                    reflect_columns2::<FMA>(&mut q[k * rows..(k + 2) * rows], rows, 0..rows, &r);
+                }
             }
-            if sweeps == cap {
-                return end;
-            }
-            sweeps += 1;
-            stalled += 1;
-            let shifts = shifts(h, n, first, last, stalled);
-            let (from, v) = start_of_bulge(h, n, first, last, shifts);
-            let window = if whole { (0, n) } else { (first, end) };
-            let way = Way { from, to: last, last, window, entry: Some((v, from > first)) };
-            chase::<FMA>(h, n, way, &mut reflectors[..last - from], packed);
-            let chain = Chain { at: from, reflectors: &reflectors[..last - from], pair: true };
-            chain_on_columns::<FMA>(q, rows, 0..rows, chain);
         }
-        0
+    }
+}
+
+/// The reflector that pushes the bulge on, from the top of the column it stands in (rows `k..`), which it clears.
+#[inline(always)]
+pub(super) fn next_reflector(column: &mut [f64], k: usize, triple: bool) -> Reflector {
+    let x = [column[k], column[k + 1], if triple { column[k + 2] } else { 0.0 }];
+    let (beta, r) = reflect_vector(x);
+    (column[k], column[k + 1]) = (beta, 0.0);
+    if triple {
+        column[k + 2] = 0.0;
+    }
+    r
+}
+
+/// Applies a reflector of order three to rows `row..row + 3` of the columns.
+#[inline(always)]
+pub(super) fn reflect_rows3<'a, const FMA: bool>(
+    columns: impl Iterator<Item = &'a mut [f64]>,
+    row: usize,
+    r: &Reflector,
+) {
+    for column in columns {
+        if let Some([x, y, z]) = column.get_mut(row..).and_then(|c| c.first_chunk_mut::<3>()) {
+            // The last row has not been touched by the reflector before: it need not wait.
+            let s = fma::<FMA>(r.t[1], *y, fma::<FMA>(r.t[0], *x, r.t[2] * *z));
+            *x -= s;
+            *y = fma::<FMA>(-s, r.v[0], *y);
+            *z = fma::<FMA>(-s, r.v[1], *z);
+        }
+    }
+}
+
+/// As [`reflect_rows3`], of order two.
+#[inline(always)]
+pub(super) fn reflect_rows2<'a, const FMA: bool>(
+    columns: impl Iterator<Item = &'a mut [f64]>,
+    row: usize,
+    r: &Reflector,
+) {
+    for column in columns {
+        if let Some([x, y]) = column.get_mut(row..).and_then(|c| c.first_chunk_mut::<2>()) {
+            let s = fma::<FMA>(r.t[1], *y, r.t[0] * *x);
+            *x -= s;
+            *y = fma::<FMA>(-s, r.v[0], *y);
+        }
+    }
+}
+
+/// Applies a reflector of order three to three columns, from the right.
+#[inline(always)]
+fn reflect_columns3<const FMA: bool>(columns: &mut [f64], ld: usize, rows: core::ops::Range<usize>, r: &Reflector) {
+    let (x, rest) = columns.split_at_mut(ld);
+    let (y, z) = rest.split_at_mut(ld);
+    let (x, x_rest) = x[rows.clone()].as_chunks_mut::<4>();
+    let (y, y_rest) = y[rows.clone()].as_chunks_mut::<4>();
+    let (z, z_rest) = z[rows].as_chunks_mut::<4>();
+    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        reflect3::<4, FMA>(r, x, y, z);
+    }
+    for ((x, y), z) in x_rest.iter_mut().zip(y_rest).zip(z_rest) {
+        reflect3::<1, FMA>(r, array::from_mut(x), array::from_mut(y), array::from_mut(z));
+    }
+}
+
+/// As [`reflect_columns3`], of order two.
+#[inline(always)]
+fn reflect_columns2<const FMA: bool>(columns: &mut [f64], ld: usize, rows: core::ops::Range<usize>, r: &Reflector) {
+    let (x, y) = columns.split_at_mut(ld);
+    let (x, x_rest) = x[rows.clone()].as_chunks_mut::<4>();
+    let (y, y_rest) = y[rows].as_chunks_mut::<4>();
+    for (x, y) in x.iter_mut().zip(y) {
+        reflect2::<4, FMA>(r, x, y);
+    }
+    for (x, y) in x_rest.iter_mut().zip(y_rest) {
+        reflect2::<1, FMA>(r, array::from_mut(x), array::from_mut(y));
     }
 }
 

@@ -3,16 +3,13 @@
 //! `T` has 1 x 1 diagonal blocks for the real eigenvalues of `A` and standardised 2 x 2 blocks (equal diagonal entries, off-diagonal
 //! entries of opposite sign) for the complex pairs. It exists for every real matrix. Every dense equation of this crate is solved in it.
 //!
-//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`), then, up to order 75, the implicit double-shift QR iteration of Francis (`francis.rs`), and beyond it
-//! the small-bulge multishift iteration (`multishift.rs`) with aggressive early deflation (`deflation.rs`) of Braman, Byers and Mathias. Both chase their bulges with
+//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`), then, up to order 75, the implicit double-shift QR iteration of Francis (`francis.rs`, up to order 8 on the stack: `small.rs`), and beyond it
+//! the small-bulge multishift iteration (`multishift.rs`) with aggressive early deflation (`deflation.rs`) of Braman, Byers and Mathias, whose bulges are chased with
 //! `bulge.rs` near the diagonal and leave the rest to chains of reflectors (`chain.rs`). Exceptional shifts break cycles, and the number of
 //! sweeps has a hard cap. About 25 n^3 flops for n small, and fewer than 15 n^3 for n large.
 //!
 //! A chosen set of eigenvalues is brought to the top by exchanges of neighbours (`swap.rs`, `reorder.rs`), with the condition of its invariant subspace
 //! (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues, no part of the form.
-
-// A function that is not inlined into a kernel is compiled without the kernel's instruction set.
-#![allow(clippy::inline_always)]
 
 mod balancing;
 mod bulge;
@@ -22,6 +19,7 @@ mod francis;
 mod hessenberg;
 mod multishift;
 mod reorder;
+mod small;
 mod standard;
 mod subspace;
 mod swap;
@@ -137,7 +135,6 @@ pub struct SchurWorkspace {
     padded: Vec<f64>,
     work: Vec<f64>,
     blocked: hessenberg::Blocked,
-    scratch: francis::Scratch,
     space: multishift::Space,
 }
 
@@ -191,6 +188,9 @@ impl SchurWorkspace {
         if n == 0 {
             return Ok(());
         }
+        if n <= small::LARGEST && !q.is_empty() {
+            return converged(kernel::dispatch(small::Small { h, n, q }), h, n);
+        }
         if n >= hessenberg::BLOCKED {
             self.blocked.reduce(h, n, q);
         } else if n > multishift::SMALL || q.is_empty() {
@@ -206,7 +206,7 @@ impl SchurWorkspace {
             let padded = &mut self.padded[..];
             identity(padded, rows);
             kernel::dispatch(hessenberg::Reduction { h, n, order: n, q: padded, fresh: true, work: &mut self.work });
-            let stuck = kernel::dispatch(francis::Francis { h, n, q: padded, whole, scratch: &mut self.scratch });
+            let stuck = kernel::dispatch(francis::Francis { h, n, q: padded, whole });
             for (to, from) in q.chunks_exact_mut(n).zip(padded.chunks_exact(rows)) {
                 to.copy_from_slice(&from[..n]);
             }
@@ -214,20 +214,25 @@ impl SchurWorkspace {
         } else if n > multishift::SMALL {
             multishift::multishift(&mut deflation::Iterate { h, n, q, whole }, &mut self.space)
         } else {
-            kernel::dispatch(francis::Francis { h, n, q, whole, scratch: &mut self.scratch })
+            kernel::dispatch(francis::Francis { h, n, q, whole })
         };
-        if stuck == 0 {
-            return Ok(());
-        }
-        let at = |i: usize, j: usize| h[j * n + i];
-        let last = stuck - 1;
-        Err(LinalgError::NotConverged {
-            method: "the QR iteration for the real Schur form",
-            iterations: francis::SWEEPS_PER_ROW * n.max(10),
-            remaining: if last > 0 { at(last, last - 1).abs() } else { 0.0 },
-            allowed: f64::EPSILON * (at(last, last).abs() + if last > 0 { at(last - 1, last - 1).abs() } else { 0.0 }),
-        })
+        converged(stuck, h, n)
     }
+}
+
+/// The error, if rows of `h` have not converged: as many as `stuck`.
+fn converged(stuck: usize, h: &[f64], n: usize) -> Result<()> {
+    if stuck == 0 {
+        return Ok(());
+    }
+    let at = |i: usize, j: usize| h[j * n + i];
+    let last = stuck - 1;
+    Err(LinalgError::NotConverged {
+        method: "the QR iteration for the real Schur form",
+        iterations: francis::SWEEPS_PER_ROW * n.max(10),
+        remaining: if last > 0 { at(last, last - 1).abs() } else { 0.0 },
+        allowed: f64::EPSILON * (at(last, last).abs() + if last > 0 { at(last - 1, last - 1).abs() } else { 0.0 }),
+    })
 }
 
 impl Default for Schur {

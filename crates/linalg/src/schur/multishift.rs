@@ -222,7 +222,7 @@ impl Kernel for Train<'_> {
             }
             let mut way = *way;
             if way.from == first {
-                way.entry = Some((shifted_column(h, n, first, *pair), false));
+                way.entry = Some(shifted_column(h, n, first, *pair));
             }
             chase::<FMA>(h, n, way, &mut chain[..way.to - way.from], packed);
         }
