@@ -49,21 +49,22 @@ pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<
 pub(crate) fn symmetric_into(what: &'static str, m: &DMatrix<f64>, mean: &mut DMatrix<f64>) -> Result<()> {
     let n = square(what, m)?;
     let allowed = 8.0 * n as f64 * f64::EPSILON * m.amax();
-    let mut worst = (0, 0, 0.0);
+    let mut worst = 0.0_f64;
     for col in 0..n {
-        for row in col..n {
+        mean[(col, col)] = m[(col, col)];
+        for row in col + 1..n {
             let (lower, upper) = (m[(row, col)], m[(col, row)]);
-            let asymmetry = (lower - upper).abs();
-            if asymmetry > worst.2 {
-                worst = (row, col, asymmetry);
-            }
+            worst = worst.max((lower - upper).abs());
             let entry = average(upper, lower);
             (mean[(row, col)], mean[(col, row)]) = (entry, entry);
         }
     }
-    let (row, col, asymmetry) = worst;
-    if asymmetry > allowed {
-        return Err(LinalgError::NotSymmetric { what, row, col, asymmetry, allowed });
+    if worst > allowed {
+        let pairs = (0..n).flat_map(|col| (col + 1..n).map(move |row| (row, col)));
+        let asymmetry = |&(row, col): &(usize, usize)| (m[(row, col)] - m[(col, row)]).abs();
+        if let Some((row, col)) = pairs.max_by(|x, y| asymmetry(x).total_cmp(&asymmetry(y)).then(y.cmp(x))) {
+            return Err(LinalgError::NotSymmetric { what, row, col, asymmetry: worst, allowed });
+        }
     }
     Ok(())
 }

@@ -57,6 +57,18 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
+    /// The balance of `a`, if it makes the largest entry a thousand times smaller. (Where it does not, it might do harm: entries that are rounding are as good as others to it.
+    /// Watkins, ETNA 23, 2006.)
+    pub(crate) fn worthwhile(a: &DMatrix<f64>) -> Option<Self> {
+        let target = a.amax() / 1024.0;
+        // No units change the diagonal.
+        if target == 0.0 || (0..a.nrows()).any(|k| a[(k, k)].abs() > target) {
+            return None;
+        }
+        let balance = Self::of(&sizes(a), None);
+        (!balance.is_trivial() && balance.similar(a).amax() <= target).then_some(balance)
+    }
+
     /// Whether all states keep their units.
     pub(crate) fn is_trivial(&self) -> bool {
         self.0.iter().all(|&e| e == 0)
@@ -115,6 +127,11 @@ mod tests {
         assert!(Balance::of(&sizes(&a), None).is_trivial());
         // Triangular: the row of the last state is empty, and nothing runs away.
         assert!(Balance::of(&sizes(&dmatrix![-1.0, 1.0; 0.0, -1.0]), None).is_trivial());
+        // Worth it are units that are far apart, not those of a chain with a large gain.
+        assert!(Balance::worthwhile(&hidden.similar(&a)).is_some());
+        assert!(Balance::worthwhile(&a).is_none());
+        assert!(Balance::worthwhile(&dmatrix![-1.0, 1e9; -1e9, -1.0]).is_none());
+        assert!(Balance::worthwhile(&DMatrix::zeros(2, 2)).is_none());
         // Where the plant couples nothing, the weight and the input still tell.
         let (q, g) = (dmatrix![1e10, 0.0; 0.0, 1.0], dmatrix![1e-10, 0.0; 0.0, 1.0]);
         let found = Balance::of(&sizes(&DMatrix::zeros(2, 2)), Some((&sizes(&q), &sizes(&g))));

@@ -109,8 +109,13 @@ impl LyapunovEquation {
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
     /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow).
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Lyapunov> {
-        let mut p = DMatrix::zeros(q.nrows(), q.ncols());
-        let residual = self.solve_into(q, &mut p)?;
+        shaped("q", q, self.0.order(), self.0.order())?;
+        self.solve_symmetric(symmetric("q", q)?)
+    }
+
+    /// For an exactly symmetric matrix of the right order.
+    fn solve_symmetric(&mut self, mut p: DMatrix<f64>) -> Result<Lyapunov> {
+        let residual = self.0.solve_in_place(&mut p)?;
         let spread = self.0.spread(&p);
         Ok(Lyapunov { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread })
     }
@@ -166,7 +171,7 @@ impl LyapunovEquation {
 /// Solves `A'P + P A + Q = 0` for symmetric `P`.
 ///
 /// `a` and `q` are n x n, `q` symmetric (of either sign: definiteness is not asked for). The answer does not depend on the units of `a` or `q`.
-/// A unique `P` exists iff `lambda_i + lambda_j != 0` for all eigenvalues of `a`. If it seems not to, the equation is tried again in units of
+/// A unique `P` exists iff `lambda_i + lambda_j != 0` for all eigenvalues of `a`. Where it makes the largest entry of `a` a thousand times smaller, or where `P` seems not to exist otherwise, the equation is solved in units of
 /// the state (powers of two) in which rows and columns of `a` are of equal size. The Schur form (25 n^3 flops), 10 n^3 for the solution and its evidence, and where `a` is not
 /// Hurwitz at most 22 n^3 more for the separation. For several `q` see [`LyapunovEquation`], for `Q = C'C` see [`lyapunov_factor`](crate::lyapunov_factor).
 ///
@@ -194,6 +199,6 @@ pub fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     // Before the Schur form is paid for.
-    symmetric("q", q)?;
-    LyapunovEquation::new(a)?.solve(q)
+    let q = symmetric("q", q)?;
+    LyapunovEquation::new(a)?.solve_symmetric(q)
 }

@@ -23,8 +23,14 @@ pub(crate) fn multiply(d: MatMut<'_, f64>, accum: Accum, alpha: f64, l: MatRef<'
     matmul(d, accum, l, r, alpha, Par::Seq);
 }
 
-/// As [`multiply`], the upper triangle of `D` alone; what is below stays as it is.
+/// Up to this order the whole product is quicker than its upper triangle.
+const WHOLE: usize = 24;
+
+/// As [`multiply`], the upper triangle of `D` alone; what is below means nothing afterwards.
 pub(crate) fn multiply_upper(d: MatMut<'_, f64>, accum: Accum, alpha: f64, l: MatRef<'_, f64>, r: MatRef<'_, f64>) {
+    if d.nrows() <= WHOLE {
+        return multiply(d, accum, alpha, l, r);
+    }
     let full = BlockStructure::Rectangular;
     triangular::matmul(d, BlockStructure::TriangularUpper, accum, l, full, r, full, alpha, Par::Seq);
 }

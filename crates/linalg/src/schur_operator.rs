@@ -54,6 +54,15 @@ impl Kind {
         }
     }
 
+    /// Whether all eigenvalues of a Schur form are on the stable side.
+    fn is_stable_form(self, schur: &Schur) -> bool {
+        match self {
+            // The diagonal entries of a block in standard form are the real part of its eigenvalues.
+            Self::Lyapunov => (0..schur.t.nrows()).all(|k| schur.t[(k, k)] < 0.0),
+            Self::Stein => schur.eigenvalues().iter().all(|&lambda| self.is_stable(lambda)),
+        }
+    }
+
     /// The norm of the operator, at most.
     pub(crate) fn weight(self, size: f64) -> f64 {
         match self {
@@ -80,6 +89,8 @@ pub(crate) struct SchurEquation {
     units: f64,
     balance: Option<Balance>,
     schur: Schur,
+    /// Whether all eigenvalues are on the stable side.
+    stable: bool,
     /// `min ||operator(X)|| / ||X||`, see the head of this file; in these units.
     separation: f64,
     work: Work,
@@ -93,20 +104,28 @@ struct Work {
     defect: DMatrix<f64>,
 }
 
+fn is_nearly_singular<T>(found: &Result<T>) -> bool {
+    matches!(found, Err(LinalgError::NearlySingular { .. }))
+}
+
 impl SchurEquation {
     pub(crate) fn new(kind: Kind, a: &DMatrix<f64>) -> Result<Self> {
         square("a", a)?;
         if kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
+        let balanced = |balance: Balance| Self::in_units_of(kind, &balance.similar(a), Some(balance));
+        if let Some(balance) = Balance::worthwhile(a) {
+            let found = balanced(balance);
+            return if is_nearly_singular(&found) { Self::in_units_of(kind, a, None) } else { found };
+        }
         let plain = Self::in_units_of(kind, a, None);
-        let Err(LinalgError::NearlySingular { .. }) = plain else { return plain };
-        // Units of the state decades apart look like a singular equation: try again where rows and columns are of equal size.
-        let balance = Balance::of(&sizes(a), None);
-        if balance.is_trivial() {
+        if !is_nearly_singular(&plain) {
             return plain;
         }
-        Self::in_units_of(kind, &balance.similar(a), Some(balance)).or(plain)
+        // Units of the state decades apart look like a singular equation.
+        let balance = Balance::of(&sizes(a), None);
+        if balance.is_trivial() { plain } else { balanced(balance).or(plain) }
     }
 
     /// The equation for an `a` that is finite and square, without the test for singularity.
@@ -115,19 +134,19 @@ impl SchurEquation {
         let units = if kind == Kind::Lyapunov { unit_scale(a) } else { 1.0 };
         let a = a * units;
         let (size, schur) = (a.norm(), schur(&a)?);
-        let room = || DMatrix::zeros(n, n);
-        let work = Work { half: room(), scratch: room(), defect: room() };
-        Ok(Self { kind, a, size, units, balance, schur, separation: f64::NAN, work })
+        let stable = kind.is_stable_form(&schur);
+        // Stein's substitution alone needs the second.
+        let scratch = if kind == Kind::Stein { DMatrix::zeros(n, n) } else { DMatrix::zeros(0, 0) };
+        let work = Work { half: DMatrix::zeros(n, n), scratch, defect: DMatrix::zeros(n, n) };
+        Ok(Self { kind, a, size, units, balance, schur, stable, separation: f64::NAN, work })
     }
 
     fn in_units_of(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
         let mut equation = Self::untested(kind, a, balance)?;
         let n = a.nrows();
-        let values = equation.schur.eigenvalues();
-        let (separation, regular) = if values.iter().all(|&lambda| kind.is_stable(lambda)) {
+        let (separation, regular) = if equation.stable {
             let Work { half: h, scratch, .. } = &mut equation.work;
-            h.fill_with_identity();
-            *h *= -1.0;
+            h.fill_diagonal(-1.0);
             let t = Coefficient::plain(view(&equation.schur.t));
             let regular = triangular::solve_symmetric(kind.equation(), t, view_mut(h), scratch.as_mut_slice());
             // At most sqrt(n) above the spectral norm: the separation is not overstated.
@@ -138,7 +157,7 @@ impl SchurEquation {
         equation.separation = separation;
         let floor = kind.rounding(n, equation.size) / (n as f64).sqrt();
         if n > 0 && (!regular || equation.separation.is_nan() || equation.separation <= floor) {
-            let values: Vec<_> = values.iter().map(|lambda| lambda / equation.units).collect();
+            let values = equation.eigenvalues();
             let separation = equation.separation / equation.units;
             return Err(nearly_singular(kind.name(), &values, &values, separation, |x, y| kind.gap(x, y)));
         }
@@ -181,7 +200,7 @@ impl SchurEquation {
     }
 
     pub(crate) fn is_stable(&self) -> bool {
-        self.schur.eigenvalues().iter().all(|&lambda| self.kind.is_stable(lambda))
+        self.stable
     }
 
     /// Solves for `q`, of the right shape and symmetric but for rounding, into `p`; returns the relative residual. Nothing is allocated if `p` has
@@ -195,6 +214,12 @@ impl SchurEquation {
             *p = DMatrix::zeros(n, n);
         }
         symmetric_into("q", q, p)?;
+        self.solve_in_place(p)
+    }
+
+    /// As [`solve_into`](Self::solve_into), for the finite and exactly symmetric matrix of order n in `p`.
+    pub(crate) fn solve_in_place(&mut self, p: &mut DMatrix<f64>) -> Result<f64> {
+        let n = self.order();
         if let Some(balance) = &self.balance {
             *p = balance.form(p);
         }
@@ -287,7 +312,7 @@ impl SchurEquation {
     /// For the solution `p`.
     pub(crate) fn spread(&self, p: &DMatrix<f64>) -> Spread {
         let n = self.order() as f64;
-        let norms = if self.is_stable() { n.sqrt() } else { 3.0 * n };
+        let norms = if self.stable { n.sqrt() } else { 3.0 * n };
         Spread { norms, units: self.balance.as_ref().map_or(1.0, |balance| balance.growth(p)) }
     }
 

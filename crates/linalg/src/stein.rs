@@ -73,8 +73,13 @@ impl SteinEquation {
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
     /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow).
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
-        let mut p = DMatrix::zeros(q.nrows(), q.ncols());
-        let residual = self.solve_into(q, &mut p)?;
+        shaped("q", q, self.0.order(), self.0.order())?;
+        self.solve_symmetric(symmetric("q", q)?)
+    }
+
+    /// For an exactly symmetric matrix of the right order.
+    fn solve_symmetric(&mut self, mut p: DMatrix<f64>) -> Result<Stein> {
+        let residual = self.0.solve_in_place(&mut p)?;
         let spread = self.0.spread(&p);
         Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread })
     }
@@ -113,7 +118,7 @@ impl SteinEquation {
 /// Solves `A'P A - P + Q = 0` for symmetric `P`.
 ///
 /// `a` and `q` are n x n, `q` symmetric (of either sign). A unique `P` exists iff `lambda_i lambda_j != 1` for all eigenvalues of `a`. Singular `a` is
-/// allowed. If there seems to be none, the equation is tried again in units of the state (powers of two) in which rows and columns of `a` are of equal size. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
+/// allowed. Where it makes the largest entry of `a` a thousand times smaller, or where `P` seems not to exist otherwise, the equation is solved in units of the state (powers of two) in which rows and columns of `a` are of equal size. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
 ///
 /// # Errors
 /// [`LinalgError::NearlySingular`](crate::LinalgError::NearlySingular) names the two eigenvalues whose product is nearest to one, when a pivot of the substitution
@@ -138,6 +143,6 @@ impl SteinEquation {
 pub fn stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
-    symmetric("q", q)?;
-    SteinEquation::new(a)?.solve(q)
+    let q = symmetric("q", q)?;
+    SteinEquation::new(a)?.solve_symmetric(q)
 }
