@@ -39,6 +39,10 @@ impl Stein {
     pub fn forward_error(&self) -> f64 {
         forward_error(self.residual, self.condition, self.p.nrows(), self.spread)
     }
+
+    pub(crate) fn spread(&self) -> f64 {
+        self.spread.norms * self.spread.units
+    }
 }
 
 /// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
