@@ -1,10 +1,10 @@
-//! Generalised Lyapunov equation `A'P E + E'P A + Q = 0` of the descriptor plant `E x' = A x`, E regular.
+//! Generalised Lyapunov equation `A'P E + E'P A + Q = 0` of the descriptor plant `E x' = A x`, and generalised Stein equation `A'P A - E'P E + Q = 0` of `E x+ = A x`, E regular.
 //!
-//! With `F = A E^-1` and `W = E^-T Q E^-1` it is `F'P + P F + W = 0`. Multiplying out by `E^-1` costs digits by the condition of E: the answer carries it.
+//! With `F = A E^-1` and `W = E^-T Q E^-1` they are `F'P + P F + W = 0` and `F'P F - P + W = 0`. Multiplying out by `E^-1` costs digits by the condition of E: the answer carries it.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part};
-use crate::separation::{of_exact, relative};
-use crate::{LinalgError, Lyapunov, Result, lyapunov};
+use crate::separation::{norm, of_exact, relative};
+use crate::{LinalgError, Lyapunov, Result, Stein, lyapunov, stein};
 use nalgebra::DMatrix;
 
 /// Solution of `A'P E + E'P A + Q = 0` with its evidence.
@@ -35,7 +35,7 @@ impl GeneralizedLyapunov {
 ///
 /// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` add to zero. About 50 n^3 flops.
 /// # Errors
-/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, and those of [`lyapunov()`] for `A E^-1`.
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`lyapunov()`] for `A E^-1`.
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -49,31 +49,104 @@ impl GeneralizedLyapunov {
 /// ```
 /// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD), for the equation; the reduction is the definition.
 pub fn generalized_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedLyapunov> {
-    let n = square("a", a)?;
-    shaped("e", e, n, n)?;
-    shaped("q", q, n, n)?;
-    let q = symmetric("q", q)?;
-    let lu = e.clone().lu();
-    let inverse = lu.try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
-    let condition_e = inverse.as_ref().map_or(f64::INFINITY, |inverse| inverse.norm() * e.norm());
-    let Some(inverse) = inverse.filter(|_| n == 0 || condition_e * n as f64 * f64::EPSILON < 1.0) else {
-        return Err(LinalgError::Singular { what: "e", condition: condition_e });
-    };
-    let weight = symmetric_part(&(inverse.tr_mul(&q) * &inverse));
-    let standard = lyapunov(&(a * &inverse), &weight)?;
+    let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
+    let standard = lyapunov(&f, &w)?;
     let p = standard.p.clone();
     let half = e.tr_mul(&p) * a;
-    let defect = half.transpose() + half + &q;
+    let defect = (half.transpose() + half + &q).norm();
     let size = 2.0 * a.norm() * p.norm() * e.norm() + q.norm();
-    let residual = relative(defect.norm(), size);
-    let known = (residual + 3.0 * n as f64 * f64::EPSILON) * size;
-    // Twice, for what the rounding of F moves the separation.
-    let forward_error =
-        relative(2.0 * inverse.norm().powi(2) * known * standard.spread() / standard.separation, p.norm());
-    // As in the standard equation: beyond one, rounding decides the separation too.
-    let forward_error = if standard.forward_error() < 1.0 { of_exact(forward_error) } else { f64::INFINITY };
-    if residual.is_nan() {
+    let residual = relative(defect, size);
+    if residual.is_nan() || !size.is_finite() {
         return Err(LinalgError::Overflow { what: "the defect of the generalised Lyapunov equation" });
     }
+    let factor = 2.0 * inverse.norm().powi(2) * standard.spread() / standard.separation;
+    let forward_error = error_bound(residual, size, factor, &p, standard.forward_error());
     Ok(GeneralizedLyapunov { p, residual, condition_e, standard, forward_error })
+}
+
+/// Solution of `A'P A - E'P E + Q = 0` with its evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneralizedStein {
+    /// The solution, exactly symmetric.
+    pub p: DMatrix<f64>,
+    /// `||A'P A - E'P E + Q|| / ((||A||^2 + ||E||^2) ||P|| + ||Q||)` in the Frobenius norm.
+    pub residual: f64,
+    /// `||E|| ||E^-1||` in the Frobenius norm.
+    pub condition_e: f64,
+    /// The equation `F'P F - P + W = 0` that was solved, with its separation.
+    pub standard: Stein,
+    /// See [`forward_error`](Self::forward_error).
+    forward_error: f64,
+}
+
+impl GeneralizedStein {
+    /// A bound of `||P - P*|| / ||P*||` in the Frobenius norm, P* the solution for the data as given: as [`GeneralizedLyapunov::forward_error`].
+    pub fn forward_error(&self) -> f64 {
+        self.forward_error
+    }
+}
+
+/// Solves `A'P A - E'P E + Q = 0` for symmetric P: `V = x'E'P E x` decreases along `E x+ = A x` by `x'Q x` at each step.
+///
+/// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` multiply to one. About 55 n^3 flops.
+/// # Errors
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`stein()`] for `A E^-1`.
+/// # Example
+/// ```
+/// use nalgebra::dmatrix;
+/// let (a, e) = (dmatrix![0.5, 1.0; 0.0, -0.25], dmatrix![2.0, 0.0; 1.0, 1.0]);
+/// let q = dmatrix![1.0, 0.0; 0.0, 1.0];
+/// let found = luenberger_linalg::generalized_stein(&a, &e, &q)?;
+/// let defect = a.transpose() * &found.p * &a - e.transpose() * &found.p * &e + q;
+/// println!("residual {:e}, {:e}", found.residual, defect.norm());
+/// assert!(found.residual <= 10.0 * 2.0 * f64::EPSILON);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+/// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD, DICO = 'D'), for the equation; the reduction is the definition.
+pub fn generalized_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedStein> {
+    let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
+    let standard = stein(&f, &w)?;
+    let p = standard.p.clone();
+    let defect = (a.tr_mul(&p) * a - e.tr_mul(&p) * e + &q).norm();
+    let size = (a.norm().powi(2) + e.norm().powi(2)) * p.norm() + q.norm();
+    let residual = relative(defect, size);
+    if residual.is_nan() || !size.is_finite() {
+        return Err(LinalgError::Overflow { what: "the defect of the generalised Stein equation" });
+    }
+    let factor = 2.0 * inverse.norm().powi(2) * standard.spread() / standard.separation;
+    let forward_error = error_bound(residual, size, factor, &p, standard.forward_error());
+    Ok(GeneralizedStein { p, residual, condition_e, standard, forward_error })
+}
+
+/// The standard equation, for `F = A E^-1` and `W = E^-T Q E^-1`.
+struct Reduced {
+    q: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    condition_e: f64,
+    f: DMatrix<f64>,
+    w: DMatrix<f64>,
+}
+
+impl Reduced {
+    fn new(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Self> {
+        let n = square("a", a)?;
+        shaped("e", e, n, n)?;
+        shaped("q", q, n, n)?;
+        let q = symmetric("q", q)?;
+        let inverse = e.clone().lu().try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
+        let condition_e = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(e));
+        let Some(inverse) = inverse.filter(|_| n == 0 || condition_e * n as f64 * f64::EPSILON < 1.0) else {
+            return Err(LinalgError::Singular { what: "e", condition: condition_e });
+        };
+        let w = symmetric_part(&(inverse.tr_mul(&q) * &inverse));
+        Ok(Self { f: a * &inverse, q, inverse, condition_e, w })
+    }
+}
+
+/// `factor` takes a defect to an error: `||E^-1||^2` over the separation, twice for what the rounding of F moves it. The defect is known up to the rounding of its products, relative to
+/// their `size`.
+fn error_bound(residual: f64, size: f64, factor: f64, p: &DMatrix<f64>, standard: f64) -> f64 {
+    let known = (residual + 3.0 * p.nrows() as f64 * f64::EPSILON) * size;
+    // As in the standard equation: beyond one, rounding decides the separation too.
+    if standard < 1.0 { of_exact(relative(factor * known, p.norm())) } else { f64::INFINITY }
 }

@@ -9,8 +9,9 @@
 //! | `A'P + P A + Q = 0` | [`lyapunov()`] |
 //! | `A'P A - P + Q = 0` | [`stein()`] |
 //! | `A'P + P A + C'C = 0`, `A'P A - P + C'C = 0`, for the factor of `P = U'U` | [`lyapunov_factor`], [`stein_factor`] |
-//! | `A'P E + E'P A + Q = 0` | [`generalized_lyapunov`] |
+//! | `A'P E + E'P A + Q = 0`, `A'P A - E'P E + Q = 0` | [`generalized_lyapunov`], [`generalized_stein`] |
 //! | `A X + X B = C` | [`sylvester()`] |
+//! | `A X B - X + C = 0` | [`discrete_sylvester`] |
 //! | `A'X + X A - X B R^-1 B'X + Q = 0` | [`care`], and by duality [`kalman_gain`] |
 //! | `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0` | [`dare`], and by duality [`discrete_kalman_gain`] |
 //! | `rank [A - lambda I; C]`, what the outputs see | [`observability()`], [`detectability`], [`discrete_detectability`] |
@@ -35,7 +36,7 @@
 //!
 //! Norms do not see small entries. If units of the state are decades apart, an error that is small beside `||P||` may be larger than an entry of interest: choose units in which what matters is about one.
 //!
-//! If the data are exact (or you want to know what the method contributed), [`LyapunovEquation::refine`], [`SteinEquation::refine`] and [`SylvesterEquation::refine`] compute the defect in twice the working precision: a step
+//! If the data are exact (or you want to know what the method contributed), [`LyapunovEquation::refine`], [`SteinEquation::refine`], [`SylvesterEquation::refine`] and [`DiscreteSylvesterEquation::refine`] compute the defect in twice the working precision: a step
 //! or two take the error from `condition * n eps` to the last bit of the solution, and return what they changed, which is an estimate of the error there was. A solution for
 //! `Q = C'C` keeps the small directions of `P` if asked for by its factor ([`lyapunov_factor`], [`stein_factor`]).
 //!
@@ -94,7 +95,7 @@ pub use distance::{UnobservabilityDistance, distance_to_unobservability};
 pub use error::LinalgError;
 pub use factored::{Factored, lyapunov_factor, stein_factor};
 pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
-pub use generalized::{GeneralizedLyapunov, generalized_lyapunov};
+pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapunov, generalized_stein};
 pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
 pub use observability::{
     Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
@@ -107,7 +108,9 @@ pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalma
 pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
 pub use stein::{Stein, SteinEquation, stein};
-pub use sylvester::{Sylvester, SylvesterEquation, sylvester};
+pub use sylvester::{
+    DiscreteSylvester, DiscreteSylvesterEquation, Sylvester, SylvesterEquation, discrete_sylvester, sylvester,
+};
 pub use zeros::{InvariantZeros, invariant_zeros};
 
 /// The result of this crate's functions.

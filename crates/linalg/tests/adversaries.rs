@@ -1,8 +1,9 @@
 //! Every solver on every kind of bad input: no panic, no endless loop, and either an answer in which all numbers are finite or an error that carries them.
 
 use luenberger_linalg::{
-    LinalgError, LyapunovEquation, SteinEquation, SylvesterEquation, care, dare, discrete_kalman_gain,
-    generalized_lyapunov, kalman_gain, lyapunov, lyapunov_factor, stein, stein_factor, sylvester,
+    DiscreteSylvesterEquation, LinalgError, LyapunovEquation, SteinEquation, SylvesterEquation, care, dare,
+    discrete_kalman_gain, discrete_sylvester, generalized_lyapunov, generalized_stein, kalman_gain, lyapunov,
+    lyapunov_factor, stein, stein_factor, sylvester,
 };
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
@@ -66,6 +67,14 @@ proptest! {
             Ok(x) => prop_assert!(all_finite(&x.x) && x.residual <= 1e-12 && !x.forward_error().is_nan(), "{x:?}"),
             Err(error) => prop_assert!(says(&error)),
         }
+        match discrete_sylvester(&a, &e, &q) {
+            Ok(x) => prop_assert!(all_finite(&x.x) && x.residual <= 1e-12 && x.separation > 0.0 && !x.forward_error().is_nan(), "{x:?}"),
+            Err(error) => prop_assert!(says(&error)),
+        }
+        match generalized_stein(&a, &e, &q) {
+            Ok(x) => prop_assert!(all_finite(&x.p) && !x.residual.is_nan() && !x.forward_error().is_nan(), "{x:?}"),
+            Err(error) => prop_assert!(says(&error)),
+        }
         match generalized_lyapunov(&a, &e, &q) {
             Ok(x) => prop_assert!(all_finite(&x.p) && !x.residual.is_nan() && !x.forward_error().is_nan(), "{x:?}"),
             Err(error) => prop_assert!(says(&error)),
@@ -108,7 +117,10 @@ fn the_offending_entry_is_named_in_every_argument() {
         names(stein(&bad, &good).map(|x| x.residual), "a");
         names(stein(&good, &bad).map(|x| x.residual), "q");
         names(sylvester(&good, &bad, &good).map(|x| x.residual), "b");
+        names(discrete_sylvester(&bad, &good, &good).map(|x| x.residual), "a");
+        names(discrete_sylvester(&good, &good, &bad).map(|x| x.residual), "c");
         names(generalized_lyapunov(&good, &bad, &good).map(|x| x.residual), "e");
+        names(generalized_stein(&bad, &good, &good).map(|x| x.residual), "a");
         names(lyapunov_factor(&good, &bad).map(|x| x.residual), "c");
         names(care(&good, &bad, &identity(2), &identity(2)).map(|x| x.residual), "b");
         names(care(&good, &good, &identity(2), &bad).map(|x| x.residual), "r");
@@ -116,6 +128,8 @@ fn the_offending_entry_is_named_in_every_argument() {
         names(LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut bad.clone()), "p");
         names(SteinEquation::new(&(&good * 0.5)).unwrap().refine(&bad, &mut identity(2)), "q");
         names(SylvesterEquation::new(&good, &good).unwrap().refine(&identity(2), &mut bad.clone()), "x");
+        let half = &good * 0.5;
+        names(DiscreteSylvesterEquation::new(&half, &half).unwrap().refine(&bad, &mut identity(2)), "c");
     }
     let found = LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut identity(3));
     assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "p", expected: (2, 2), found: (3, 3) }));
@@ -145,6 +159,41 @@ fn eigenvalues_that_approach_each_other() {
             }
             Err(LinalgError::NearlySingular { equation: "Lyapunov", first, second, gap: found, separation }) => {
                 assert!((first.re.abs() - 1.0).abs() <= 1e-10 && (second.re.abs() - 1.0).abs() <= 1e-10);
+                assert!(found <= 1e-10 && separation <= 1e-10, "{found:e} {separation:e}");
+                refused += 1;
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(refused >= 8, "a gap below the rounding of the eigenvalues is none");
+}
+
+/// `1 - lambda_i mu_j` from 1 down to 0, the coefficients not symmetric to each other: as [`eigenvalues_that_approach_each_other`].
+#[test]
+fn products_that_approach_one() {
+    let mut refused = 0;
+    for k in 0..=60 {
+        let gap = 2.0_f64.powi(-k);
+        let a = dmatrix![2.0, 1.0, 0.0; 0.0, 0.25, 1.0; 0.0, 0.0, -0.5];
+        let b = dmatrix![0.5 * (1.0 - gap), 1.0; 0.0, 0.125];
+        let x = dmatrix![1.0, 0.0; 0.0, 3.0; 0.0, 1.0];
+        // The gap enters C in the corner alone, exact as long as `1 - gap` is.
+        let c = &x - &a * &x * &b;
+        match discrete_sylvester(&a, &b, &c) {
+            Ok(found) => {
+                let error = (&found.x - &x).norm() / x.norm();
+                assert!(error <= found.forward_error(), "2^-{k}: {error:e} > {:e}", found.forward_error());
+                assert!(found.separation <= 3.0 * 6.0 * gap, "{:e}", found.separation);
+                assert_eq!(refused, 0, "2^-{k}: solved, though a larger gap was refused");
+            }
+            Err(LinalgError::NearlySingular {
+                equation: "discrete Sylvester",
+                first,
+                second,
+                gap: found,
+                separation,
+            }) => {
+                assert!((first.re - 2.0).abs() <= 1e-10 && (second.re - 0.5).abs() <= 1e-10);
                 assert!(found <= 1e-10 && separation <= 1e-10, "{found:e} {separation:e}");
                 refused += 1;
             }

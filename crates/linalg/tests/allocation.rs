@@ -1,7 +1,9 @@
 //! The second solution, and the second Schur form, of the same size takes no memory.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
-use luenberger_linalg::{LyapunovEquation, Schur, SchurWorkspace, SteinEquation, SylvesterEquation, schur_into};
+use luenberger_linalg::{
+    DiscreteSylvesterEquation, LyapunovEquation, Schur, SchurWorkspace, SteinEquation, SylvesterEquation, schur_into,
+};
 use nalgebra::DMatrix;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -46,14 +48,16 @@ fn the_second_solution_takes_no_memory() {
         let mut lyapunov = LyapunovEquation::new(&a).unwrap();
         let mut stein = SteinEquation::new(&(&a * 0.2)).unwrap();
         let mut sylvester = SylvesterEquation::new(&a, &a.transpose()).unwrap();
+        let mut discrete = DiscreteSylvesterEquation::new(&a, &(a.transpose() * 0.2)).unwrap();
         // The product kernels keep one buffer for each thread, made on the first call.
         lyapunov.solve_into(&q, &mut x).unwrap();
         let found = [
             allocations(|| _ = lyapunov.solve_into(&q, &mut x).unwrap()),
             allocations(|| _ = stein.solve_into(&q, &mut x).unwrap()),
             allocations(|| _ = sylvester.solve_into(&q, &mut x).unwrap()),
+            allocations(|| _ = discrete.solve_into(&q, &mut x).unwrap()),
         ];
-        assert_eq!(found, [0; 3], "n = {n}");
+        assert_eq!(found, [0; 4], "n = {n}");
     }
     assert_eq!(allocations(|| drop(black_box(Box::new(1)))), 1, "the allocator counts");
 }

@@ -1,6 +1,6 @@
-//! Lyapunov, Stein and Sylvester equations: residuals, Kronecker products, published examples, and singular data.
+//! Lyapunov, Stein and Sylvester equations, continuous and discrete: residuals, Kronecker products, published examples, and singular data.
 
-use luenberger_linalg::{LinalgError, lyapunov, stein, sylvester};
+use luenberger_linalg::{LinalgError, discrete_sylvester, generalized_stein, lyapunov, stein, sylvester};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
@@ -115,6 +115,130 @@ proptest! {
         let scaled = sylvester(&(&a * u), &(&b * u), &c).unwrap();
         prop_assert!((scaled.x * u - &found.x).norm() <= bound(n.max(m)) * found.condition * x.norm());
     }
+
+    /// For Schur stable coefficients the solution is unique; what A has too much and B too little changes nothing.
+    #[test]
+    fn discrete_sylvester_agrees_with_kronecker(
+        (a, b, c) in (1..=6_usize, 1..=6_usize).prop_flat_map(|(n, m)| (schur_stable(n), schur_stable(m), entries(n, m))),
+        (du, dc) in (-140..140_i32, -140..140_i32),
+    ) {
+        let (n, m) = c.shape();
+        let found = discrete_sylvester(&a, &b, &c).unwrap();
+        prop_assert!(found.residual <= bound(n.max(m)), "{:e}", found.residual);
+        let operator = b.transpose().kronecker(&a) - identity(n * m);
+        let x = by_kronecker(&operator, &-&c);
+        prop_assert!((&found.x - &x).norm() <= bound(n.max(m)) * found.condition * x.norm());
+        // ||Z||_2 <= ||Z||_1 <= sqrt(nm) ||Z||_2 for the entries of Z: the separation in the sum of the entries is within that of the smallest singular value, and the estimate never below it but for rounding.
+        let (sigma, order) = (operator.singular_values().min(), ((n * m) as f64).sqrt());
+        prop_assert!(found.separation >= sigma / order * (1.0 - bound(n.max(m)) * found.condition));
+        prop_assert!(found.separation <= 10.0 * sigma * order, "{:e} {sigma:e}", found.separation);
+        let (u, v) = (10.0_f64.powi(du), 10.0_f64.powi(dc));
+        let scaled = discrete_sylvester(&(&a * u), &(&b / u), &(&c * v)).unwrap();
+        prop_assert!((scaled.x / v - &found.x).norm() <= bound(n.max(m)) * found.condition * x.norm());
+    }
+
+    /// With `A'` and A for coefficients and a symmetric C it is Stein's equation; with E for a coefficient of P, the generalised one.
+    #[test]
+    fn the_discrete_equations_agree((a, q) in (1..=6_usize).prop_flat_map(|n| (schur_stable(n), symmetric(n)))) {
+        let n = a.nrows();
+        let stein = stein(&a, &q).unwrap();
+        let found = discrete_sylvester(&a.transpose(), &a, &q).unwrap();
+        let allowed = (found.forward_error() + stein.forward_error()) * stein.p.norm();
+        prop_assert!((&found.x - &stein.p).norm() <= allowed);
+        let e = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else if i < j { 0.5 } else { 0.0 });
+        let found = generalized_stein(&(&a * &e), &e, &(e.transpose() * &q * &e)).unwrap();
+        // The defect of the standard equation, between E' and E.
+        prop_assert!(found.residual <= found.condition_e.powi(2).max(1.0) * bound(n), "{:e}", found.residual);
+        // The data are rounded once more: each of the products by E to n eps, and E^-1 brings them back.
+        let rounding = 10.0 * n as f64 * f64::EPSILON * found.condition_e * found.condition_e * stein.condition;
+        let allowed = (found.forward_error() + stein.forward_error() + rounding) * stein.p.norm();
+        prop_assert!((&found.p - &stein.p).norm() <= allowed, "{:e} > {allowed:e}", (&found.p - &stein.p).norm());
+    }
+}
+
+/// The exact solution of `op x = rhs` in rationals, `(numerators, denominator)`, by fraction-free elimination (Bareiss): every number on the way is a minor of the matrix, an
+/// integer. `None` for a singular one.
+fn in_rationals(operator: Vec<Vec<i128>>, rhs: Vec<i128>) -> Option<(Vec<i128>, i128)> {
+    let n = rhs.len();
+    let mut rows: Vec<Vec<i128>> = operator
+        .into_iter()
+        .zip(rhs)
+        .map(|(mut row, b)| {
+            row.push(b);
+            row
+        })
+        .collect();
+    let mut previous = 1;
+    for k in 0..n {
+        let pivot = (k..n).find(|&i| rows[i][k] != 0)?;
+        rows.swap(k, pivot);
+        let top = rows[k].clone();
+        for (i, row) in rows.iter_mut().enumerate() {
+            if i == k {
+                continue;
+            }
+            let factor = row[k];
+            for (entry, above) in row.iter_mut().zip(&top) {
+                *entry = (*entry * top[k] - factor * above) / previous;
+            }
+        }
+        previous = top[k];
+    }
+    Some((rows.iter().map(|row| row[n]).collect(), previous))
+}
+
+fn quarters(n: usize, m: usize) -> impl Strategy<Value = DMatrix<i128>> {
+    prop::collection::vec(-3..=3_i128, n * m).prop_map(move |data| DMatrix::from_vec(n, m, data))
+}
+
+/// Up to order six, ten unknowns at most: minors of order ten of rows of norm below 40 are below 2^54, and products of two fit.
+fn shapes() -> impl Strategy<Value = (usize, usize)> {
+    prop::sample::select(vec![(1, 1), (1, 6), (6, 1), (2, 2), (2, 3), (3, 2), (3, 3), (2, 5), (5, 2), (2, 4), (4, 2)])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    /// The error of both kinds against the rational solution of the Kronecker system; and an exactly singular equation is refused, or without a bound. Entries are multiples of 1/4, small ones: some one in ten is singular.
+    #[test]
+    fn errors_against_the_exact_solution(
+        (a, b, c) in shapes().prop_flat_map(|(n, m)| (quarters(n, n), quarters(m, m), quarters(n, m))),
+        discrete in any::<bool>(),
+    ) {
+        let (n, m) = c.shape();
+        let float = |m: &DMatrix<i128>| m.map(|v| v as f64 / 4.0);
+        // vec by columns, everything times 16, or 4.
+        let operator = (0..n * m).map(|r| {
+            let (i, j) = (r % n, r / n);
+            (0..n * m).map(|s| {
+                let (k, l) = (s % n, s / n);
+                let one = |x: bool| i128::from(x);
+                if discrete { a[(i, k)] * b[(l, j)] - 16 * one(r == s) } else { a[(i, k)] * one(j == l) + b[(l, j)] * one(i == k) }
+            }).collect()
+        }).collect();
+        // A X B - X = -C times 16, the entries of C being c/4; A X + X B = C times 4.
+        let rhs = c.iter().map(|&c| if discrete { -4 * c } else { c }).collect();
+        let exact = in_rationals(operator, rhs).map(|(numerators, denominator)| {
+            DMatrix::from_iterator(n, m, numerators.iter().map(|&x| x as f64 / denominator as f64))
+        });
+        let found = if discrete {
+            discrete_sylvester(&float(&a), &float(&b), &float(&c)).map(|found| (found.forward_error(), found.x))
+        } else {
+            sylvester(&float(&a), &float(&b), &float(&c)).map(|found| (found.forward_error(), found.x))
+        };
+        match (found, exact) {
+            (Ok((bound, x)), Some(exact)) => {
+                // The exact solution is rounded three times.
+                let allowed = (bound + 2.0 * f64::EPSILON) * exact.norm();
+                prop_assert!((&x - &exact).norm() <= allowed, "{:e} > {allowed:e}", (&x - &exact).norm());
+            }
+            (Ok((bound, _)), None) => prop_assert!(bound == f64::INFINITY, "singular, and bounded by {bound:e}"),
+            (Err(LinalgError::NearlySingular { .. }), None) => {}
+            // A regular one only where it is within rounding of a singular one, norms being below 10 and orders below 7.
+            (Err(LinalgError::NearlySingular { separation, .. }), Some(_)) => prop_assert!(separation <= 1e-13, "{separation:e}"),
+            (Err(error), _) => prop_assert!(false, "{error}"),
+        }
+    }
 }
 
 #[test]
@@ -130,6 +254,10 @@ fn larger_orders_keep_the_residual_small() {
         let b = DMatrix::from_fn(n / 2, n / 2, |i, j| entry(i + 5, j + 2)) + identity(n / 2) * 3.0;
         let c = DMatrix::from_fn(n, n / 2, entry);
         assert!(sylvester(&a, &b, &c).unwrap().residual <= bound(n));
+        // Spectral radii of about one: nothing definite.
+        let found =
+            discrete_sylvester(&(&a * (1.3 / (n as f64).sqrt())), &(&b * (1.1 / (n as f64).sqrt())), &c).unwrap();
+        assert!(found.residual <= bound(n));
     }
 }
 
@@ -163,14 +291,18 @@ fn slicot_sb04md_and_sb04qd() {
     let c = dmatrix![2.0, 1.0; 1.0, 4.0; 0.0, 5.0];
     let printed = dmatrix![-2.7685, 0.5498; -1.0531, 0.6865; 4.5257, -0.4389];
     assert!((sylvester(&a, &b, &c).unwrap().x - printed).amax() <= 0.5001e-4);
-    // SB04QD solves X + A X B = C, which is A X + X B^-1 = C B^-1.
+    // SB04QD solves X + A X B = C, which is A X + X B^-1 = C B^-1, and the discrete equation with -A.
     let a = dmatrix![1.0, 2.0, 3.0; 6.0, 7.0, 8.0; 9.0, 2.0, 3.0];
     let b = dmatrix![7.0, 2.0, 3.0; 2.0, 1.0, 2.0; 3.0, 4.0, 1.0];
     let c = dmatrix![271.0, 135.0, 147.0; 923.0, 494.0, 482.0; 578.0, 383.0, 287.0];
-    let inverse = b.try_inverse().unwrap();
-    let found = sylvester(&a, &inverse, &(c * &inverse)).unwrap();
+    let inverse = b.clone().try_inverse().unwrap();
+    let found = sylvester(&a, &inverse, &(&c * &inverse)).unwrap();
     let printed = dmatrix![2.0, 3.0, 6.0; 4.0, 7.0, 1.0; 5.0, 3.0, 2.0];
-    assert!((found.x - printed).amax() <= 100.0 * f64::EPSILON * found.condition);
+    assert!((found.x - &printed).amax() <= 100.0 * f64::EPSILON * found.condition);
+    // What is printed is exact.
+    assert_eq!(&printed + &a * &printed * &b, c);
+    let found = discrete_sylvester(&-a, &b, &c).unwrap();
+    assert!((&found.x - &printed).norm() <= found.forward_error() * printed.norm() && found.forward_error() <= 1e-10);
 }
 
 #[test]
@@ -192,6 +324,16 @@ fn eigenvalues_that_meet_are_named() {
     let (first, second) = (Complex::new(3.0e9, 0.0), Complex::new(-3.0e9, 0.0));
     assert!(matches!(found, Err(LinalgError::NearlySingular { equation: "Sylvester", first: f, second: s, .. })
             if (f - first).norm() <= 1.0 && (s - second).norm() <= 1.0));
+    // 2i and its conjugate, and -i/2 and its: in units far apart.
+    let (a, b) =
+        (dmatrix![0.0, -2.0; 2.0, 0.0] * 1e200, dmatrix![0.0, 0.5, 1.0; -0.5, 0.0, 1.0; 0.0, 0.0, 3.0] * 1e-200);
+    let found = discrete_sylvester(&a, &b, &DMatrix::zeros(2, 3));
+    let Err(LinalgError::NearlySingular { equation: "discrete Sylvester", first, second, gap, separation }) = found
+    else {
+        panic!("{found:?}")
+    };
+    assert!((first * second - 1.0).norm() <= bound(3) && gap <= bound(3) && separation <= bound(3), "{first} {second}");
+    assert!((first.im.abs() / 1e200 - 2.0).abs() <= bound(3) && (second.im.abs() * 1e200 - 0.5).abs() <= bound(3));
     // Nilpotent, hidden by an orthogonal similarity: the computed eigenvalues are near 1e-5, the separation still tells.
     let w = DMatrix::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) - 2.0 / 3.0);
     let shift = dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0];
@@ -244,7 +386,17 @@ fn orders_zero_and_one() {
     assert_eq!(stein(&empty, &empty).unwrap().p.shape(), (0, 0));
     assert_eq!(sylvester(&empty, &identity(2), &DMatrix::zeros(0, 2)).unwrap().x.shape(), (0, 2));
     assert_eq!(sylvester(&identity(2), &empty, &DMatrix::zeros(2, 0)).unwrap().x.shape(), (2, 0));
+    assert_eq!(discrete_sylvester(&empty, &identity(2), &DMatrix::zeros(0, 2)).unwrap().x.shape(), (0, 2));
+    assert_eq!(discrete_sylvester(&identity(2), &empty, &DMatrix::zeros(2, 0)).unwrap().x.shape(), (2, 0));
+    assert_eq!(generalized_stein(&empty, &empty, &empty).unwrap().p.shape(), (0, 0));
     assert_eq!(lyapunov(&dmatrix![-2.0], &dmatrix![8.0]).unwrap().p, dmatrix![2.0]);
+    let found = discrete_sylvester(&dmatrix![0.5], &dmatrix![-2.0], &dmatrix![8.0]).unwrap();
+    assert_eq!((found.x, found.separation), (dmatrix![4.0], 2.0));
+    assert_eq!(generalized_stein(&dmatrix![1.0], &dmatrix![2.0], &dmatrix![6.0]).unwrap().p, dmatrix![2.0]);
+    // A coefficient of zeros leaves X = C, whatever the other is.
+    let (zero, huge) = (DMatrix::zeros(2, 2), dmatrix![1e300, -1e300; 3e299, 1.0]);
+    assert!((discrete_sylvester(&zero, &huge, &identity(2)).unwrap().x - identity(2)).norm() <= bound(2));
+    assert!((discrete_sylvester(&huge, &zero, &identity(2)).unwrap().x - identity(2)).norm() <= bound(2));
     assert_eq!(stein(&dmatrix![0.5], &dmatrix![3.0]).unwrap().p, dmatrix![4.0]);
     assert_eq!(sylvester(&dmatrix![1.0], &dmatrix![3.0], &dmatrix![8.0]).unwrap().x, dmatrix![2.0]);
 }
@@ -258,6 +410,12 @@ fn bad_input_is_named() {
     assert_eq!(stein(&a, &rectangular), Err(mismatch("q", (2, 2), (2, 3))));
     assert_eq!(sylvester(&a, &identity(3), &identity(2)), Err(mismatch("c", (2, 3), (2, 2))));
     assert_eq!(sylvester(&a, &rectangular, &a), Err(LinalgError::NotSquare { what: "b", rows: 2, cols: 3 }));
+    assert_eq!(discrete_sylvester(&a, &identity(3), &identity(2)), Err(mismatch("c", (2, 3), (2, 2))));
+    let not_square = Err(LinalgError::NotSquare { what: "b", rows: 2, cols: 3 });
+    assert_eq!(discrete_sylvester(&a, &rectangular, &a), not_square);
+    assert_eq!(generalized_stein(&a, &identity(3), &a).unwrap_err(), mismatch("e", (2, 2), (3, 3)));
+    let singular = generalized_stein(&a, &dmatrix![1.0, 2.0; 2.0, 4.0], &a).unwrap_err();
+    assert!(matches!(singular, LinalgError::Singular { what: "e", condition } if condition > 1e15), "{singular}");
     let q = dmatrix![1.0, 2.0; 2.5, 1.0];
     for found in [lyapunov(&a, &q).unwrap_err(), stein(&a, &q).unwrap_err()] {
         assert!(
@@ -272,4 +430,13 @@ fn bad_input_is_named() {
     // P would be 1e400.
     assert!(matches!(lyapunov(&(&a * 1e-200), &(identity(2) * 1e200)), Err(LinalgError::Overflow { .. })));
     assert!(matches!(stein(&(&a * 1e200), &identity(2)), Err(LinalgError::Overflow { .. })));
+    let huge = &a * 1e100;
+    assert!(matches!(
+        discrete_sylvester(&huge, &huge, &a),
+        Err(LinalgError::Overflow { what: "the product of entries of a and b" })
+    ));
+    let found = discrete_sylvester(&dmatrix![0.5], &dmatrix![2.0 - 1e-10], &dmatrix![1e300]);
+    assert!(matches!(found, Err(LinalgError::Overflow { what: "the solution x" })), "{found:?}");
+    assert!(matches!(generalized_stein(&(&a * 1e200), &(&a * 1e200), &a), Err(LinalgError::NearlySingular { .. })));
+    assert!(matches!(generalized_stein(&a, &(&a * 1e200), &a), Err(LinalgError::Overflow { .. })));
 }

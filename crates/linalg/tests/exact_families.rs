@@ -2,7 +2,8 @@
 //! Working Notes 1999-6 and 1999-7), built in integers. The data are exactly what binary64 holds, so that the error of a solution is a number and not an estimate.
 
 use luenberger_linalg::{
-    LyapunovEquation, SteinEquation, SylvesterEquation, generalized_lyapunov, lyapunov, stein, sylvester,
+    DiscreteSylvesterEquation, LyapunovEquation, SteinEquation, SylvesterEquation, discrete_sylvester,
+    generalized_lyapunov, generalized_stein, lyapunov, stein, sylvester,
 };
 use nalgebra::{DMatrix, dmatrix};
 
@@ -203,6 +204,42 @@ fn sylvester_errors_are_bounded_and_refined_away() {
     assert!(refined >= 8 && worst >= 1e-13, "{refined} {worst:e}");
 }
 
+/// `A X B - X + C = 0` with the coefficients of two members of DTLEX 4.1 (eigenvalues 1 - 1/r^i), of unequal order; A grows and B shrinks, which changes nothing.
+#[test]
+fn discrete_sylvester_errors_are_bounded_and_refined_away() {
+    let (mut worst, mut refined) = (0.0_f64, 0);
+    for (s, r) in [1_i128, 2, 4, 8].into_iter().flat_map(|s| [2_i128, 4, 16].map(|r| (s, r))) {
+        let (left, right) = (Similarity::new(4, s), Similarity::new(2, s));
+        let powers =
+            |n: usize| Integers::from_fn(n, n, |i, j| if i == j { r.pow(n as u32) - r.pow((n - i) as u32) } else { 0 });
+        let bits_of = |similarity: &Similarity, n: i32| similarity.bits + n * r.ilog2().cast_signed();
+        let (a, b) = (&left.t * powers(4) * &left.inverse, &right.t * powers(2) * &right.inverse);
+        let (bits_a, bits_b) = (bits_of(&left, 4), bits_of(&right, 2));
+        let x = Integers::from_fn(4, 2, |i, j| 1 + (3 * i + 5 * j) as i128);
+        let c = &x * (1_i128 << (bits_a + bits_b)) - &a * &x * &b;
+        let (Some(a), Some(b), Some(c), Some(x)) =
+            (exact(&a, 100 - bits_a), exact(&b, -100 - bits_b), exact(&c, -bits_a - bits_b), exact(&x, 0))
+        else {
+            continue;
+        };
+        let Ok(mut equation) = DiscreteSylvesterEquation::new(&a, &b) else { continue };
+        let found = equation.solve(&c).unwrap();
+        let error = (&found.x - &x).norm() / x.norm();
+        assert!(error <= found.forward_error(), "s = {s}, r = {r}: {error:e} > {:e}", found.forward_error());
+        assert!(equation.separation_estimate() <= 3.0 * found.separation, "s = {s}, r = {r}");
+        if found.condition <= 1e11 {
+            let mut better = found.x;
+            equation.refine(&c, &mut better).unwrap();
+            equation.refine(&c, &mut better).unwrap();
+            let after = (&better - &x).norm() / x.norm();
+            assert!(after <= f64::EPSILON, "s = {s}, r = {r}: {error:e} -> {after:e}");
+            worst = worst.max(error);
+            refined += 1;
+        }
+    }
+    assert!(refined >= 6 && worst >= 1e-13, "{refined} {worst:e}");
+}
+
 /// CTLEX 4.3: `A = (2^-t - 1) I + diag(1, .., n) + U'`, `E = I + 2^-t U`, all entries of the solution one. Antistable.
 #[test]
 fn the_generalised_family_has_the_matrix_of_ones() {
@@ -221,6 +258,82 @@ fn the_generalised_family_has_the_matrix_of_ones() {
         let error = (&found.p - &p).norm() / p.norm();
         assert!(error <= found.forward_error(), "n = {n}, t = {t}: {error:e} > {:e}", found.forward_error());
     }
+}
+
+/// DTLEX 4.3: `A = 2^-t I + diag(1, .., n) + U`, `E = I + 2^-t U'`, U the ones above the diagonal, all entries of the solution one. Eigenvalues from about one on.
+#[test]
+fn the_discrete_generalised_family_has_the_matrix_of_ones() {
+    let (mut bounded, mut solved) = (0, 0);
+    for (n, t) in [1_usize, 2, 5, 10].into_iter().flat_map(|n| [0, 1, 3, 10, 20].map(|t| (n, t))) {
+        let small = 2.0_f64.powi(-t);
+        let a = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Equal => small + (i + 1) as f64,
+            std::cmp::Ordering::Less => 1.0,
+            std::cmp::Ordering::Greater => 0.0,
+        });
+        let e = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { small * f64::from(u8::from(i > j)) });
+        let p = DMatrix::from_element(n, n, 1.0);
+        // A sum of column j of A is 2j - 1 + 2^-t, one of E is 1 + (n - j) 2^-t: multiples of 4^-t below 2^10, exact, and what the collection prints.
+        let q = e.transpose() * &p * &e - a.transpose() * &p * &a;
+        let printed = DMatrix::from_fn(n, n, |i, j| {
+            let (i, j, n) = ((i + 1) as f64, (j + 1) as f64, n as f64);
+            small * small * (1.0 - (n - i) * (n - j)) + small * (3.0 * (i + j) - 2.0 * (n + 1.0)) + 4.0 * i * j
+                - 2.0 * (i + j)
+        });
+        assert_eq!(q, -printed);
+        match generalized_stein(&a, &e, &q) {
+            Ok(found) => {
+                let error = (&found.p - &p).norm() / p.norm();
+                assert!(error <= found.forward_error(), "n = {n}, t = {t}: {error:e} > {:e}", found.forward_error());
+                (solved, bounded) = (solved + 1, bounded + usize::from(found.forward_error() <= 1e-3));
+            }
+            // The smallest eigenvalues approach one, and their product with themselves.
+            Err(luenberger_linalg::LinalgError::NearlySingular { gap, .. }) => assert!(gap <= 1e-3, "{n} {t} {gap:e}"),
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(solved >= 10 && bounded >= 8, "{solved} {bounded}");
+}
+
+/// After DTLEX 4.4: `E = V W`, `A = V diag(D1, .., Dq) W` with V and W of zeros and ones, each D with an eigenvalue and a pair of modulus `1 - t^-i`. The collection's pairs stand at 135 degrees, where no binary fraction is, and its
+/// solution is not known; here they are the zeros of `x^2 - 3/2 m x + m^2`, and the solution is an integer matrix.
+#[test]
+fn pencils_with_pairs_near_the_unit_circle() {
+    let mut solved = 0;
+    for (q, t) in [1_usize, 2, 3].into_iter().flat_map(|q| [2_i128, 4, 16, 64].map(|t| (q, t))) {
+        let n = 3 * q;
+        let v = Integers::from_fn(n, n, |i, j| i128::from(i >= j));
+        let w = Integers::from_fn(n, n, |i, j| i128::from(i + j < n));
+        // Times 2 t^q.
+        let power = |k: usize| t.pow(k as u32);
+        let blocks = Integers::from_fn(n, n, |i, j| {
+            let modulus = power(q) - power(q - 1 - i / 3);
+            match (i / 3 == j / 3, i % 3, j % 3) {
+                (true, 0, 0) | (true, 2, 1) => 2 * modulus,
+                (true, 1, 2) => -2 * modulus,
+                (true, 2, 2) => 3 * modulus,
+                _ => 0,
+            }
+        });
+        let bits = 1 + q as i32 * t.ilog2().cast_signed();
+        let (e, a, p) = (&v * &w, &v * blocks * &w, tridiagonal(n));
+        let weight = e.transpose() * &p * &e * (1_i128 << (2 * bits)) - a.transpose() * &p * &a;
+        let (Some(a), Some(e), Some(weight), Some(p)) =
+            (exact(&a, -bits), exact(&e, 0), exact(&weight, -2 * bits), exact(&p, 0))
+        else {
+            continue;
+        };
+        let found = generalized_stein(&a, &e, &weight).unwrap();
+        let radius = 1.0 - (t as f64).powi(-(q as i32));
+        assert!(
+            (luenberger_linalg::spectral_radius(&(&a * e.clone().try_inverse().unwrap())).unwrap() - radius).abs()
+                <= 1e-9
+        );
+        let error = (&found.p - &p).norm() / p.norm();
+        assert!(error <= found.forward_error(), "q = {q}, t = {t}: {error:e} > {:e}", found.forward_error());
+        solved += 1;
+    }
+    assert!(solved >= 8, "{solved}");
 }
 
 /// CTLEX 4.4: blocks of order three, with an eigenvalue `-t^i` and a pair `-t^i (1 +- i)` each, time constants from 1 to `t^-q`.
@@ -340,6 +453,12 @@ fn sylvester_and_its_transpose_agree_within_both_bounds() {
         let c = DMatrix::from_fn(n, m, |i, j| entry(j, i));
         let found = sylvester(&a, &b, &c).unwrap();
         let other = sylvester(&b.transpose(), &a.transpose(), &c.transpose()).unwrap();
+        let allowed = (found.forward_error() + other.forward_error()) * found.x.norm();
+        assert!((&found.x - other.x.transpose()).norm() <= allowed);
+        // `A X B - X` transposed is `B'X'A' - X'`.
+        let (a, b) = (a * 0.125, b * 0.25);
+        let found = discrete_sylvester(&a, &b, &c).unwrap();
+        let other = discrete_sylvester(&b.transpose(), &a.transpose(), &c.transpose()).unwrap();
         let allowed = (found.forward_error() + other.forward_error()) * found.x.norm();
         assert!((&found.x - other.x.transpose()).norm() <= allowed);
     }

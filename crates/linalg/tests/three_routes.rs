@@ -1,7 +1,7 @@
-//! One equation, three independent routes: the solvers of the crate, Gaussian elimination on the Kronecker product in double-double arithmetic, and the matrix sign function.
+//! One equation, three independent routes: the solvers of the crate, Gaussian elimination on the Kronecker product in double-double arithmetic, and the matrix sign function (in discrete time, the sum of a series).
 //! What the second finds is exact for our purposes; the bounds reported by the first must cover the difference.
 
-use luenberger_linalg::{care, dare, lyapunov, stein, sylvester};
+use luenberger_linalg::{care, dare, discrete_sylvester, generalized_stein, lyapunov, stein, sylvester};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -207,6 +207,18 @@ fn lyapunov_by_sign(a: &DMatrix<f64>, q: &DMatrix<f64>) -> DMatrix<f64> {
     q * 0.5
 }
 
+/// The sum of `A^k C B^k` by doubling its length (Smith, SIAM J. Appl. Math. 16, 1968).
+fn discrete_sylvester_by_series(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> DMatrix<f64> {
+    let (mut a, mut b, mut x) = (a.clone(), b.clone(), c.clone());
+    // Radii below 0.8: 0.64^(2^20) is nothing, whatever the couplings.
+    for _ in 0..20 {
+        x += &a * &x * &b;
+        a = &a * &a;
+        b = &b * &b;
+    }
+    x
+}
+
 /// The stabilizing X from the sign of the Hamiltonian matrix: `(sign + I) [I; X] = 0`.
 fn care_by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
@@ -275,6 +287,38 @@ proptest! {
         let exact = kronecker(&[(&Precise::of(&a), &right), (&left, &Precise::of(&b))], &Precise::of(&c));
         let error = relative_error(&found.x, &exact);
         prop_assert!(error <= found.forward_error(), "{error:e} > {:e}, condition {:e}", found.forward_error(), found.condition);
+    }
+
+    #[test]
+    fn discrete_sylvester_of_any_shape((a, b, c, inside) in (1..=6_usize, 1..=6_usize, any::<bool>()).prop_flat_map(|(n, m, inside)| {
+        // Products of eigenvalues outside are at least 1.44, and those of one inside and one outside at most 0.72.
+        let spectrum = if inside { contraction } else { mixed_discrete };
+        (plant(n, spectrum, 0.3), plant(m, spectrum, 0.3), rectangle(n, m), Just(inside))
+    })) {
+        let found = discrete_sylvester(&a, &b, &c).unwrap();
+        let (n, m) = c.shape();
+        let (pa, pb, left, right) = (Precise::of(&a), Precise::of(&b), Precise::of(&identity(n)), Precise::of(&identity(m)));
+        let exact = kronecker(&[(&pa, &pb), (&negative(&left), &right)], &negative(&Precise::of(&c)));
+        let error = relative_error(&found.x, &exact);
+        prop_assert!(error <= found.forward_error(), "{error:e} > {:e}, condition {:e}", found.forward_error(), found.condition);
+        if inside {
+            // It has no bound of its own: rounding of each of its steps meets the condition of the equation once more.
+            let (series, allowed) = (discrete_sylvester_by_series(&a, &b, &c), 100.0 * found.forward_error());
+            prop_assert!(relative_error(&series, &exact) <= allowed, "{:e} > {allowed:e}", relative_error(&series, &exact));
+        }
+    }
+
+    #[test]
+    fn generalized_stein_inside_and_outside((a, e, q) in (1..=5_usize, any::<bool>()).prop_flat_map(|(n, inside)| {
+        (plant(n, if inside { contraction } else { mixed_discrete }, 0.0), plant(n, stable, 0.0), symmetric(n))
+    })) {
+        // The pencil of A E and E has the eigenvalues of A but for the rounding of the product; all three are data then.
+        let a = &a * &e;
+        let found = generalized_stein(&a, &e, &q).unwrap();
+        let (at, et) = (Precise::of(&a).transpose(), Precise::of(&e).transpose());
+        let exact = kronecker(&[(&at, &at.transpose()), (&negative(&et), &et.transpose())], &negative(&Precise::of(&q)));
+        let error = relative_error(&found.p, &exact);
+        prop_assert!(error <= found.forward_error(), "{error:e} > {:e}, condition {:e}", found.forward_error(), found.standard.condition);
     }
 
     /// Newton's iteration in double-double from our X, which converges to the exact solution, and the sign function.

@@ -1,0 +1,265 @@
+//! What the Sylvester equation `A X + X B = C` and its discrete form `A X B - X + C = 0` share: with the real Schur forms `A = U S U'`, `B = V T V'` both become one substitution with S and T, for
+//! any number of right-hand sides.
+//!
+//! **Separation.** Estimated by three substitutions, and where that comes near to what rounding makes of a singular equation by the whole iteration (`separation.rs`): the verdict is never that of the
+//! shorter one.
+
+use crate::argument::{finite, shaped, square, unit_scale};
+use crate::compensated;
+use crate::lyapunov::{Spread, forward_error};
+use crate::product::{multiply, view, view_mut};
+use crate::schur::{SchurWorkspace, schur_into};
+use crate::separation::{nearly_singular, relative, rescale, separation, separation_by_three};
+use crate::triangular::{self, Coefficient, Equation};
+use crate::{LinalgError, Result, Schur};
+use faer::Accum;
+use nalgebra::{Complex, DMatrix};
+use std::cell::{Cell, RefCell};
+
+/// The whole iteration is asked where three substitutions find a separation below this many times the one that counts as none. They have never been seen to be wrong by more than ten.
+const DOUBT: f64 = 1e3;
+
+/// The equation with its Schur forms.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SchurPair {
+    equation: Equation,
+    /// A and B in the units of the computation: `A X + X B` with both in one unit, that of the larger; `A X B` with both of one size, their product as given.
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    /// `a` and `b` are these times the A and B given.
+    units_a: f64,
+    units_b: f64,
+    /// The operator is this times the one given.
+    units: f64,
+    /// The norm of the operator, at most: `||A|| + ||B||`, `||A|| ||B|| + 1`.
+    weight: f64,
+    left: Schur,
+    right: Schur,
+    /// `min ||operator(X)||_1 / ||X||_1`, from above; in these units.
+    separation: f64,
+    half: DMatrix<f64>,
+    defect: DMatrix<f64>,
+}
+
+/// The equation of the Schur forms, or its adjoint.
+#[derive(Debug, Clone, Copy)]
+enum Side {
+    Plain,
+    Adjoint,
+}
+
+/// From the right-hand side in `x` to the solution of the equation of the Schur forms. Whether every pivot is regular.
+fn substitute(
+    equation: Equation,
+    left: &Schur,
+    right: &Schur,
+    side: Side,
+    x: &mut DMatrix<f64>,
+    work: &mut [f64],
+) -> bool {
+    let coefficient = match side {
+        Side::Plain => Coefficient::plain,
+        Side::Adjoint => Coefficient::transposed,
+    };
+    triangular::solve(equation, coefficient(view(&left.t)), coefficient(view(&right.t)), view_mut(x), work)
+}
+
+/// The powers of two that bring A and B to the units of the computation.
+fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64, f64)> {
+    let (unit_a, unit_b) = (unit_scale(a), unit_scale(b));
+    // A coefficient of order zero, or zero, has no unit.
+    let present = (a.amax() > 0.0, b.amax() > 0.0);
+    match equation {
+        Equation::Sylvester => {
+            let unit = match present {
+                (true, true) => unit_a.min(unit_b),
+                (true, false) => unit_a,
+                _ => unit_b,
+            };
+            Ok((unit, unit))
+        }
+        Equation::Stein if present == (true, true) => {
+            // Exponents of powers of two: exact, and half their difference is within the range where they are.
+            let (low_a, low_b) = (unit_a.log2() as i32, unit_b.log2() as i32);
+            if -(low_a + low_b) > 500 {
+                return Err(LinalgError::Overflow { what: "the product of entries of a and b" });
+            }
+            let shift = (low_a - low_b) / 2;
+            Ok((2.0_f64.powi(shift), 2.0_f64.powi(-shift)))
+        }
+        Equation::Stein => Ok((unit_a, unit_b)),
+    }
+}
+
+impl SchurPair {
+    pub(super) fn new(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Self> {
+        let (n, m) = (square("a", a)?, square("b", b)?);
+        let (units_a, units_b) = units(equation, a, b)?;
+        let (a, b) = (a * units_a, b * units_b);
+        let (mut left, mut right, mut workspace) = (Schur::default(), Schur::default(), SchurWorkspace::new());
+        schur_into(&a, &mut left, &mut workspace)?;
+        schur_into(&b, &mut right, &mut workspace)?;
+        let (size_a, size_b) = (a.norm(), b.norm());
+        // By how much the rounding of A and B moves the operator: a separation below is none.
+        let (units, weight, size) = match equation {
+            Equation::Sylvester => (units_a, size_a + size_b, size_a + size_b),
+            Equation::Stein => (1.0, size_a * size_b + 1.0, (size_a * size_b).sqrt().max(1.0)),
+        };
+        let floor = n.max(m) as f64 * f64::EPSILON * size;
+        let (half, defect, separation) = (DMatrix::zeros(n, m), DMatrix::zeros(n, m), f64::INFINITY);
+        let mut pair = Self { equation, a, b, units_a, units_b, units, weight, left, right, separation, half, defect };
+        let mut regular = pair.estimate_separation();
+        if pair.separation.is_nan() || pair.separation <= DOUBT * floor {
+            let (separation, too) = pair.whole_estimate();
+            (pair.separation, regular) = (separation, regular && too);
+        }
+        if n * m > 0 && (!regular || pair.separation.is_nan() || pair.separation <= floor) {
+            let name = match equation {
+                Equation::Sylvester => "Sylvester",
+                Equation::Stein => "discrete Sylvester",
+            };
+            let values = |form: &Schur, units: f64| -> Vec<Complex<f64>> {
+                form.eigenvalues().iter().map(|lambda| lambda / units).collect()
+            };
+            let (first, second) = (values(&pair.left, pair.units_a), values(&pair.right, pair.units_b));
+            return Err(nearly_singular(name, &first, &second, pair.separation(), |x, y| equation.gap(x, y)));
+        }
+        Ok(pair)
+    }
+
+    /// By three substitutions; returns whether every pivot is regular.
+    fn estimate_separation(&mut self) -> bool {
+        let Self { equation, left, right, half, defect, .. } = self;
+        let (work, regular) = (RefCell::new(defect.as_mut_slice()), Cell::new(true));
+        let solve = |side: Side, x: &mut DMatrix<f64>| {
+            regular.set(substitute(*equation, left, right, side, x, &mut work.borrow_mut()) && regular.get());
+        };
+        self.separation = separation_by_three(half, |x| solve(Side::Plain, x), |x| solve(Side::Adjoint, x));
+        regular.get()
+    }
+
+    /// By the whole iteration, at most eleven substitutions, and whether every pivot is regular.
+    fn whole_estimate(&self) -> (f64, bool) {
+        let (n, m) = self.shape();
+        let (work, regular) = (RefCell::new(vec![0.0; n * m]), Cell::new(true));
+        let solve = |side: Side, x: &mut DMatrix<f64>| {
+            let (left, right) = (&self.left, &self.right);
+            regular.set(substitute(self.equation, left, right, side, x, &mut work.borrow_mut()) && regular.get());
+        };
+        let found = separation(n, m, |x| solve(Side::Plain, x), |x| solve(Side::Adjoint, x));
+        (found, regular.get())
+    }
+
+    fn shape(&self) -> (usize, usize) {
+        (self.a.nrows(), self.b.nrows())
+    }
+
+    /// In the units of A and B given.
+    pub(super) fn separation(&self) -> f64 {
+        self.separation / self.units
+    }
+
+    pub(super) fn separation_estimate(&self) -> f64 {
+        self.whole_estimate().0 / self.units
+    }
+
+    pub(super) fn condition(&self) -> f64 {
+        self.weight / self.separation
+    }
+
+    /// Solves for `c` into `x`; returns the relative residual. Nothing is allocated if `x` has the right shape.
+    pub(super) fn solve_into(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
+        let (n, m) = self.shape();
+        shaped("c", c, n, m)?;
+        if x.shape() != (n, m) {
+            *x = DMatrix::zeros(n, m);
+        }
+        let units_c = unit_scale(c);
+        x.zip_apply(c, |x, c| *x = c * units_c);
+        let size_c = x.norm();
+        self.defect.copy_from(x);
+        self.substitute(x);
+        // C - A X - X B, or A X B - X + C.
+        let Self { a, b, half, defect, .. } = self;
+        match self.equation {
+            Equation::Sylvester => {
+                multiply(view_mut(defect), Accum::Add, -1.0, view(a), view(x));
+                multiply(view_mut(defect), Accum::Add, -1.0, view(x), view(b));
+            }
+            Equation::Stein => {
+                multiply(view_mut(half), Accum::Replace, 1.0, view(a), view(x));
+                *defect -= &*x;
+                multiply(view_mut(defect), Accum::Add, 1.0, view(half), view(b));
+            }
+        }
+        let residual = relative(self.defect.norm(), self.weight * x.norm() + size_c);
+        rescale(x, self.units, units_c);
+        if residual.is_nan() || finite("x", x).is_err() {
+            return Err(LinalgError::Overflow { what: "the solution x" });
+        }
+        Ok(residual)
+    }
+
+    /// From the right-hand side `c` in `x` to the solution, in the units of the coefficients.
+    fn substitute(&mut self, x: &mut DMatrix<f64>) {
+        let Self { equation, left, right, half, .. } = self;
+        let (u, v) = (view(&left.q), view(&right.q));
+        // The discrete equation is `S Y T - Y = -U'C V`.
+        let sign = if *equation == Equation::Stein { -1.0 } else { 1.0 };
+        multiply(view_mut(half), Accum::Replace, 1.0, u.transpose(), view(x));
+        multiply(view_mut(x), Accum::Replace, sign, view(half), v);
+        substitute(*equation, left, right, Side::Plain, x, half.as_mut_slice());
+        multiply(view_mut(half), Accum::Replace, 1.0, u, view(x));
+        multiply(view_mut(x), Accum::Replace, 1.0, view(half), v.transpose());
+    }
+
+    /// One step of iterative refinement of `x`, the defect being computed in twice the working precision; returns the size of the correction, relative to
+    /// `x`. One that is as large as `x` is not applied: no digit of it would be right.
+    pub(super) fn refine(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
+        let (n, m) = self.shape();
+        shaped("c", c, n, m)?;
+        shaped("x", x, n, m)?;
+        let units_c = unit_scale(c);
+        let (c, mut better) = (c * units_c, x.clone());
+        rescale(&mut better, units_c, self.units);
+        let mut correction = self.precise_defect(&c, &better);
+        self.substitute(&mut correction);
+        let moved = relative(correction.norm(), better.norm());
+        if moved >= 1.0 {
+            return Ok(moved);
+        }
+        better += correction;
+        rescale(&mut better, self.units, units_c);
+        if moved.is_nan() || better.iter().any(|e| !e.is_finite()) {
+            return Err(LinalgError::Overflow { what: "the correction of x" });
+        }
+        x.copy_from(&better);
+        Ok(moved)
+    }
+
+    /// `C - A X - X B` or `A X B - X + C`, each entry rounded once.
+    fn precise_defect(&self, c: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
+        let (n, m) = self.shape();
+        let (image, rest) = compensated::product(&self.a, x);
+        match self.equation {
+            Equation::Sylvester => {
+                let (right, more) = compensated::product(x, &self.b);
+                DMatrix::from_fn(n, m, |i, j| {
+                    compensated::sum(&[c[(i, j)], -image[(i, j)], -right[(i, j)], -rest[(i, j)], -more[(i, j)]])
+                })
+            }
+            Equation::Stein => {
+                let (high, mut low) = compensated::product(&image, &self.b);
+                low += rest * &self.b;
+                DMatrix::from_fn(n, m, |i, j| compensated::sum(&[c[(i, j)], high[(i, j)], -x[(i, j)], low[(i, j)]]))
+            }
+        }
+    }
+}
+
+/// For the answer to an n x m equation, as [`forward_error`], the separation being in the sum of the entries and an estimate that may be three times too large.
+pub(super) fn error_bound(shape: (usize, usize), residual: f64, condition: f64) -> f64 {
+    let (n, m) = shape;
+    let spread = Spread { norms: 3.0 * ((n * m) as f64).sqrt(), units: 1.0 };
+    forward_error(residual, condition, n.max(m), spread)
+}
