@@ -18,8 +18,22 @@ pub(crate) fn view_mut(m: &mut DMatrix<f64>) -> MatMut<'_, f64> {
     MatMut::from_column_major_slice_mut(m.as_mut_slice(), rows, cols)
 }
 
+/// Up to this many multiplications a loop is quicker than the choice of a kernel.
+const LOOP: usize = 27;
+
 /// `D := D + alpha L R` ([`Accum::Add`]) or `D := alpha L R` ([`Accum::Replace`]).
-pub(crate) fn multiply(d: MatMut<'_, f64>, accum: Accum, alpha: f64, l: MatRef<'_, f64>, r: MatRef<'_, f64>) {
+pub(crate) fn multiply(mut d: MatMut<'_, f64>, accum: Accum, alpha: f64, l: MatRef<'_, f64>, r: MatRef<'_, f64>) {
+    let (rows, cols, inner) = (d.nrows(), d.ncols(), l.ncols());
+    if rows * cols * inner <= LOOP {
+        for j in 0..cols {
+            for i in 0..rows {
+                let sum: f64 = (0..inner).map(|k| l[(i, k)] * r[(k, j)]).sum();
+                let before = if accum == Accum::Add { d[(i, j)] } else { 0.0 };
+                d[(i, j)] = before + alpha * sum;
+            }
+        }
+        return;
+    }
     matmul(d, accum, l, r, alpha, Par::Seq);
 }
 
@@ -40,6 +54,29 @@ pub(crate) fn mirror(mut d: MatMut<'_, f64>) {
     for j in 0..d.ncols() {
         for i in 0..j {
             d[(j, i)] = d[(i, j)];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both ways of a product, of any shape and transposition: integers, so that the sums are exact.
+    #[test]
+    fn products_of_any_shape() {
+        for (rows, inner, cols) in [(1, 1, 1), (3, 3, 3), (2, 0, 3), (0, 2, 2), (3, 4, 3), (1, 27, 1), (5, 6, 7)] {
+            let l = DMatrix::from_fn(rows, inner, |i, k| (1 + i + 3 * k) as f64);
+            let r = DMatrix::from_fn(inner, cols, |k, j| (2 + 5 * k) as f64 - j as f64);
+            let start = DMatrix::from_fn(rows, cols, |i, j| (i * j) as f64);
+            let (lt, rt) = (l.transpose(), r.transpose());
+            for (left, right) in [(view(&l), view(&r)), (view(&lt).transpose(), view(&rt).transpose())] {
+                let (mut added, mut replaced) = (start.clone(), DMatrix::from_element(rows, cols, f64::NAN));
+                multiply(view_mut(&mut added), Accum::Add, -2.0, left, right);
+                multiply(view_mut(&mut replaced), Accum::Replace, 3.0, left, right);
+                assert_eq!(added, &start - &l * &r * 2.0);
+                assert_eq!(replaced, &l * &r * 3.0);
+            }
         }
     }
 }

@@ -101,8 +101,8 @@ impl DiscreteSylvesterEquation {
 /// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) lambda_j(B) != 1` for all i, j; singular coefficients are allowed, and sizes whose product is moderate (`A` of 1e200 beside `B` of 1e-200).
 /// About `25 (n^3 + m^3) + 6 n m (n + m)` flops, and `6 n m (n + m)` for the separation. For several `c` see [`DiscreteSylvesterEquation`].
 ///
-/// In the conventions of others: `X + A X B = C` (SLICOT SB04QD) is `discrete_sylvester(&-a, &b, &c)`; `X - A X B = C` (MATLAB's and python-control's `dlyap(A, B, C)`) is `discrete_sylvester(&a, &b, &c)`
-/// as it stands.
+/// In the conventions of others: MATLAB's `dlyap(A, B, C)` is this equation as it stands; `X + A X B = C` (SLICOT SB04QD) is `discrete_sylvester(&-a, &b, &c)`; `A X Q' - X + C = 0`
+/// (python-control's `dlyap(A, Q, C)`) is `discrete_sylvester(&a, &q.transpose(), &c)`.
 ///
 /// # Errors
 /// [`NearlySingular`](crate::LinalgError::NearlySingular) names the eigenvalues of `a` and `b` whose product is nearest to one, when a pivot of the substitution vanishes against its rounding or
