@@ -315,7 +315,7 @@ fn pencils_with_pairs_near_the_unit_circle() {
                 _ => 0,
             }
         });
-        let bits = 1 + q as i32 * t.ilog2().cast_signed();
+        let bits = 1 + power(q).ilog2().cast_signed();
         let (e, a, p) = (&v * &w, &v * blocks * &w, tridiagonal(n));
         let weight = e.transpose() * &p * &e * (1_i128 << (2 * bits)) - a.transpose() * &p * &a;
         let (Some(a), Some(e), Some(weight), Some(p)) =
@@ -324,7 +324,7 @@ fn pencils_with_pairs_near_the_unit_circle() {
             continue;
         };
         let found = generalized_stein(&a, &e, &weight).unwrap();
-        let radius = 1.0 - (t as f64).powi(-(q as i32));
+        let radius = 1.0 - 1.0 / power(q) as f64;
         assert!(
             (luenberger_linalg::spectral_radius(&(&a * e.clone().try_inverse().unwrap())).unwrap() - radius).abs()
                 <= 1e-9
