@@ -112,7 +112,7 @@ impl SylvesterEquation {
 /// [`NearlySingular`](crate::LinalgError::NearlySingular) names the eigenvalues of `a` and `b` whose sum is nearest to zero, when
 /// the separation is not above `max(n, m) eps (||A|| + ||B||)`; [`NotSquare`](crate::LinalgError::NotSquare),
 /// [`DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`NotFinite`](crate::LinalgError::NotFinite),
-/// [`Overflow`](crate::LinalgError::Overflow), and those of [`schur()`].
+/// [`Overflow`](crate::LinalgError::Overflow), and those of [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```
