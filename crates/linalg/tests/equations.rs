@@ -261,6 +261,43 @@ fn larger_orders_keep_the_residual_small() {
     }
 }
 
+/// Quasi-triangular coefficients and one entry on the right: rows below and columns left of it stay zero, but for the partner of a complex pair, and the solutions add up to that for the sum.
+#[test]
+fn a_right_hand_side_of_one_entry() {
+    let a = dmatrix![
+        0.5, 1.0, -2.0, 0.25;
+        0.0, 0.3, 0.4, 1.0;
+        0.0, -0.9, 0.3, 2.0;
+        0.0, 0.0, 0.0, 0.75
+    ];
+    let b = dmatrix![0.25, 0.5, 1.0; -0.5, 0.25, -1.0; 0.0, 0.0, 0.625];
+    let (first_row, last_column) = ([0, 1, 1, 3], [0, 0, 2]);
+    for discrete in [false, true] {
+        let solve = |c: &DMatrix<f64>| {
+            if discrete {
+                discrete_sylvester(&a, &b, c).map(|found| (found.x, found.residual)).unwrap()
+            } else {
+                sylvester(&a, &b, c).map(|found| (found.x, found.residual)).unwrap()
+            }
+        };
+        let mut sum = DMatrix::zeros(4, 3);
+        for (i, j) in (0..4).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            let (x, residual) = solve(&DMatrix::from_fn(4, 3, |k, l| f64::from(u8::from((k, l) == (i, j)))));
+            assert!(residual <= bound(4));
+            for (k, l) in (0..4).flat_map(|k| (0..3).map(move |l| (k, l))) {
+                // One of a block's two rows sees the other.
+                let reached = first_row[k] <= i && l >= last_column[j];
+                assert!(reached || x[(k, l)].abs() <= bound(4), "({i}, {j}) -> ({k}, {l})");
+            }
+            sum += x;
+        }
+        // Eigenvalues add to more than 0.5 and multiply to less than 0.5, couplings of two: condition below 1e3.
+        let (whole, _) = solve(&DMatrix::from_element(4, 3, 1.0));
+        assert!((sum - &whole).norm() <= 1e3 * bound(4) * whole.norm());
+        assert_eq!(solve(&DMatrix::zeros(4, 3)), (DMatrix::zeros(4, 3), 0.0));
+    }
+}
+
 #[test]
 fn slicot_sb03md() {
     // Example program data and results of SLICOT routine SB03MD: discrete, A'X A - X = C, no transposition.

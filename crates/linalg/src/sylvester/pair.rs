@@ -48,7 +48,10 @@ enum Side {
     Adjoint,
 }
 
-/// From the right-hand side in `x` to the solution of the equation of the Schur forms. Whether every pivot is regular.
+/// From the right-hand side in `x` to the solution of the equation of the Schur forms. Whether every pivot that it meets is regular.
+///
+/// Where the lower rows and the left columns of the right-hand side are zero, so are those of the solution: what is left is the equation of the upper corner of S and the lower one of T. The unit matrices of the
+/// estimate of the separation cost a third of a substitution on average.
 fn substitute(
     equation: Equation,
     left: &Schur,
@@ -57,11 +60,25 @@ fn substitute(
     x: &mut DMatrix<f64>,
     work: &mut [f64],
 ) -> bool {
-    let coefficient = match side {
-        Side::Plain => Coefficient::plain,
-        Side::Adjoint => Coefficient::transposed,
-    };
-    triangular::solve(equation, coefficient(view(&left.t)), coefficient(view(&right.t)), view_mut(x), work)
+    let (s, t) = (view(&left.t), view(&right.t));
+    let (n, m) = x.shape();
+    if let Side::Adjoint = side {
+        let (s, t) = (Coefficient::transposed(s), Coefficient::transposed(t));
+        return triangular::solve(equation, s, t, view_mut(x), work);
+    }
+    let mut rows = (0..n).rfind(|&i| x.row(i).iter().any(|&e| e != 0.0)).map_or(0, |i| i + 1);
+    let mut skipped = (0..m).find(|&j| x.column(j).iter().any(|&e| e != 0.0)).unwrap_or(m);
+    // Whole blocks.
+    if (1..n).contains(&rows) && s[(rows, rows - 1)] != 0.0 {
+        rows += 1;
+    }
+    if (1..m).contains(&skipped) && t[(skipped, skipped - 1)] != 0.0 {
+        skipped -= 1;
+    }
+    let (s, _, _, _) = s.split_at(rows, rows);
+    let (_, _, _, t) = t.split_at(skipped, skipped);
+    let (_, corner, _, _) = view_mut(x).split_at_mut(rows, skipped);
+    triangular::solve(equation, Coefficient::plain(s), Coefficient::plain(t), corner, work)
 }
 
 /// The powers of two that bring A and B to the units of the computation.
