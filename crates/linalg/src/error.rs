@@ -100,7 +100,7 @@ pub enum LinalgError {
         first: Complex<f64>,
         /// The eigenvalue of the right coefficient that meets it.
         second: Complex<f64>,
-        /// How far the two are from making the equation singular: `|first + second|`, for Stein `|first * second - 1|`.
+        /// How far the two are from making the equation singular: `|first + second|`, in discrete time `|first * second - 1|`.
         gap: f64,
         /// The estimated separation: the smallest relative change of the equation that makes it singular is
         /// about this over the norm of the coefficients.
