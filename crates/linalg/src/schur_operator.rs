@@ -39,14 +39,6 @@ impl Kind {
         }
     }
 
-    /// How far two eigenvalues are from making the equation singular.
-    fn gap(self, x: Complex<f64>, y: Complex<f64>) -> f64 {
-        match self {
-            Self::Lyapunov => (x + y).norm(),
-            Self::Stein => (x * y - 1.0).norm(),
-        }
-    }
-
     pub(crate) fn is_stable(self, lambda: Complex<f64>) -> bool {
         match self {
             Self::Lyapunov => lambda.re < 0.0,
@@ -159,7 +151,7 @@ impl SchurEquation {
         if n > 0 && (!regular || equation.separation.is_nan() || equation.separation <= floor) {
             let values = equation.eigenvalues();
             let separation = equation.separation / equation.units;
-            return Err(nearly_singular(kind.name(), &values, &values, separation, |x, y| kind.gap(x, y)));
+            return Err(nearly_singular(kind.name(), &values, &values, separation, |x, y| kind.equation().gap(x, y)));
         }
         Ok(equation)
     }
