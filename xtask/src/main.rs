@@ -36,6 +36,9 @@ enum Command {
         /// Only plants or matrices of at most this order (lmi, linalg)
         #[arg(long)]
         largest: Option<usize>,
+        /// Put the table into docs/bench-linalg.md as well (linalg)
+        #[arg(long)]
+        document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
         #[arg(long, default_value = bench::proof::INSTANCES)]
         instances: PathBuf,
@@ -72,7 +75,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Reproduce { out } => reproduce(out.as_deref()),
         Command::Test => test(),
-        Command::Bench { what: Subject::Linalg, largest, .. } => bench::linalg::run(largest),
+        Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Stress { what: Claimed::Proof, matrices, seed } => stress::proof::run(matrices, seed),

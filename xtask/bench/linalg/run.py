@@ -4,7 +4,7 @@
 
 Interleaved: each sample is one call of ours and then one of the peer's (small orders: as many calls as fill a millisecond), and the ratio reported is the median
 over the samples of theirs to ours. One thread for everybody (set OPENBLAS_NUM_THREADS=1). The residuals of both are computed here, by the same lines.
-Writes linalg.json and linalg.md into FOLDER.
+Writes linalg.json, linalg.md and, with a line for each matrix, linalg-summary.md into FOLDER.
 """
 
 import argparse
@@ -226,6 +226,30 @@ def table(rows, peak):
     return text
 
 
+def summary(rows, peak):
+    """A table for each routine: a line for each matrix, a column for each peer."""
+    text = f"Products of order 1000 ran at {peak:.1f} Gflop/s in the same process.\n"
+    for routine in dict.fromkeys(r["routine"] for r in rows):
+        mine = [r for r in rows if r["routine"] == routine]
+        names = list(dict.fromkeys(r["peer"] for r in mine if "peer" in r))
+        text += f"\n### {routine}\n\n| n | matrix | ours, ms | limit | " + " | ".join(names) + " | residual: ours | the best of theirs |\n"
+        text += "|---:|---|---:|---:|" + "---:|" * len(names) + "---:|---:|\n"
+        for n, matrix in dict.fromkeys((r["n"], r["matrix"]) for r in mine):
+            here = [r for r in mine if (r["n"], r["matrix"]) == (n, matrix)]
+            if "error_ours" in here[0]:
+                text += f"| {n} | {matrix} | {here[0]['error_ours'].replace('|', '/')} |" + " |" * (len(names) + 3) + "\n"
+                continue
+            ours = statistics.median(r["ours_ms"] for r in here)
+            limit = here[0]["limit_ms"]
+            share = "–" if limit is None else f"{100 * limit / ours:.0f} %" if limit >= 0.01 * ours else f"{100 * limit / ours:.1f} %"
+            by_peer = {r["peer"]: "fails" if "error_peer" in r else f"{r['ratio']:.2f}" for r in here}
+            theirs = [r["residual_peer"] for r in here if r["residual_peer"] is not None and not math.isnan(r["residual_peer"])]
+            best = f"{min(theirs):.1e}" if theirs else "–"
+            ratios = " | ".join(by_peer.get(name, "–") for name in names)
+            text += f"| {n} | {matrix} | {ours:.3g} | {share} | {ratios} | {here[0]['residual_ours']:.1e} | {best} |\n"
+    return text
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("server")
@@ -247,6 +271,7 @@ def main():
                 print(f"{routine:10} n = {n:4} {matrix:10} {r.get('peer', ''):32} {shown}", file=sys.stderr)
             (options.folder / "linalg.json").write_text(json.dumps(rows, indent=1) + "\n")
             (options.folder / "linalg.md").write_text(table(rows, peak))
+            (options.folder / "linalg-summary.md").write_text(summary(rows, peak))
 
     for n in [n for n in ORDERS if n <= options.largest]:
         for kind in ["random", "scaled", "defective"] if n >= 4 else ["random"]:
