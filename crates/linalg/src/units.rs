@@ -11,9 +11,9 @@
 //! Of the minimiser only `D` is kept; `t` and `R` then bring the largest entry of `A` and of each row of `C` to one. All of it moves
 //! with the units of the data, so that whatever is decided afterwards does not depend on them. Least squares (Curtis and Reid, J. Inst.
 //! Maths Applics 10, 1972) would do that too; absolute values let the majority of entries outvote the few that are rounding noise.
-//! Method: iteratively reweighted least squares, a fixed number of steps.
+//! Method: iteratively reweighted least squares, which is equivariant step by step, in a limited number of steps.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Powers of two: `x_j = 2^state[j] z_j`, `y_k = 2^output[k] w_k`, `d/dt = 2^time d/ds`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,11 +23,13 @@ pub(crate) struct Units {
     pub(crate) time: i32,
 }
 
-/// Reweighting steps. Ten bring the weights to rest on dense data; the choice only shapes the units, it is no accuracy.
+/// Most reweighting steps. Ten bring the weights to rest on dense data; the choice only shapes the units, it is no accuracy.
 const STEPS: usize = 12;
+/// A step that moves no unknown further than this is the last: they are powers of two, and rounded to whole ones. Two or three steps on dense data.
+const SETTLED: f64 = 0.2;
 /// Keeps the normal equations definite along the directions that change no entry (all units of one connected part at once).
 const RIDGE: f64 = 1e-10;
-/// No unit is stretched beyond this power: twice the range of the data, and safe from overflow.
+/// No unit of a state is stretched beyond this power, which is safe from overflow.
 const LARGEST: f64 = 900.0;
 
 impl Units {
@@ -39,15 +41,14 @@ impl Units {
     /// The best units of `(a, c)`, n x n and p x n, both finite; O((n + p)^3).
     pub(crate) fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
         let (n, p) = (a.nrows(), c.nrows());
-        let entries = logarithms(a, c);
-        let Some(best) = fit(&entries, n + p + 1) else { return Self::given(n, p) };
+        let Some(best) = fit(&Logarithms::of(a, c), n, p) else { return Self::given(n, p) };
         // A common shift of all states and outputs changes nothing; centre the states.
-        let centre = if n == 0 { 0.0 } else { best.rows(0, n).mean() };
+        let centre = if n == 0 { 0.0 } else { best[..n].iter().sum::<f64>() / n as f64 };
         let power = |x: f64| x.clamp(-LARGEST, LARGEST).round() as i32;
         let mut units = Self::given(n, p);
         units.state = (0..n).map(|j| power(best[j] - centre)).collect();
         // Time and outputs only have to be of the size of their largest entries: the majority may well be noise.
-        let largest = |size: f64| if size > 0.0 && size.is_finite() { power(size.log2()) } else { 0 };
+        let largest = |size: f64| if size > 0.0 && size.is_finite() { size.log2().round() as i32 } else { 0 };
         units.time = largest(units.dynamics(a).amax());
         let seen = units.outputs(c);
         units.output = (0..p).map(|k| largest(seen.row(k).amax())).collect();
@@ -68,13 +69,20 @@ impl Units {
 
     /// Decimal-free measure of how much the units differ: the largest ratio of two of them, as a power of two.
     pub(crate) fn spread(&self) -> i32 {
-        let spread = |powers: &[i32]| powers.iter().max().unwrap_or(&0) - powers.iter().min().unwrap_or(&0);
         spread(&self.state).max(spread(&self.output))
     }
 }
 
+/// The largest ratio of two units, as a power of two.
+pub(crate) fn spread(powers: &[i32]) -> i32 {
+    powers.iter().max().unwrap_or(&0) - powers.iter().min().unwrap_or(&0)
+}
+
 /// `x 2^power` without overflow on the way.
 pub(crate) fn shift(x: f64, power: i32) -> f64 {
+    if (-1022..=1023).contains(&power) {
+        return x * f64::from_bits(((power + 1023) as u64) << 52);
+    }
     if x == 0.0 {
         return x;
     }
@@ -82,57 +90,122 @@ pub(crate) fn shift(x: f64, power: i32) -> f64 {
     x * 2f64.powi(half) * 2f64.powi(power - half)
 }
 
-/// One nonzero entry: its logarithm, and the unknowns added to it and taken from it.
-struct Entry {
-    log: f64,
-    plus: Option<usize>,
-    minus: [Option<usize>; 2],
+/// The logarithms of `[A; C]`, columns one after the other, and for each of them whether it counts: one or, of a zero, none.
+struct Logarithms {
+    sizes: Vec<f64>,
+    counts: Vec<f64>,
 }
 
-impl Entry {
-    fn residual(&self, unknowns: &DVector<f64>) -> f64 {
-        let value = |index: Option<usize>| index.map_or(0.0, |i| unknowns[i]);
-        self.log + value(self.plus) - value(self.minus[0]) - value(self.minus[1])
+impl Logarithms {
+    fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
+        let entries = a.column_iter().zip(c.column_iter()).flat_map(|(a, c)| a.into_iter().chain(c));
+        let (sizes, counts) = entries.map(|x| if *x == 0.0 { (0.0, 0.0) } else { (x.abs().log2(), 1.0) }).unzip();
+        Self { sizes, counts }
     }
 }
 
-fn logarithms(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Vec<Entry> {
-    let (n, time) = (a.nrows(), a.nrows() + c.nrows());
-    let mut entries = Vec::new();
-    for j in 0..n {
-        for i in 0..n {
-            if a[(i, j)] != 0.0 {
-                let (plus, minus) = if i == j { (None, None) } else { (Some(j), Some(i)) };
-                entries.push(Entry { log: a[(i, j)].abs().log2(), plus, minus: [minus, Some(time)] });
-            }
-        }
-        for k in 0..c.nrows() {
-            if c[(k, j)] != 0.0 {
-                entries.push(Entry { log: c[(k, j)].abs().log2(), plus: Some(j), minus: [Some(n + k), None] });
-            }
-        }
-    }
-    entries
-}
-
-fn fit(entries: &[Entry], size: usize) -> Option<DVector<f64>> {
-    let mut unknowns = DVector::zeros(size);
+/// The unknowns `d, r, t` of the head of this file, for n states and p outputs.
+fn fit(entries: &Logarithms, n: usize, p: usize) -> Option<Vec<f64>> {
+    let (size, time, rows) = (n + p + 1, n + p, n + p);
+    let (mut unknowns, mut right, mut normal) = (vec![0.0; size], vec![0.0; size], vec![0.0; size * size]);
+    let (mut taken, mut weights) = (vec![0.0; rows], vec![0.0; rows * n]);
+    // For each row the sums of its weights and of its weighted logarithms.
+    let (mut weight, mut moment, mut terms) = (vec![0.0; rows], vec![0.0; rows], vec![0.0; rows]);
     for step in 0..STEPS {
-        let mut normal = DMatrix::identity(size, size) * RIDGE;
-        let mut right = DVector::zeros(size);
-        for entry in entries {
-            let weight = if step == 0 { 1.0 } else { 1.0 / entry.residual(&unknowns).abs().max(1.0) };
-            let signed = [(entry.plus, 1.0), (entry.minus[0], -1.0), (entry.minus[1], -1.0)];
-            for (row, sign) in signed.iter().filter_map(|(index, sign)| index.map(|i| (i, sign))) {
-                right[row] -= weight * sign * entry.log;
-                for (column, other) in signed.iter().filter_map(|(index, sign)| index.map(|i| (i, sign))) {
-                    normal[(row, column)] += weight * sign * other;
+        for x in [&mut normal, &mut right, &mut weight, &mut moment] {
+            x.fill(0.0);
+        }
+        // Of an entry of column j, d_j is added to its logarithm, and this is taken from it.
+        taken.copy_from_slice(&unknowns[..rows]);
+        taken[..n].iter_mut().for_each(|x| *x += unknowns[time]);
+        for (j, weights) in weights.chunks_exact_mut(rows.max(1)).enumerate() {
+            let (logs, counts) = (&entries.sizes[j * rows..(j + 1) * rows], &entries.counts[j * rows..(j + 1) * rows]);
+            if step == 0 {
+                weights.copy_from_slice(counts);
+            } else {
+                for (w, ((log, count), taken)) in weights.iter_mut().zip(logs.iter().zip(counts).zip(&taken)) {
+                    *w = count / (log + unknowns[j] - taken).abs().max(1.0);
                 }
             }
+            // The diagonal entry of A tells of time alone.
+            let own = core::mem::take(&mut weights[j]);
+            normal[time * size + time] += own;
+            right[time] += own * logs[j];
+            let (of_a, of_all) = (sum(&weights[..n]), sum(weights));
+            normal[j * size + j] += of_all;
+            normal[j * size + time] -= of_a;
+            normal[time * size + time] += of_a;
+            for (term, (w, log)) in terms.iter_mut().zip(weights.iter().zip(logs)) {
+                *term = w * log;
+            }
+            right[j] -= sum(&terms);
+            right[time] += sum(&terms[..n]);
+            for ((weight, moment), (w, term)) in weight.iter_mut().zip(&mut moment).zip(weights.iter().zip(&terms)) {
+                *weight += w;
+                *moment += term;
+            }
         }
-        unknowns = Cholesky::new(normal)?.solve(&right);
+        // The lower triangle is enough.
+        for (i, (weight, moment)) in weight.iter().zip(&moment).enumerate() {
+            normal[i * size + i] += weight;
+            right[i] += moment;
+            if i < n {
+                normal[i * size + time] += weight;
+            }
+        }
+        for j in 0..n {
+            for i in j + 1..rows {
+                normal[j * size + i] -= weights[j * rows + i] + if i < n { weights[i * rows + j] } else { 0.0 };
+            }
+        }
+        normal.iter_mut().step_by(size + 1).for_each(|x| *x += RIDGE);
+        solve_definite(&mut normal, &mut right)?;
+        let moved = right.iter().zip(&unknowns).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        core::mem::swap(&mut unknowns, &mut right);
+        if step > 0 && moved <= SETTLED {
+            break;
+        }
     }
     Some(unknowns)
+}
+
+/// In four sums that do not wait for each other.
+fn sum(x: &[f64]) -> f64 {
+    let fours = x.chunks_exact(4);
+    let rest: f64 = fours.remainder().iter().sum();
+    let sums = fours.fold([0.0; 4], |s, x| [s[0] + x[0], s[1] + x[1], s[2] + x[2], s[3] + x[3]]);
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+/// Overwrites `right` with the solution of the equation whose matrix, positive definite, has its lower triangle in the columns of `normal`; none if a pivot is not positive.
+fn solve_definite(normal: &mut [f64], right: &mut [f64]) -> Option<()> {
+    let size = right.len();
+    for k in 0..size {
+        let (before, column) = normal.split_at_mut(k * size);
+        let column = &mut column[k..size];
+        for previous in before.chunks_exact(size) {
+            let factor = previous[k];
+            for (x, y) in column.iter_mut().zip(&previous[k..size]) {
+                *x -= factor * y;
+            }
+        }
+        if column[0].is_nan() || column[0] <= 0.0 {
+            return None;
+        }
+        let pivot = 1.0 / column[0].sqrt();
+        column.iter_mut().for_each(|x| *x *= pivot);
+        right[k] /= column[0];
+        let (top, below) = right[k..].split_first_mut()?;
+        for (x, y) in below.iter_mut().zip(&column[1..]) {
+            *x -= *top * y;
+        }
+    }
+    for k in (0..size).rev() {
+        let column = &normal[k * size + k..k * size + size];
+        let known: f64 = column[1..].iter().zip(&right[k + 1..]).map(|(x, y)| x * y).sum();
+        right[k] = (right[k] - known) / column[0];
+    }
+    Some(())
 }
 
 #[cfg(test)]
