@@ -92,14 +92,27 @@ pub fn schur(a: &DMatrix<f64>) -> Result<Schur> {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 pub fn schur_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorkspace) -> Result<()> {
+    let n = a.nrows();
+    if into.q.shape() != (n, n) {
+        into.q = DMatrix::zeros(n, n);
+    }
+    factor_into(a, into, workspace)
+}
+
+/// [`schur()`] with a Q of order zero, for those who need T alone.
+pub(crate) fn triangular_factor(a: &DMatrix<f64>) -> Result<Schur> {
+    let mut found = Schur::default();
+    factor_into(a, &mut found, &mut SchurWorkspace::new())?;
+    Ok(found)
+}
+
+/// With the Q that is there, of the order of `a` or of order zero.
+fn factor_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorkspace) -> Result<()> {
     let n = square("a", a)?;
     if into.t.shape() == (n, n) {
         into.t.copy_from(a);
     } else {
         into.t = a.clone();
-    }
-    if into.q.shape() != (n, n) {
-        into.q = DMatrix::zeros(n, n);
     }
     let scale = working_scale(a);
     if scale != 1.0 {
