@@ -16,7 +16,7 @@ use faer::Mat;
 use nalgebra::{Complex, DMatrix};
 
 use crate::argument::shaped;
-use crate::observability::{check, default_tolerance, hidden_modes};
+use crate::observability::{Seen, check, default_tolerance, seen};
 use crate::placement::{place_observer, place_part};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Placement, Result};
@@ -80,7 +80,7 @@ pub fn reduced_order_observer(
     let (n, p) = (a.nrows(), c.nrows());
     shaped("B", b, n, b.ncols())?;
     let units = Units::of(a, c);
-    if let Some(mode) = hidden_modes(&units, a, c)?.into_iter().next() {
+    if let Seen::Hidden(mode) = seen(&units, a, c)? {
         let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
         return Err(LinalgError::Unobservable { eigenvalue, direction, margin });
     }

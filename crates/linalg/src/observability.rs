@@ -236,11 +236,28 @@ fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> R
     })
 }
 
-/// The hidden modes alone, for arguments already checked, in units already chosen; the least visible first.
-pub(crate) fn hidden_modes(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Vec<Mode>> {
-    let mut hidden = Judged::within(units.clone(), a, c, default_tolerance(a.nrows(), c.nrows()))?.hidden()?;
-    hidden.sort_by(|x, y| x.margin.total_cmp(&y.margin));
-    Ok(hidden)
+/// What [`seen`] finds.
+pub(crate) enum Seen {
+    /// The pair is observable: the staircase of `(A', C')` in the units.
+    All(Staircase),
+    /// The least visible of the hidden modes.
+    Hidden(Mode),
+}
+
+/// Whether a pair is observable, for arguments already checked, in units already chosen; without a single eigenvalue where the staircase leaves no doubt ([`Staircase::least_margin`]).
+pub(crate) fn seen(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Seen> {
+    let tolerance = default_tolerance(a.nrows(), c.nrows());
+    let (scaled_a, scaled_c) = (units.dynamics(a), units.outputs(c));
+    let size = scaled_a.norm().hypot(scaled_c.norm());
+    if size.is_finite() {
+        let staircase = Staircase::new(&scaled_a.transpose(), &scaled_c.transpose(), tolerance * size);
+        if staircase.rank == a.nrows() && staircase.least_margin() > BEYOND_DOUBT * tolerance * size {
+            return Ok(Seen::All(staircase));
+        }
+    }
+    let judged = Judged::within(units.clone(), a, c, tolerance)?;
+    let hidden = judged.hidden()?.into_iter().min_by(|x, y| x.margin.total_cmp(&y.margin));
+    Ok(hidden.map_or(Seen::All(judged.staircase), Seen::Hidden))
 }
 
 /// A square, with at least one state; C of its width; both finite.
@@ -269,6 +286,9 @@ struct Judged {
 
 /// A stair is never taken as zero above this relative size, whatever the margins say.
 const LARGEST_DOUBT: f64 = 1e-8;
+
+/// An estimate of the least margin this many times the tolerance settles the matter: ten for the points it looks at, as much again for the one right-hand side it looks along, and for the rounding of the stairs.
+const BEYOND_DOUBT: f64 = 1e3;
 
 impl Judged {
     fn new(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Self> {

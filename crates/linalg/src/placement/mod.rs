@@ -10,6 +10,8 @@
 //! | more | eigenvectors of largest volume, Tits and Yang |
 //! | n | `K = B^+ (A - Lambda)`, directly |
 
+mod eigenvectors;
+mod extremes;
 mod poles;
 mod robust;
 mod sensitivity;
@@ -19,11 +21,14 @@ mod structured;
 use nalgebra::{Complex, DMatrix};
 
 use crate::argument::{shaped, square};
-use crate::observability::{default_tolerance, hidden_modes};
-use crate::schur::schur;
-use crate::sequential::{singular_values, svd};
-use crate::units::{Units, shift};
+use crate::observability::{Mode, Seen, default_tolerance, seen};
+use crate::product::view;
+use crate::schur::{schur, triangular_factor};
+use crate::sequential::svd;
+use crate::staircase::Staircase;
+use crate::units::{Units, shift, spread};
 use crate::{LinalgError, Result};
+use eigenvectors::Eigenvectors;
 use poles::Wish;
 use sensitivity::conditions;
 pub use structured::{StructuredPlacement, place_observer_structured, place_structured};
@@ -64,7 +69,7 @@ pub struct Placement {
 /// An almost uncontrollable pair is no error: see [`Placement::deviation`] and [`Placement::condition`].
 ///
 /// # Cost
-/// One input: `20 n^3` flops and the check of the poles. More: one QR of order n for each pole, n^4 in all.
+/// One input: about `50 n^3` flops, half of them for the poles that the gain really gives. More: one QR of order n for each pole, n^4 in all.
 ///
 /// # Example
 /// ```
@@ -88,12 +93,12 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
     let wish = Wish::new(poles, a.nrows())?;
     let (dual, inputs) = (a.transpose(), b.transpose());
     let units = Units::of(&dual, &inputs);
-    if let Some(mode) = hidden_modes(&units, &dual, &inputs)?.into_iter().next() {
-        let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
-        return Err(LinalgError::Uncontrollable { eigenvalue, direction, margin });
-    }
-    let assigned = assign(a, b, &wish, units)?;
-    let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { condition(&assigned.vectors)? };
+    let staircase = observable(&units, &dual, &inputs)?.map_err(|mode| {
+        let Mode { eigenvalue, direction, margin } = mode;
+        LinalgError::Uncontrollable { eigenvalue, direction, margin }
+    })?;
+    let assigned = assign(a, b, &wish, units, Some(staircase))?;
+    let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { assigned.vectors.condition()? };
     Ok(finish(assigned.gain.clone(), &wish, &assigned, condition))
 }
 
@@ -128,20 +133,33 @@ pub fn place_observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]
     shaped("C", c, c.nrows(), a.nrows())?;
     let wish = Wish::new(poles, a.nrows())?;
     let units = Units::of(a, c);
-    if let Some(mode) = hidden_modes(&units, a, c)?.into_iter().next() {
-        let (eigenvalue, direction, margin) = (mode.eigenvalue, mode.direction, mode.margin);
-        return Err(LinalgError::Unobservable { eigenvalue, direction, margin });
-    }
-    place_observed(a, c, &wish, units)
+    let staircase = observable(&units, a, c)?.map_err(|mode| {
+        let Mode { eigenvalue, direction, margin } = mode;
+        LinalgError::Unobservable { eigenvalue, direction, margin }
+    })?;
+    place_observed(a, c, &wish, units, Some(staircase))
+}
+
+/// The staircase of an observable pair, or the mode that is seen least.
+fn observable(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<core::result::Result<Staircase, Mode>> {
+    Ok(match seen(units, a, c)? {
+        Seen::All(staircase) => Ok(staircase),
+        Seen::Hidden(mode) => Err(mode),
+    })
 }
 
 /// [`place_observer`] of a pair that is known to be observable.
-fn place_observed(a: &DMatrix<f64>, c: &DMatrix<f64>, wish: &Wish, units: Units) -> Result<Placement> {
-    let mut assigned = assign(&a.transpose(), &c.transpose(), wish, units)?;
-    // The eigenvectors of A - L C are the left ones of its transpose: the columns of X^-T.
-    let vectors = core::mem::take(&mut assigned.vectors);
-    let condition = match vectors.try_inverse() {
-        Some(inverse) if !wish.is_defective(assigned.rank) => condition(&normalised(inverse.transpose()))?,
+fn place_observed(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    wish: &Wish,
+    units: Units,
+    staircase: Option<Staircase>,
+) -> Result<Placement> {
+    let assigned = assign(&a.transpose(), &c.transpose(), wish, units, staircase)?;
+    // The eigenvectors of A - L C are the left ones of its transpose.
+    let condition = match assigned.vectors.dual() {
+        Some(vectors) if !wish.is_defective(assigned.rank) => vectors.normalised().condition()?,
         _ => f64::INFINITY,
     };
     Ok(finish(assigned.gain.transpose(), wish, &assigned, condition))
@@ -149,7 +167,7 @@ fn place_observed(a: &DMatrix<f64>, c: &DMatrix<f64>, wish: &Wish, units: Units)
 
 /// [`place_observer`] of a part of a pair, which is observable because the pair is: the part itself is not judged.
 pub(crate) fn place_part(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
-    place_observed(a, c, &Wish::new(poles, a.nrows())?, Units::of(a, c))
+    place_observed(a, c, &Wish::new(poles, a.nrows())?, Units::of(a, c), None)
 }
 
 fn check(a: &DMatrix<f64>) -> Result<()> {
@@ -198,8 +216,8 @@ struct Assigned {
     achieved: Vec<Complex<f64>>,
     /// The condition of each achieved pole, in the units given.
     sensitivities: Vec<f64>,
-    /// Eigenvectors aimed at, unit columns, in the units given.
-    vectors: DMatrix<Complex<f64>>,
+    /// Eigenvectors aimed at, normalised, in the units given.
+    vectors: Eigenvectors,
     rank: usize,
     /// `|A|` in the units chosen.
     size: f64,
@@ -209,8 +227,17 @@ struct Assigned {
 /// optimised is then that of the user's own coordinates.
 const NEARBY: i32 = 10;
 
-/// `units` are the dual pair's: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`.
-fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, mut units: Units) -> Result<Assigned> {
+/// Where the units differ by no more than this power of two, the poles of the closed loop are computed in those given: that costs a digit at most, and the conditions need no Q.
+const SLIGHT: i32 = 3;
+
+/// `units` are the dual pair's: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`; the staircase is that of `(As, Bs)` if it is there.
+fn assign(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    wish: &Wish,
+    mut units: Units,
+    staircase: Option<Staircase>,
+) -> Result<Assigned> {
     let (n, m) = b.shape();
     if m > 1 && units.spread() <= NEARBY {
         units.state.fill(0);
@@ -218,14 +245,48 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, mut units: Units) -> 
     let scaled_a = units.dynamics(&a.transpose()).transpose();
     let scaled_b = units.outputs(&b.transpose()).transpose();
     let scaled = wish.in_time(-units.time);
+    let (rank, scaled_gain, vectors) = if m == 1 {
+        let hessenberg = staircase.unwrap_or_else(|| Staircase::new(&scaled_a, &scaled_b, 0.0));
+        let (gain, vectors) = single_input::assign(&hessenberg, &scaled);
+        (1, gain, vectors)
+    } else {
+        assign_several(&scaled_a, &scaled_b, &scaled)?
+    };
+    let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
+    if gain.iter().any(|x| !x.is_finite()) {
+        return Err(LinalgError::Overflow { what: "the gain" });
+    }
+    let size = shift(scaled_a.norm(), units.time);
+    let mut closed = scaled_a;
+    closed.gemm(-1.0, &scaled_b, &scaled_gain, 1.0);
+    let (form, sensitivities) = if spread(&units.state) <= SLIGHT {
+        let given = DMatrix::from_fn(n, n, |i, j| shift(closed[(i, j)], units.state[j] - units.state[i]));
+        let form = triangular_factor(&given)?;
+        let sensitivities = conditions(&form, &vec![0; n]);
+        (form, sensitivities)
+    } else {
+        let form = schur(&closed)?;
+        let sensitivities = conditions(&form, &units.state);
+        (form, sensitivities)
+    };
+    let achieved = form
+        .eigenvalues()
+        .into_iter()
+        .map(|x| Complex::new(shift(x.re, units.time), shift(x.im, units.time)))
+        .collect();
+    let vectors = vectors.in_units(units.state.iter().map(|power| -power)).normalised();
+    Ok(Assigned { gain, achieved, sensitivities, vectors, rank, size })
+}
 
-    let svd =
-        svd(faer::Mat::from_fn(n, m, |i, j| scaled_b[(i, j)]).as_ref()).ok_or_else(|| LinalgError::NotConverged {
-            method: "singular values of B",
-            iterations: 0,
-            remaining: f64::NAN,
-            allowed: default_tolerance(n, m),
-        })?;
+/// The rank of B, the gain, and the eigenvectors aimed at, for inputs of any number that may be dependent.
+fn assign_several(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<(usize, DMatrix<f64>, Eigenvectors)> {
+    let (n, m) = b.shape();
+    let svd = svd(view(b)).ok_or_else(|| LinalgError::NotConverged {
+        method: "singular values of B",
+        iterations: 0,
+        remaining: f64::NAN,
+        allowed: default_tolerance(n, m),
+    })?;
     let sigma = svd.sigma;
     let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
     // A controllable pair has an input that counts.
@@ -236,59 +297,11 @@ fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, mut units: Units) -> 
     let inputs = DMatrix::from_fn(n, rank, |i, j| u[(i, j)]);
     let others = DMatrix::from_fn(n, n - rank, |i, j| u[(i, rank + j)]);
     let (orthogonal, vectors) = if rank == 1 {
-        single_input::assign(&scaled_a, &inputs, &scaled)
+        single_input::assign(&Staircase::new(a, &inputs, 0.0), wish)
     } else {
-        robust::assign(&scaled_a, &inputs, &others, &scaled)?
+        robust::assign(a, &inputs, &others, wish)?
     };
     let v = svd.v;
-    let scaled_gain =
-        DMatrix::from_fn(m, n, |i, j| (0..rank).map(|k| v[(i, k)] / sigma[k] * orthogonal[(k, j)]).sum::<f64>());
-    let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
-    if gain.iter().any(|x| !x.is_finite()) {
-        return Err(LinalgError::Overflow { what: "the gain" });
-    }
-    let size = shift(scaled_a.norm(), units.time);
-    let closed = &scaled_a - &scaled_b * scaled_gain;
-    let form = schur(&closed)?;
-    let sensitivities = conditions(&form, &units.state);
-    let achieved = form
-        .eigenvalues()
-        .into_iter()
-        .map(|x| Complex::new(shift(x.re, units.time), shift(x.im, units.time)))
-        .collect();
-    let vectors = DMatrix::from_fn(n, n, |i, j| {
-        let x = vectors[(i, j)];
-        Complex::new(shift(x.re, -units.state[i]), shift(x.im, -units.state[i]))
-    });
-    Ok(Assigned { gain, achieved, sensitivities, vectors: normalised(vectors), rank, size })
-}
-
-fn normalised(mut x: DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {
-    for mut column in x.column_iter_mut() {
-        let largest = column.iter().map(|x| x.re.abs().max(x.im.abs())).fold(0.0, f64::max);
-        if largest > 0.0 && largest.is_finite() {
-            column.unscale_mut(largest);
-            let norm = column.norm();
-            column.unscale_mut(norm);
-        }
-    }
-    x
-}
-
-/// `cond_2`, infinite for a singular matrix.
-fn condition(x: &DMatrix<Complex<f64>>) -> Result<f64> {
-    if x.iter().any(|x| !x.re.is_finite() || !x.im.is_finite()) {
-        return Err(LinalgError::Overflow { what: "an eigenvector of the closed loop" });
-    }
-    let vectors = faer::Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)]);
-    let sigma = singular_values(vectors.as_ref()).ok_or_else(|| LinalgError::NotConverged {
-        method: "singular values of the eigenvectors",
-        iterations: 0,
-        remaining: f64::NAN,
-        allowed: default_tolerance(x.nrows(), 0),
-    })?;
-    Ok(match (sigma.first(), sigma.last()) {
-        (Some(largest), Some(smallest)) if *smallest > 0.0 => largest / smallest,
-        _ => f64::INFINITY,
-    })
+    let gain = DMatrix::from_fn(m, n, |i, j| (0..rank).map(|k| v[(i, k)] / sigma[k] * orthogonal[(k, j)]).sum::<f64>());
+    Ok((rank, gain, vectors))
 }

@@ -94,22 +94,29 @@ impl Wish {
 
     /// For each wished pole, which of `achieved` (as many) stands for it: nearest pairs first.
     pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<usize> {
-        let mut distances: Vec<(f64, usize, usize)> = self
-            .given
-            .iter()
-            .enumerate()
-            .flat_map(|(i, wished)| achieved.iter().enumerate().map(move |(k, x)| ((x - wished).norm(), i, k)))
-            .collect();
-        distances.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        let mut result = vec![0; self.given.len()];
-        let (mut placed, mut used) = (vec![false; self.given.len()], vec![false; achieved.len()]);
-        for (_, i, k) in distances {
-            if !placed[i] && !used[k] {
-                (placed[i], used[k]) = (true, true);
-                result[i] = k;
+        let n = self.given.len();
+        let distance = |i: usize, k: usize| {
+            let off: Complex<f64> = achieved[k] - self.given[i];
+            let squares = off.norm_sqr();
+            if (1e-280..1e280).contains(&squares) { squares.sqrt() } else { off.norm() }
+        };
+        let mut used = vec![false; n];
+        let nearest = |i: usize, used: &[bool]| {
+            let free = (0..n).filter(|k| !used[*k]).map(|k| (distance(i, k), k));
+            free.min_by(|x, y| x.0.total_cmp(&y.0)).unwrap_or((f64::INFINITY, 0))
+        };
+        let mut candidates: Vec<(f64, usize)> = (0..n).map(|i| nearest(i, &used)).collect();
+        let mut open: Vec<usize> = (0..n).collect();
+        while let Some(at) = (0..open.len()).min_by(|x, y| candidates[open[*x]].0.total_cmp(&candidates[open[*y]].0)) {
+            let (_, taken) = candidates[open.remove(at)];
+            used[taken] = true;
+            for i in &open {
+                if candidates[*i].1 == taken {
+                    candidates[*i] = nearest(*i, &used);
+                }
             }
         }
-        result
+        candidates.into_iter().map(|(_, k)| k).collect()
     }
 }
 

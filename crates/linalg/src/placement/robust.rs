@@ -16,6 +16,7 @@
 use faer::Mat;
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::eigenvectors::Eigenvectors;
 use super::poles::Wish;
 use crate::{LinalgError, Result};
 
@@ -28,21 +29,16 @@ const STARTS: u64 = 4;
 /// More starts are tried if these all give a singular X.
 const MOST_STARTS: u64 = 20;
 
-/// The gain (rank x n) for `A - U1 K`, and the eigenvectors aimed at: those of the real poles, then conjugates side by side.
+/// The gain (rank x n) for `A - U1 K`, and the eigenvectors aimed at: those of the real poles, then the pairs.
 pub(super) fn assign(
     a: &DMatrix<f64>,
     inputs: &DMatrix<f64>,
     others: &DMatrix<f64>,
     wish: &Wish,
-) -> Result<(DMatrix<f64>, DMatrix<Complex<f64>>)> {
+) -> Result<(DMatrix<f64>, Eigenvectors)> {
     let n = a.nrows();
-    let eigenvectors = if others.ncols() == 0 {
-        // Every vector serves: X = I, and (e1 + i e2)/sqrt 2 for pairs.
-        Eigenvectors { x: DMatrix::identity(n, n), reals: wish.real.len() }
-    } else {
-        best_eigenvectors(a, others, wish)?
-    };
-    let x = &eigenvectors.x;
+    // Of a full B every vector serves: X = I, and e1 + i e2 for pairs.
+    let x = if others.ncols() == 0 { DMatrix::identity(n, n) } else { best_eigenvectors(a, others, wish)? };
     let mut x_lambda = x.clone();
     for (j, lambda) in wish.real.iter().enumerate() {
         x_lambda.column_mut(j).scale_mut(*lambda);
@@ -60,31 +56,11 @@ pub(super) fn assign(
         .solve(&x_lambda.transpose())
         .ok_or(LinalgError::Overflow { what: "the inverse of the eigenvectors" })?
         .transpose();
-    Ok((inputs.transpose() * (a - closed), eigenvectors.complex()))
+    Ok((inputs.transpose() * (a - closed), Eigenvectors::reals_first(x, wish.real.len())))
 }
 
-/// Real columns: `x` of a real pole, `Re x, Im x` of a pair.
-struct Eigenvectors {
-    x: DMatrix<f64>,
-    reals: usize,
-}
-
-impl Eigenvectors {
-    fn complex(&self) -> DMatrix<Complex<f64>> {
-        let n = self.x.nrows();
-        DMatrix::from_fn(n, n, |i, j| {
-            if j < self.reals {
-                Complex::from(self.x[(i, j)])
-            } else {
-                let first = j - (j - self.reals) % 2;
-                let sign = if first == j { 1.0 } else { -1.0 };
-                Complex::new(self.x[(i, first)], sign * self.x[(i, first + 1)])
-            }
-        })
-    }
-}
-
-fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, wish: &Wish) -> Result<Eigenvectors> {
+/// In real columns: `x` of a real pole, `Re x, Im x` of a pair.
+fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, wish: &Wish) -> Result<DMatrix<f64>> {
     let real: Vec<DMatrix<f64>> =
         wish.real.iter().map(|p| admissible(a, others, Complex::from(*p)).map(|x| x.re)).collect();
     let complex: Vec<DMatrix<Complex<f64>>> = wish.pairs.iter().map(|p| admissible(a, others, *p)).collect();
@@ -102,7 +78,7 @@ fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, wish: &Wish) -> Re
         }
     }
     let (_, ascent) = best.ok_or(LinalgError::Overflow { what: "the inverse of the eigenvectors" })?;
-    Ok(Eigenvectors { x: ascent.x, reals: real.len() })
+    Ok(ascent.x)
 }
 
 /// Orthonormal basis of the null space of `U0'(A - lambda I)`, n x rank(B): what a QR of its adjoint leaves.

@@ -9,110 +9,174 @@
 //!                 [  0    A1 - b1 k1  ]     A1 Hessenberg, b1 = beta1 e1
 //! ```
 //!
-//! with one pole less. Nothing is inverted but the `beta`, and no power of `A` is formed, unlike Ackermann's formula. Complex pairs are taken
-//! in complex arithmetic; k is unique, and therefore real up to rounding. 20 n^3 flops.
+//! with one pole less. Nothing is inverted but the `beta`, and no power of `A` is formed, unlike Ackermann's formula. Real poles come first, in real arithmetic, then
+//! the pairs in complex; k is unique, and therefore real up to rounding. `2 n^3` flops if all poles are real, ten times that if none is.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 
+use super::eigenvectors::Eigenvectors;
 use super::poles::Wish;
 use crate::staircase::Staircase;
 
-/// The gain (1 x n) and the eigenvectors aimed at, in the order of [`in_sequence`]. Infinite or NaN if the gain does not fit a double.
-pub(super) fn assign(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> (DMatrix<f64>, DMatrix<Complex<f64>>) {
-    // Controllability has been decided; here every stair counts.
-    let hessenberg = Staircase::new(a, b, 0.0);
-    let poles = in_sequence(wish);
-    let k = deflate(&hessenberg.f, hessenberg.g[(0, 0)], &poles);
-    let gain = DMatrix::from_row_slice(1, k.len(), &k) * hessenberg.q.transpose();
-    let mut vectors = DMatrix::zeros(a.nrows(), a.nrows());
-    let q = hessenberg.q.map(Complex::from);
-    for (j, pole) in poles.iter().enumerate() {
-        vectors.set_column(j, &(&q * null_vector(&hessenberg.f, *pole)));
-    }
-    (gain, vectors)
-}
-
-/// Real poles, then the pairs, conjugates next to each other.
-fn in_sequence(wish: &Wish) -> Vec<Complex<f64>> {
-    let real = wish.real.iter().map(|x| Complex::from(*x));
-    real.chain(wish.pairs.iter().flat_map(|p| [*p, p.conj()])).collect()
+/// The gain (1 x n) for the pair of which `hessenberg` is the staircase, every stair counting, and the eigenvectors aimed at: those of the real poles, then
+/// the pairs. Infinite or NaN if the gain does not fit a double.
+pub(super) fn assign(hessenberg: &Staircase, wish: &Wish) -> (DMatrix<f64>, Eigenvectors) {
+    let k = deflate(&hessenberg.f, hessenberg.g[(0, 0)], wish);
+    let gain = DMatrix::from_row_slice(1, k.len(), (&hessenberg.q * &k).as_slice());
+    let columns = &hessenberg.q * null_vectors(&hessenberg.f, wish);
+    (gain, Eigenvectors::reals_first(columns, wish.real.len()))
 }
 
 /// A rotation of the coordinates `first, first + 1`: the columns `x, y` become `c x - s y`, `s* x + c* y`.
-struct Rotation {
+struct Rotation<T> {
     first: usize,
-    c: Complex<f64>,
-    s: Complex<f64>,
+    c: T,
+    s: T,
 }
 
-fn deflate(f: &DMatrix<f64>, beta: f64, poles: &[Complex<f64>]) -> Vec<f64> {
-    let n = f.nrows();
-    let mut h = f.map(Complex::from);
-    let mut beta = Complex::from(beta);
-    let mut steps: Vec<Vec<Rotation>> = Vec::with_capacity(n);
-    let mut kappas = Vec::with_capacity(n);
-    // The problem left lives in the rows and columns start..n.
-    for (start, pole) in poles.iter().enumerate().take(n) {
+fn deflate(f: &DMatrix<f64>, beta: f64, wish: &Wish) -> DVector<f64> {
+    let mut left = Left { h: f.clone(), start: 0, beta };
+    let real: Vec<_> = wish.real.iter().map(|pole| left.deflate(*pole)).collect();
+    let mut k = DVector::zeros(f.nrows());
+    if !wish.pairs.is_empty() {
+        let mut left = Left { h: left.h.map(Complex::from), start: left.start, beta: Complex::from(left.beta) };
+        let pairs: Vec<_> = wish.pairs.iter().flat_map(|pole| [*pole, pole.conj()]).map(|p| left.deflate(p)).collect();
+        k = restored(k.map(Complex::from), real.len(), &pairs).map(|x| x.re);
+    }
+    restored(k, 0, &real)
+}
+
+/// `[kappa, k1] Z*` for the steps in reverse, the first of which removed the pole `start`.
+fn restored<T: ComplexField>(mut k: DVector<T>, start: usize, steps: &[(T, Vec<Rotation<T>>)]) -> DVector<T> {
+    for (at, (kappa, rotations)) in steps.iter().enumerate().rev() {
+        k[start + at] = kappa.clone();
+        for Rotation { first, c, s } in rotations.iter().rev() {
+            let (x, y) = (k[*first].clone(), k[first + 1].clone());
+            k[*first] = x.clone() * c.clone().conjugate() + y.clone() * s.clone();
+            k[first + 1] = y * c.clone() - x * s.clone().conjugate();
+        }
+    }
+    k
+}
+
+/// The problem that is left after `start` poles: it lives in the rows and columns from there on.
+struct Left<T> {
+    h: DMatrix<T>,
+    start: usize,
+    beta: T,
+}
+
+impl<T: ComplexField<RealField = f64> + Copy> Left<T> {
+    /// `kappa`, and Z as rotations.
+    fn deflate(&mut self, pole: T) -> (T, Vec<Rotation<T>>) {
+        let Self { h, start, beta } = self;
+        let (n, start) = (h.nrows(), *start);
         for i in start..n {
             h[(i, i)] -= pole;
         }
-        let mut rotations = Vec::with_capacity(n - start);
+        let columns = h.as_mut_slice();
+        let mut rotations: Vec<Rotation<T>> = Vec::with_capacity(n - start);
         for i in (start + 1..n).rev() {
-            let (x, y) = (h[(i, i)], h[(i, i - 1)]);
-            let length = x.norm().hypot(y.norm());
-            let rotation = Rotation { first: i - 1, c: x / length, s: y / length };
-            for row in start..=i {
-                let (left, right) = (h[(row, i - 1)], h[(row, i)]);
-                h[(row, i - 1)] = rotation.c * left - rotation.s * right;
-                h[(row, i)] = rotation.s.conj() * left + rotation.c.conj() * right;
+            let (left, right) = columns[(i - 1) * n..(i + 1) * n].split_at_mut(n);
+            let length = hypot(left[i], right[i]);
+            let (c, s) = (right[i].unscale(length), left[i].unscale(length));
+            let (c_conj, s_conj) = (c.conjugate(), s.conjugate());
+            for (x, y) in left[start..i].iter_mut().zip(&mut right[start..i]) {
+                (*x, *y) = (c * *x - s * *y, s_conj * *x + c_conj * *y);
             }
-            h[(i, i - 1)] = Complex::from(0.0);
-            rotations.push(rotation);
+            (left[i], right[i]) = (T::zero(), s_conj * left[i] + c_conj * right[i]);
+            rotations.push(Rotation { first: i - 1, c, s });
         }
-        kappas.push(h[(start, start)] / beta);
-        for rotation in &rotations {
-            let (upper, lower) = (rotation.first, rotation.first + 1);
-            for column in start..n {
-                let (x, y) = (h[(upper, column)], h[(lower, column)]);
-                h[(upper, column)] = rotation.c.conj() * x - rotation.s.conj() * y;
-                h[(lower, column)] = rotation.s * x + rotation.c * y;
+        let kappa = columns[start * n + start] / *beta;
+        // What is triangular now becomes Hessenberg again: the rotations whose rows the columns have, bottom first.
+        let mut column = start;
+        while column < n {
+            let width = if column + WIDTH <= n { WIDTH } else { 1 };
+            let of_these = &rotations[n - 1 - (column + width).min(n - 1)..];
+            let entries = &mut columns[column * n..(column + width) * n];
+            if width == WIDTH {
+                turn_rows::<T, WIDTH>(entries, n, of_these);
+            } else {
+                turn_rows::<T, 1>(entries, n, of_these);
             }
+            column += width;
         }
         if let Some(last) = rotations.last() {
-            beta *= last.s;
+            *beta *= last.s;
         }
         for i in start..n {
-            h[(i, i)] += pole;
+            columns[i * n + i] += pole;
         }
-        steps.push(rotations);
+        self.start += 1;
+        (kappa, rotations)
     }
-    let mut k: DVector<Complex<f64>> = DVector::from_vec(kappas);
-    for rotations in steps.iter().rev() {
-        // [kappa, k1] Z*, the last rotation first.
-        for rotation in rotations.iter().rev() {
-            let (x, y) = (k[rotation.first], k[rotation.first + 1]);
-            k[rotation.first] = x * rotation.c.conj() + y * rotation.s;
-            k[rotation.first + 1] = y * rotation.c - x * rotation.s.conj();
-        }
-    }
-    k.iter().map(|x| x.re).collect()
 }
 
-/// The unit vector annihilated by the last n - 1 rows of `H - lambda I`.
-fn null_vector(h: &DMatrix<f64>, lambda: Complex<f64>) -> DVector<Complex<f64>> {
-    /// Far from overflow after one more step of any reasonable size.
-    const LARGE: f64 = 1e100;
-    let n = h.nrows();
-    let mut x = DVector::from_element(n, Complex::from(0.0));
-    x[n - 1] = Complex::from(1.0);
-    for i in (1..n).rev() {
-        let sum: Complex<f64> = (i..n).map(|j| x[j] * h[(i, j)]).sum();
-        x[i - 1] = (lambda * x[i] - sum) / h[(i, i - 1)];
-        let size = x[i - 1].norm();
-        if size > LARGE {
-            x.unscale_mut(size);
+/// How many columns are turned at a time: a rotation waits for the one before it in the same column only.
+const WIDTH: usize = 4;
+
+/// Rotations of neighbouring rows, each one up from the one before it, of W columns of n entries.
+fn turn_rows<T: ComplexField + Copy, const W: usize>(columns: &mut [T], n: usize, rotations: &[Rotation<T>]) {
+    let Some(first) = rotations.first().map(|r| r.first) else { return };
+    let last = first + 1 - rotations.len();
+    // The lower of the two rows, as the rotation before has left it.
+    let mut lower: [T; W] = core::array::from_fn(|w| columns[w * n + first + 1]);
+    for Rotation { first, c, s } in rotations {
+        let (c_conj, s_conj) = (c.conjugate(), s.conjugate());
+        for (w, y) in lower.iter_mut().enumerate() {
+            let at = w * n + first;
+            let x = columns[at];
+            columns[at + 1] = *s * x + *c * *y;
+            *y = c_conj * x - s_conj * *y;
         }
     }
-    x.unscale_mut(x.norm());
-    x
+    for (w, y) in lower.into_iter().enumerate() {
+        columns[w * n + last] = y;
+    }
+}
+
+/// `sqrt(|x|^2 + |y|^2)`, where squares may overflow or vanish too.
+fn hypot<T: ComplexField<RealField = f64>>(x: T, y: T) -> f64 {
+    let squares = x.clone().modulus_squared() + y.clone().modulus_squared();
+    if (1e-280..1e280).contains(&squares) { squares.sqrt() } else { x.modulus().hypot(y.modulus()) }
+}
+
+/// For each pole the vector annihilated by the last n - 1 rows of `H - lambda I`, as columns of [`Eigenvectors::reals_first`]; of any size up to a large one.
+fn null_vectors(h: &DMatrix<f64>, wish: &Wish) -> DMatrix<f64> {
+    /// Far from overflow after one more step of any reasonable size, and in other units.
+    const LARGE: f64 = 1e50;
+    let (n, reals) = (h.nrows(), wish.real.len());
+    // An entry of all vectors is a column here, and so are the sums of the rows above so far.
+    let (mut x, mut sums) = (DMatrix::zeros(n, n), DMatrix::<f64>::zeros(n, n));
+    let mut first = x.column_mut(n - 1);
+    first.rows_mut(0, reals).fill(1.0);
+    first.rows_mut(reals, n - reals).iter_mut().step_by(2).for_each(|x| *x = 1.0);
+    for i in (1..n).rev() {
+        let column = &h.as_slice()[i * n..(i + 1) * n];
+        let (next, known) = x.as_mut_slice()[(i - 1) * n..(i + 1) * n].split_at_mut(n);
+        for (sums, entry) in sums.as_mut_slice().chunks_exact_mut(n).zip(&column[..=i]).skip(1) {
+            for (sum, known) in sums.iter_mut().zip(&*known) {
+                *sum += entry * known;
+            }
+        }
+        let sums_here = &sums.as_slice()[i * n..(i + 1) * n];
+        let below = h[(i, i - 1)];
+        for (p, lambda) in wish.real.iter().enumerate() {
+            next[p] = (lambda * known[p] - sums_here[p]) / below;
+        }
+        for (p, lambda) in wish.pairs.iter().enumerate() {
+            let (re, im) = (reals + 2 * p, reals + 2 * p + 1);
+            next[re] = (lambda.re * known[re] - lambda.im * known[im] - sums_here[re]) / below;
+            next[im] = (lambda.re * known[im] + lambda.im * known[re] - sums_here[im]) / below;
+        }
+        for p in (0..n).filter(|p| *p < reals || (p - reals) % 2 == 0) {
+            let width = if p < reals { 1 } else { 2 };
+            let size = x.column(i - 1).rows(p, width).amax();
+            if size > LARGE {
+                x.rows_mut(p, width).unscale_mut(size);
+                sums.rows_mut(p, width).unscale_mut(size);
+            }
+        }
+    }
+    x.transpose()
 }

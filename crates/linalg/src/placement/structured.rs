@@ -12,12 +12,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::eigenvectors::Eigenvectors;
 use super::poles::Wish;
 use super::robust::Generic;
 use super::sensitivity::{Eigen, conditions};
-use super::{Placement, assign, check, condition, normalised};
+use super::{Placement, assign, check};
 use crate::argument::shaped;
-use crate::schur::schur;
+use crate::schur::{schur, triangular_factor};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
@@ -150,7 +151,7 @@ fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) 
     })?;
     // The unconstrained gain, in the units chosen; without one the starts are of the size of the plant.
     let power = |i: usize, j: usize| units.time - units.output[i] + units.state[j];
-    let unconstrained = match assign(a, b, wish, units.clone()) {
+    let unconstrained = match assign(a, b, wish, units.clone(), None) {
         Ok(assigned) => DMatrix::from_fn(m, n, |i, j| shift(assigned.gain[(i, j)], -power(i, j))),
         Err(_) => DMatrix::zeros(m, n),
     };
@@ -193,20 +194,18 @@ fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) 
     }
     let form = schur(&problem.closed(&best.x))?;
     let eigen = Eigen::of(&form);
-    let vectors = DMatrix::from_fn(n, n, |i, j| {
-        let x = eigen.right[(i, j)];
-        Complex::new(shift(x.re, -units.state[i]), shift(x.im, -units.state[i]))
-    });
+    let vectors = eigen.right.in_units(units.state.iter().map(|power| -power)).normalised();
+    let condition = vectors.condition()?;
     let closed = super::Assigned {
         gain: gain.clone(),
         achieved: eigen.values.iter().map(|x| Complex::new(shift(x.re, units.time), shift(x.im, units.time))).collect(),
         sensitivities: conditions(&form, &units.state),
-        vectors: DMatrix::zeros(0, 0),
+        vectors,
         rank: m,
         size: shift(problem.a.norm(), units.time),
     };
     Ok(StructuredPlacement {
-        placement: super::finish(gain, wish, &closed, condition(&normalised(vectors))?),
+        placement: super::finish(gain, wish, &closed, condition),
         is_placed: best.is_placed,
         free: problem.free.len(),
         rank: problem.rank(&best.x)?,
@@ -302,15 +301,15 @@ impl Problem {
         let n = self.a.nrows();
         let eigen = Eigen::of(&schur(&self.closed(x)).ok()?);
         let at = self.wish.matched(&eigen.values);
-        // y*B, one row for each pole.
-        let driven = eigen.left.adjoint() * self.b.map(Complex::from);
+        // B'y, whose conjugates are the y*B.
+        let driven = Eigenvectors { columns: self.b.tr_mul(&eigen.left.columns), parts: eigen.left.parts };
         let mut r = DVector::zeros(2 * n);
         let mut j = DMatrix::zeros(2 * n, self.free.len());
         for (i, (pole, k)) in self.wish.poles().iter().zip(at).enumerate() {
             let off = eigen.values[k] - pole;
             (r[i], r[n + i]) = (off.re, off.im);
             for (column, (input, state)) in self.free.iter().enumerate() {
-                let d = -driven[(k, *input)] * eigen.right[(*state, k)];
+                let d = -driven.entry(*input, k).conj() * eigen.right.entry(*state, k);
                 (j[(i, column)], j[(n + i, column)]) = (d.re, d.im);
             }
         }
@@ -319,7 +318,7 @@ impl Problem {
 
     fn candidate(&self, x: DVector<f64>) -> Result<Option<Candidate>> {
         let n = self.a.nrows();
-        let form = schur(&self.closed(&x))?;
+        let form = triangular_factor(&self.closed(&x))?;
         let values = form.eigenvalues();
         let conditions = conditions(&form, &vec![0; n]);
         let terms = self.terms(&x);
@@ -338,7 +337,7 @@ impl Problem {
     /// An eigenvalue of A that generic gains of the pattern leave where it is, and that is not wished for, with its distance from the wish.
     fn fixed_modes(&self) -> Result<Option<(Complex<f64>, f64)>> {
         let n = self.a.nrows();
-        let form = schur(&self.a)?;
+        let form = triangular_factor(&self.a)?;
         let own: Vec<(Complex<f64>, f64)> =
             form.eigenvalues().into_iter().zip(conditions(&form, &vec![0; n])).collect();
         let mut fixed = vec![true; n];
@@ -347,7 +346,7 @@ impl Problem {
             let mut numbers = Generic((100 + draw) << 32);
             let size = self.a.norm().max(1.0) / self.b.norm().max(1e-3);
             let x = DVector::from_fn(self.free.len(), |_, _| numbers.next() * size);
-            let moved = schur(&self.closed(&x))?;
+            let moved = triangular_factor(&self.closed(&x))?;
             let terms = self.terms(&x);
             let found: Vec<(Complex<f64>, f64)> =
                 moved.eigenvalues().into_iter().zip(conditions(&moved, &vec![0; n])).collect();

@@ -1,0 +1,163 @@
+//! Eigenvectors closed under conjugation, in real columns.
+//!
+//! With `X = [.. x conj(x) ..]` and `W = [.. sqrt2 Re x, sqrt2 Im x ..]` it is `X = W U`, U block diagonal with the unitary blocks `[1 1; i -i] / sqrt2`. So X and W have the same singular values, and the
+//! left eigenvectors `X^-* = W^-T U` have the real columns `W^-T`: nothing here needs complex arithmetic. Where only directions count the factor `sqrt2` is left out.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::extremes::extreme_singular_values;
+use crate::observability::default_tolerance;
+use crate::units::shift;
+use crate::{LinalgError, Result};
+
+/// What a column is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A real eigenvector.
+    Whole,
+    /// The real part of one whose eigenvalue is above the real axis; the imaginary part is the next column.
+    Real,
+    /// That imaginary part, and the place of the conjugate.
+    Imaginary,
+}
+
+/// The vectors `x_k`, one beside the other.
+#[derive(Debug, Clone)]
+pub(super) struct Eigenvectors {
+    pub(super) columns: DMatrix<f64>,
+    pub(super) parts: Vec<Part>,
+}
+
+impl Eigenvectors {
+    /// Those of `reals` real eigenvalues, then of pairs.
+    pub(super) fn reals_first(columns: DMatrix<f64>, reals: usize) -> Self {
+        let pairs = (columns.ncols() - reals) / 2;
+        let mut parts = vec![Part::Whole; reals];
+        parts.extend((0..pairs).flat_map(|_| [Part::Real, Part::Imaginary]));
+        Self { columns, parts }
+    }
+
+    /// Entry i of `x_k`.
+    pub(super) fn entry(&self, i: usize, k: usize) -> Complex<f64> {
+        let x = &self.columns;
+        match self.parts[k] {
+            Part::Whole => Complex::from(x[(i, k)]),
+            Part::Real => Complex::new(x[(i, k)], x[(i, k + 1)]),
+            Part::Imaginary => Complex::new(x[(i, k - 1)], -x[(i, k)]),
+        }
+    }
+
+    /// The same vectors where the coordinates are `z_i = 2^powers[i] x_i`.
+    pub(super) fn in_units(mut self, powers: impl Iterator<Item = i32>) -> Self {
+        for (i, power) in powers.enumerate().filter(|(_, power)| *power != 0) {
+            self.columns.row_mut(i).iter_mut().for_each(|x| *x = shift(*x, power));
+        }
+        self
+    }
+
+    /// `|x_k|`, of the conjugates too.
+    pub(super) fn norms(&self) -> Vec<f64> {
+        let n = self.columns.nrows();
+        let mut norms = Vec::with_capacity(self.parts.len());
+        for (k, part) in self.parts.iter().enumerate() {
+            norms.push(match part {
+                Part::Whole => norm(self.columns.column(k).as_slice()),
+                Part::Real => norm(&self.columns.as_slice()[k * n..(k + 2) * n]),
+                Part::Imaginary => norms[k - 1],
+            });
+        }
+        norms
+    }
+
+    /// Vectors of norm one, and pairs times `sqrt2`: the columns W of the head of this file. A vector of zeros, or of no finite size, stays as it is.
+    pub(super) fn normalised(mut self) -> Self {
+        for (k, norm) in self.norms().into_iter().enumerate() {
+            if norm > 0.0 && norm.is_finite() {
+                let mut column = self.columns.column_mut(k);
+                if self.parts[k] == Part::Whole {
+                    column.unscale_mut(norm);
+                } else {
+                    // Not one factor for both: the norm may be as small as a double can be.
+                    column.unscale_mut(norm);
+                    column *= core::f64::consts::SQRT_2;
+                }
+            }
+        }
+        self
+    }
+
+    /// The vectors orthogonal to all but one of these each; none if these are dependent.
+    pub(super) fn dual(&self) -> Option<Self> {
+        let columns = self.columns.clone().try_inverse()?.transpose();
+        Some(Self { columns, parts: self.parts.clone() })
+    }
+
+    /// `cond_2` of the matrix of the vectors, which are to be [`Self::normalised`]; infinite if they are dependent.
+    pub(super) fn condition(&self) -> Result<f64> {
+        if self.columns.iter().any(|x| !x.is_finite()) {
+            return Err(LinalgError::Overflow { what: "an eigenvector of the closed loop" });
+        }
+        let (largest, smallest) =
+            extreme_singular_values(self.columns.clone()).ok_or_else(|| LinalgError::NotConverged {
+                method: "singular values of the eigenvectors",
+                iterations: 0,
+                remaining: f64::NAN,
+                allowed: default_tolerance(self.columns.nrows(), 0),
+            })?;
+        Ok(if smallest > 0.0 { largest / smallest } else { f64::INFINITY })
+    }
+}
+
+/// The Euclidean norm, where squares may overflow or vanish too.
+fn norm(x: &[f64]) -> f64 {
+    let squares: f64 = x.iter().map(|x| x * x).sum();
+    if (1e-280..1e280).contains(&squares) {
+        return squares.sqrt();
+    }
+    let largest = x.iter().fold(0.0, |largest: f64, x| if x.is_nan() { f64::NAN } else { largest.max(x.abs()) });
+    if largest == 0.0 || !largest.is_finite() {
+        return largest;
+    }
+    largest * x.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By complex arithmetic: norms, entries, the condition as that of the hermitian `X*X`, and `Y*X` diagonal.
+    #[test]
+    fn real_columns_say_the_same() {
+        let given = DMatrix::from_fn(5, 5, |i, j| ((3 * i + 7 * j * j + 5 * i * j + 2) as f64).sin());
+        let x = Eigenvectors::reals_first(given, 1).normalised();
+        let complex = |x: &Eigenvectors| DMatrix::from_fn(5, 5, |i, k| x.entry(i, k).scale(0.5f64.sqrt()));
+        let whole = |x: &Eigenvectors| {
+            let mut m = complex(x);
+            m.column_mut(0).scale_mut(2f64.sqrt());
+            m
+        };
+        let m = whole(&x);
+        for column in m.column_iter() {
+            assert!((column.norm() - 1.0).abs() < 1e-14);
+        }
+        assert_eq!(x.entry(2, 1), x.entry(2, 2).conj());
+        let sigma = m.clone().singular_values();
+        let expected = sigma.max() / sigma.min();
+        assert!((x.condition().unwrap() - expected).abs() < 1e-10 * expected);
+        let products = whole(&x.dual().unwrap()).adjoint() * m;
+        for i in 0..5 {
+            for k in 0..5 {
+                assert!((products[(i, k)].norm() > 0.1) == (i == k) && (i == k || products[(i, k)].norm() < 1e-13));
+            }
+        }
+    }
+
+    #[test]
+    fn norms_neither_overflow_nor_vanish() {
+        // A division, a square, a sum, a root and a product.
+        let near = |x: f64, y: f64| (x / y - 1.0).abs() < 5.0 * f64::EPSILON;
+        assert!(near(norm(&[3e-200, 4e-200]), 5e-200) && near(norm(&[3e200, -4e200]), 5e200));
+        assert_eq!((norm(&[0.0, 0.0]), norm(&[f64::INFINITY, 1.0])), (0.0, f64::INFINITY));
+        assert!(norm(&[f64::NAN, 1.0]).is_nan());
+    }
+}
