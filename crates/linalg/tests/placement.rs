@@ -1,6 +1,6 @@
 //! Poles land where they are wished, as exactly as their condition allows; what cannot be placed is named.
 
-use luenberger_linalg::{LinalgError, Placement, eigenvalues, place, place_observer};
+use luenberger_linalg::{LinalgError, Placement, eigenvalues, observability, place, place_observer};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
@@ -230,6 +230,101 @@ fn bad_input_is_named() {
     assert!(matches!(place(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[]), Err(LinalgError::Empty { what: "A" })));
 }
 
+/// A mode that no input moves is an error even if it is wished for, real or a pair, with one input or two: no gain places it, it merely happens to be there.
+#[test]
+fn a_mode_that_stays_is_named_even_if_it_is_wished_for() {
+    let a = dmatrix![-1.0, 0.0, 0.0; 0.3, 2.0, 1.0; 0.2, 0.0, -3.0];
+    let fixed = |b: &DMatrix<f64>, a: &DMatrix<f64>, wished: &[Complex<f64>]| match place(a, b, wished).unwrap_err() {
+        LinalgError::Uncontrollable { eigenvalue, direction, margin } => {
+            let (a, b, v) = (a.map(Complex::from), b.map(Complex::from), direction.transpose());
+            assert!((&v * a - &v * eigenvalue).norm() < 1e-13 && (v * b).norm() < 1e-14 && margin < 1e-14);
+            eigenvalue
+        }
+        other => panic!("{other}"),
+    };
+    for b in [dmatrix![0.0; 0.0; 1.0], dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0]] {
+        for wished in [[-1.0, -5.0, -6.0], [-4.0, -5.0, -6.0]] {
+            assert!((fixed(&b, &a, &real(&wished)) + 1.0).norm() < 1e-14);
+        }
+    }
+    let rotating = dmatrix![0.0, 2.0, 0.0; -2.0, 0.0, 0.0; 1.0, 1.0, 1.0];
+    let found = fixed(&dmatrix![0.0; 0.0; 1.0], &rotating, &[c(0.0, 2.0), c(0.0, -2.0), c(-1.0, 0.0)]);
+    assert!((found.im.abs() - 2.0).abs() < 1e-14 && found.re.abs() < 1e-14, "{found}");
+}
+
+/// A chain of integrators wants the coefficients of the polynomial itself: `(s + 1)^4 (s + 2)^4` and, in real arithmetic, then complex, `(s + 1)^2 (s^2 + 2 s + 5)^3`.
+#[test]
+fn a_chain_of_integrators_takes_the_coefficients() {
+    let double = [c(-1.0, 0.0); 4].into_iter().chain([c(-2.0, 0.0); 4]).collect::<Vec<_>>();
+    let pairs = (0..8).map(|k| if k < 2 { c(-1.0, 0.0) } else { c(-1.0, if k % 2 == 0 { 2.0 } else { -2.0 }) });
+    for wished in [double, pairs.collect()] {
+        let mut polynomial = vec![Complex::from(1.0)];
+        for pole in &wished {
+            polynomial.push(Complex::from(0.0));
+            for k in (1..polynomial.len()).rev() {
+                let before = polynomial[k - 1];
+                polynomial[k] -= pole * before;
+            }
+        }
+        let a = DMatrix::from_fn(8, 8, |i, j| f64::from(u8::from(j == i + 1)));
+        let b = DMatrix::from_fn(8, 1, |i, _| f64::from(u8::from(i == 7)));
+        let placed = place(&a, &b, &wished).unwrap();
+        for (found, expected) in placed.gain.iter().zip(polynomial[1..].iter().rev()) {
+            // Eight steps, each orthogonal, on entries of the size of the largest coefficient.
+            let bound = 100.0 * f64::EPSILON * polynomial.iter().map(|x| x.re).fold(0.0, f64::max);
+            assert!((found - expected.re).abs() < bound, "{found} for {}", expected.re);
+        }
+        assert_eq!(placed.condition, f64::INFINITY);
+    }
+}
+
+/// A plant in other units of everything: `s A` with poles s times as fast is the same plant in another unit of time, `s B` has an input in another unit.
+#[test]
+fn the_size_of_the_plant_does_not_matter() {
+    let a = dmatrix![0.2, 1.0, -0.3, 0.1; -0.7, 0.4, 0.9, 0.0; 0.5, -0.2, -1.0, 0.8; 0.3, 0.6, 0.1, -0.5];
+    let (one, two) = (dmatrix![0.3; 1.0; -0.4; 0.2], dmatrix![0.3, 1.0; 1.0, 0.2; -0.4, 0.1; 0.2, -0.6]);
+    for wished in [vec![c(-1.0, 2.0), c(-1.0, -2.0), c(-2.0, 0.0), c(-3.0, 0.0)], real(&[-1.0, -2.0, -3.0, -4.0])] {
+        for b in [&one, &two] {
+            let plain = place(&a, b, &wished).unwrap();
+            for s in [1e-300, 1e-12, 1e-6, 1e6, 1e12, 1e290] {
+                let faster: Vec<_> = wished.iter().map(|p| p * s).collect();
+                let fast = place(&(&a * s), b, &faster).unwrap();
+                let loud = place(&a, &(b * s), &wished).unwrap();
+                // The same problem in other roundings of the data.
+                let near = |x: &DMatrix<f64>| (x - &plain.gain).norm() < 1e-12 * plain.condition * plain.gain.norm();
+                assert!(near(&(&fast.gain / s)) && near(&(&loud.gain * s)), "{s:e}: {} {}", fast.gain, loud.gain);
+                for (x, y) in [(&fast, &plain), (&loud, &plain)] {
+                    assert!((x.condition / y.condition - 1.0).abs() < 1e-9 && x.deviation < 1e-12, "{s:e}: {x:?}");
+                    for (x, y) in x.sensitivities.iter().zip(&y.sensitivities) {
+                        assert!((x / y - 1.0).abs() < 1e-9, "{s:e}: {x} for {y}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn numbers_that_are_none_are_named_wherever_they_are() {
+    let (a, b, wished) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], real(&[-1.0, -2.0]));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let (mut wrong_a, mut wrong_b) = (a.clone(), b.clone());
+        (wrong_a[(1, 0)], wrong_b[(1, 0)]) = (bad, bad);
+        assert!(matches!(place(&wrong_a, &b, &wished), Err(LinalgError::NotFinite { what: "A", row: 1, col: 0, .. })));
+        assert!(matches!(place(&a, &wrong_b, &wished), Err(LinalgError::NotFinite { what: "B", row: 1, col: 0, .. })));
+        assert!(matches!(place(&a, &b, &[wished[0], c(bad, 0.0)]), Err(LinalgError::PoleNotFinite { index: 1, .. })));
+        assert!(matches!(place(&a, &b, &[c(-1.0, bad), wished[0]]), Err(LinalgError::PoleNotFinite { index: 0, .. })));
+    }
+    // A gain beyond the range of a double.
+    let refused = place(&dmatrix![1.0], &dmatrix![1e-200], &real(&[-1e200])).unwrap_err();
+    assert_eq!(refused, LinalgError::Overflow { what: "the gain" });
+    // The scalar in any size that fits.
+    for (pole, b) in [(-1e200, 1e-100), (-1e-200, 1e50), (1e-300, -1e-10)] {
+        let placed = place(&dmatrix![0.0], &dmatrix![b], &real(&[pole])).unwrap();
+        assert!((placed.gain[0] * b + pole).abs() <= 4.0 * f64::EPSILON * pole.abs() && placed.condition == 1.0);
+    }
+}
+
 #[derive(Debug, Clone)]
 struct Problem {
     a: DMatrix<f64>,
@@ -329,5 +424,34 @@ proptest! {
             prop_assert!((back - plain.gain[i]).abs() < 1e-8 * largest, "{back} for {}", plain.gain[i]);
         }
         prop_assert!(scaled.deviation < 1e-7, "{:e}", scaled.deviation);
+    }
+
+    /// Whether a pair is placed is what `observability` says of it, however weak one coupling is made: the short way of `place` to a yes is no other verdict.
+    #[test]
+    fn the_verdict_is_that_of_observability(problem in problem(2..=8, 1..=3), at in 0usize..7, weak in 0i32..=22) {
+        let n = problem.a.nrows();
+        // The rows above one stage hear of what is below through this factor alone.
+        let stage = 1 + at % (n - 1);
+        let factor = 10f64.powi(-weak);
+        let weakened = |m: &DMatrix<f64>, rows: usize| {
+            DMatrix::from_fn(m.nrows(), n, |i, j| m[(i, j)] * if i < rows && j >= stage { factor } else { 1.0 })
+        };
+        let v = DVector::from_fn(n, |i, _| 1.0 / (i as f64 + 1.5));
+        let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
+        let a = &q * weakened(&problem.a, stage) * q.transpose();
+        let c = weakened(&problem.c, usize::MAX) * q.transpose();
+        match place_observer(&a, &c, &problem.poles) {
+            Ok(placed) => {
+                prop_assert!(observability(&a, &c).unwrap().is_observable());
+                prop_assert!(placed.gain.iter().all(|x| x.is_finite()));
+            }
+            Err(LinalgError::Unobservable { margin, .. }) => {
+                let seen = observability(&a, &c).unwrap();
+                prop_assert!(!seen.is_observable());
+                prop_assert!(margin <= 1e-7, "a margin of {margin:e} is no reason");
+            }
+            Err(LinalgError::Overflow { .. }) => prop_assert!(weak > 5),
+            Err(other) => prop_assert!(false, "{other}"),
+        }
     }
 }
