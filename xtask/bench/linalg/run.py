@@ -80,9 +80,9 @@ def defective(rng, n):
     return q @ t @ q.T
 
 
-def problem(rng, kind, n, a=None):
+def problem(rng, kind, n, a=None, inputs=None):
     a = {"random": stable, "scaled": scaled, "defective": defective}[kind](rng, n) if a is None else a
-    inputs = max(1, min(3, n // 2))
+    inputs = max(1, min(3, n // 2)) if inputs is None else inputs
     g = rng.standard_normal((n, n)) / math.sqrt(n)
     b = rng.standard_normal((n, inputs))
     poles = np.column_stack([-1.0 - np.arange(n) / n, np.zeros(n)])
@@ -281,6 +281,8 @@ def main():
             if kind != "random":
                 routines = ["schur", "lyapunov"]
             add(routines, n, kind, problem(np.random.default_rng(n), kind, n))
+        if 4 <= n <= PLACE_LARGEST:
+            add(["place"], n, "one input", problem(np.random.default_rng(n), "random", n, inputs=1))
     for file in sorted(options.mor.glob("*.mat")) if options.mor and options.mor.is_dir() else []:
         a = scipy.io.loadmat(file)["A"]
         a = np.array(a.todense() if hasattr(a, "todense") else a, dtype=float)
