@@ -211,11 +211,16 @@ mod tests {
         let complex = |v: &Eigenvectors| DMatrix::from_fn(n, n, |i, k| v.entry(i, k));
         let (x, y) = (complex(&eigen.right), complex(&eigen.left));
         let lambda = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(eigen.values.clone()));
-        let a = a.map(Complex::from);
+        let (plain, a) = (a.clone(), a.map(Complex::from));
         let bound = 20.0 * n as f64 * f64::EPSILON * a.norm();
         assert!((&a * &x - &x * &lambda).norm() < bound * x.norm());
         assert!((y.adjoint() * &a - &lambda * y.adjoint()).norm() < bound * y.norm());
         assert!((y.adjoint() * &x - DMatrix::identity(n, n)).norm() < 1e-14 * x.norm() * y.norm());
+
+        // In the units given T alone will do.
+        let alone = crate::schur::triangular_factor(&plain).unwrap();
+        assert!(alone.q.is_empty() && alone.t == form.t);
+        assert_eq!(conditions(&alone, &[0; 9]), conditions(&form, &[0; 9]));
 
         let powers = [3, -7, 0, 12, 5, -20, 1, 1, -4];
         let unit = |i: usize| 2f64.powi(powers[i]);
