@@ -90,7 +90,9 @@ impl Staircase {
             let Some((j, _)) = pivots[i] else { return 0.0 };
             let entries = column(j);
             let (above, row) = x[..(i + 1) * 2 * points].split_at_mut(i * 2 * points);
-            row.iter_mut().for_each(|x| *x /= entries[i]);
+            for x in row.iter_mut() {
+                *x /= entries[i];
+            }
             for (above, entry) in above.chunks_exact_mut(2 * points).zip(entries.iter()) {
                 for (above, x) in above.iter_mut().zip(&*row) {
                     *above -= entry * x;
@@ -294,7 +296,7 @@ mod tests {
                     .unwrap()
                     .into_iter()
                     .map(|lambda| {
-                        let shifted = (&f).map(Complex::from) - DMatrix::identity(n, n) * lambda;
+                        let shifted = f.map(Complex::from) - DMatrix::identity(n, n) * lambda;
                         let pencil = DMatrix::from_fn(n, n + m, |i, j| {
                             if j < m { Complex::from(g[(i, j)]) } else { shifted[(i, j - m)] }
                         });

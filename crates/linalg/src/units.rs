@@ -193,7 +193,9 @@ fn solve_definite(normal: &mut [f64], right: &mut [f64]) -> Option<()> {
             return None;
         }
         let pivot = 1.0 / column[0].sqrt();
-        column.iter_mut().for_each(|x| *x *= pivot);
+        for x in column.iter_mut() {
+            *x *= pivot;
+        }
         right[k] /= column[0];
         let (top, below) = right[k..].split_first_mut()?;
         for (x, y) in below.iter_mut().zip(&column[1..]) {

@@ -72,7 +72,9 @@ fn in_schur_coordinates(t: &DMatrix<f64>) -> (Eigenvectors, Eigenvectors) {
         shifted.substitute_upwards(x, x_im, (k, size), &blocks[..at]);
         shifted.substitute_downwards(y, y_im, k, &blocks[at + 1..]);
         // From the transposed left vector to the left vector.
-        y_im.iter_mut().for_each(|y| *y = -*y);
+        for y in y_im.iter_mut() {
+            *y = -*y;
+        }
     }
     (Eigenvectors { columns: right, parts: parts.clone() }, Eigenvectors { columns: left, parts })
 }

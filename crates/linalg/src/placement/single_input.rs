@@ -169,7 +169,7 @@ fn null_vectors(h: &DMatrix<f64>, wish: &Wish) -> DMatrix<f64> {
             next[re] = (lambda.re * known[re] - lambda.im * known[im] - sums_here[re]) / below;
             next[im] = (lambda.re * known[im] + lambda.im * known[re] - sums_here[im]) / below;
         }
-        for p in (0..n).filter(|p| *p < reals || (p - reals) % 2 == 0) {
+        for p in (0..n).filter(|p| *p < reals || (p - reals).is_multiple_of(2)) {
             let width = if p < reals { 1 } else { 2 };
             let size = x.column(i - 1).rows(p, width).amax();
             if size > LARGE {
