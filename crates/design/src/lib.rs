@@ -37,6 +37,7 @@ pub mod lpv;
 pub mod mean_value;
 pub mod nonlinear_observability;
 pub mod numerical_kkl;
+mod real_field;
 pub mod robust;
 pub mod sampled;
 mod separation;

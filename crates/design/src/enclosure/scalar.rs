@@ -1,6 +1,6 @@
 //! The scalar over which a plant is evaluated on a box: an interval, and the interval of its derivative along a direction.
 //!
-//! It is a [`RealField`], so that a plant written once for every scalar is a plant over it. Three things differ from a number:
+//! It is a [`RealField`](nalgebra::RealField), so that a plant written once for every scalar is a plant over it. Three things differ from a number:
 //! - A comparison of overlapping intervals has no answer; see [`paths`](super::paths) for what happens then. The absolute value, maximum and minimum need no
 //!   comparison: their derivative is between those of the two sides.
 //! - An operation that is not defined on the whole interval (`ln` at 0, division across 0), or jumps there (`floor`, `signum`), notes so, and the evaluation over that
@@ -10,15 +10,12 @@
 
 use core::cmp::Ordering;
 use core::fmt;
-use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use approx::{AbsDiffEq, RelativeEq, UlpsEq};
 use luenberger_proof::{Interval, Ring};
-use nalgebra::{ComplexField, Field, RealField, SimdValue};
-use num_traits::{FromPrimitive, Num, One, Signed, Zero};
-use simba::scalar::{SubsetOf, SupersetOf};
 
 use super::paths::{note_undefined, open_comparison};
+use crate::real_field::{Real, real_field};
 
 /// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
 ///
@@ -85,20 +82,9 @@ impl IntervalDual {
         }
     }
 
-    /// A function that is constant between its jumps, by its values at the two ends.
-    fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self {
-        let (lo, hi) = (f(self.value.lo()), f(self.value.hi()));
-        if lo == hi { Self::constant(number(lo)) } else { Self::undefined(operation) }
-    }
-
     /// Either of the two.
     fn either(value: Interval, x: &Self, y: &Self) -> Self {
         Self { value, slope: x.slope.hull(&y.slope) }
-    }
-
-    /// `self^2`.
-    fn square(&self) -> Self {
-        self.chain_if("powi", self.value.powi(2), Some(self.value.add(&self.value)))
     }
 }
 
@@ -138,15 +124,6 @@ impl Div for IntervalDual {
     }
 }
 
-impl Rem for IntervalDual {
-    type Output = Self;
-
-    /// `x - y trunc(x/y)`, which jumps where x/y is an integer.
-    fn rem(self, rhs: Self) -> Self {
-        self - rhs * (self / rhs).step("remainder", f64::trunc)
-    }
-}
-
 impl Neg for IntervalDual {
     type Output = Self;
 
@@ -154,18 +131,6 @@ impl Neg for IntervalDual {
         Self { value: self.value.neg(), slope: self.slope.neg() }
     }
 }
-
-macro_rules! assign {
-    ($($operator:ident $method:ident $of:ident),*) => {$(
-        impl $operator for IntervalDual {
-            fn $method(&mut self, rhs: Self) {
-                *self = self.$of(rhs);
-            }
-        }
-    )*};
-}
-
-assign!(AddAssign add_assign add, SubAssign sub_assign sub, MulAssign mul_assign mul, DivAssign div_assign div, RemAssign rem_assign rem);
 
 impl PartialEq for IntervalDual {
     fn eq(&self, other: &Self) -> bool {
@@ -220,202 +185,6 @@ impl fmt::Display for IntervalDual {
     }
 }
 
-impl Zero for IntervalDual {
-    fn zero() -> Self {
-        Self::constant(Interval::zero())
-    }
-
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-
-impl One for IntervalDual {
-    fn one() -> Self {
-        Self::constant(Interval::ONE)
-    }
-}
-
-impl Num for IntervalDual {
-    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
-
-    /// The decimal number is not a binary64 one, so that this is its rounding and both neighbours.
-    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
-        f64::from_str_radix(text, radix).map(about)
-    }
-}
-
-/// A constant that is x up to its rounding.
-fn about(x: f64) -> IntervalDual {
-    match Interval::new(x.next_down(), x.next_up()) {
-        Some(value) => IntervalDual::constant(value),
-        None => IntervalDual::undefined("conversion"),
-    }
-}
-
-/// The binary64 number x.
-fn exactly(x: f64) -> IntervalDual {
-    match Interval::from_f64(x) {
-        Some(value) => IntervalDual::constant(value),
-        None => IntervalDual::undefined("conversion"),
-    }
-}
-
-/// The largest integer up to which all integers are binary64 numbers.
-const EXACT_INTEGERS: u64 = 1 << f64::MANTISSA_DIGITS;
-
-impl FromPrimitive for IntervalDual {
-    fn from_i64(n: i64) -> Option<Self> {
-        Some(if n.unsigned_abs() <= EXACT_INTEGERS { exactly(n as f64) } else { about(n as f64) })
-    }
-
-    fn from_u64(n: u64) -> Option<Self> {
-        Some(if n <= EXACT_INTEGERS { exactly(n as f64) } else { about(n as f64) })
-    }
-
-    fn from_f64(x: f64) -> Option<Self> {
-        Some(exactly(x))
-    }
-}
-
-impl SubsetOf<Self> for IntervalDual {
-    fn to_superset(&self) -> Self {
-        *self
-    }
-
-    fn from_superset_unchecked(element: &Self) -> Self {
-        *element
-    }
-
-    fn is_in_subset(_: &Self) -> bool {
-        true
-    }
-}
-
-macro_rules! supersets {
-    ($($float:ident),*) => {$(
-        impl SupersetOf<$float> for IntervalDual {
-            /// What is decided or computed from a single number is not so for the box, and is noted.
-            fn is_in_subset(&self) -> bool {
-                let constant = self.value.is_point() && self.slope.is_zero();
-                if !constant {
-                    note_undefined("conversion to a single number");
-                }
-                constant
-            }
-
-            fn to_subset_unchecked(&self) -> $float {
-                SupersetOf::<$float>::is_in_subset(self);
-                self.value.lo() as $float
-            }
-
-            fn from_subset(&element: &$float) -> Self {
-                exactly(f64::from(element))
-            }
-        }
-    )*};
-}
-
-supersets!(f32, f64);
-
-impl AbsDiffEq for IntervalDual {
-    type Epsilon = Self;
-
-    fn default_epsilon() -> Self {
-        exactly(f64::EPSILON)
-    }
-
-    fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
-        Signed::abs(&(*self - *other)) <= epsilon
-    }
-}
-
-impl RelativeEq for IntervalDual {
-    fn default_max_relative() -> Self {
-        exactly(f64::EPSILON)
-    }
-
-    fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
-        let largest = RealField::max(Signed::abs(self), Signed::abs(other));
-        Signed::abs(&(*self - *other)) <= RealField::max(epsilon, largest * max_relative)
-    }
-}
-
-impl UlpsEq for IntervalDual {
-    fn default_max_ulps() -> u32 {
-        4
-    }
-
-    fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
-        self.relative_eq(other, epsilon, exactly(f64::EPSILON * f64::from(max_ulps)))
-    }
-}
-
-impl Signed for IntervalDual {
-    fn abs(&self) -> Self {
-        let value = self.value.abs();
-        if self.value.lo() >= 0.0 {
-            *self
-        } else if self.value.hi() <= 0.0 {
-            -*self
-        } else {
-            Self::either(value, self, &-*self)
-        }
-    }
-
-    fn abs_sub(&self, other: &Self) -> Self {
-        RealField::max(*self - *other, Self::zero())
-    }
-
-    fn signum(&self) -> Self {
-        self.step("signum", f64::signum)
-    }
-
-    fn is_positive(&self) -> bool {
-        *self > Self::zero()
-    }
-
-    fn is_negative(&self) -> bool {
-        *self < Self::zero()
-    }
-}
-
-impl SimdValue for IntervalDual {
-    const LANES: usize = 1;
-    type Element = Self;
-    type SimdBool = bool;
-
-    fn splat(val: Self) -> Self {
-        val
-    }
-
-    fn extract(&self, _: usize) -> Self {
-        *self
-    }
-
-    // SAFETY: nothing is assumed of the index; only the trait's signature is unsafe.
-    #[allow(unsafe_code)]
-    unsafe fn extract_unchecked(&self, _: usize) -> Self {
-        *self
-    }
-
-    fn replace(&mut self, _: usize, val: Self) {
-        *self = val;
-    }
-
-    // SAFETY: as above.
-    #[allow(unsafe_code)]
-    unsafe fn replace_unchecked(&mut self, _: usize, val: Self) {
-        *self = val;
-    }
-
-    fn select(self, cond: bool, other: Self) -> Self {
-        if cond { self } else { other }
-    }
-}
-
-impl Field for IntervalDual {}
-
 /// An increasing function that has no interval version, by its enclosures at the two ends; an infinite end is its own image.
 fn increasing(x: &Interval, f: impl Fn(Interval) -> Option<Interval>) -> Option<Interval> {
     let end = |x: f64| Interval::from_f64(x).map_or(Some((x, x)), |x| f(x).map(|y| (y.lo(), y.hi())));
@@ -427,75 +196,72 @@ fn root_of_one_plus_square(x: &Interval) -> Option<Interval> {
     x.powi(2)?.add(&Interval::ONE).sqrt()
 }
 
-impl ComplexField for IntervalDual {
-    type RealField = Self;
-
-    fn from_real(re: Self) -> Self {
-        re
+impl Real for IntervalDual {
+    fn exactly(x: f64) -> Self {
+        Interval::from_f64(x).map_or_else(|| Self::undefined("conversion"), Self::constant)
     }
 
-    fn real(self) -> Self {
-        self
+    fn about(x: f64) -> Self {
+        Interval::new(x.next_down(), x.next_up()).map_or_else(|| Self::undefined("conversion"), Self::constant)
     }
 
-    fn imaginary(self) -> Self {
-        Self::zero()
+    fn mathematical(x: f64) -> Self {
+        if x == core::f64::consts::PI { Self::constant(Interval::PI) } else { Self::about(x) }
     }
 
-    fn modulus(self) -> Self {
-        Signed::abs(&self)
+    /// What is decided or computed from a single number is not so for the box, and is noted.
+    fn is_number(&self) -> bool {
+        let constant = self.value.is_point() && self.slope.is_zero();
+        if !constant {
+            note_undefined("conversion to a single number");
+        }
+        constant
     }
 
-    fn modulus_squared(self) -> Self {
-        self.square()
+    fn number(&self) -> f64 {
+        self.is_number();
+        self.value.lo()
     }
 
-    fn argument(self) -> Self {
-        if self >= Self::zero() { Self::zero() } else { Self::pi() }
-    }
-
-    fn norm1(self) -> Self {
-        Signed::abs(&self)
-    }
-
-    fn scale(self, factor: Self) -> Self {
-        self * factor
-    }
-
-    fn unscale(self, factor: Self) -> Self {
-        self / factor
-    }
-
-    fn signum(self) -> Self {
-        Signed::signum(&self)
-    }
-
-    fn floor(self) -> Self {
-        self.step("floor", f64::floor)
-    }
-
-    fn ceil(self) -> Self {
-        self.step("ceil", f64::ceil)
-    }
-
-    fn round(self) -> Self {
-        self.step("round", f64::round)
-    }
-
-    fn trunc(self) -> Self {
-        self.step("trunc", f64::trunc)
-    }
-
-    fn fract(self) -> Self {
-        self - self.step("fract", f64::trunc)
-    }
-
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        self * a + b
+    /// By its values at the two ends.
+    fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self {
+        let (lo, hi) = (f(self.value.lo()), f(self.value.hi()));
+        if lo == hi { Self::constant(number(lo)) } else { Self::undefined(operation) }
     }
 
     fn abs(self) -> Self {
-        Signed::abs(&self)
+        if self.value.lo() >= 0.0 {
+            self
+        } else if self.value.hi() <= 0.0 {
+            -self
+        } else {
+            Self::either(self.value.abs(), &self, &-self)
+        }
+    }
+
+    fn modulus_squared(self) -> Self {
+        self.chain_if("powi", self.value.powi(2), Some(self.value.add(&self.value)))
+    }
+
+    fn copysign(self, sign: Self) -> Self {
+        self.abs() * sign.step("signum", f64::signum)
+    }
+
+    fn max(self, other: Self) -> Self {
+        let (x, y) = (&self.value, &other.value);
+        if x.lo() >= y.hi() {
+            self
+        } else if y.lo() >= x.hi() {
+            other
+        } else {
+            // The bounds of an interval that contains a real number, as x and y do.
+            let value = Interval::new(x.lo().max(y.lo()), x.hi().max(y.hi())).unwrap_or(Interval::UNBOUNDED);
+            Self::either(value, &self, &other)
+        }
+    }
+
+    fn min(self, other: Self) -> Self {
+        -(-self).max(-other)
     }
 
     /// The derivative `(x x' + y y')/sqrt(x^2 + y^2)` is bounded at the origin too.
@@ -511,12 +277,59 @@ impl ComplexField for IntervalDual {
         Self { value, slope }
     }
 
-    fn recip(self) -> Self {
-        Self::one() / self
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        let derivative = value.and_then(|root| root.add(&root).recip());
+        self.chain_if("sqrt", value, derivative)
     }
 
-    fn conjugate(self) -> Self {
-        self
+    fn try_sqrt(self) -> Option<Self> {
+        if self < Self::exactly(0.0) {
+            return None;
+        }
+        // Those of the values that are not negative, which is what this branch is for.
+        let value = Interval::new(self.value.lo().max(0.0), self.value.hi())?;
+        Some(Self { value, ..self }.sqrt())
+    }
+
+    fn cbrt(self) -> Self {
+        let value = self.value.cbrt();
+        let derivative = value.powi(2).and_then(|square| number(3.0).mul(&square).recip());
+        self.chain_if("cbrt", Some(value), derivative)
+    }
+
+    fn powi(self, n: i32) -> Self {
+        let derivative = match n.checked_sub(1) {
+            _ if n == 0 => Some(Interval::zero()),
+            Some(less) => self.value.powi(less).map(|power| number(f64::from(n)).mul(&power)),
+            None => None,
+        };
+        self.chain_if("powi", self.value.powi(n), if n == 1 { Some(Interval::ONE) } else { derivative })
+    }
+
+    /// For an exponent that is an integer, the power; else `exp(n ln x)`.
+    fn powf(self, n: Self) -> Self {
+        let exponent = n.value.lo();
+        if n.value.is_point() && n.slope.is_zero() && exponent.fract() == 0.0 && exponent.abs() < f64::from(i32::MAX) {
+            return self.powi(exponent as i32);
+        }
+        (n * self.ln()).exp()
+    }
+
+    fn exp(self) -> Self {
+        self.chain(self.value.exp(), self.value.exp())
+    }
+
+    fn exp_m1(self) -> Self {
+        self.chain(self.value.exp_m1(), self.value.exp())
+    }
+
+    fn ln(self) -> Self {
+        self.chain_if("ln", self.value.ln(), self.value.recip())
+    }
+
+    fn ln_1p(self) -> Self {
+        self.chain_if("ln_1p", self.value.ln_1p(), self.value.add(&Interval::ONE).recip())
     }
 
     fn sin(self) -> Self {
@@ -525,10 +338,6 @@ impl ComplexField for IntervalDual {
 
     fn cos(self) -> Self {
         self.chain(self.value.cos(), self.value.sin().neg())
-    }
-
-    fn sin_cos(self) -> (Self, Self) {
-        (self.sin(), self.cos())
     }
 
     fn tan(self) -> Self {
@@ -550,6 +359,20 @@ impl ComplexField for IntervalDual {
     fn atan(self) -> Self {
         let derivative = self.value.powi(2).and_then(|square| square.add(&Interval::ONE).recip());
         self.chain_if("atan", Some(self.value.atan()), derivative)
+    }
+
+    fn atan2(self, other: Self) -> Self {
+        let (y, x) = (self, other);
+        if x.value.lo() > 0.0 {
+            (y / x).atan()
+        } else if y.value.lo() > 0.0 {
+            Self::mathematical(core::f64::consts::FRAC_PI_2) - (x / y).atan()
+        } else if y.value.hi() < 0.0 {
+            -Self::mathematical(core::f64::consts::FRAC_PI_2) - (x / y).atan()
+        } else {
+            // It jumps across the negative half axis and is not differentiable at the origin.
+            Self::undefined("atan2")
+        }
     }
 
     fn sinh(self) -> Self {
@@ -594,201 +417,6 @@ impl ComplexField for IntervalDual {
         let derivative = Interval::ONE.sub(&self.value.abs()).mul(&Interval::ONE.add(&self.value.abs())).recip();
         self.chain_if("atanh", if inside { increasing(&self.value, at) } else { None }, derivative)
     }
-
-    fn log(self, base: Self) -> Self {
-        self.ln() / base.ln()
-    }
-
-    fn log2(self) -> Self {
-        self.ln() / Self::ln_2()
-    }
-
-    fn log10(self) -> Self {
-        self.ln() / Self::ln_10()
-    }
-
-    fn ln(self) -> Self {
-        self.chain_if("ln", self.value.ln(), self.value.recip())
-    }
-
-    fn ln_1p(self) -> Self {
-        self.chain_if("ln_1p", self.value.ln_1p(), self.value.add(&Interval::ONE).recip())
-    }
-
-    fn sqrt(self) -> Self {
-        let value = self.value.sqrt();
-        let derivative = value.and_then(|root| root.add(&root).recip());
-        self.chain_if("sqrt", value, derivative)
-    }
-
-    fn exp(self) -> Self {
-        self.chain(self.value.exp(), self.value.exp())
-    }
-
-    fn exp2(self) -> Self {
-        (self * Self::ln_2()).exp()
-    }
-
-    fn exp_m1(self) -> Self {
-        self.chain(self.value.exp_m1(), self.value.exp())
-    }
-
-    fn powi(self, n: i32) -> Self {
-        let derivative = match n.checked_sub(1) {
-            _ if n == 0 => Some(Interval::zero()),
-            Some(less) => self.value.powi(less).map(|power| number(f64::from(n)).mul(&power)),
-            None => None,
-        };
-        self.chain_if("powi", self.value.powi(n), if n == 1 { Some(Interval::ONE) } else { derivative })
-    }
-
-    /// For an exponent that is an integer, the power; else `exp(n ln x)`.
-    fn powf(self, n: Self) -> Self {
-        let exponent = n.value.lo();
-        if n.value.is_point() && n.slope.is_zero() && exponent.fract() == 0.0 && exponent.abs() < f64::from(i32::MAX) {
-            return self.powi(exponent as i32);
-        }
-        (n * self.ln()).exp()
-    }
-
-    fn powc(self, n: Self) -> Self {
-        self.powf(n)
-    }
-
-    fn cbrt(self) -> Self {
-        let value = self.value.cbrt();
-        let derivative = value.powi(2).and_then(|square| number(3.0).mul(&square).recip());
-        self.chain_if("cbrt", Some(value), derivative)
-    }
-
-    /// The real numbers of an interval are finite.
-    fn is_finite(&self) -> bool {
-        true
-    }
-
-    fn try_sqrt(self) -> Option<Self> {
-        if self < Self::zero() {
-            return None;
-        }
-        // Those of the values that are not negative, which is what this branch is for.
-        let value = Interval::new(self.value.lo().max(0.0), self.value.hi())?;
-        Some(Self { value, ..self }.sqrt())
-    }
 }
 
-impl RealField for IntervalDual {
-    fn is_sign_positive(&self) -> bool {
-        *self >= Self::zero()
-    }
-
-    fn is_sign_negative(&self) -> bool {
-        *self < Self::zero()
-    }
-
-    fn copysign(self, sign: Self) -> Self {
-        Signed::abs(&self) * Signed::signum(&sign)
-    }
-
-    fn max(self, other: Self) -> Self {
-        let (x, y) = (&self.value, &other.value);
-        if x.lo() >= y.hi() {
-            self
-        } else if y.lo() >= x.hi() {
-            other
-        } else {
-            // The bounds of an interval that contains a real number, as x and y do.
-            let value = Interval::new(x.lo().max(y.lo()), x.hi().max(y.hi())).unwrap_or(Interval::UNBOUNDED);
-            Self::either(value, &self, &other)
-        }
-    }
-
-    fn min(self, other: Self) -> Self {
-        -RealField::max(-self, -other)
-    }
-
-    fn clamp(self, min: Self, max: Self) -> Self {
-        RealField::min(RealField::max(self, min), max)
-    }
-
-    fn atan2(self, other: Self) -> Self {
-        let (y, x) = (self, other);
-        if x.value.lo() > 0.0 {
-            (y / x).atan()
-        } else if y.value.lo() > 0.0 {
-            Self::frac_pi_2() - (x / y).atan()
-        } else if y.value.hi() < 0.0 {
-            -Self::frac_pi_2() - (x / y).atan()
-        } else {
-            // It jumps across the negative half axis and is not differentiable at the origin.
-            Self::undefined("atan2")
-        }
-    }
-
-    fn min_value() -> Option<Self> {
-        Some(exactly(f64::MIN))
-    }
-
-    fn max_value() -> Option<Self> {
-        Some(exactly(f64::MAX))
-    }
-
-    fn pi() -> Self {
-        Self::constant(Interval::PI)
-    }
-
-    fn two_pi() -> Self {
-        about(core::f64::consts::TAU)
-    }
-
-    fn frac_pi_2() -> Self {
-        about(core::f64::consts::FRAC_PI_2)
-    }
-
-    fn frac_pi_3() -> Self {
-        about(core::f64::consts::FRAC_PI_3)
-    }
-
-    fn frac_pi_4() -> Self {
-        about(core::f64::consts::FRAC_PI_4)
-    }
-
-    fn frac_pi_6() -> Self {
-        about(core::f64::consts::FRAC_PI_6)
-    }
-
-    fn frac_pi_8() -> Self {
-        about(core::f64::consts::FRAC_PI_8)
-    }
-
-    fn frac_1_pi() -> Self {
-        about(core::f64::consts::FRAC_1_PI)
-    }
-
-    fn frac_2_pi() -> Self {
-        about(core::f64::consts::FRAC_2_PI)
-    }
-
-    fn frac_2_sqrt_pi() -> Self {
-        about(core::f64::consts::FRAC_2_SQRT_PI)
-    }
-
-    fn e() -> Self {
-        about(core::f64::consts::E)
-    }
-
-    fn log2_e() -> Self {
-        about(core::f64::consts::LOG2_E)
-    }
-
-    fn log10_e() -> Self {
-        about(core::f64::consts::LOG10_E)
-    }
-
-    fn ln_2() -> Self {
-        about(core::f64::consts::LN_2)
-    }
-
-    fn ln_10() -> Self {
-        about(core::f64::consts::LN_10)
-    }
-}
+real_field!(IntervalDual);

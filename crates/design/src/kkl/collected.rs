@@ -12,6 +12,7 @@
 //! many terms) is noted, and there is no result. A polynomial encloses the function wherever all atoms are defined.
 
 use core::cell::RefCell;
+use core::ops::{Add, Mul, Sub};
 use std::collections::HashMap;
 
 use luenberger_proof::{Interval, Ring};
@@ -180,24 +181,36 @@ impl Collected {
         })
     }
 
-    pub(super) fn plus(self, other: Self) -> Self {
-        on_sheet(Some((4, self.0 as u64, other.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(other), false))
-    }
-
-    pub(super) fn minus(self, other: Self) -> Self {
-        on_sheet(Some((5, self.0 as u64, other.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(other), true))
-    }
-
-    pub(super) fn times(self, other: Self) -> Self {
-        on_sheet(Some((6, self.0 as u64, other.0 as u64)), |sheet| {
-            let (x, y) = (sheet.value(self), sheet.value(other));
-            sheet.product(&x, &y)
-        })
-    }
-
     /// The number, where it is one.
     pub(super) fn as_constant(self) -> Option<Interval> {
         SHEET.with(|cell| cell.borrow().as_ref().and_then(|sheet| number(&sheet.value(self))))
+    }
+}
+
+impl Add for Collected {
+    type Output = Self;
+
+    fn add(self, rhs: Self) -> Self {
+        on_sheet(Some((4, self.0 as u64, rhs.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(rhs), false))
+    }
+}
+
+impl Sub for Collected {
+    type Output = Self;
+
+    fn sub(self, rhs: Self) -> Self {
+        on_sheet(Some((5, self.0 as u64, rhs.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(rhs), true))
+    }
+}
+
+impl Mul for Collected {
+    type Output = Self;
+
+    fn mul(self, rhs: Self) -> Self {
+        on_sheet(Some((6, self.0 as u64, rhs.0 as u64)), |sheet| {
+            let (x, y) = (sheet.value(self), sheet.value(rhs));
+            sheet.product(&x, &y)
+        })
     }
 }
 

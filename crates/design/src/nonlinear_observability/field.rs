@@ -2,43 +2,11 @@
 
 use core::cmp::Ordering;
 use core::fmt;
-use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
-use approx::{AbsDiffEq, RelativeEq, UlpsEq};
-use nalgebra::{ComplexField, Field, RealField, SimdValue};
-use num_traits::{FromPrimitive, Num, One, Signed, Zero};
-use simba::scalar::{SubsetOf, SupersetOf};
+use approx::{RelativeEq, UlpsEq};
 
 use super::jet::Jet;
-
-macro_rules! operators {
-    ($($operator:ident $method:ident $of:ident, $assign:ident $assign_method:ident);*) => {$(
-        impl $operator for Jet {
-            type Output = Self;
-
-            fn $method(self, rhs: Self) -> Self {
-                self.$of(&rhs)
-            }
-        }
-
-        impl $assign for Jet {
-            fn $assign_method(&mut self, rhs: Self) {
-                *self = self.$of(&rhs);
-            }
-        }
-    )*};
-}
-
-operators!(Add add plus, AddAssign add_assign; Sub sub minus, SubAssign sub_assign; Mul mul times, MulAssign mul_assign;
-    Div div over, DivAssign div_assign; Rem rem remainder, RemAssign rem_assign);
-
-impl Neg for Jet {
-    type Output = Self;
-
-    fn neg(self) -> Self {
-        self.negative()
-    }
-}
+use crate::real_field::{Real, real_field};
 
 impl PartialEq for Jet {
     fn eq(&self, other: &Self) -> bool {
@@ -59,269 +27,122 @@ impl fmt::Display for Jet {
 }
 
 impl Jet {
-    /// A function that is constant between its jumps.
-    fn step(self, f: impl Fn(f64) -> f64) -> Self {
-        Self::constant(f(self.value()))
-    }
-
-    /// `x - y trunc(x/y)`.
-    fn remainder(&self, other: &Self) -> Self {
-        *self - *other * (*self / *other).step(f64::trunc)
-    }
-
     fn one_plus(self) -> Self {
-        Self::one() + self
+        Self::constant(1.0) + self
     }
 
     fn one_minus(self) -> Self {
-        Self::one() - self
+        Self::constant(1.0) - self
     }
 }
 
-impl Zero for Jet {
-    fn zero() -> Self {
-        Self::constant(0.0)
+impl Real for Jet {
+    fn exactly(x: f64) -> Self {
+        Self::constant(x)
+    }
+
+    fn about(x: f64) -> Self {
+        Self::constant(x)
+    }
+
+    fn is_number(&self) -> bool {
+        self.is_constant()
+    }
+
+    fn number(&self) -> f64 {
+        self.value()
     }
 
     fn is_zero(&self) -> bool {
         self.value() == 0.0 && self.is_constant()
     }
-}
 
-impl One for Jet {
-    fn one() -> Self {
-        Self::constant(1.0)
-    }
-}
-
-impl Num for Jet {
-    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
-
-    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
-        f64::from_str_radix(text, radix).map(Self::constant)
-    }
-}
-
-impl FromPrimitive for Jet {
-    fn from_i64(n: i64) -> Option<Self> {
-        Some(Self::constant(n as f64))
+    fn is_finite(&self) -> bool {
+        self.c.iter().all(|c| c.value.is_finite() && c.slope.is_finite())
     }
 
-    fn from_u64(n: u64) -> Option<Self> {
-        Some(Self::constant(n as f64))
+    fn step(&self, _operation: &'static str, f: impl Fn(f64) -> f64) -> Self {
+        Self::constant(f(self.value()))
     }
 
-    fn from_f64(x: f64) -> Option<Self> {
-        Some(Self::constant(x))
-    }
-}
-
-impl SubsetOf<Self> for Jet {
-    fn to_superset(&self) -> Self {
-        *self
+    /// At 0, where it has no derivative, that of `x`.
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
     }
 
-    fn from_superset_unchecked(element: &Self) -> Self {
-        *element
+    fn copysign(self, sign: Self) -> Self {
+        if self.value().is_sign_negative() == sign.value().is_sign_negative() { self } else { -self }
     }
 
-    fn is_in_subset(_: &Self) -> bool {
-        true
+    fn is_sign_positive(&self) -> bool {
+        self.value().is_sign_positive()
     }
-}
 
-macro_rules! supersets {
-    ($($float:ident),*) => {$(
-        impl SupersetOf<$float> for Jet {
-            fn is_in_subset(&self) -> bool {
-                self.is_constant()
+    fn is_sign_negative(&self) -> bool {
+        self.value().is_sign_negative()
+    }
+
+    fn max(self, other: Self) -> Self {
+        if self.value() < other.value() || self.value().is_nan() { other } else { self }
+    }
+
+    fn min(self, other: Self) -> Self {
+        if self.value() > other.value() || self.value().is_nan() { other } else { self }
+    }
+
+    fn sqrt(self) -> Self {
+        self.root()
+    }
+
+    fn try_sqrt(self) -> Option<Self> {
+        (self.value() >= 0.0).then(|| self.root())
+    }
+
+    fn cbrt(self) -> Self {
+        let at = self.value().cbrt();
+        self.power(1.0 / 3.0, at, 1.0 / (3.0 * at * at))
+    }
+
+    /// By repeated squaring, which is right at 0 too.
+    fn powi(self, n: i32) -> Self {
+        let (mut square, mut left, mut power) = (self, n.unsigned_abs(), Self::constant(1.0));
+        while left > 0 {
+            if left & 1 == 1 {
+                power *= square;
             }
-
-            fn to_subset_unchecked(&self) -> $float {
-                self.value() as $float
-            }
-
-            fn from_subset(&element: &$float) -> Self {
-                Self::constant(f64::from(element))
+            left >>= 1;
+            if left > 0 {
+                square *= square;
             }
         }
-    )*};
-}
-
-supersets!(f32, f64);
-
-impl AbsDiffEq for Jet {
-    type Epsilon = Self;
-
-    fn default_epsilon() -> Self {
-        Self::constant(f64::EPSILON)
+        if n < 0 { power.recip() } else { power }
     }
 
-    fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
-        Signed::abs(&(*self - *other)) <= epsilon
-    }
-}
-
-impl RelativeEq for Jet {
-    fn default_max_relative() -> Self {
-        Self::constant(f64::EPSILON)
-    }
-
-    fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
-        self.value().relative_eq(&other.value(), epsilon.value(), max_relative.value())
-    }
-}
-
-impl UlpsEq for Jet {
-    fn default_max_ulps() -> u32 {
-        4
+    fn powf(self, n: Self) -> Self {
+        let p = n.value();
+        if !n.is_constant() {
+            return (n * self.ln()).exponential();
+        }
+        if p.fract() == 0.0 && p.abs() < f64::from(i32::MAX) {
+            return self.powi(p as i32);
+        }
+        self.power(p, self.value().powf(p), p * self.value().powf(p - 1.0))
     }
 
-    fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
-        self.value().ulps_eq(&other.value(), epsilon.value(), max_ulps)
-    }
-}
-
-impl Signed for Jet {
-    /// At 0, where it has no derivative, that of `x`.
-    fn abs(&self) -> Self {
-        if self.value() < 0.0 { -*self } else { *self }
+    fn exp(self) -> Self {
+        self.exponential()
     }
 
-    fn abs_sub(&self, other: &Self) -> Self {
-        RealField::max(*self - *other, Self::zero())
+    fn exp_m1(self) -> Self {
+        self.chain(self.value().exp_m1(), &self.exponential())
     }
 
-    fn signum(&self) -> Self {
-        self.step(f64::signum)
+    fn ln(self) -> Self {
+        self.chain(self.value().ln(), &self.recip())
     }
 
-    fn is_positive(&self) -> bool {
-        self.value() > 0.0
-    }
-
-    fn is_negative(&self) -> bool {
-        self.value() < 0.0
-    }
-}
-
-impl SimdValue for Jet {
-    const LANES: usize = 1;
-    type Element = Self;
-    type SimdBool = bool;
-
-    fn splat(val: Self) -> Self {
-        val
-    }
-
-    fn extract(&self, _: usize) -> Self {
-        *self
-    }
-
-    // SAFETY: nothing is assumed of the index; only the trait's signature is unsafe.
-    #[allow(unsafe_code)]
-    unsafe fn extract_unchecked(&self, _: usize) -> Self {
-        *self
-    }
-
-    fn replace(&mut self, _: usize, val: Self) {
-        *self = val;
-    }
-
-    // SAFETY: as above.
-    #[allow(unsafe_code)]
-    unsafe fn replace_unchecked(&mut self, _: usize, val: Self) {
-        *self = val;
-    }
-
-    fn select(self, cond: bool, other: Self) -> Self {
-        if cond { self } else { other }
-    }
-}
-
-impl Field for Jet {}
-
-impl ComplexField for Jet {
-    type RealField = Self;
-
-    fn from_real(re: Self) -> Self {
-        re
-    }
-
-    fn real(self) -> Self {
-        self
-    }
-
-    fn imaginary(self) -> Self {
-        Self::zero()
-    }
-
-    fn modulus(self) -> Self {
-        Signed::abs(&self)
-    }
-
-    fn modulus_squared(self) -> Self {
-        self * self
-    }
-
-    fn argument(self) -> Self {
-        if self.value() >= 0.0 { Self::zero() } else { Self::pi() }
-    }
-
-    fn norm1(self) -> Self {
-        Signed::abs(&self)
-    }
-
-    fn scale(self, factor: Self) -> Self {
-        self * factor
-    }
-
-    fn unscale(self, factor: Self) -> Self {
-        self / factor
-    }
-
-    fn signum(self) -> Self {
-        Signed::signum(&self)
-    }
-
-    fn floor(self) -> Self {
-        self.step(f64::floor)
-    }
-
-    fn ceil(self) -> Self {
-        self.step(f64::ceil)
-    }
-
-    fn round(self) -> Self {
-        self.step(f64::round)
-    }
-
-    fn trunc(self) -> Self {
-        self.step(f64::trunc)
-    }
-
-    fn fract(self) -> Self {
-        self - self.step(f64::trunc)
-    }
-
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        self * a + b
-    }
-
-    fn abs(self) -> Self {
-        Signed::abs(&self)
-    }
-
-    fn hypot(self, other: Self) -> Self {
-        (self * self + other * other).root()
-    }
-
-    fn recip(self) -> Self {
-        Self::one() / self
-    }
-
-    fn conjugate(self) -> Self {
-        self
+    fn ln_1p(self) -> Self {
+        self.chain(self.value().ln_1p(), &self.one_plus().recip())
     }
 
     fn sin(self) -> Self {
@@ -353,6 +174,10 @@ impl ComplexField for Jet {
         self.chain(self.value().atan(), &(self * self).one_plus().recip())
     }
 
+    fn atan2(self, other: Self) -> Self {
+        self.angle(&other)
+    }
+
     fn sinh(self) -> Self {
         self.sinh_cosh().0
     }
@@ -374,149 +199,30 @@ impl ComplexField for Jet {
     }
 
     fn acosh(self) -> Self {
-        self.chain(self.value().acosh(), &(self * self - Self::one()).root().recip())
+        self.chain(self.value().acosh(), &(self * self - Self::constant(1.0)).root().recip())
     }
 
     fn atanh(self) -> Self {
         self.chain(self.value().atanh(), &(self * self).one_minus().recip())
     }
 
-    fn log(self, base: Self) -> Self {
-        self.ln() / base.ln()
+    fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
+        RelativeEq::relative_eq(&self.value(), &other.value(), epsilon.value(), max_relative.value())
     }
 
-    fn log2(self) -> Self {
-        self.ln() / Self::ln_2()
-    }
-
-    fn log10(self) -> Self {
-        self.ln() / Self::ln_10()
-    }
-
-    fn ln(self) -> Self {
-        self.chain(self.value().ln(), &self.recip())
-    }
-
-    fn ln_1p(self) -> Self {
-        self.chain(self.value().ln_1p(), &self.one_plus().recip())
-    }
-
-    fn sqrt(self) -> Self {
-        self.root()
-    }
-
-    fn exp(self) -> Self {
-        self.exponential()
-    }
-
-    fn exp2(self) -> Self {
-        (self * Self::ln_2()).exponential()
-    }
-
-    fn exp_m1(self) -> Self {
-        self.chain(self.value().exp_m1(), &self.exponential())
-    }
-
-    /// By repeated squaring, which is right at 0 too.
-    fn powi(self, n: i32) -> Self {
-        let (mut square, mut left, mut power) = (self, n.unsigned_abs(), Self::one());
-        while left > 0 {
-            if left & 1 == 1 {
-                power *= square;
-            }
-            left >>= 1;
-            if left > 0 {
-                square *= square;
-            }
-        }
-        if n < 0 { power.recip() } else { power }
-    }
-
-    fn powf(self, n: Self) -> Self {
-        let p = n.value();
-        if !n.is_constant() {
-            return (n * self.ln()).exponential();
-        }
-        if p.fract() == 0.0 && p.abs() < f64::from(i32::MAX) {
-            return self.powi(p as i32);
-        }
-        self.power(p, self.value().powf(p), p * self.value().powf(p - 1.0))
-    }
-
-    fn powc(self, n: Self) -> Self {
-        self.powf(n)
-    }
-
-    fn cbrt(self) -> Self {
-        let at = self.value().cbrt();
-        self.power(1.0 / 3.0, at, 1.0 / (3.0 * at * at))
-    }
-
-    fn is_finite(&self) -> bool {
-        self.c.iter().all(|c| c.value.is_finite() && c.slope.is_finite())
-    }
-
-    fn try_sqrt(self) -> Option<Self> {
-        (self.value() >= 0.0).then(|| self.root())
+    fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
+        UlpsEq::ulps_eq(&self.value(), &other.value(), epsilon.value(), max_ulps)
     }
 }
 
-macro_rules! constants {
-    ($($method:ident $name:ident),*) => {$(
-        fn $method() -> Self {
-            Self::constant(core::f64::consts::$name)
-        }
-    )*};
-}
-
-impl RealField for Jet {
-    fn is_sign_positive(&self) -> bool {
-        self.value().is_sign_positive()
-    }
-
-    fn is_sign_negative(&self) -> bool {
-        self.value().is_sign_negative()
-    }
-
-    fn copysign(self, sign: Self) -> Self {
-        if self.value().is_sign_negative() == sign.value().is_sign_negative() { self } else { -self }
-    }
-
-    fn max(self, other: Self) -> Self {
-        if self.value() < other.value() || self.value().is_nan() { other } else { self }
-    }
-
-    fn min(self, other: Self) -> Self {
-        if self.value() > other.value() || self.value().is_nan() { other } else { self }
-    }
-
-    fn clamp(self, min: Self, max: Self) -> Self {
-        RealField::min(RealField::max(self, min), max)
-    }
-
-    fn atan2(self, other: Self) -> Self {
-        self.angle(&other)
-    }
-
-    fn min_value() -> Option<Self> {
-        Some(Self::constant(f64::MIN))
-    }
-
-    fn max_value() -> Option<Self> {
-        Some(Self::constant(f64::MAX))
-    }
-
-    constants!(
-        pi PI, two_pi TAU, frac_pi_2 FRAC_PI_2, frac_pi_3 FRAC_PI_3, frac_pi_4 FRAC_PI_4, frac_pi_6 FRAC_PI_6,
-        frac_pi_8 FRAC_PI_8, frac_1_pi FRAC_1_PI, frac_2_pi FRAC_2_PI, frac_2_sqrt_pi FRAC_2_SQRT_PI, e E, log2_e LOG2_E,
-        log10_e LOG10_E, ln_2 LN_2, ln_10 LN_10
-    );
-}
+real_field!(Jet);
 
 #[cfg(test)]
 mod tests {
-    use super::super::jet::{COUNT, Dual};
-    use super::*;
+    use nalgebra::{ComplexField, RealField};
+    use num_traits::{One, Zero};
+
+    use super::super::jet::{COUNT, Dual, Jet};
 
     /// `0.6 + s/4 - s^2/8 + ..`, with derivatives along a direction that depends on the order.
     fn curve(at: f64) -> Jet {

@@ -124,23 +124,7 @@ impl Jet {
         Self { c }
     }
 
-    pub(crate) fn plus(&self, other: &Self) -> Self {
-        Self { c: core::array::from_fn(|k| self.c[k] + other.c[k]) }
-    }
-
-    pub(crate) fn minus(&self, other: &Self) -> Self {
-        Self { c: core::array::from_fn(|k| self.c[k] - other.c[k]) }
-    }
-
-    pub(crate) fn negative(&self) -> Self {
-        Self { c: self.c.map(Neg::neg) }
-    }
-
-    pub(crate) fn times(&self, other: &Self) -> Self {
-        Self { c: core::array::from_fn(|k| convolution(&self.c, &other.c, 0, k, k)) }
-    }
-
-    pub(crate) fn over(&self, other: &Self) -> Self {
+    fn over(&self, other: &Self) -> Self {
         // q b = a.
         Self::build(self.c[0] / other.c[0], |k, q| (self.c[k] - convolution(q, &other.c, 0, k - 1, k)) / other.c[0])
     }
@@ -202,8 +186,8 @@ impl Jet {
     /// The angle of (other, self): `(x^2 + y^2) g' = x y' - y x'`.
     pub(crate) fn angle(&self, other: &Self) -> Self {
         let (y, x) = (self, other);
-        let square = x.times(x).plus(&y.times(y));
-        let (over_x, over_y) = (y.over(&square), x.over(&square));
+        let square = *x * *x + *y * *y;
+        let (over_x, over_y) = (*y / square, *x / square);
         let value = y.value().atan2(x.value());
         let slope = over_y.value() * y.c[0].slope - over_x.value() * x.c[0].slope;
         Self::build(Dual { value, slope }, |k, _| weighted(&y.c, &over_y.c, k) - weighted(&x.c, &over_x.c, k))
@@ -212,6 +196,46 @@ impl Jet {
     /// A function with the value and derivative at `s = 0`, and h its derivative as a series.
     pub(crate) fn chain(&self, value: f64, h: &Self) -> Self {
         self.integral_of(self.c[0].map(value, h.value()), h)
+    }
+}
+
+impl Add for Jet {
+    type Output = Self;
+
+    fn add(self, rhs: Self) -> Self {
+        Self { c: core::array::from_fn(|k| self.c[k] + rhs.c[k]) }
+    }
+}
+
+impl Sub for Jet {
+    type Output = Self;
+
+    fn sub(self, rhs: Self) -> Self {
+        Self { c: core::array::from_fn(|k| self.c[k] - rhs.c[k]) }
+    }
+}
+
+impl Mul for Jet {
+    type Output = Self;
+
+    fn mul(self, rhs: Self) -> Self {
+        Self { c: core::array::from_fn(|k| convolution(&self.c, &rhs.c, 0, k, k)) }
+    }
+}
+
+impl Div for Jet {
+    type Output = Self;
+
+    fn div(self, rhs: Self) -> Self {
+        self.over(&rhs)
+    }
+}
+
+impl Neg for Jet {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self { c: self.c.map(Neg::neg) }
     }
 }
 
