@@ -11,39 +11,16 @@ use luenberger_observers::mean_value::integral::integral_mean;
 use luenberger_observers::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanValueObserver, NonlinearLuenbergerObserver, Observer,
 };
+use luenberger_plants::counterexamples::{Bistable, integrator, stable, unstable};
 use luenberger_plants::jacobian::Differentiable;
-use luenberger_plants::{
-    Chaotic, Dimensions, FlexibleJoint, LinearPlant, Plant, StaticPlant, double_integrator, flexible_joint,
-};
+use luenberger_plants::{Chaotic, Dimensions, FlexibleJoint, LinearPlant, Plant, double_integrator, flexible_joint};
 use luenberger_proof::Matrix;
 use luenberger_proof::statement::{lyapunov_decrease, positive};
 use luenberger_sim::{Scenario, Signal, SimError, Trajectory};
 use nalgebra::{
-    DMatrix, Matrix1, Matrix2, Matrix4, RealField, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4,
+    DMatrix, Matrix2, Matrix4, RealField, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4,
 };
 use proptest::prelude::*;
-
-/// `x' = x - x^3`, y = x: every solution that does not start at 0 goes to 1 or to -1.
-#[derive(Clone, Copy, Debug)]
-struct Bistable;
-
-impl<T: RealField + Copy> Plant<T> for Bistable {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        Vector1::new(x[0] - x[0] * x[0] * x[0])
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
-        *x
-    }
-}
 
 /// Both means that run on the target.
 fn both<S, const N: usize, const M: usize, const P: usize>()
@@ -179,7 +156,7 @@ fn last_internal(run: &Trajectory, n: usize) -> f64 {
 /// Counterexample 1, x' = u, y = x: Df = 0, so that G = 0 and nothing ever moves. The state is measured, and xhat stays 1 off.
 #[test]
 fn an_integrator_is_not_corrected_at_all() {
-    let plant = LinearPlant { a: Matrix1::new(0.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0) };
+    let plant = integrator();
     let [beta, integral] = both();
     for (mean, e0) in [(beta, 0.3), (integral, 0.3), (integral, 0.0), (integral, 1.0)] {
         let observer = MeanValueObserver::new(plant.clone(), 5.0, mean, Vector1::new(e0)).unwrap();
@@ -201,10 +178,6 @@ fn a_tenth_of_the_speed_is_never_found() {
         assert!((error[1] + 0.3).abs() < 1e-8 && (error[0] + 0.3 / eta).abs() < 1e-8, "{error:?}");
         assert!(last_internal(&run, 2) < 1e-8);
     }
-}
-
-fn unstable() -> StaticPlant<f64, 2, 0, 1> {
-    LinearPlant { a: Matrix2::new(0.0, 1.0, 0.0, 0.5), b: SMatrix::<f64, 2, 0>::zeros(), c: RowVector2::new(1.0, 0.0) }
 }
 
 /// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that a millionth of the error that was not told grows like
@@ -307,14 +280,6 @@ fn more_gain_makes_the_error_on_a_stable_plant_grow_faster() {
     let copy = NonlinearLuenbergerObserver::new(plant.clone(), Vector2::zeros()).unwrap();
     let run = run(&plant, &copy, &[1.0, 1.0], &[0.0, 0.0], 15.0);
     assert!((last_error(&run)[1] - (-15f64).exp()).abs() < 1e-9);
-}
-
-fn stable() -> StaticPlant<f64, 2, 0, 1> {
-    LinearPlant {
-        a: Matrix2::new(-3.0, 2.0, -2.0, 1.0),
-        b: SMatrix::<f64, 2, 0>::zeros(),
-        c: RowVector2::new(1.0, 0.0),
-    }
 }
 
 /// The vertices of the mean Jacobian of the classical joint.

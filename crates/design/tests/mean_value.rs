@@ -5,39 +5,31 @@ use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, Measur
 use luenberger_observers::ObserverError;
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::mean_value::{Integral, MeanValueObserver};
+use luenberger_plants::counterexamples::Dimple;
 use luenberger_plants::{Chaotic, Differentiable, Dimensions, DynamicPlant, LinearPlant, Plant, flexible_joint};
-use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector, Vector1, Vector3, Vector4, convert, dmatrix};
+use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector, Vector1, Vector3, Vector4, dmatrix};
 use proptest::prelude::*;
-
-/// `x' = d^3/3 - 2 d^5`, d = x - 1/2, y = x: between 0 and 1 the slope d^2 - 10 d^4 has the mean -1/24, and at d = 0 a local minimum above it.
-#[derive(Clone, Copy)]
-struct Dimple;
 
 /// `x' = sqrt x`.
 #[derive(Clone, Copy)]
 struct Root;
 
-macro_rules! scalar_plant {
-    ($name:ident, $x:ident, $slope:expr) => {
-        impl<T: RealField + Copy> Plant<T> for $name {
-            type State = Vector1<T>;
-            type Input = SVector<T, 0>;
-            type Output = Vector1<T>;
+impl<T: RealField + Copy> Plant<T> for Root {
+    type State = Vector1<T>;
+    type Input = SVector<T, 0>;
+    type Output = Vector1<T>;
 
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 1, inputs: 0, outputs: 1 }
-            }
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
 
-            fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-                let $x = x[0];
-                Vector1::new($slope)
-            }
+    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+        Vector1::new(x[0].sqrt())
+    }
 
-            fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
-                *x
-            }
-        }
-    };
+    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+        *x
+    }
 }
 
 /// y = x^2.
@@ -60,12 +52,6 @@ impl<T: RealField + Copy> Plant<T> for Quadratic {
         Vector1::new(x[0] * x[0])
     }
 }
-
-scalar_plant!(Dimple, x, {
-    let d = x - convert::<f64, T>(0.5);
-    d * d * d / convert::<f64, T>(3.0) - d * d * d * d * d * convert::<f64, T>(2.0)
-});
-scalar_plant!(Root, x, x.sqrt());
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]

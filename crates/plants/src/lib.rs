@@ -14,7 +14,8 @@
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
-//! | [`cuk`], [`exponential_cascade`] | the plants of the [KKL+PEB]-observer paper: the Cuk converter with its controller, and Proposition 6's |
+//! | [`counterexamples`] | small plants on which its observer fails |
+//! | [`cuk`], [`exponential_cascade`], [`driven_cascade`] | the plants of the [KKL+PEB]-observer paper: the Cuk converter with its controller, Proposition 6's, and one of Proposition 7's class |
 //! | [`oscillators`] | the reverse Duffing oscillator and Van der Pol's |
 
 #![no_std]
@@ -26,8 +27,10 @@ extern crate alloc;
 pub mod chaotic;
 pub mod column;
 pub mod coordinates;
+pub mod counterexamples;
 pub mod cuk;
 pub mod double_integrator;
+pub mod driven_cascade;
 pub mod error;
 pub mod exponential_cascade;
 pub mod flexible_joint;
@@ -43,6 +46,7 @@ pub use column::Column;
 pub use coordinates::InCoordinates;
 pub use cuk::CukConverter;
 pub use double_integrator::double_integrator;
+pub use driven_cascade::DrivenCascade;
 pub use error::PlantError;
 pub use exponential_cascade::ExponentialCascade;
 pub use flexible_joint::FlexibleJoint;

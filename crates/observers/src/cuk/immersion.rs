@@ -3,6 +3,7 @@
 use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, Vector2, Vector4, convert};
 
+use super::{complete, unmeasured};
 use crate::immersion_invariance::Immersion;
 use crate::observer::ObserverDimensions;
 
@@ -40,15 +41,15 @@ impl<T: RealField + Copy> Immersion<T> for CukImmersion {
     }
 
     fn phi(&self, x: &Vector4<T>) -> Vector2<T> {
-        Vector2::new(x[0], x[3])
+        unmeasured(x)
     }
 
     fn left_inverse(&self, z: &Vector2<T>, y: &Vector2<T>) -> Vector4<T> {
-        Vector4::new(z[0], y[0], y[1], z[1])
+        complete(z, y)
     }
 
     fn estimate(&self, xhat: &Vector4<T>) -> Vector2<T> {
-        Vector2::new(xhat[0], xhat[3])
+        unmeasured(xhat)
     }
 
     fn start(&self, estimate: &Vector2<T>, y: &Vector2<T>) -> Vector2<T> {

@@ -8,6 +8,7 @@
 //! | [`pebo`] | PEBO | that of the gradient estimator |
 //! | [`kkl_pebo`] | [KKL+PEB]O | that of the gradient estimator for i1, `e_v4' = -(G/C4) e_v4` |
 //! | [`immersion_invariance`] | I&IO | `e_i1' = -g1 w e_i1`, `e_v4' = -(G/C4 + g2) e_v4`; g1 = 1/L1, g2 = 0 is the KKLO |
+//! | [`kkl_pebo_immersed`] | [KKL+PEB]O written as an I&IO | that of the [KKL+PEB]O, with [`Embedding::Repaired`] |
 //! | [`high_gain_time_varying`] | HGO | `s^2 + (a1/r1) s + w a2/(r1^2 C2)` and `s^2 + (a3/r1 + G/C4) s + a3 G/(r1 C4) + a4/(r1^2 L3)` for w constant |
 //! | [`high_gain_differentiator`] | HGO that differentiates y twice | `s^2 + (a1/r2) s + a2/r2^2`, `s^2 + (a3/r2) s + a4/r2^2`, driven by y'': zero in equilibrium only |
 //! | [`high_gain_exact`] | HGO with the plant in it | `s^2 + (a1/r2) s + a2/r2^2` and `s^2 + (a3/r2 + G/C4) s + a3 G/(r2 C4) + a4/r2^2` for w constant |
@@ -15,14 +16,16 @@
 //! As printed, the PEBO, the [KKL+PEB]O, the I&IO and the second HGO do not converge; what is printed and what is wrong with it is on the page
 //! `docs/theory-kkl.md`. For the KKLO, Lambda depends on u, and its entry for i1 is stable because `int w dt` diverges.
 
+mod embedded;
 mod high_gain;
 mod immersion;
 mod kkl;
 mod peb;
 
 use luenberger_plants::CukConverter;
-use nalgebra::{Const, Matrix1, Matrix2, RealField, U1, U2, U4, Vector4, convert};
+use nalgebra::{Const, Matrix1, Matrix2, RealField, U1, U2, U4, Vector2, Vector4, convert};
 
+pub use embedded::{CukKklPebImmersion, Embedding};
 pub use high_gain::{CukHighGain, Form};
 pub use immersion::CukImmersion;
 pub use kkl::CukKkl;
@@ -81,6 +84,8 @@ pub type CukPebo<T> = KklPebObserver<CukPeb, Gradient<T, U2>, T>;
 pub type CukKklPebo<T> = KklPebObserver<CukKklPeb, Gradient<T, U1>, T>;
 /// The I&IO.
 pub type CukImmersionInvariance = ImmersionInvarianceObserver<CukConverter, CukImmersion>;
+/// The [KKL+PEB]O written as an I&IO, with a state of length 6: that of the [KKL+PEB]O.
+pub type CukImmersedKklPebo = ImmersionInvarianceObserver<CukConverter, CukKklPebImmersion>;
 /// One of the high-gain observers.
 pub type CukHighGainObserver<T> = HighGainObserver<CukHighGain, T, Const<4>>;
 
@@ -142,9 +147,41 @@ pub fn immersion_invariance<T: RealField + Copy>(
     tuning: &Tuning<T>,
 ) -> Result<CukImmersionInvariance, ObserverError> {
     converter.check()?;
-    luenberger_plants::error::check_matrix("(g1, g2)", &nalgebra::Vector2::new(tuning.g1, tuning.g2), (2, 1))?;
+    luenberger_plants::error::check_matrix("(g1, g2)", &Vector2::new(tuning.g1, tuning.g2), (2, 1))?;
     let (g1, g2) = (tuning.g1.to_subset_unchecked(), tuning.g2.to_subset_unchecked());
     Ok(ImmersionInvarianceObserver::new(converter, CukImmersion { converter, g1, g2 }))
+}
+
+/// Proposition 5: the [KKL+PEB]O as an I&IO with `beta = (xi1 + theta_hat, xi2)` and `phi = (i1, v4)`, chi being its whole state.
+///
+/// With [`Embedding::Repaired`] it is the [KKL+PEB]O, slope by slope; as printed the error of i1 stands still.
+/// ```
+/// # #[cfg(feature = "dual")] {
+/// use luenberger_observers::cuk::{self, Embedding, Tuning};
+/// use luenberger_observers::Observer;
+/// use luenberger_plants::CukConverter;
+/// use nalgebra::{Vector1, Vector2, Vector6};
+/// let (converter, tuning) = (CukConverter::default(), Tuning::<f64>::default());
+/// let original = cuk::kkl_pebo(converter, &tuning)?;
+/// let immersed = cuk::kkl_pebo_immersed(converter, &tuning, Embedding::Repaired)?;
+/// let (chi, u, y) = (Vector6::new(0.3, -8.0, 17.0, 0.0, 100.0, 0.1), Vector1::new(0.5), Vector2::new(18.0, 0.25));
+/// let slope: Vector6<f64> = immersed.derivative(0.0, &chi, &u, &y);
+/// let claimed = original.derivative(0.0, &chi, &u, &y);
+/// // Sums of a few terms of the size of the largest.
+/// assert!((slope - claimed).amax() <= 16.0 * f64::EPSILON * claimed.amax());
+/// # }
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+/// # Errors
+/// As [`kkl_pebo`].
+pub fn kkl_pebo_immersed<T: RealField + Copy>(
+    converter: CukConverter,
+    tuning: &Tuning<T>,
+    embedding: Embedding,
+) -> Result<CukImmersedKklPebo, ObserverError> {
+    kkl_pebo(converter, tuning)?;
+    let (alpha, gamma) = (tuning.alpha.to_subset_unchecked(), tuning.gamma.to_subset_unchecked());
+    Ok(ImmersionInvarianceObserver::new(converter, CukKklPebImmersion { converter, alpha, gamma, embedding }))
 }
 
 /// The high-gain observer with time-varying error dynamics: `xi1' = (w xi2 + u y2)/C2 + (a1/r1) e1`, `xi2' = (E - w y1)/L1 + (a2/r1^2) e1`,
@@ -183,6 +220,16 @@ pub fn high_gain_exact<T: RealField + Copy>(
     high_gain_of(converter, Form::Exact, tuning.coefficients, tuning.r2)
 }
 
+/// (i1, v4) of the four states.
+fn unmeasured<T: RealField + Copy>(x: &Vector4<T>) -> Vector2<T> {
+    Vector2::new(x[0], x[3])
+}
+
+/// The four states of (i1, v4) and the outputs.
+fn complete<T: RealField + Copy>(z: &Vector2<T>, y: &Vector2<T>) -> Vector4<T> {
+    Vector4::new(z[0], y[0], y[1], z[1])
+}
+
 fn high_gain_of<T: RealField + Copy>(
     converter: CukConverter,
     form: Form,
@@ -210,7 +257,7 @@ struct Equations<T> {
 }
 
 impl<T: RealField + Copy> Equations<T> {
-    fn new(converter: &CukConverter, u: &nalgebra::Vector1<T>, y: &nalgebra::Vector2<T>) -> Self {
+    fn new(converter: &CukConverter, u: &nalgebra::Vector1<T>, y: &Vector2<T>) -> Self {
         let number = |value: f64| convert::<f64, T>(value);
         Self {
             l1: number(converter.l1),

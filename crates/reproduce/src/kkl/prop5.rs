@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use luenberger_observers::cuk::{self, Tuning};
-use luenberger_observers::immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-use luenberger_observers::{KklMap, Observer, ObserverDimensions};
+use luenberger_observers::KklMap;
+use luenberger_observers::cuk::{self, Embedding, Tuning};
 use luenberger_plants::CukConverter;
 use luenberger_sim::{Scenario, Signal, Trajectory};
-use nalgebra::{RealField, U1, U2, U4, U6, Vector1, Vector2, Vector4, Vector6};
+use nalgebra::{Vector1, Vector2, Vector4};
 
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
@@ -58,68 +57,12 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-/// The [KKL+PEB]O of the converter as an I&IO: chi is its whole state, beta = (i1hat, v4hat).
-///
-/// Generic over the scalar, so that its Jacobians are found by dual numbers.
-#[derive(Clone, Copy, Debug)]
-struct Immersed {
-    /// Q is the right-hand side of the [KKL+PEB]O, not 0 (23).
-    free: bool,
-    /// With rho.
-    repaired: bool,
-}
-
-impl Immersed {
-    /// The right-hand side of the [KKL+PEB]O. Its tuning is a constant that [`run`] has seen accepted.
-    fn slope<T: RealField + Copy>(chi: &Vector6<T>, u: &Vector1<T>, y: &Vector2<T>) -> Vector6<T> {
-        cuk::kkl_pebo(CukConverter::default(), &Tuning::default())
-            .map_or_else(|_| Vector6::zeros(), |original| original.derivative(T::zero(), chi, u, y))
-    }
-}
-
-impl<T: RealField + Copy> Immersion<T> for Immersed {
-    type States = U4;
-    type Inputs = U1;
-    type Outputs = U2;
-    type Manifold = U2;
-    type Extension = U6;
-    type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 6, inputs: 1, outputs: 2, estimate: 2 }
-    }
-    /// (21): `xi + N`, with theta_hat the last entry of chi.
-    fn beta(&self, _y: &Vector2<T>, chi: &Vector6<T>) -> Vector2<T> {
-        Vector2::new(chi[0] + chi[5], chi[1])
-    }
-    fn phi(&self, x: &Vector4<T>) -> Vector2<T> {
-        Vector2::new(x[0], x[3])
-    }
-    fn left_inverse(&self, z: &Vector2<T>, y: &Vector2<T>) -> Vector4<T> {
-        Vector4::new(z[0], y[0], y[1], z[1])
-    }
-    fn estimate(&self, xhat: &Vector4<T>) -> Vector2<T> {
-        Vector2::new(xhat[0], xhat[3])
-    }
-    fn start(&self, estimate: &Vector2<T>, y: &Vector2<T>) -> Vector6<T> {
-        cuk::kkl_pebo(CukConverter::default(), &Tuning::default())
-            .map_or_else(|_| Vector6::zeros(), |original| original.initial(T::zero(), estimate, &Vector1::zeros(), y))
-    }
-    fn freedom(&self, y: &Vector2<T>, chi: &Vector6<T>, u: &Vector1<T>) -> Vector6<T> {
-        if self.free { Self::slope(chi, u, y) } else { Vector6::zeros() }
-    }
-    fn rho(&self, y: &Vector2<T>, chi: &Vector6<T>, u: &Vector1<T>) -> Option<Vector2<T>> {
-        self.repaired.then(|| Vector2::new(Self::slope(chi, u, y)[5], T::zero()))
-    }
-}
-
 /// The [KKL+PEB]O, three I&IOs made of it, the KKLO, and the I&IO that it is; all from (i1hat, v4hat) = (0.3, -8).
 fn run(context: &Context) -> Result<Arc<Trajectory>, CheckError> {
     context.once("kkl.prop5", || {
         let (plant, tuning, start, states) =
             (CukConverter::default(), Tuning::<f64>::default(), [0.3, -8.0], [0_usize, 3]);
-        let immersed =
-            |free, repaired| ImmersionInvarianceObserver::new(CukConverter::default(), Immersed { free, repaired });
+        let immersed = |embedding| cuk::kkl_pebo_immersed(plant, &tuning, embedding);
         let as_kklo = Tuning { g1: 1.0 / plant.l1, g2: 0.0, ..tuning };
         Ok(Scenario::new(plant)
             .initial_state(plant.equilibrium(5.0).as_slice())
@@ -127,9 +70,9 @@ fn run(context: &Context) -> Result<Arc<Trajectory>, CheckError> {
                 u[0] = plant.control(&Vector4::from_column_slice(view.x), 15.0, 0.2);
             }))
             .partial_observer(COMBINED, cuk::kkl_pebo(plant, &tuning)?, &start, &states)
-            .partial_observer(PRINTED, immersed(false, false), &start, &states)
-            .partial_observer(FREE, immersed(true, false), &start, &states)
-            .partial_observer(REPAIRED, immersed(true, true), &start, &states)
+            .partial_observer(PRINTED, immersed(Embedding::Printed)?, &start, &states)
+            .partial_observer(FREE, immersed(Embedding::Free)?, &start, &states)
+            .partial_observer(REPAIRED, immersed(Embedding::Repaired)?, &start, &states)
             .partial_observer(KKLO, cuk::kklo(plant)?, &start, &states)
             .partial_observer(AS_KKLO, cuk::immersion_invariance(plant, &as_kklo)?, &start, &states)
             .tolerances(1e-9, 1e-10)

@@ -4,15 +4,15 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use luenberger_linalg::spectral_radius;
-use luenberger_observers::cascade::{Cascade, CascadeMap};
+use luenberger_observers::cascade::CascadeMap;
 use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
 use luenberger_observers::estimator::excitation::Monitored;
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::kkl_peb::KklPebObserver;
 use luenberger_observers::{Diagnose, Diagnosis, Observer, ObserverError};
-use luenberger_plants::{Column, Dimensions, Plant};
+use luenberger_plants::{Column, DrivenCascade};
 use luenberger_sim::{Scenario, Settings, Signal, SimError, Trajectory, solve};
-use nalgebra::{DMatrix, Matrix1, Matrix2, SVector, U1, U2, Vector1, Vector2};
+use nalgebra::{DMatrix, Matrix2, SVector, U1, U2, Vector1, Vector2};
 
 use crate::claim::{CheckError, Claim, Outcome};
 use crate::context::Context;
@@ -80,91 +80,28 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-/// The plant of the assumptions, x = (x11, x12, x2, x3, x4).
-#[derive(Clone, Copy, Debug)]
-struct Example;
-
-impl Cascade<f64> for Example {
-    type Second = U1;
-    type Third = U1;
-    type Fourth = U2;
-    type Inputs = U2;
-    type Outputs = U2;
-
-    fn blocks(&self) -> [usize; 3] {
-        [1, 1, 2]
-    }
-    fn inputs_and_outputs(&self) -> (usize, usize) {
-        (2, 2)
-    }
-    fn a2(&self) -> Matrix1<f64> {
-        Matrix1::new(-1.0)
-    }
-    fn a3(&self) -> Matrix1<f64> {
-        Matrix1::new(-3.0)
-    }
-    fn k(&self) -> usize {
-        0
-    }
-    fn f1k(&self, y: &Vector2<f64>, _x2: &Vector1<f64>, x3: &Vector1<f64>, _u: &Vector2<f64>) -> f64 {
-        x3[0] - y[0]
-    }
-    fn f2(&self, y: &Vector2<f64>, _u: &Vector2<f64>) -> Vector1<f64> {
-        Vector1::new(y[1].sin())
-    }
-    fn f3(&self, y: &Vector2<f64>, x2: &Vector1<f64>, _u: &Vector2<f64>) -> Vector1<f64> {
-        x2 * y[0]
-    }
-    fn f4(&self, y: &Vector2<f64>, _x2: &Vector1<f64>, _x3: &Vector1<f64>, u: &Vector2<f64>) -> Vector2<f64> {
-        u * (-0.5 * y[0])
-    }
-    fn b(&self, _y: &Vector2<f64>, _x2: &Vector1<f64>, _x3: &Vector1<f64>, u: &Vector2<f64>) -> Vector2<f64> {
-        *u
-    }
-}
-
-impl Plant<f64> for Example {
-    type State = SVector<f64, 6>;
-    type Input = Vector2<f64>;
-    type Output = Vector2<f64>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 6, inputs: 2, outputs: 2 }
-    }
-    fn derivative(&self, t: f64, x: &SVector<f64, 6>, u: &Vector2<f64>) -> SVector<f64, 6> {
-        let (y, x2, x3, x4) = (self.output(t, x), Vector1::new(x[2]), Vector1::new(x[3]), Vector2::new(x[4], x[5]));
-        let (second, third) = (self.a2() * x2 + self.f2(&y, u), self.a3() * x3 + self.f3(&y, &x2, u));
-        let fourth = self.f4(&y, &x2, &x3, u);
-        let first = self.f1k(&y, &x2, &x3, u) + self.b(&y, &x2, &x3, u).dot(&x4);
-        SVector::from([first, x2[0] - 2.0 * y[1], second[0], third[0], fourth[0], fourth[1]])
-    }
-    fn output(&self, _t: f64, x: &SVector<f64, 6>) -> Vector2<f64> {
-        Vector2::new(x[0], x[1])
-    }
-}
-
-type Observed<E> = KklPebObserver<CascadeMap<Example>, E, f64>;
+type Observed<E> = KklPebObserver<CascadeMap<DrivenCascade>, E, f64>;
 type Monitor = Monitored<f64, Gradient<f64, U2>>;
 type WithFilters = Drem<f64, U2, LtiFilters<f64, U1>>;
 
 fn with_gradient() -> Result<Observed<Monitor>, ObserverError> {
     let estimator = Monitored::new(Gradient::new(Matrix2::identity() * GAIN)?, 0.0)?;
-    Ok(KklPebObserver::new(CascadeMap::new::<f64>(Example)?, estimator, ALPHA)?.wanting_excitation(1.0))
+    Ok(KklPebObserver::new(CascadeMap::new::<f64>(DrivenCascade)?, estimator, ALPHA)?.wanting_excitation(1.0))
 }
 
 fn with_filters() -> Result<Observed<WithFilters>, ObserverError> {
     let estimator = Drem::new(Vector2::repeat(200.0), LtiFilters::new(Vector1::new(1.0))?)?;
-    KklPebObserver::new(CascadeMap::new::<f64>(Example)?, estimator, ALPHA)
+    KklPebObserver::new(CascadeMap::new::<f64>(DrivenCascade)?, estimator, ALPHA)
 }
 
 fn with_kreisselmeier() -> Result<Observed<Drem<f64, U2, Kreisselmeier<f64>>>, ObserverError> {
     let estimator = Drem::new(Vector2::repeat(10.0), Kreisselmeier::new(0.5)?)?;
-    KklPebObserver::new(CascadeMap::new::<f64>(Example)?, estimator, ALPHA)
+    KklPebObserver::new(CascadeMap::new::<f64>(DrivenCascade)?, estimator, ALPHA)
 }
 
 /// The three observers from this estimate of (x2, x3, x4), under this input.
 fn observe(estimate: &[f64; 4], input: Signal<'_>) -> Result<Trajectory, CheckError> {
-    Ok(Scenario::new(Example)
+    Ok(Scenario::new(DrivenCascade)
         .initial_state(&START)
         .input(input)
         .partial_observer(GRADIENT, with_gradient()?, estimate, &UNMEASURED)

@@ -3,9 +3,10 @@
 use luenberger_design::mean_value::LeastSquares;
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::{Beta, EstimateAndError, MeanValueObserver, Observer};
-use luenberger_plants::{Chaotic, Differentiable, Dimensions, LinearPlant, Plant, double_integrator, flexible_joint};
+use luenberger_plants::counterexamples::{self, Bistable, Dimple};
+use luenberger_plants::{Chaotic, Differentiable, LinearPlant, double_integrator, flexible_joint};
 use luenberger_sim::Trajectory;
-use nalgebra::{Const, Matrix1, Matrix2, RealField, RowVector2, SMatrix, SVector, Vector1};
+use nalgebra::{Const, Matrix1, SVector, Vector1};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -169,8 +170,7 @@ where
 
 /// Df = 0, so that G = 0.
 fn integrator() -> Result<Missed, CheckError> {
-    let plant = LinearPlant { a: Matrix1::new(0.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0) };
-    let run = fly(plant, [1.0], [0.0], [0.3], 50.0)?;
+    let run = fly(counterexamples::integrator(), [1.0], [0.0], [0.3], 50.0)?;
     Missed::of("x - x̂ after 50 s, less a hundredth of its start: G = 0, and nothing ever moves", &run, 0.01)
 }
 
@@ -186,36 +186,9 @@ fn tenth_of_the_speed() -> Result<Missed, CheckError> {
 
 /// d2' = d2/2.
 fn unstable() -> Result<Missed, CheckError> {
-    let plant: LinearPlant<f64, Const<2>, Const<0>, Const<1>> = LinearPlant {
-        a: Matrix2::new(0.0, 1.0, 0.0, 0.5),
-        b: SMatrix::<f64, 2, 0>::zeros(),
-        c: RowVector2::new(1.0, 0.0),
-    };
     let share = 1.0 - 1e-6;
-    let run = fly(plant, [1.0, 1.0], [0.0, 0.0], [share, share], 30.0)?;
+    let run = fly(counterexamples::unstable(), [1.0, 1.0], [0.0, 0.0], [share, share], 30.0)?;
     Missed::of("x - x̂ after 30 s, less 1: of the millionth that was not told, as e^(t/2)", &run, 1.0)
-}
-
-/// `x' = x - x^3`, y = x.
-#[derive(Clone, Copy, Debug)]
-struct Bistable;
-
-impl<T: RealField + Copy> Plant<T> for Bistable {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        Vector1::new(x[0] - x[0] * x[0] * x[0])
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
-        *x
-    }
 }
 
 /// G = 2 |1 - 3 xhat^2| vanishes at -1/sqrt 3: from -1 the estimate of x = 1 stops before that, at (-1 - sqrt 57)/14.
@@ -241,12 +214,7 @@ fn indistinguishable() -> Result<Missed, CheckError> {
 
 /// alpha_1 = 10: d' = [-13 2; -2 1] d, whose determinant is negative, although both poles of the plant are at -1.
 fn stable() -> Result<Missed, CheckError> {
-    let plant: LinearPlant<f64, Const<2>, Const<0>, Const<1>> = LinearPlant {
-        a: Matrix2::new(-3.0, 2.0, -2.0, 1.0),
-        b: SMatrix::<f64, 2, 0>::zeros(),
-        c: RowVector2::new(1.0, 0.0),
-    };
-    let run = fly(plant, [1.0, 1.0], [0.0, 0.0], [0.0, 0.0], 10.0)?;
+    let run = fly(counterexamples::stable(), [1.0, 1.0], [0.0, 0.0], [0.0, 0.0], 10.0)?;
     Missed::of(
         "x - x̂ after 10 s, less 1: a copy of the plant that looks at no output converges, and the gain makes it diverge",
         &run,
@@ -317,34 +285,10 @@ fn eta_half(_: &Context) -> Result<Outcome, CheckError> {
     )))
 }
 
-/// `x' = (x - 1/2)^3/3 - 2 (x - 1/2)^5`, y = x: between 0 and 1 X has a local minimum of X^2 in the middle.
-#[derive(Clone, Copy, Debug)]
-struct Quintic;
-
-impl<T: RealField + Copy> Plant<T> for Quintic {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        let number = |value: f64| nalgebra::convert::<f64, T>(value);
-        let d = x[0] - number(0.5);
-        Vector1::new(d * d * d * (number(1.0 / 3.0) - number(2.0) * d * d))
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
-        *x
-    }
-}
-
 fn least_squares(_: &Context) -> Result<Outcome, CheckError> {
     let (xhat, e, u) = (Vector1::new(0.0), Vector1::new(1.0), SVector::<f64, 0>::zeros());
-    let found = LeastSquares::new().solve(&Quintic, 0.0, &xhat, &u, &e)?;
-    let bracketed = mean_value(&Quintic, 0.0, &xhat, &u, &e);
+    let found = LeastSquares::new().solve(&Dimple, 0.0, &xhat, &u, &e)?;
+    let bracketed = mean_value(&Dimple, 0.0, &xhat, &u, &e);
     let missed = found.residual.amax() - bracketed.residual.amax();
     Ok(Outcome::new(Evidence::Counterexample {
         what: "x' = d³/3 - 2d⁵ with d = x - ½, from x̂ = 0 to x̂ + e = 1: |X| where the solver stops, less |X| at the bracketed root".to_owned(),

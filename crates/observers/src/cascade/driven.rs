@@ -1,0 +1,54 @@
+//! [`DrivenCascade`] in the pieces of the class.
+
+use luenberger_plants::DrivenCascade;
+use nalgebra::{Matrix1, RealField, U1, U2, Vector1, Vector2, convert};
+
+use super::Cascade;
+
+impl<T: RealField + Copy> Cascade<T> for DrivenCascade {
+    type Second = U1;
+    type Third = U1;
+    type Fourth = U2;
+    type Inputs = U2;
+    type Outputs = U2;
+
+    fn blocks(&self) -> [usize; 3] {
+        [1, 1, 2]
+    }
+
+    fn inputs_and_outputs(&self) -> (usize, usize) {
+        (2, 2)
+    }
+
+    fn a2(&self) -> Matrix1<T> {
+        Matrix1::new(-T::one())
+    }
+
+    fn a3(&self) -> Matrix1<T> {
+        Matrix1::new(convert(-3.0))
+    }
+
+    fn k(&self) -> usize {
+        0
+    }
+
+    fn f1k(&self, y: &Vector2<T>, _x2: &Vector1<T>, x3: &Vector1<T>, _u: &Vector2<T>) -> T {
+        x3[0] - y[0]
+    }
+
+    fn f2(&self, y: &Vector2<T>, _u: &Vector2<T>) -> Vector1<T> {
+        Vector1::new(y[1].sin())
+    }
+
+    fn f3(&self, y: &Vector2<T>, x2: &Vector1<T>, _u: &Vector2<T>) -> Vector1<T> {
+        x2 * y[0]
+    }
+
+    fn f4(&self, y: &Vector2<T>, _x2: &Vector1<T>, _x3: &Vector1<T>, u: &Vector2<T>) -> Vector2<T> {
+        u * (y[0] * convert(-0.5))
+    }
+
+    fn b(&self, _y: &Vector2<T>, _x2: &Vector1<T>, _x3: &Vector1<T>, u: &Vector2<T>) -> Vector2<T> {
+        *u
+    }
+}
