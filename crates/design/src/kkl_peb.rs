@@ -22,7 +22,7 @@ use luenberger_observers::ObserverError;
 use luenberger_observers::cascade::{Cascade, CascadeMap, CascadeSize};
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Plant, PlantError};
-use luenberger_proof::{Interval, Matrix, Ring};
+use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector, SymmetricEigen, U1};
 
 use crate::certificate::Certificate;
@@ -301,15 +301,9 @@ where
         return Err(ObserverError::Output { output: cascade.k(), outputs: p }.into());
     }
     let length = run.t[run.t.len() - 1] - run.t[0];
-    for (what, value, least, most) in [
-        ("the window", excite.window, f64::MIN_POSITIVE, length),
-        ("the excitation needed", excite.needed, 0.0, f64::MAX),
-        ("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY),
-    ] {
-        if !(least..=most).contains(&value) {
-            return Err(KklError::Setting { what, value, least, most }.into());
-        }
-    }
+    KklError::unless_within("the window", excite.window, f64::MIN_POSITIVE, length)?;
+    KklError::unless_within("the excitation needed", excite.needed, 0.0, f64::MAX)?;
+    KklError::unless_within("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY)?;
     let (mut facts, mut slowest) = (Vec::new(), None);
     for (names, order, block) in
         [(["A2", "P2"], n2, dynamic(&cascade.a2())), (["A3", "P3"], n3, dynamic(&cascade.a3()))]
@@ -319,8 +313,7 @@ where
         if order == 0 {
             continue;
         }
-        let entries =
-            Matrix::from_fn(order, order, |i, j| Interval::from_f64(block[(i, j)]).unwrap_or(Interval::UNBOUNDED));
+        let entries = Matrix::from_fn(order, order, |i, j| Interval::of(block[(i, j)]));
         let Forgetting { spectrum, facts: own, .. } = hurwitz((what, lyapunov), &entries)?;
         forgets(what, &spectrum, &own)?;
         slowest =

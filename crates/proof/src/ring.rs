@@ -107,6 +107,15 @@ impl<R: Ring> Matrix<R> {
         }))
     }
 
+    /// `self' p self` for a symmetric p, symmetric entry by entry.
+    /// # Errors
+    /// [`ProofError::DimensionMismatch`].
+    pub fn congruence(&self, p: &Self) -> Result<Self, ProofError> {
+        let full = self.transpose().product(&p.product(self)?)?;
+        // Either triangle would do; the two differ by their roundings.
+        Ok(Self::from_fn(self.cols(), self.cols(), |i, j| full[(i.max(j), i.min(j))].clone()))
+    }
+
     /// The symmetric matrix `[[self, corner], [corner', last]]`.
     /// # Errors
     /// [`ProofError::DimensionMismatch`] when the blocks do not fit.

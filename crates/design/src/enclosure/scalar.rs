@@ -37,10 +37,6 @@ fn times(x: &Interval, y: &Interval) -> Interval {
     }
 }
 
-fn number(x: f64) -> Interval {
-    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
-}
-
 impl IntervalDual {
     /// A value with its derivative along the direction.
     pub(crate) fn new(value: Interval, slope: Interval) -> Self {
@@ -226,7 +222,7 @@ impl Real for IntervalDual {
     /// By its values at the two ends.
     fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self {
         let (lo, hi) = (f(self.value.lo()), f(self.value.hi()));
-        if lo == hi { Self::constant(number(lo)) } else { Self::undefined(operation) }
+        if lo == hi { Self::constant(Interval::of(lo)) } else { Self::undefined(operation) }
     }
 
     fn abs(self) -> Self {
@@ -294,14 +290,14 @@ impl Real for IntervalDual {
 
     fn cbrt(self) -> Self {
         let value = self.value.cbrt();
-        let derivative = value.powi(2).and_then(|square| number(3.0).mul(&square).recip());
+        let derivative = value.powi(2).and_then(|square| Interval::of(3.0).mul(&square).recip());
         self.chain_if("cbrt", Some(value), derivative)
     }
 
     fn powi(self, n: i32) -> Self {
         let derivative = match n.checked_sub(1) {
             _ if n == 0 => Some(Interval::zero()),
-            Some(less) => self.value.powi(less).map(|power| number(f64::from(n)).mul(&power)),
+            Some(less) => self.value.powi(less).map(|power| Interval::of(f64::from(n)).mul(&power)),
             None => None,
         };
         self.chain_if("powi", self.value.powi(n), if n == 1 { Some(Interval::ONE) } else { derivative })
@@ -410,7 +406,7 @@ impl Real for IntervalDual {
     }
 
     fn atanh(self) -> Self {
-        let half = number(0.5);
+        let half = Interval::of(0.5);
         // ln((1 + x)/(1 - x))/2.
         let at = |x: Interval| Some(half.mul(&x.add(&x).quotient(&Interval::ONE.sub(&x))?.ln_1p()?));
         let inside = self.value.magnitude() < 1.0;

@@ -429,7 +429,7 @@ fn partial(p: &Polynomial, atom: usize) -> Polynomial {
         } else {
             monomial[at].1 -= 1;
         }
-        let factor = Interval::from_f64(f64::from(power)).unwrap_or(Interval::UNBOUNDED);
+        let factor = Interval::of(f64::from(power));
         result = sum(&result, &vec![(monomial, times(coefficient, &factor))], false);
     }
     result

@@ -153,3 +153,10 @@ pub enum KklError {
         direction: Vec<f64>,
     },
 }
+
+impl KklError {
+    /// Refuses a number of the settings that is out of its range.
+    pub(crate) fn unless_within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), Self> {
+        if (least..=most).contains(&value) { Ok(()) } else { Err(Self::Setting { what, value, least, most }) }
+    }
+}

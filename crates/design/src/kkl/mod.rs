@@ -197,14 +197,8 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     where
         Self: Pieces<IntervalDual> + Pieces<Collected>,
     {
-        for (what, value, least, most) in [
-            ("the tolerance of the residual", settings.tolerance, 0.0, 1.0),
-            ("the number of samples", settings.samples as f64, 1.0, 4096.0),
-        ] {
-            if !(least..=most).contains(&value) {
-                return Err(KklError::Setting { what, value, least, most }.into());
-            }
-        }
+        KklError::unless_within("the tolerance of the residual", settings.tolerance, 0.0, 1.0)?;
+        KklError::unless_within("the number of samples", settings.samples as f64, 1.0, 4096.0)?;
         let size = Pieces::<IntervalDual>::plant_dimensions(self);
         let axes = region.axes(size)?;
         let unbounded = axes[..size.states + size.inputs].iter().position(|axis| !axis.is_bounded());

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use luenberger_proof::{Interval, Matrix, Ring};
+use luenberger_proof::{Interval, Matrix};
 use nalgebra::DMatrix;
 
 use crate::enclosure::{Entry, JacobianEnclosure};
@@ -99,7 +99,7 @@ impl Polytope {
         let (mut a, mut c) = (self.enclosure.a.clone(), self.enclosure.c.clone());
         for (entry, end) in &self.vertices[k].at {
             let matrix = if entry.of_output { &mut c } else { &mut a };
-            matrix[(entry.row, entry.column)] = Interval::from_f64(*end).unwrap_or(Interval::UNBOUNDED);
+            matrix[(entry.row, entry.column)] = Interval::of(*end);
         }
         (a, c)
     }

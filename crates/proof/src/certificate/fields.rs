@@ -182,10 +182,29 @@ impl<'a> Field<'a> {
         Err(self.error(Fault::Shape { expected, found: m.shape() }))
     }
 
+    /// A matrix with at least one entry.
+    fn not_empty<T>(&self, m: Matrix<T>) -> Result<Matrix<T>, FileError> {
+        if m.as_slice().is_empty() { Err(self.error(Fault::Empty)) } else { Ok(m) }
+    }
+
+    fn squared<T>(&self, m: Matrix<T>) -> Result<Matrix<T>, FileError> {
+        let rows = m.rows();
+        self.of_shape(self.not_empty(m)?, (rows, rows))
+    }
+
+    fn with_columns<T>(&self, m: Matrix<T>, columns: usize) -> Result<Matrix<T>, FileError> {
+        let rows = m.rows();
+        self.of_shape(self.not_empty(m)?, (rows, columns))
+    }
+
+    fn with_rows<T>(&self, m: Matrix<T>, rows: usize) -> Result<Matrix<T>, FileError> {
+        let columns = m.cols();
+        self.of_shape(m, (rows, columns))
+    }
+
     /// A matrix of binary64 numbers with at least one entry.
     pub(super) fn any_matrix(&self) -> Result<Matrix<f64>, FileError> {
-        let m = self.rows(Field::binary64)?;
-        if m.as_slice().is_empty() { Err(self.error(Fault::Empty)) } else { Ok(m) }
+        self.not_empty(self.rows(Field::binary64)?)
     }
 
     pub(super) fn matrix(&self, shape: (usize, usize)) -> Result<Matrix<f64>, FileError> {
@@ -194,23 +213,17 @@ impl<'a> Field<'a> {
 
     /// A matrix with this many rows.
     pub(super) fn matrix_with_rows(&self, rows: usize) -> Result<Matrix<f64>, FileError> {
-        let m = self.rows(Field::binary64)?;
-        let columns = m.cols();
-        self.of_shape(m, (rows, columns))
+        self.with_rows(self.rows(Field::binary64)?, rows)
     }
 
     /// A matrix with this many columns, and one row at least.
     pub(super) fn matrix_with_columns(&self, columns: usize) -> Result<Matrix<f64>, FileError> {
-        let m = self.any_matrix()?;
-        let rows = m.rows();
-        self.of_shape(m, (rows, columns))
+        self.with_columns(self.rows(Field::binary64)?, columns)
     }
 
     /// A square matrix.
     pub(super) fn square(&self) -> Result<Matrix<f64>, FileError> {
-        let m = self.any_matrix()?;
-        let rows = m.rows();
-        self.of_shape(m, (rows, rows))
+        self.squared(self.rows(Field::binary64)?)
     }
 
     pub(super) fn symmetric(&self, order: usize) -> Result<Matrix<f64>, FileError> {
@@ -268,29 +281,17 @@ impl<'a> Field<'a> {
 
     /// A square matrix of numbers or bounds.
     pub(super) fn square_data(&self) -> Result<Matrix<Datum>, FileError> {
-        let m = self.rows(Field::datum)?;
-        if m.as_slice().is_empty() {
-            return Err(self.error(Fault::Empty));
-        }
-        let rows = m.rows();
-        self.of_shape(m, (rows, rows))
+        self.squared(self.rows(Field::datum)?)
     }
 
     /// A matrix of numbers or bounds with this many columns, and one row at least.
     pub(super) fn data_with_columns(&self, columns: usize) -> Result<Matrix<Datum>, FileError> {
-        let m = self.rows(Field::datum)?;
-        if m.as_slice().is_empty() {
-            return Err(self.error(Fault::Empty));
-        }
-        let rows = m.rows();
-        self.of_shape(m, (rows, columns))
+        self.with_columns(self.rows(Field::datum)?, columns)
     }
 
     /// A matrix of numbers or bounds with this many rows, perhaps without columns.
     pub(super) fn data_with_rows(&self, rows: usize) -> Result<Matrix<Datum>, FileError> {
-        let m = self.rows(Field::datum)?;
-        let columns = m.cols();
-        self.of_shape(m, (rows, columns))
+        self.with_rows(self.rows(Field::datum)?, rows)
     }
 
     /// A symmetric matrix of exact numbers.

@@ -26,6 +26,11 @@ impl Interval {
         Self { lo: x, hi: x }
     }
 
+    /// The number x; all real numbers where x is not one.
+    pub fn of(x: f64) -> Self {
+        Self::from_f64(x).unwrap_or(Self::UNBOUNDED)
+    }
+
     /// The interval `[lo, hi]`; `None` unless `lo <= hi` and it contains a real number.
     pub fn new(lo: f64, hi: f64) -> Option<Self> {
         (lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY).then_some(Self { lo, hi })

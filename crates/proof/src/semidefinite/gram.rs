@@ -12,14 +12,10 @@ pub(super) fn weight(entry: &Entry) -> f64 {
     if entry.row == entry.column { 1.0 } else { 2.0 }
 }
 
-fn exactly(x: f64) -> Interval {
-    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
-}
-
 /// `tr(F Y)`.
 pub(super) fn inner(entries: &[Entry], y: &[DualBlock]) -> Interval {
     entries.iter().fold(Interval::zero(), |sum, entry| {
-        let weighted = exactly(weight(entry) * y[entry.block].at(entry.row, entry.column));
+        let weighted = Interval::of(weight(entry) * y[entry.block].at(entry.row, entry.column));
         sum.add(&entry.value.mul(&weighted))
     })
 }
@@ -120,9 +116,9 @@ fn gram(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> Matrix<Int
     let mut g = Matrix::from_fn(m, m, |_, _| Interval::zero());
     for here in all.chunk_by(|(_, a), (_, b)| position(a) == position(b)) {
         for (k, (i, x)) in here.iter().enumerate() {
-            let x = x.value.mul(&exactly(scales[*i] * weight(x)));
+            let x = x.value.mul(&Interval::of(scales[*i] * weight(x)));
             for (j, y) in &here[k..] {
-                g[(*i, *j)] = g[(*i, *j)].add(&x.mul(&y.value.mul(&exactly(scales[*j]))));
+                g[(*i, *j)] = g[(*i, *j)].add(&x.mul(&y.value.mul(&Interval::of(scales[*j]))));
             }
         }
     }

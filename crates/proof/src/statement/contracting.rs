@@ -4,7 +4,7 @@
 //! measured rows, `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and `G_m >= g I`, is judged by `V = |d_m|^2 + d_w' Q d_w`: the term of
 //! the injection is `-2 d_m' G_m d_m`, so that what holds for `g I` holds for every larger G_m.
 
-use super::{Expression, embed, embed_symmetric};
+use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{Direction, Sense};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -23,8 +23,6 @@ impl Expression for Cascade<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let (unmeasured, measured) = self.k.shape();
         let n = measured + unmeasured;
-        let number =
-            |x: f64, what: &'static str| Ok(Matrix::<R>::embed(&Matrix::from_rows([[x]]), what)?[(0, 0)].clone());
         let one: R = number(1.0, "1")?;
         let j = embed::<R>(self.j, "J", (n, n))?;
         let k = embed::<R>(self.k, "K", (unmeasured, measured))?;

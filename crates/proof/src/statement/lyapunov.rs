@@ -1,6 +1,6 @@
 //! Lyapunov and Stein inequalities: `F'P + PF + 2 alpha P < 0`, `F'PF - P < 0`, and what they say of the spectrum.
 
-use super::{Expression, embed, embed_symmetric};
+use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -41,11 +41,14 @@ impl Decrease<'_> {
 impl Expression for Decrease<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let p = embed_symmetric::<R>(self.p, self.what_p, self.a.rows())?;
-        let alpha = Matrix::<R>::embed(&Matrix::from_rows([[self.alpha]]), "alpha")?;
-        // P (F + alpha I) and its transpose.
-        let shifted = self.flow::<R>()?.sum(&Matrix::scalar(self.a.rows(), &alpha[(0, 0)]))?;
-        p.product(&shifted)?.plus_transpose()
+        let alpha = number::<R>(self.alpha, "alpha")?;
+        left_hand_side(&self.flow::<R>()?, &p, &alpha)
     }
+}
+
+/// `F'P + PF + 2 alpha P`, as `P (F + alpha I)` and its transpose.
+fn left_hand_side<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, alpha: &R) -> Result<Matrix<R>, ProofError> {
+    p.product(&f.sum(&Matrix::scalar(f.rows(), alpha))?)?.plus_transpose()
 }
 
 /// `(A - LC)'P + P(A - LC) < 0` (Share Pasand, eq. 12): `V = e'Pe` decreases along the error of the observer with gain `L`.
@@ -122,9 +125,8 @@ pub fn decay_rate_within(
     c.expect_shape("C", (c.rows(), n))?;
     let l = embed::<Interval>(l, "L", (n, c.rows()))?;
     let p = embed_symmetric::<Interval>(p, "P", n)?;
-    let alpha = Matrix::<Interval>::embed(&Matrix::from_rows([[alpha]]), "alpha")?;
-    let shifted = a.difference(&l.product(c)?)?.sum(&Matrix::scalar(n, &alpha[(0, 0)]))?;
-    definite::decide(&p.product(&shifted)?.plus_transpose()?, Sense::NegativeDefinite)
+    let alpha = number::<Interval>(alpha, "alpha")?;
+    definite::decide(&left_hand_side(&a.difference(&l.product(c)?)?, &p, &alpha)?, Sense::NegativeDefinite)
 }
 
 /// `P > 0`.
@@ -145,12 +147,7 @@ pub(super) struct Stein<'a> {
 impl Expression for Stein<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let p = embed_symmetric::<R>(self.p, "P", self.a.rows())?;
-        let f = error_matrix::<R>(self.a, self.l, self.c)?;
-        let image = p.product(&f)?;
-        let n = f.rows();
-        // F'(PF) - P, each entry above the diagonal once, so that it is symmetric in either ring.
-        let lower = f.transpose().product(&image)?.difference(&p)?;
-        Ok(Matrix::from_fn(n, n, |i, j| lower[(i.max(j), i.min(j))].clone()))
+        error_matrix::<R>(self.a, self.l, self.c)?.congruence(&p)?.difference(&p)
     }
 }
 
@@ -179,7 +176,16 @@ pub fn stein_decrease(
 pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     let decrease =
         Decrease { a, output_injection: None, p, alpha: 0.0, what_p: "P" }.decide(Sense::NegativeDefinite)?;
-    let margin = match decrease {
+    stable_by(decrease, p, |margin| (margin / (2.0 * largest_eigenvalue_bound(p))).next_down().max(0.0))
+}
+
+/// Whether every motion tends to 0, from the verdict on the decrease of `V = x'Px` and that on P; `margin` makes that of the stability of that of a proved decrease.
+pub(super) fn stable_by(
+    decrease: Verdict<Direction>,
+    p: &Matrix<f64>,
+    margin: impl FnOnce(f64) -> f64,
+) -> Result<Verdict<Direction>, ProofError> {
+    let decreases = match decrease {
         Verdict::Proved { margin } => margin,
         Verdict::Refuted { witness } => {
             let why = Doubt::NotByThisMatrix { name: "P" };
@@ -188,9 +194,7 @@ pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, P
         undecided @ Verdict::Undecided { .. } => return Ok(undecided),
     };
     Ok(match positive(p)? {
-        Verdict::Proved { .. } => {
-            Verdict::Proved { margin: (margin / (2.0 * largest_eigenvalue_bound(p))).next_down().max(0.0) }
-        }
+        Verdict::Proved { .. } => Verdict::Proved { margin: margin(decreases) },
         other => other,
     })
 }

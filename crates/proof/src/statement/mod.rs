@@ -61,6 +61,11 @@ fn embed<R: Ring>(data: &Matrix<f64>, what: &'static str, shape: (usize, usize))
     Matrix::embed(data, what)
 }
 
+/// As [`embed`], of a number.
+fn number<R: Ring>(x: f64, what: &'static str) -> Result<R, ProofError> {
+    R::from_f64(x).ok_or(ProofError::NotFinite { what, row: 0, column: 0, value: x })
+}
+
 /// As [`embed`], of a matrix that must be symmetric.
 fn embed_symmetric<R: Ring>(data: &Matrix<f64>, what: &'static str, order: usize) -> Result<Matrix<R>, ProofError> {
     let embedded = embed(data, what, (order, order))?;

@@ -10,7 +10,7 @@
 //! makes `V = e'Pe` fall faster than `exp(-2 alpha t)` for every nonlinearity in the sectors. It contains `tau_k > 0`.
 
 use super::lyapunov::error_matrix;
-use super::{Expression, embed, embed_symmetric};
+use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{Direction, Sense};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -39,10 +39,6 @@ struct SectorDecrease<'a> {
     p: &'a Matrix<f64>,
     alpha: f64,
     terms: &'a [SectorTerm],
-}
-
-fn number<R: Ring>(x: f64, what: &'static str) -> Result<R, ProofError> {
-    R::from_f64(x).ok_or(ProofError::NotFinite { what, row: 0, column: 0, value: x })
 }
 
 impl Expression for SectorDecrease<'_> {

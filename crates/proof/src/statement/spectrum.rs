@@ -4,14 +4,14 @@
 //! come to the spectrum is up to P: to the spectral abscissa and radius themselves for the P of an eigenvector basis, less near for the
 //! solution of a Lyapunov equation with Q = I. From below, the largest is at least the mean of all, `trace(A)/n`.
 
-use super::lyapunov::{Stein, largest_eigenvalue_bound};
+use super::lyapunov::{Stein, largest_eigenvalue_bound, stable_by};
 use super::{Expression, embed, embed_symmetric, positive};
 use crate::definite::{Direction, Sense, proved_eigenvalue_bound};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::Verdict;
 
 /// Bisections for a bound: to 1e-12 of the bracket.
 const BISECTIONS: usize = 42;
@@ -37,22 +37,12 @@ const BISECTIONS: usize = 42;
 pub fn schur_stable(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     let n = a.rows();
     let (l, c) = (Matrix::from_fn(n, 0, |_, _| 0.0), Matrix::from_fn(0, n, |_, _| 0.0));
-    let margin = match (Stein { a, l: &l, c: &c, p }).decide(Sense::NegativeDefinite)? {
-        Verdict::Proved { margin } => margin,
-        Verdict::Refuted { witness } => {
-            let why = Doubt::NotByThisMatrix { name: "P" };
-            return Ok(Verdict::Undecided { why, best: -witness.value });
-        }
-        undecided @ Verdict::Undecided { .. } => return Ok(undecided),
-    };
-    Ok(match positive(p)? {
-        Verdict::Proved { .. } => {
-            // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), without cancellation. For order 0 both are infinite, and the margin is 1.
-            let x = (margin / largest_eigenvalue_bound(p)).next_down().clamp(0.0, 1.0);
-            let root = ((1.0 - x).next_up().min(1.0).sqrt().next_up()).min(1.0);
-            Verdict::Proved { margin: (x / (1.0 + root).next_up()).next_down().max(0.0) }
-        }
-        other => other,
+    let decrease = (Stein { a, l: &l, c: &c, p }).decide(Sense::NegativeDefinite)?;
+    stable_by(decrease, p, |margin| {
+        // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), without cancellation. For order 0 both are infinite, and the margin is 1.
+        let x = (margin / largest_eigenvalue_bound(p)).next_down().clamp(0.0, 1.0);
+        let root = ((1.0 - x).next_up().min(1.0).sqrt().next_up()).min(1.0);
+        (x / (1.0 + root).next_up()).next_down().max(0.0)
     })
 }
 
@@ -123,12 +113,7 @@ pub(super) fn contraction(
     maps: &[Matrix<Interval>],
     scale: f64,
 ) -> Result<Option<f64>, ProofError> {
-    let n = p.rows();
-    let mut images = Vec::with_capacity(maps.len());
-    for map in maps {
-        let full = map.transpose().product(&p.product(map)?)?;
-        images.push(Matrix::from_fn(n, n, |i, j| full[(i.max(j), i.min(j))]));
-    }
+    let images = maps.iter().map(|map| map.congruence(p)).collect::<Result<Vec<_>, _>>()?;
     let holds = |rho: f64| {
         let Some(rho) = Interval::from_f64(rho) else { return Ok(false) };
         let bound = p.scaled(&rho.mul(&rho));

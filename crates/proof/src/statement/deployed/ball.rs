@@ -104,20 +104,20 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
     let unproved = |contraction, relative| Ok(Running::Unproved(Obstacle::RoundingDominates { contraction, relative }));
     let Some(rho) = contraction(&metric, &maps, 1.0)? else { return unproved(f64::INFINITY, 0.0) };
     let Some(half_widths) = half_widths(p, &metric)? else { return unproved(rho, f64::INFINITY) };
-    let sizes = metric.map(|x| number(x.magnitude()));
+    let sizes = metric.map(|x| Interval::of(x.magnitude()));
     let longest = |bound: &Matrix<Interval>| -> Result<f64, ProofError> {
         let square = bound.transpose().product(&sizes.product(bound)?)?[(0, 0)];
         Ok(square.sqrt().map_or(f64::INFINITY, |root| root.hi()))
     };
-    let at = |radius: f64| -> Vec<f64> { half_widths.iter().map(|s| s.mul(&number(radius)).hi()).collect() };
+    let at = |radius: f64| -> Vec<f64> { half_widths.iter().map(|s| s.mul(&Interval::of(radius)).hi()).collect() };
     let error = &disturbance.operation.error;
-    let mut start = longest(&Matrix::from_fn(n, 1, |i, _| number(error[i])))?;
+    let mut start = longest(&Matrix::from_fn(n, 1, |i, _| Interval::of(error[i])))?;
     for _ in 0..TURNS {
         let StepBound { added, stages, .. } = disturbance.step_bound(&at(start))?;
         let beta = longest(&Matrix::from_fn(n, 1, |i, _| added[(i, 0)]))?;
         let slope = Matrix::from_fn(n, n, |i, j| added[(i, j + 1)]);
         let kappa = longest(&slope.product(&Matrix::from_fn(n, 1, |i, _| half_widths[i]))?)?;
-        let factor = number(rho).add(&number(kappa)).hi();
+        let factor = Interval::of(rho).add(&Interval::of(kappa)).hi();
         let left = (1.0 - factor).next_down();
         if left.is_nan() || left <= 0.0 {
             return unproved(rho, kappa);
@@ -153,13 +153,10 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
     unproved(rho, f64::INFINITY)
 }
 
-fn number(x: f64) -> Interval {
-    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
-}
-
 /// The rows of a bound for `|e_i| = reach_i`, rounded up.
 fn evaluated(bound: &Matrix<Interval>, reach: &[f64]) -> Result<Vec<f64>, ProofError> {
-    let at = Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { number(reach[i - 1]) });
+    let at =
+        Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { Interval::of(reach[i - 1]) });
     Ok(bound.product(&at)?.as_slice().iter().map(Interval::hi).collect())
 }
 
@@ -173,7 +170,7 @@ fn half_widths(p: &Matrix<f64>, metric: &Matrix<Interval>) -> Result<Option<Vec<
         let unit = Matrix::from_fn(n, 1, |j, _| if i == j { Interval::ONE } else { Interval::zero() });
         let mut proved = None;
         for room in [1.0 + 1e-9, 1.0 + 1e-6, 1.001, 2.0, 100.0] {
-            let t = number((inverse[(i, i)] * room).abs());
+            let t = Interval::of((inverse[(i, i)] * room).abs());
             let bordered = metric.bordered(&unit, &Matrix::from_rows([[t]]))?;
             if t.is_bounded() && proved_eigenvalue_bound(&bordered).is_some() {
                 proved = t.sqrt();
@@ -181,7 +178,7 @@ fn half_widths(p: &Matrix<f64>, metric: &Matrix<Interval>) -> Result<Option<Vec<
             }
         }
         let Some(width) = proved else { return Ok(None) };
-        widths.push(number(width.hi()));
+        widths.push(Interval::of(width.hi()));
     }
     Ok(Some(widths))
 }
@@ -195,16 +192,16 @@ fn series(
     entries: &mut [f64],
 ) -> Result<(), ProofError> {
     let n = map.rows();
-    let d = Matrix::from_fn(n, 1, |i, _| number(per_step[i]));
+    let d = Matrix::from_fn(n, 1, |i, _| Interval::of(per_step[i]));
     let mut power = Matrix::scalar(n, &Interval::ONE);
     let mut sum = Matrix::<Interval>::zeros(n, 1);
     let mut rest = ultimate;
     for _ in 0..POWERS {
-        sum = sum.sum(&power.map(|x| number(x.magnitude())).product(&d)?)?;
+        sum = sum.sum(&power.map(|x| Interval::of(x.magnitude())).product(&d)?)?;
         rest = (rest * rho).next_up();
         let mut last = true;
         for i in 0..n {
-            let tail = half_widths[i].mul(&number(rest));
+            let tail = half_widths[i].mul(&Interval::of(rest));
             let bound = sum[(i, 0)].add(&tail).hi();
             entries[i] = entries[i].min(bound);
             last &= tail.hi() <= 1e-3 * sum[(i, 0)].hi();

@@ -40,12 +40,8 @@ pub(super) struct StepBound {
     pub(super) stages: Vec<Stage>,
 }
 
-fn number(x: f64) -> Interval {
-    Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED)
-}
-
 fn sizes(m: &Matrix<Interval>) -> Matrix<Interval> {
-    m.map(|x| number(x.magnitude()))
+    m.map(|x| Interval::of(x.magnitude()))
 }
 
 fn points(m: &Matrix<f64>, what: &'static str) -> Result<Matrix<Interval>, ProofError> {
@@ -66,7 +62,7 @@ impl Disturbance<'_> {
         };
         let Some(cubic) = cubic else { return Ok(vec![first]) };
         // Not idle: w > 0 was checked.
-        let inverse = number(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
+        let inverse = Interval::of(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
         let turned = Matrix::scalar(self.order(), &Interval::ONE)
             .sum(&points(&cubic.n, "N")?.product(&points(c, "C")?)?.scaled(&inverse))?;
         Ok(vec![first, points(a, "A")?.product(&turned)?])
@@ -78,21 +74,21 @@ impl Disturbance<'_> {
     }
 
     fn promised(&self, list: &[f64]) -> Bound {
-        self.constant(&Matrix::from_fn(list.len(), 1, |i, _| number(list[i])))
+        self.constant(&Matrix::from_fn(list.len(), 1, |i, _| Interval::of(list[i])))
     }
 
     fn same(&self, rows: usize, x: f64) -> Bound {
-        self.constant(&Matrix::from_fn(rows, 1, |_, _| number(x)))
+        self.constant(&Matrix::from_fn(rows, 1, |_, _| Interval::of(x)))
     }
 
     /// The error of a sum of `products` products and `addends` other terms, of which `terms` bounds the sum of the absolute values.
     fn sum_error(&self, products: usize, addends: usize, terms: &Bound) -> Result<Bound, ProofError> {
         let k = products + addends;
         let (lost, gamma) = match self.format {
-            Format::Fixed { .. } => (number(products as f64), Interval::zero()),
-            _ => (number(2.0 * k as f64).mul(&Interval::ONE.add(&self.format.gamma(k))), self.format.gamma(k)),
+            Format::Fixed { .. } => (Interval::of(products as f64), Interval::zero()),
+            _ => (Interval::of(2.0 * k as f64).mul(&Interval::ONE.add(&self.format.gamma(k))), self.format.gamma(k)),
         };
-        let absolute = lost.mul(&number(self.format.absolute()));
+        let absolute = lost.mul(&Interval::of(self.format.absolute()));
         terms.scaled(&gamma).sum(&self.constant(&Matrix::from_fn(terms.rows(), 1, |_, _| absolute)))
     }
 
@@ -135,7 +131,7 @@ impl Disturbance<'_> {
         // The measurement, as converted.
         let noise = self.promised(&self.operation.noise);
         let y = sizes(&points(&self.plant.c, "C")?).product(&x)?.sum(&noise)?;
-        let converted = y.scaled(&number(self.format.unit())).sum(&self.same(outputs, self.format.absolute()))?;
+        let converted = y.scaled(&Interval::of(self.format.unit())).sum(&self.same(outputs, self.format.absolute()))?;
         let measured = y.sum(&converted)?;
         let mut stages = vec![stage("y", &measured), stage("u", &u), stage("xhat", &xhat)];
         let input = b_size.product(&u)?;
@@ -167,14 +163,15 @@ impl Disturbance<'_> {
         let (moved, injected) = if let Some(cubic) = cubic {
             let turned = points(a, "A")?.product(&points(&cubic.n, "N")?)?;
             let part = self.flow(cubic, &z, reach)?;
-            let inverse = number(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
-            let slope = turned.sum(&points(l, "L")?.scaled(&number(cubic.w)))?.product(&points(c, "C")?)?;
+            let inverse = Interval::of(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
+            let slope = turned.sum(&points(l, "L")?.scaled(&Interval::of(cubic.w)))?.product(&points(c, "C")?)?;
             bend = sizes(&slope).product(&errors)?.scaled(&part.strength);
             let turned = sizes(&turned);
             // |g A N - r L| for 0 <= g <= 1/w, 0 <= r <= 1.
             let ends = turned.scaled(&inverse);
-            let gain =
-                Matrix::from_fn(n, outputs, |i, j| number(ends[(i, j)].magnitude().max(l_size[(i, j)].magnitude())));
+            let gain = Matrix::from_fn(n, outputs, |i, j| {
+                Interval::of(ends[(i, j)].magnitude().max(l_size[(i, j)].magnitude()))
+            });
             let n_size = sizes(&points(&cubic.n, "N")?);
             let terms = xhat.sum(&n_size.product(&part.impulse)?)?;
             let rounding = self.sum_error(outputs, 1, &terms)?;
@@ -201,26 +198,26 @@ impl Disturbance<'_> {
     fn flow(&self, cubic: &CubicGains, z: &Bound, reach: &[f64]) -> Result<CubicPart, ProofError> {
         let outputs = z.rows();
         let at_reach =
-            Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { number(reach[i - 1]) });
+            Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { Interval::of(reach[i - 1]) });
         let size = z.product(&at_reach)?.as_slice().iter().fold(0.0_f64, |size, x| size.max(x.hi()));
-        let (w, h, tiny) = (number(cubic.w), number(cubic.h), number(self.format.absolute()));
-        let size = number(size);
+        let (w, h, tiny) = (Interval::of(cubic.w), Interval::of(cubic.h), Interval::of(self.format.absolute()));
+        let size = Interval::of(size);
         let inverse = w.recip().unwrap_or(Interval::UNBOUNDED);
         let gamma = self.format.gamma(FLOW_ROUNDINGS);
         let bulk = Interval::ONE.add(&size);
-        let lost = number(8.0).mul(&tiny).mul(&Interval::ONE.add(&h).add(&w)).mul(&bulk.mul(&bulk).mul(&bulk));
+        let lost = Interval::of(8.0).mul(&tiny).mul(&Interval::ONE.add(&h).add(&w)).mul(&bulk.mul(&bulk).mul(&bulk));
         let error = z.scaled(&gamma).sum(&self.same(outputs, lost.hi()))?;
         let innovation = z.sum(&error)?;
         // Every intermediate number of the flow, with room for its roundings (a factor below 2).
         let theta = cubic.theta.as_slice().iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let form = number(2.0 * (outputs * outputs) as f64).mul(&number(theta));
-        let power = number(2.0).mul(&w).mul(&form).mul(&Interval::ONE.add(&h));
-        let pull = number(4.0).mul(&form).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&size));
+        let form = Interval::of(2.0 * (outputs * outputs) as f64).mul(&Interval::of(theta));
+        let power = Interval::of(2.0).mul(&w).mul(&form).mul(&Interval::ONE.add(&h));
+        let pull = Interval::of(4.0).mul(&form).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&size));
         let root = power.sqrt().unwrap_or(Interval::UNBOUNDED);
         // g = (1 - r)/w <= reach^2/(2w), and reach^2 = 2 w h q size^2 up to 6 roundings (a factor below 2, which `form` has) and underflow.
-        let lost = number(8.0).mul(&tiny).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&inverse));
+        let lost = Interval::of(8.0).mul(&tiny).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&inverse));
         let strength = h.mul(&form).mul(&size.mul(&size)).add(&lost.mul(&bulk.mul(&bulk)));
-        let strength = number(strength.hi().min(inverse.hi()));
+        let strength = Interval::of(strength.hi().min(inverse.hi()));
         let largest = self.format.largest();
         let stage = |what, x: Interval, limit| Stage {
             what,
@@ -229,11 +226,11 @@ impl Disturbance<'_> {
         };
         let stages = vec![
             stage("2 w h z'theta z", power, largest),
-            stage("sqrt(2 w h z'theta z)", number(2.0).mul(&root).mul(&size), largest),
+            stage("sqrt(2 w h z'theta z)", Interval::of(2.0).mul(&root).mul(&size), largest),
             stage("2 h z'theta z", pull, largest),
-            stage("1/w", number(2.0).mul(&inverse), largest),
+            stage("1/w", Interval::of(2.0).mul(&inverse), largest),
             // The run-time observer caps the impulse at the root of the largest number, which must not happen.
-            stage("z (1 - r)/w", number(2.0).mul(&inverse).mul(&size), (largest.sqrt() / 2.0).next_down()),
+            stage("z (1 - r)/w", Interval::of(2.0).mul(&inverse).mul(&size), (largest.sqrt() / 2.0).next_down()),
         ];
         Ok(CubicPart {
             impulse: innovation.scaled(&inverse),

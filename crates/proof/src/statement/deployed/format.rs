@@ -129,8 +129,7 @@ impl Format {
 
     /// `gamma_k = k u / (1 - k u)`: the bound of `|(1 + delta_1) ... (1 + delta_k) - 1|`.
     pub(super) fn gamma(self, k: usize) -> Interval {
-        let number = |x: f64| Interval::from_f64(x).unwrap_or(Interval::UNBOUNDED);
-        let share = number(k as f64).mul(&number(self.unit()));
+        let share = Interval::of(k as f64).mul(&Interval::of(self.unit()));
         if share.hi() >= 0.5 {
             return Interval::UNBOUNDED;
         }

@@ -75,7 +75,7 @@ mod format;
 pub use ball::{ErrorBall, Obstacle, Running};
 pub use format::{Format, Formats};
 
-use super::{Expression, embed, embed_symmetric, positive, stein_decrease};
+use super::{Expression, embed, embed_symmetric, number, positive, stein_decrease};
 use crate::definite::{Direction, Sense};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -314,8 +314,7 @@ impl Saturated<'_> {
         let a = embed::<R>(self.a, "A", (order, order))?;
         let c = embed::<R>(self.c, "C", (self.c.rows(), order))?;
         let n = embed::<R>(self.n, "N", (order, self.c.rows()))?;
-        let w = Matrix::<R>::embed(&Matrix::from_rows([[self.w]]), "w")?;
-        a.product(&Matrix::scalar(order, &w[(0, 0)]).sum(&n.product(&c)?)?)
+        a.product(&Matrix::scalar(order, &number(self.w, "w")?).sum(&n.product(&c)?)?)
     }
 }
 
@@ -323,11 +322,8 @@ impl Expression for Saturated<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let order = self.a.rows();
         let p = embed_symmetric::<R>(self.p, "P", order)?;
-        let map = self.map::<R>()?;
-        let w = Matrix::<R>::embed(&Matrix::from_rows([[self.w]]), "w")?;
-        let square = w[(0, 0)].mul(&w[(0, 0)]);
-        let full = map.transpose().product(&p.product(&map)?)?.difference(&p.scaled(&square))?;
-        Ok(Matrix::from_fn(order, order, |i, j| full[(i.max(j), i.min(j))].clone()))
+        let w = number::<R>(self.w, "w")?;
+        self.map::<R>()?.congruence(&p)?.difference(&p.scaled(&w.mul(&w)))
     }
 }
 

@@ -37,7 +37,7 @@ impl Posed<'_> {
                 r *= share;
             }
         }
-        let r = Interval::from_f64(r).unwrap_or(Interval::UNBOUNDED);
+        let r = Interval::of(r);
         let x = Matrix::from_fn(n, n, |i, j| {
             let product = w[(i, i)].mul(&w[(j, j)]).abs();
             let bound = r.mul(&product.sqrt().unwrap_or(Interval::UNBOUNDED)).hi();

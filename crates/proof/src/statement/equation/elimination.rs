@@ -56,7 +56,7 @@ impl Posed<'_> {
 
 /// `[0, |x|]` by its upper end, as a number.
 fn size(x: &Interval) -> Interval {
-    Interval::from_f64(x.magnitude()).unwrap_or(Interval::UNBOUNDED)
+    Interval::of(x.magnitude())
 }
 
 /// The place of the entry (i, j) in the upper triangle, row by row.

@@ -139,13 +139,9 @@ enum Kind {
 impl Kind {
     /// `T(X)` for a symmetric X, symmetric entry by entry.
     fn apply<R: Ring>(self, a: &Matrix<R>, x: &Matrix<R>) -> Result<Matrix<R>, ProofError> {
-        let image = x.product(a)?;
         match self {
-            Self::Lyapunov => image.plus_transpose(),
-            Self::Stein => {
-                let full = a.transpose().product(&image)?.difference(x)?;
-                Ok(Matrix::from_fn(x.rows(), x.rows(), |i, j| full[(i.max(j), i.min(j))].clone()))
-            }
+            Self::Lyapunov => x.product(a)?.plus_transpose(),
+            Self::Stein => a.congruence(x)?.difference(x),
         }
     }
 }
