@@ -26,7 +26,12 @@ pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Resul
             }
         }
     }
-    Ok((m + m.transpose()) * 0.5)
+    Ok(symmetric_part(m))
+}
+
+/// `(M + M')/2`, of a square matrix.
+pub(crate) fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
+    (m + m.transpose()) * 0.5
 }
 
 /// The same matrix with the sizes that a plant's type fixes, `expected` being what the plant says of them.

@@ -102,5 +102,5 @@ impl CubicDesign {
 pub(crate) fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
     let gram = c * p_inverse_ct;
     let outputs = c.nrows();
-    check::solve_definite("C P^-1 C'", &((&gram + gram.transpose()) * 0.5), &(DMatrix::identity(outputs, outputs) * w))
+    check::solve_definite("C P^-1 C'", &check::symmetric_part(&gram), &(DMatrix::identity(outputs, outputs) * w))
 }

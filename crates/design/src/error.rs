@@ -4,7 +4,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
-use luenberger_proof::ProofError;
+use luenberger_proof::{Doubt, ProofError, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
@@ -190,10 +190,24 @@ pub enum DesignError {
         /// The inequality.
         what: &'static str,
         /// What stood in the way.
-        why: luenberger_proof::Doubt,
+        why: Doubt,
         /// The best margin seen.
         best: f64,
     },
+}
+
+impl DesignError {
+    /// The error behind the verdict on the inequality `what`, where a proof was wanted and there is none: not even a verdict, or one that was not enough.
+    pub(crate) fn not_proved(what: &'static str, verdict: Option<Verdict<Infeasibility>>) -> Self {
+        match verdict {
+            Some(Verdict::Refuted { witness }) => Self::Infeasible { what, reason: Obstruction::Dual(witness) },
+            Some(Verdict::Undecided { why, best }) => Self::Undecided { what, why, best },
+            Some(Verdict::Proved { margin }) => {
+                Self::Undecided { what, why: Doubt::ProposalNotProved { estimate: margin }, best: margin }
+            }
+            None => Self::Undecided { what, why: Doubt::NoProposal { status: "nothing was tried" }, best: 0.0 },
+        }
+    }
 }
 
 impl From<luenberger_proof::certificate::Rejection> for DesignError {

@@ -4,11 +4,10 @@
 
 use luenberger_lmi::{Problem, Solution, he};
 use luenberger_plants::DynamicPlant;
-use luenberger_proof::Verdict;
 use nalgebra::DMatrix;
 
 use crate::check;
-use crate::error::{DesignError, Obstruction};
+use crate::error::DesignError;
 
 /// A gain with the Lyapunov matrix that came with it.
 pub(crate) struct Gain {
@@ -35,12 +34,10 @@ pub(crate) fn solve(
     }
     pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate);
     let solution = lmi.solve()?;
-    match &solution.verdict {
-        Verdict::Proved { .. } => Ok((gain_of(&solution)?, solution)),
-        Verdict::Refuted { witness } => {
-            Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness.clone()) })
-        }
-        Verdict::Undecided { why, best } => Err(DesignError::Undecided { what: WHAT, why: why.clone(), best: *best }),
+    if solution.verdict.is_proved() {
+        Ok((gain_of(&solution)?, solution))
+    } else {
+        Err(DesignError::not_proved(WHAT, Some(solution.verdict)))
     }
 }
 

@@ -158,7 +158,7 @@ impl LinearDesign {
     fn with_information(plant: &DynamicPlant, kalman: &Kalman) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
         let inverse = check::solve_definite("the stationary covariance", &kalman.p, &DMatrix::identity(n, n))?;
-        let p = (&inverse + inverse.transpose()) * 0.5;
+        let p = check::symmetric_part(&inverse);
         let half = &p * (&plant.a - &kalman.l * &plant.c);
         let q = -(&half + half.transpose());
         check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;

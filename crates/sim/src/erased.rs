@@ -70,11 +70,7 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     }
 
     fn check(&self) -> Result<(), SimError> {
-        let size = self.0.dimensions();
-        fixed::<O::State>("the state of an observer", size.state)?;
-        fixed::<O::Input>("the input of an observer", size.inputs)?;
-        fixed::<O::Output>("the output an observer reads", size.outputs)?;
-        fixed::<O::Estimate>("the estimate of an observer", size.estimate)
+        sized::<O::State, O::Input, O::Output, O::Estimate>(self.0.dimensions())
     }
 
     fn period(&self) -> Option<f64> {
@@ -105,11 +101,7 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
     }
 
     fn check(&self) -> Result<(), SimError> {
-        let size = self.0.dimensions();
-        fixed::<O::State>("the state of an observer", size.state)?;
-        fixed::<O::Input>("the input of an observer", size.inputs)?;
-        fixed::<O::Output>("the output an observer reads", size.outputs)?;
-        fixed::<O::Estimate>("the estimate of an observer", size.estimate)
+        sized::<O::State, O::Input, O::Output, O::Estimate>(self.0.dimensions())
     }
 
     fn period(&self) -> Option<f64> {
@@ -154,6 +146,20 @@ fn put<C: Column<f64>>(result: Option<C>, target: &mut [f64]) {
         Some(result) if result.as_slice().len() == target.len() => target.copy_from_slice(result.as_slice()),
         _ => target.fill(f64::NAN),
     }
+}
+
+/// As [`fixed`], for the columns of an observer: state, input, output and estimate.
+fn sized<X, U, Y, E>(size: ObserverDimensions) -> Result<(), SimError>
+where
+    X: Column<f64>,
+    U: Column<f64>,
+    Y: Column<f64>,
+    E: Column<f64>,
+{
+    fixed::<X>("the state of an observer", size.state)?;
+    fixed::<U>("the input of an observer", size.inputs)?;
+    fixed::<Y>("the output an observer reads", size.outputs)?;
+    fixed::<E>("the estimate of an observer", size.estimate)
 }
 
 /// A column type of fixed length must have the length that is announced.

@@ -6,6 +6,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::KklError;
 use crate::certificate::Fact;
+use crate::check;
 use crate::error::DesignError;
 
 /// What is known of Lambda over the box.
@@ -59,7 +60,7 @@ pub(crate) fn hurwitz((name, lyapunov_name): (&str, &str), f: &Matrix<Interval>)
         return Ok(Forgetting { spectrum, p: None, facts: Vec::new() });
     }
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
-        Ok(solution) => (&solution.p + solution.p.transpose()) * 0.5,
+        Ok(solution) => check::symmetric_part(&solution.p),
         // Hurwitz to rounding only.
         Err(LinalgError::NearlySingular { .. }) => return Ok(Forgetting { spectrum, p: None, facts: Vec::new() }),
         Err(error) => return Err(error.into()),

@@ -6,7 +6,7 @@ use luenberger_lmi::greatest_parameter;
 use nalgebra::DMatrix;
 
 use super::sector::LipschitzPlant;
-use super::{LipschitzDesign, Proposal, not_proved, problem};
+use super::{LipschitzDesign, Proposal, WHAT, problem};
 use crate::check;
 use crate::error::DesignError;
 
@@ -62,7 +62,7 @@ pub fn greatest_factor(
     let found = greatest_parameter(0.0, limit, tolerance, |factor| problem(&plant.widened(factor), l, rate))?;
     let Some((mut factor, solution)) = found.proved else {
         return Err(match found.stopped {
-            Some((_, verdict)) => not_proved(verdict),
+            Some((_, verdict)) => DesignError::not_proved(WHAT, Some(verdict)),
             None => DesignError::NotPositive { what: "the limit of the factor", value: limit },
         });
     };

@@ -24,11 +24,11 @@ mod admissible;
 mod sector;
 mod split;
 
-use luenberger_lmi::{Expression, Infeasibility, Problem, Solution, he, zeros};
+use luenberger_lmi::{Expression, Problem, Solution, he, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
+use luenberger_proof::ProofError;
 use luenberger_proof::statement::sector_decrease;
-use luenberger_proof::{ProofError, Verdict};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 pub use admissible::{AdmissibleFactor, greatest_factor};
@@ -37,7 +37,7 @@ pub use split::Split;
 
 use crate::certificate::{Certificate, Fact, exact};
 use crate::check;
-use crate::error::{DesignError, Obstruction};
+use crate::error::DesignError;
 
 /// A gain for a Lipschitz plant, with its evidence.
 #[derive(Debug, Clone)]
@@ -220,19 +220,7 @@ fn proposed(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Resu
     let solution = problem(plant, l, rate).solve()?;
     match Proposal::read(plant, &solution) {
         Some(proposal) if solution.verdict.is_proved() => Ok(proposal),
-        _ => Err(not_proved(solution.verdict)),
-    }
-}
-
-/// The error behind a verdict that is not `Proved`.
-fn not_proved(verdict: Verdict<Infeasibility>) -> DesignError {
-    match verdict {
-        Verdict::Refuted { witness } => DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness) },
-        Verdict::Undecided { why, best } => DesignError::Undecided { what: WHAT, why, best },
-        Verdict::Proved { margin } => {
-            let why = luenberger_proof::Doubt::ProposalNotProved { estimate: margin };
-            DesignError::Undecided { what: WHAT, why, best: margin }
-        }
+        _ => Err(DesignError::not_proved(WHAT, Some(solution.verdict))),
     }
 }
 

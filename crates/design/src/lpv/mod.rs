@@ -24,11 +24,11 @@ mod polytope;
 
 use core::fmt;
 
-use luenberger_linalg::{lambda_max, lambda_min, spectral_abscissa, symmetric_eigenvalues};
+use luenberger_linalg::{lambda_max, lambda_min, spectral_abscissa};
 use luenberger_lmi::{Infeasibility, Problem, Solution, greatest_parameter, he};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
-use luenberger_proof::{Doubt, Verdict};
+use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
 pub use obstacle::{Conflict, HiddenMode};
@@ -39,6 +39,7 @@ use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
+use crate::robust::greatest_rate;
 
 /// The relative width to which [`LpvDesign::certify`] finds the greatest rate.
 const RELATIVE_RATE: f64 = 1e-3;
@@ -126,7 +127,7 @@ where
                 Self::certified(plant, region, polytope, gain, rate, stopped)
             }
             (None, Some((_, error))) => Err(error),
-            (None, None) => Err(not_tried()),
+            (None, None) => Err(DesignError::not_proved(GIVEN, None)),
         }
     }
 
@@ -156,7 +157,7 @@ where
                 Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
             }
             (None, Some((_, error))) => Err(error),
-            (None, None) => Err(not_tried()),
+            (None, None) => Err(DesignError::not_proved(GIVEN, None)),
         }
     }
 
@@ -179,7 +180,7 @@ where
                 &p,
                 rate,
             )?);
-            vertex_rates.push(greatest_rate(&(&vertex.a - &l * &vertex.c), &p)?);
+            vertex_rates.push(rate_at(&(&vertex.a - &l * &vertex.c), &p)?);
         }
         let limiting =
             (0..vertex_rates.len()).min_by(|&i, &j| vertex_rates[i].total_cmp(&vertex_rates[j])).unwrap_or(0);
@@ -338,25 +339,14 @@ fn growing(
 fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
     match verdict {
         Verdict::Refuted { witness } => DesignError::Conflict(Box::new(Conflict::of(polytope, rate, witness))),
-        Verdict::Undecided { why, best } => DesignError::Undecided { what: GIVEN, why, best },
-        Verdict::Proved { .. } => not_tried(),
+        other => DesignError::not_proved(GIVEN, Some(other)),
     }
 }
 
 const GIVEN: &str = "P > 0, (A - LC)'P + P(A - LC) + 2 rate P < 0 at all vertices";
 
-fn not_tried() -> DesignError {
-    DesignError::Undecided { what: GIVEN, why: Doubt::NoProposal { status: "nothing was tried" }, best: 0.0 }
-}
-
-/// The greatest r with `F'P + PF + 2 r P <= 0`, in floating point: half the smallest eigenvalue of `-R^-T (F'P + PF) R^-1` for `P = R'R`.
-fn greatest_rate(f: &DMatrix<f64>, p: &DMatrix<f64>) -> Result<f64, DesignError> {
+/// The greatest r with `F'P + PF + 2 r P <= 0`, in floating point; NaN where P is not positive definite.
+fn rate_at(f: &DMatrix<f64>, p: &DMatrix<f64>) -> Result<f64, DesignError> {
     let half = p * f;
-    let slope = -(&half + half.transpose());
-    let Some(cholesky) = p.clone().cholesky() else { return Ok(f64::NAN) };
-    let lower = cholesky.l();
-    let left = lower.solve_lower_triangular(&slope).unwrap_or_else(|| slope.clone());
-    let both = lower.solve_lower_triangular(&left.transpose()).unwrap_or(left);
-    let both = (&both + both.transpose()) * 0.5;
-    Ok(symmetric_eigenvalues(&both)?.first().map_or(f64::NAN, |least| 0.5 * least))
+    Ok(greatest_rate(p, &-(&half + half.transpose()))?.unwrap_or(f64::NAN))
 }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use luenberger_linalg::detectability;
 use luenberger_lmi::{Infeasibility, Problem};
-use luenberger_proof::{Doubt, Verdict};
+use luenberger_proof::Verdict;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::polytope::Polytope;
@@ -105,11 +105,7 @@ pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibi
             Some(mode) => DesignError::HiddenMode(Box::new(mode)),
             None => DesignError::Undecided { what: gain_lmi::WHAT, why, best },
         },
-        Verdict::Proved { margin } => DesignError::Undecided {
-            what: gain_lmi::WHAT,
-            why: Doubt::NoProposal { status: "nothing was tried" },
-            best: margin,
-        },
+        proved @ Verdict::Proved { .. } => DesignError::not_proved(gain_lmi::WHAT, Some(proved)),
     }
 }
 

@@ -15,14 +15,13 @@
 use luenberger_lmi::{Problem, he};
 use luenberger_observers::mean_value::{MappedObserver, Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, InCoordinates, Plant, Size};
-use luenberger_proof::Verdict;
 use luenberger_proof::statement::{cascade_decrease, decay_rate};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U2};
 
 use crate::certificate::{Certificate, Fact, exact};
 use crate::check;
-use crate::error::{DesignError, Obstruction};
+use crate::error::DesignError;
 
 /// The printed observer in other coordinates, its estimate in the plant's own.
 pub type PrintedInCoordinates<S, D, N, M, P> =
@@ -82,12 +81,8 @@ impl ContractingCoordinates {
             lmi.constrain(&format!("contraction at vertex {}", k + 1), block << 0.0);
         }
         let solution = lmi.solve()?;
-        match solution.verdict {
-            Verdict::Proved { .. } => {}
-            Verdict::Refuted { witness } => {
-                return Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness) });
-            }
-            Verdict::Undecided { why, best } => return Err(DesignError::Undecided { what: WHAT, why, best }),
+        if !solution.verdict.is_proved() {
+            return Err(DesignError::not_proved(WHAT, Some(solution.verdict)));
         }
         let q = solution.value(&q);
         let k = check::solve_definite("Q", &q, &solution.value(&y))?;

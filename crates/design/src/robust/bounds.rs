@@ -28,16 +28,19 @@ pub fn theorem5_bound(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignE
 pub fn fixed_lyapunov_margin(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
     check::positive_definite("Q", q, p.nrows())?;
     check::symmetric("P", p, p.nrows())?;
-    let Some(cholesky) = p.clone().cholesky() else {
-        return Err(not_definite(p)?);
-    };
+    match greatest_rate(p, q)? {
+        Some(rate) => Ok(rate),
+        None => Err(LinalgError::NotPositiveDefinite { what: "P", lambda_min: lambda_min(p)? }.into()),
+    }
+}
+
+/// The greatest r with `Q - 2 r P >= 0`, which is `lambda_min(P^-1/2 Q P^-1/2) / 2`, in floating point; `None` where P is not positive definite.
+pub(crate) fn greatest_rate(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<f64>, DesignError> {
     // G^-1 Q G^-T for P = G G' has the eigenvalues of P^-1/2 Q P^-1/2.
-    let g = cholesky.l();
+    let Some(g) = p.clone().cholesky().map(|cholesky| cholesky.l()) else { return Ok(None) };
     let solve = |m: &DMatrix<f64>| g.solve_lower_triangular(m);
-    let Some(whitened) = solve(q).and_then(|half| solve(&half.transpose())) else {
-        return Err(not_definite(p)?);
-    };
-    Ok(0.5 * lambda_min(&((&whitened + whitened.transpose()) * 0.5))?)
+    let Some(whitened) = solve(q).and_then(|half| solve(&half.transpose())) else { return Ok(None) };
+    Ok(Some(0.5 * lambda_min(&check::symmetric_part(&whitened))?))
 }
 
 /// The margin when N is redesigned for every eps: minus the spectral abscissa of `F = A - L C`.
@@ -58,8 +61,4 @@ pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
 pub fn input_to_state_gain(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
     let alpha = fixed_lyapunov_margin(p, q)?;
     Ok((lambda_max(p)? / lambda_min(p)?).sqrt() / alpha)
-}
-
-fn not_definite(p: &DMatrix<f64>) -> Result<DesignError, DesignError> {
-    Ok(LinalgError::NotPositiveDefinite { what: "P", lambda_min: lambda_min(p)? }.into())
 }

@@ -7,9 +7,8 @@
 //! The solver proposes P for F, C N and T as rounded; the answer carries what is then proved for A, L, C and N as stored.
 
 use luenberger_linalg::spectral_abscissa;
-use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
+use luenberger_lmi::{Expression, Problem, greatest_parameter, he};
 use luenberger_plants::DynamicPlant;
-use luenberger_proof::{Doubt, Verdict};
 use nalgebra::DMatrix;
 
 use crate::certificate::{self, Certificate, Fact};
@@ -69,7 +68,7 @@ pub fn fixed_gain_margin(
     let low = family.feasible_below(high)?;
     let bisection = greatest_parameter(low, high, tolerance, |eps| family.at(eps))?;
     let Some((margin, solution)) = bisection.proved else {
-        return Err(not_proved(bisection.stopped.map(|(_, verdict)| verdict)));
+        return Err(DesignError::not_proved(WHAT, bisection.stopped.map(|(_, verdict)| verdict)));
     };
     Ok(FixedGainMargin {
         margin,
@@ -94,7 +93,7 @@ pub fn certify_gain(
     if solution.verdict.is_proved() {
         family.certify(0.0, |name| solution.named(name).cloned())
     } else {
-        Err(not_proved(Some(solution.verdict)))
+        Err(DesignError::not_proved(WHAT, Some(solution.verdict)))
     }
 }
 
@@ -175,7 +174,7 @@ impl<'a> Family<'a> {
             }
             last = Some(verdict);
         }
-        Err(not_proved(last))
+        Err(DesignError::not_proved(WHAT, last))
     }
 
     fn certify(&self, eps: f64, value: impl Fn(&str) -> Option<DMatrix<f64>>) -> Result<GainCertificate, DesignError> {
@@ -186,7 +185,7 @@ impl<'a> Family<'a> {
         if let Some(y) = value("Y") {
             p += self.t.transpose() * y * &self.t;
         }
-        let p = (&p + p.transpose()) * 0.5;
+        let p = check::symmetric_part(&p);
         let s = -(g * &self.cn);
         let mut shifted = self.plant.clone();
         shifted.a += DMatrix::identity(n, n) * eps;
@@ -196,19 +195,6 @@ impl<'a> Family<'a> {
         let deployed = certificate::deployed(&shifted, (self.l, self.n_gain, &theta), &p, &s)?;
         let (l, n) = (self.l.clone(), self.n_gain.clone());
         Ok(GainCertificate { plant: shifted, l, n, p, s, certificate: Certificate { facts, deployed: Some(deployed) } })
-    }
-}
-
-/// The error behind a verdict that is not `Proved`.
-fn not_proved(verdict: Option<Verdict<Infeasibility>>) -> DesignError {
-    match verdict {
-        Some(Verdict::Refuted { witness }) => {
-            DesignError::Infeasible { what: WHAT, reason: Obstruction::Dual(witness) }
-        }
-        Some(Verdict::Undecided { why, best }) => DesignError::Undecided { what: WHAT, why, best },
-        Some(Verdict::Proved { .. }) | None => {
-            DesignError::Undecided { what: WHAT, why: Doubt::NoProposal { status: "nothing was tried" }, best: 0.0 }
-        }
     }
 }
 

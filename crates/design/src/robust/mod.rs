@@ -19,6 +19,7 @@ mod fixed_gain;
 mod polytope;
 mod positive_real;
 
+pub(crate) use bounds::greatest_rate;
 pub use bounds::{fixed_lyapunov_margin, input_to_state_gain, redesigned_margin, theorem5_bound};
 pub use fixed_gain::{FixedGainMargin, GainCertificate, certify_gain, fixed_gain_margin};
 pub use polytope::PolytopicDesign;
