@@ -4,6 +4,7 @@
 //! squares of (6.9e-3, 1.1e-2) with five target states. With three, the embedded form has to stay below (1e-4, 1e-3), the interpolated one below
 //! 1e-5 in both, from t = 10 on, begun at z = 0.
 
+use std::ops::ControlFlow::Continue;
 use std::sync::OnceLock;
 
 use luenberger_design::DesignError;
@@ -28,7 +29,8 @@ fn duffing() -> &'static Design {
     DESIGN.get_or_init(|| {
         let target = Target::bessel(1.5).unwrap();
         let settings = Settings::default();
-        NumericalKklDesign::new(&ReverseDuffing, &target, &square(), SVector::zeros(), &settings, &mut |_| ()).unwrap()
+        NumericalKklDesign::new(&ReverseDuffing, &target, &square(), SVector::zeros(), &settings, &mut |_| Continue(()))
+            .unwrap()
     })
 }
 
@@ -217,7 +219,7 @@ fn van_der_pol_is_estimated_along_its_limit_cycle() {
         let domain = Domain::new([-2.3, -3.0], [2.3, 3.0], escape).unwrap();
         let target = Target::<1, 3>::bessel(8.0).unwrap();
         let settings = Settings { held_out: 200, ..Settings::default() };
-        NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| ())
+        NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))
             .map(|design| (design, domain))
     };
     let free = design(Escape::Free).unwrap_err();

@@ -1,5 +1,7 @@
 //! T against closed forms, as a property over random linear plants, and what is refused.
 
+use std::ops::ControlFlow::{Break, Continue};
+
 use luenberger_design::DesignError;
 use luenberger_design::numerical_kkl::{
     Domain, Escape, NumericalKklDesign, NumericalKklError, Progress, Settings, Target, Transform, Trial, held_out,
@@ -121,6 +123,46 @@ proptest! {
     }
 }
 
+/// Break at the k-th call ends the design at that call, whatever is being done: no stage is without calls, and none goes on after its break.
+#[test]
+fn a_design_ends_where_its_listener_says_so() {
+    let plant = Power { power: 1, even: false };
+    let target = Target::<1, 2>::real_poles(&[-2.0, -3.0]).unwrap();
+    let ended = |last: usize| {
+        let mut seen = Vec::new();
+        let mut watch = |progress: Progress| {
+            seen.push(progress);
+            if seen.len() > last { Break(()) } else { Continue(()) }
+        };
+        let none = SVector::zeros();
+        let design = NumericalKklDesign::new(&plant, &target, &line(Escape::Free), none, &small(), &mut watch);
+        (design.err(), seen)
+    };
+    let (none, all) = ended(usize::MAX);
+    assert_eq!(none, None);
+    let mut stages: Vec<&str> = all.iter().map(|progress| progress.stage).collect();
+    stages.dedup();
+    let expected = [
+        "T on the grid",
+        "held-out points",
+        "injectivity",
+        "suspect pairs",
+        "regression",
+        "regression of T",
+        "embedded form",
+        "interpolated form",
+        "evaluations of T",
+    ];
+    assert_eq!(stages, expected);
+    for stage in expected {
+        let last = all.iter().rposition(|progress| progress.stage == stage).unwrap();
+        let (error, seen) = ended(last);
+        let Progress { done, total, .. } = all[last];
+        assert_eq!(error, Some(DesignError::NumericalKkl(NumericalKklError::Stopped { stage, done, total })));
+        assert_eq!(seen, all[..=last]);
+    }
+}
+
 /// Everything at once on a plant whose answer is known: the harmonic oscillator, estimated from a wrong start.
 #[test]
 fn the_harmonic_oscillator_is_estimated_by_both_forms() {
@@ -130,7 +172,10 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
     let target = Target::<1, 3>::bessel(2.0).unwrap();
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();
     let mut seen = Vec::new();
-    let mut watch = |progress: Progress| seen.push(progress);
+    let mut watch = |progress: Progress| {
+        seen.push(progress);
+        Continue(())
+    };
     let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &small(), &mut watch).unwrap();
     // T is linear: the spline, and one polynomial, reproduce it up to the simulation (1e-11 per step) and the ridge (1e-8).
     let report = &design.report;
@@ -168,7 +213,15 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
 fn a_blow_up_in_the_past_is_named_and_slowing_cures_it() {
     let plant = Power { power: 3, even: false };
     let target = Target::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
-    let free = NumericalKklDesign::new(&plant, &target, &line(Escape::Free), SVector::zeros(), &small(), &mut |_| ())
+    let free =
+        NumericalKklDesign::new(
+            &plant,
+            &target,
+            &line(Escape::Free),
+            SVector::zeros(),
+            &small(),
+            &mut |_| Continue(()),
+        )
         .unwrap_err();
     match free {
         DesignError::NumericalKkl(NumericalKklError::Escapes { from, time, norm }) => {
@@ -183,7 +236,8 @@ fn a_blow_up_in_the_past_is_named_and_slowing_cures_it() {
         let defect = transform.defect(&Vector1::new(x)).unwrap().norm();
         assert!(defect < 1e-8, "{x}: {defect:e}");
     }
-    let design = NumericalKklDesign::new(&plant, &target, &slowed, SVector::zeros(), &small(), &mut |_| ()).unwrap();
+    let design =
+        NumericalKklDesign::new(&plant, &target, &slowed, SVector::zeros(), &small(), &mut |_| Continue(())).unwrap();
     assert!(design.report.interpolated.max[0] < 1e-2, "{}", design.report);
 }
 
@@ -194,7 +248,8 @@ fn two_states_with_one_output_are_found_and_named() {
     let target = Target::<1, 3>::real_poles(&[-4.0, -5.0, -6.0]).unwrap();
     for domain in [line(Escape::Free), Domain::new([-0.7], [1.3], Escape::Free).unwrap()] {
         let refused =
-            NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &small(), &mut |_| ()).unwrap_err();
+            NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &small(), &mut |_| Continue(()))
+                .unwrap_err();
         match refused {
             DesignError::NumericalKkl(NumericalKklError::NotInjective { first, second, distance, gap, accuracy }) => {
                 assert!(gap <= accuracy && distance > 0.1, "{gap:e} {accuracy:e} {distance}");
@@ -206,7 +261,8 @@ fn two_states_with_one_output_are_found_and_named() {
     }
     // On one side of zero the same output will do.
     let positive = Domain::new([0.2], [1.0], Escape::Free).unwrap();
-    let design = NumericalKklDesign::new(&plant, &target, &positive, SVector::zeros(), &small(), &mut |_| ()).unwrap();
+    let design =
+        NumericalKklDesign::new(&plant, &target, &positive, SVector::zeros(), &small(), &mut |_| Continue(())).unwrap();
     assert!(design.report.interpolated.max[0] < 1e-4, "{}", design.report);
 }
 
@@ -217,7 +273,7 @@ fn the_same_arguments_give_the_same_numbers_and_another_seed_others() {
     let domain = line(Escape::Slowed { margin: 0.5 });
     let design = |seed| {
         let settings = Settings { seed, ..small() };
-        NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| ()).unwrap()
+        NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(())).unwrap()
     };
     let (one, same, other) = (design(1), design(1), design(2));
     assert_eq!(one.report, same.report);
@@ -270,7 +326,10 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
     let nan = Transform::new(&plant, &target, &line(Escape::Free), Vector1::new(f64::NAN), 1e-9);
     assert!(matches!(nan.err(), Some(DesignError::Matrix(_))));
     let with = |settings: Settings<1>| {
-        NumericalKklDesign::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), &settings, &mut |_| ()).err()
+        NumericalKklDesign::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), &settings, &mut |_| {
+            Continue(())
+        })
+        .err()
     };
     for (what, settings) in [
         ("points", Settings { points: [3], ..small() }),
@@ -292,7 +351,9 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
     assert!((value - (1.5 * 0.4 - 0.5 * 0.5)).abs() < 1e-7, "{value}");
     let huge = Trial { start: [0.1], transient: 2.0, end: 1.0, samples: 10 };
     let design =
-        NumericalKklDesign::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), &small(), &mut |_| ())
-            .unwrap();
+        NumericalKklDesign::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), &small(), &mut |_| {
+            Continue(())
+        })
+        .unwrap();
     assert!(held_out(&plant, &design.embedded, &line(Escape::Free), &Vector1::new(0.0), &[huge]).is_err());
 }

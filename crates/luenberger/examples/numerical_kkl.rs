@@ -6,6 +6,7 @@ use luenberger::design::numerical_kkl::{Domain, Escape, Settings, Target, Trial,
 use luenberger::plants::ReverseDuffing;
 use luenberger::prelude::*;
 use nalgebra::SVector;
+use std::ops::ControlFlow::Continue;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // x1' = x2^3, x2' = -x1, y = x1, on a box; z' = D z + B y with the poles of a Bessel filter, and z = T(x) from the plant's simulated past.
@@ -13,7 +14,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let target = Target::<1, 3>::bessel(1.5)?;
     let settings = Settings { points: [17; 2], leaves: 8, samples: 2000, ..Settings::default() };
     let none = SVector::zeros();
-    let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, none, &settings, &mut |_| {})?;
+    let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, none, &settings, &mut |_| Continue(()))?;
     println!("{}", design.report);
 
     // What the report measured on held-out points, on trajectories that were not fitted either.

@@ -3,6 +3,7 @@
 //! `cargo run --release -p luenberger --example numerical_kkl_table`
 
 use std::io::IsTerminal;
+use std::ops::ControlFlow::Continue;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -46,6 +47,7 @@ fn table<S: Differentiable<f64, Const<2>, Const<0>, Const<1>>>(
         bar.set_length(progress.total as u64);
         bar.set_position(progress.done as u64);
         bar.set_message(progress.stage);
+        Continue(())
     };
     let design = NumericalKklDesign::new(plant, &target, domain, SVector::zeros(), &settings, &mut progress)?;
     bar.finish_and_clear();

@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "an allocator is an unsafe trait; this one passes on, and moves what it gets")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
 
@@ -72,7 +72,7 @@ fn design(study: &Study, threads: usize) -> (String, String) {
     let options = RunOptions { threads: Some(threads), ..RunOptions::default() };
     let results = execute(study, Step::Design, &options).unwrap();
     assert_eq!(results.failures(), Vec::<String>::new());
-    let designed = luenberger_study::design::design(study, &study.observers[0]).unwrap();
+    let designed = luenberger_study::design::design(study, &study.observers[0], &AtomicBool::new(false)).unwrap();
     (results.to_json().unwrap(), designed.proof.unwrap().file("rod").unwrap())
 }
 

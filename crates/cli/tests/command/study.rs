@@ -188,24 +188,18 @@ fn an_imported_model_is_a_study() {
     assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("data")));
 }
 
-/// Ctrl-C while a sweep that would take hours is on: exit code 130, soon, and what was written before is whole.
+/// Runs the study, sends an interrupt as Ctrl-C does once `file` is in the folder of the results, and waits for the end.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_sweep_leaves_what_is_finished() {
-    let (folder, file) = study("interrupt", "double-integrator");
-    let text = std::fs::read_to_string(&file).unwrap().replace("count = 5", "count = 2000\nensemble = 1000");
-    std::fs::write(&file, text).unwrap();
-    let out = folder.join("results");
+fn interrupted(study: &str, out: &Path, file: &str) -> Ran {
     let child = Command::new(env!("CARGO_BIN_EXE_luenberger"))
-        .args(["run", &file, "-o", out.to_str().unwrap(), "--json"])
+        .args(["run", study, "-o", out.to_str().unwrap(), "--threads", "2", "--json"])
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     let began = Instant::now();
-    // The runs come before the sweep.
-    while !out.join("trajectories/sampled.npz").exists() && began.elapsed() < Duration::from_secs(60) {
+    while !out.join(file).exists() && began.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_millis(50));
     }
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
@@ -216,6 +210,25 @@ fn an_interrupted_sweep_leaves_what_is_finished() {
         stderr: String::from_utf8(output.stderr).unwrap(),
     };
     assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(130), &Value::from("interrupted")), "{ran:?}");
+    assert!(files(out).keys().all(|name| name.extension().is_none_or(|extension| extension != "part")));
+    ran
+}
+
+#[cfg(unix)]
+fn written(out: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(out.join("study.json")).unwrap()).unwrap()
+}
+
+/// Ctrl-C while a sweep that would take hours is on: exit code 130, soon, and what was written before is whole.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sweep_leaves_what_is_finished() {
+    let (folder, file) = study("interrupt", "double-integrator");
+    let text = std::fs::read_to_string(&file).unwrap().replace("count = 5", "count = 2000\nensemble = 1000");
+    std::fs::write(&file, text).unwrap();
+    let out = folder.join("results");
+    // The runs come before the sweep.
+    let ran = interrupted(&file, &out, "trajectories/sampled.npz");
     // It said so first: 3 runs, and 2000 x 1000 of each observer in the sweep.
     assert!(
         ran.stderr.starts_with("this takes about ")
@@ -223,7 +236,41 @@ fn an_interrupted_sweep_leaves_what_is_finished() {
         "{}",
         ran.stderr
     );
-    assert!(files(&out).keys().all(|name| name.extension().is_none_or(|extension| extension != "part")));
-    let written = std::fs::read_to_string(out.join("study.json")).unwrap();
-    assert!(serde_json::from_str::<Value>(&written).unwrap()["observers"].is_array());
+    assert!(written(&out)["observers"].is_array());
+}
+
+/// Ctrl-C while a table of T is computed that would take an hour: the observer beside it, which has its design, is on disk with its certificate.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_design_leaves_the_designs_that_are_finished() {
+    const STUDY: &str = "
+[plant]
+a = [[0, 1], [-1, 0]]
+c = [[1, 0]]
+[[observer]]
+name = \"quick\"
+kind = \"luenberger\"
+poles = [-1, -2]
+[[observer]]
+name = \"slow\"
+kind = \"kkl-numerical\"
+domain = [[-1, 1], [-1, 1]]
+cutoff = 2
+points = 1000
+[simulation]
+x0 = [1, 0]
+duration = 1
+";
+    let folder = folder("interrupt-design");
+    let file = folder.join("study.toml");
+    std::fs::write(&file, STUDY).unwrap();
+    let out = folder.join("results");
+    let ran = interrupted(file.to_str().unwrap(), &out, "certificates/quick.json");
+    assert!(ran.stderr.contains("the designs take most of it"), "{}", ran.stderr);
+    let written = written(&out);
+    let observers = written["observers"].as_array().unwrap();
+    assert_eq!(observers.len(), 1, "{observers:?}");
+    assert_eq!((&observers[0]["name"], &observers[0]["design"]["verdict"]), (&"quick".into(), &"proved".into()));
+    assert_eq!(written["files"], serde_json::json!(["certificates/quick.json"]));
+    assert!(written["simulation"].is_null());
 }

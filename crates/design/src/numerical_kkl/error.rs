@@ -129,4 +129,14 @@ pub enum NumericalKklError {
         /// How accurately T is known.
         accuracy: f64,
     },
+    /// Whoever was told of the progress ended the design.
+    #[error("stopped at step {done} of {total} of the stage \"{stage}\"")]
+    Stopped {
+        /// What was being done.
+        stage: &'static str,
+        /// Steps of it that were done.
+        done: usize,
+        /// Steps that it has.
+        total: usize,
+    },
 }

@@ -11,6 +11,7 @@ use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SVector};
 
 use crate::error::DesignError;
+use crate::numerical_kkl::progress::Listener;
 use crate::numerical_kkl::{Coordinates, NumericalKklError, Progress, Transform};
 use crate::separation::{DISTANT, Ratios, ratios, second_preimage};
 
@@ -36,7 +37,7 @@ pub(crate) fn injectivity<S, const N: usize, const M: usize, const P: usize, con
     transform: &Transform<'_, S, N, M, P, Z>,
     (spline, coordinates): (&TensorSpline<f64, Vec<f64>, N, Z>, &Coordinates<f64, Z>),
     per_axis: usize,
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener<'_>,
 ) -> Result<Injectivity<N>, DesignError>
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
@@ -55,14 +56,16 @@ where
             (smallest_singular_value, flattest) = (sigma, x);
         }
         grid.push((x, z));
-        progress(Progress { stage: "injectivity", done: index + 1, total: count });
+        Progress { stage: "injectivity", done: index + 1, total: count }.tell(progress)?;
     }
     let half = domain.half_width();
     let Ratios { smallest: (smallest, i, j), largest, suspects } = ratios(&grid, &half);
     let pair = (grid[i].0, grid[j].0);
     // An integration of some hundred steps, each within the tolerance.
     let accuracy = 1e3 * transform.tolerance() * transform.output_scale();
-    for (_, i, j) in suspects {
+    let pairs = suspects.len();
+    for (done, (_, i, j)) in suspects.into_iter().enumerate() {
+        Progress { stage: "suspect pairs", done, total: pairs }.tell(progress)?;
         let (x, z) = grid[i];
         let near = nearest(spline, &coordinates.white(&z), &grid[j].0, 60).x;
         let map = |x: &SVector<f64, N>| {

@@ -14,6 +14,7 @@
 //! | `transform` | T and DT by simulation |
 //! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
 //! | `injectivity` | whether y tells the states apart |
+//! | `progress` | how far a design has come, and whether it is to go on |
 //! | `report` | errors where nothing was fitted, and costs |
 //!
 //! The plant has no input, or a constant one, which T then belongs to.
@@ -25,10 +26,13 @@ mod error;
 mod extrapolation;
 mod injectivity;
 mod interpolation;
+mod progress;
 mod regression;
 mod report;
 mod target;
 mod transform;
+
+use std::ops::ControlFlow;
 
 use luenberger_observers::kkl::{KklObserver, LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
@@ -41,25 +45,16 @@ use nalgebra::{Const, DMatrix, SMatrix, SVector};
 use crate::error::DesignError;
 use crate::spread::Spread;
 use domain::within;
+use progress::Listener;
 use regression::{Budget, Samples};
 
 pub use domain::{Domain, Escape};
 pub use error::NumericalKklError;
 pub use injectivity::Injectivity;
+pub use progress::Progress;
 pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
 pub use target::Target;
 pub use transform::Transform;
-
-/// How far a design has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// What is being done.
-    pub stage: &'static str,
-    /// Steps of it that are done.
-    pub done: usize,
-    /// Steps that it has.
-    pub total: usize,
-}
 
 /// What a numerical KKL design may spend.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +120,8 @@ pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, co
 impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z> {
     /// The observers of `plant` at the constant input `input` on `domain`, with the target `target`.
     ///
-    /// `progress` is told how far it is, often. The result depends on the arguments alone.
+    /// `progress` is told how far it is after every trajectory and every few samples of the regression, and says whether it goes on: a design can take minutes,
+    /// and [`ControlFlow::Break`] ends it within a step. The result depends on the other arguments alone.
     ///
     /// The reverse Duffing oscillator, x1' = x2^3, x2' = -x1, of which x1 is measured:
     /// ```
@@ -133,10 +129,11 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// use luenberger_observers::Observer;
     /// use luenberger_plants::ReverseDuffing;
     /// use nalgebra::{SVector, Vector2};
+    /// use std::ops::ControlFlow::Continue;
     /// let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?;
     /// let settings = Settings { points: [33; 2], leaves: 16, samples: 4000, injectivity_points: 9, ..Settings::default() };
     /// let target = Target::<1, 3>::bessel(2.0)?;
-    /// let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| ())?;
+    /// let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))?;
     /// println!("{}", design.report);
     /// // From x to T(x) and back.
     /// let (x, u, y) = (Vector2::new(0.5, 0.5), SVector::zeros(), SVector::zeros());
@@ -148,14 +145,15 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// # Errors
     /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded
     /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`]; [`NumericalKklError::Setting`] and
-    /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T.
+    /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T;
+    /// [`NumericalKklError::Stopped`] when `progress` says so.
     pub fn new<S>(
         plant: &S,
         target: &Target<P, Z>,
         domain: &Domain<N>,
         input: SVector<f64, M>,
         settings: &Settings<N>,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Self, DesignError>
     where
         S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
@@ -181,7 +179,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
                 judged.simulated = judged.simulated.max(transform.defect(x)?.norm());
             }
             images.push(z);
-            progress(Progress { stage: "held-out points", done: done + 1, total: probes.len() });
+            Progress { stage: "held-out points", done: done + 1, total: probes.len() }.tell(progress)?;
         }
         let (spline_error, residual, simulated_residual) = judged.relative();
 
@@ -205,9 +203,9 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
             residual,
             simulated_residual,
             injectivity,
-            embedded: inversion_errors(|z| embedded.state(z), &probes, &images),
-            interpolated: inversion_errors(|z| interpolated.state(z), &probes, &images),
-            evaluations: evaluations(&interpolated, &images),
+            embedded: inversion_errors(|z| embedded.state(z), &probes, &images, "embedded form", progress)?,
+            interpolated: inversion_errors(|z| interpolated.state(z), &probes, &images, "interpolated form", progress)?,
+            evaluations: evaluations(&interpolated, &images, progress)?,
             embedded_footprint: embedded_footprint(&embedded),
             interpolated_footprint: interpolated_footprint(&interpolated),
         };
@@ -239,7 +237,7 @@ type Spline<const N: usize, const Z: usize> = TensorSpline<f64, Vec<f64>, N, Z>;
 fn tabulate<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
     transform: &Transform<'_, S, N, M, P, Z>,
     points: [usize; N],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener<'_>,
 ) -> Result<(Coordinates<f64, Z>, Spline<N, Z>), DesignError>
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
@@ -256,7 +254,7 @@ where
             rest /= points[axis];
         }
         values.push(transform.at(&domain.point(|i| share[i]))?);
-        progress(Progress { stage: "T on the grid", done: index + 1, total: count });
+        Progress { stage: "T on the grid", done: index + 1, total: count }.tell(progress)?;
     }
     let coordinates = white_coordinates(&values, transform.output_scale())?;
     let table = values.iter().flat_map(|z| coordinates.white(z).data.0[0]).collect();
@@ -298,7 +296,7 @@ fn embed<const N: usize, const Z: usize>(
     coordinates: &Coordinates<f64, Z>,
     spline: &TensorSpline<f64, Vec<f64>, N, Z>,
     settings: &Settings<N>,
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener<'_>,
 ) -> Result<Embedded<N, Z>, DesignError> {
     let (mut states, mut images) = (Vec::new(), Vec::new());
     for share in Spread::new(N, settings.seed).take(settings.samples) {
@@ -306,18 +304,19 @@ fn embed<const N: usize, const Z: usize>(
         states.push(<[f64; N]>::from(x));
         images.push(<[f64; Z]>::from(spline.at(&x)));
     }
-    let budget = Budget { degree: settings.degree, leaves: settings.leaves, ridge: settings.ridge };
-    let total = settings.leaves;
+    let leaves = settings.leaves;
+    let budget = Budget { degree: settings.degree, leaves, ridge: settings.ridge };
     let inverse = regression::fit(
         Samples { points: &images, values: &states, scale: domain.half_width().into() },
         budget,
-        &mut |done| progress(Progress { stage: "regression", done, total }),
+        &mut |done| Progress { stage: "regression", done, total: leaves }.tell(progress),
     )?;
     // T is smooth where its inverse is not: a quarter of the leaves is plenty.
+    let backward = leaves.div_ceil(4);
     let forward = regression::fit(
         Samples { points: &states, values: &images, scale: [1.0; Z] },
-        Budget { leaves: settings.leaves.div_ceil(4), ..budget },
-        &mut |_| (),
+        Budget { leaves: backward, ..budget },
+        &mut |done| Progress { stage: "regression of T", done, total: backward }.tell(progress),
     )?;
     Ok(PolynomialInverse::new(*coordinates, (*domain.lower(), *domain.upper()), inverse, forward)?)
 }
@@ -337,17 +336,31 @@ fn inversion_errors<const N: usize, const Z: usize>(
     inverse: impl Fn(&SVector<f64, Z>) -> SVector<f64, N>,
     probes: &[SVector<f64, N>],
     images: &[SVector<f64, Z>],
-) -> Errors<N> {
-    Errors::of(probes.iter().zip(images).map(|(x, z)| x - inverse(z)))
+    stage: &'static str,
+    progress: &mut Listener<'_>,
+) -> Result<Errors<N>, DesignError> {
+    let total = probes.len();
+    let mut errors = Vec::with_capacity(total);
+    for (done, (x, z)) in probes.iter().zip(images).enumerate() {
+        errors.push(x - inverse(z));
+        Progress { stage, done: done + 1, total }.tell(progress)?;
+    }
+    Ok(Errors::of(errors.into_iter()))
 }
 
 /// Evaluations of T per estimate, mean and largest.
-fn evaluations<const N: usize, const Z: usize>(form: &Interpolated<N, Z>, images: &[SVector<f64, Z>]) -> (f64, usize) {
-    let (sum, most) = images.iter().fold((0, 0), |(sum, most), z| {
+fn evaluations<const N: usize, const Z: usize>(
+    form: &Interpolated<N, Z>,
+    images: &[SVector<f64, Z>],
+    progress: &mut Listener<'_>,
+) -> Result<(f64, usize), DesignError> {
+    let (mut sum, mut most, total) = (0, 0, images.len());
+    for (done, z) in images.iter().enumerate() {
         let found = form.solve(z, &form.start().state(z)).evaluations;
-        (sum + found, most.max(found))
-    });
-    (sum as f64 / images.len() as f64, most)
+        (sum, most) = (sum + found, most.max(found));
+        Progress { stage: "evaluations of T", done: done + 1, total }.tell(progress)?;
+    }
+    Ok((sum as f64 / total as f64, most))
 }
 
 fn embedded_footprint<const N: usize, const Z: usize>(form: &Embedded<N, Z>) -> Footprint {

@@ -13,6 +13,7 @@ use luenberger_observers::numerical_kkl::polynomial_tree::{monomial_count, monom
 use luenberger_observers::numerical_kkl::{Branch, Node, PolynomialTree};
 
 use crate::error::DesignError;
+use crate::numerical_kkl::NumericalKklError;
 
 /// What the tree may cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,16 +44,22 @@ struct Leaf {
 /// A tree on the heap.
 pub(crate) type Tree<const I: usize, const O: usize> = PolynomialTree<f64, Vec<Node<f64>>, Vec<f64>, I, O>;
 
+/// Samples of a leaf between two calls of the progress: the largest degree, 12 in four coordinates, costs a millisecond for each.
+const BETWEEN_CALLS: usize = 256;
+
+/// Told the number of leaves again and again while one is fitted; its error ends the fit.
+type Listener<'a> = dyn FnMut(usize) -> Result<(), NumericalKklError> + 'a;
+
 /// The tree of at most `budget.leaves` leaves that fits the samples.
 pub(crate) fn fit<const I: usize, const O: usize>(
     samples: Samples<'_, I, O>,
     budget: Budget,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut Listener<'_>,
 ) -> Result<Tree<I, O>, DesignError> {
     let all: Vec<u32> = (0..samples.points.len() as u32).collect();
     // Two samples per coefficient of a leaf: fewer would be interpolation, not regression.
     let least = 2 * monomial_count(I, budget.degree);
-    let mut leaves = vec![fit_leaf(samples, all, budget)];
+    let mut leaves = vec![fit_leaf(samples, all, budget, &mut || progress(0))?];
     let mut nodes: Vec<Node<f64>> = Vec::new();
     // Where the branch to leaf i hangs: node, and whether above.
     let mut hooks: Vec<Option<(usize, bool)>> = vec![None];
@@ -61,11 +68,13 @@ pub(crate) fn fit<const I: usize, const O: usize>(
             .filter(|&i| !leaves[i].whole && leaves[i].squares > 0.0)
             .max_by(|&i, &j| leaves[i].squares.total_cmp(&leaves[j].squares).then(j.cmp(&i)));
         let Some(index) = worst else { break };
-        let Some((axis, threshold, below, above)) = best_cut(samples, &leaves[index], budget, least) else {
+        let new = leaves.len();
+        let cut = best_cut(samples, &leaves[index], budget, least, &mut || progress(new))?;
+        let Some((axis, threshold, below, above)) = cut else {
             leaves[index].whole = true;
             continue;
         };
-        let (node, new) = (nodes.len(), leaves.len());
+        let node = nodes.len();
         nodes.push(Node {
             axis: axis as u16,
             threshold,
@@ -79,7 +88,7 @@ pub(crate) fn fit<const I: usize, const O: usize>(
         (leaves[index], hooks[index]) = (below, Some((node, false)));
         leaves.push(above);
         hooks.push(Some((node, true)));
-        progress(leaves.len());
+        progress(leaves.len())?;
     }
     let numbers = leaves.into_iter().flat_map(|leaf| leaf.data).collect();
     Ok(PolynomialTree::new(budget.degree, nodes, numbers)?)
@@ -104,14 +113,18 @@ fn bounds<const I: usize>(points: &[[f64; I]], samples: &[u32]) -> [(f64, f64); 
     })
 }
 
+/// A cut: the axis, where, and the two leaves.
+type Cut = (usize, f64, Leaf, Leaf);
+
 /// The cut that leaves the smallest sum of root sums of squares, or none that leaves enough samples on both sides.
 fn best_cut<const I: usize, const O: usize>(
     samples: Samples<'_, I, O>,
     leaf: &Leaf,
     budget: Budget,
     least: usize,
-) -> Option<(usize, f64, Leaf, Leaf)> {
-    let mut best: Option<(usize, f64, Leaf, Leaf)> = None;
+    alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
+) -> Result<Option<Cut>, DesignError> {
+    let mut best: Option<Cut> = None;
     for (axis, (threshold, half)) in bounds(samples.points, &leaf.samples).into_iter().enumerate() {
         if half <= 0.0 {
             continue;
@@ -124,17 +137,22 @@ fn best_cut<const I: usize, const O: usize>(
         if below.len() < least || above.len() < least {
             continue;
         }
-        let (below, above) = (fit_leaf(samples, below, budget), fit_leaf(samples, above, budget));
+        let (below, above) = (fit_leaf(samples, below, budget, alive)?, fit_leaf(samples, above, budget, alive)?);
         let roots = |below: &Leaf, above: &Leaf| below.squares.sqrt() + above.squares.sqrt();
         if best.as_ref().is_none_or(|(_, _, b, a)| roots(&below, &above) < roots(b, a)) {
             best = Some((axis, threshold, below, above));
         }
     }
-    best
+    Ok(best)
 }
 
 /// One polynomial through these samples.
-fn fit_leaf<const I: usize, const O: usize>(samples: Samples<'_, I, O>, members: Vec<u32>, budget: Budget) -> Leaf {
+fn fit_leaf<const I: usize, const O: usize>(
+    samples: Samples<'_, I, O>,
+    members: Vec<u32>,
+    budget: Budget,
+    alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
+) -> Result<Leaf, DesignError> {
     let frame = bounds(samples.points, &members);
     // A coordinate that does not vary carries nothing; its local coordinate is 0.
     let rates: [f64; I] = std::array::from_fn(|i| if frame[i].1 > 0.0 { 1.0 / frame[i].1 } else { 0.0 });
@@ -147,7 +165,10 @@ fn fit_leaf<const I: usize, const O: usize>(samples: Samples<'_, I, O>, members:
         row.clear();
         monomials(&local, budget.degree, 1.0, &mut |monomial| row.push(monomial));
     };
-    for &sample in &members {
+    for (k, &sample) in members.iter().enumerate() {
+        if k % BETWEEN_CALLS == 0 {
+            alive()?;
+        }
         expand(sample, &mut row);
         for (i, &x) in row.iter().enumerate() {
             for (sum, &y) in gram[i * q..][..=i].iter_mut().zip(&row) {
@@ -186,7 +207,7 @@ fn fit_leaf<const I: usize, const O: usize>(samples: Samples<'_, I, O>, members:
         .chain(range.map(|(middle, half)| middle + reach * half))
         .chain(right)
         .collect();
-    Leaf { samples: members, data, squares, whole: false }
+    Ok(Leaf { samples: members, data, squares, whole: false })
 }
 
 /// Cholesky, rows of the lower triangle in place; a pivot lost to rounding takes its direction out.
@@ -236,7 +257,7 @@ mod tests {
         let f = |x: f64, y: f64| 1.0 + x - 2.0 * x * y + y * y * x;
         let values: Vec<[f64; 1]> = points.iter().map(|p| [f(p[0], p[1])]).collect();
         let samples = Samples { points: &points, values: &values, scale: [1.0] };
-        let tree = fit(samples, Budget { degree: 3, leaves: 1, ridge: 1e-15 }, &mut |_| ()).unwrap();
+        let tree = fit(samples, Budget { degree: 3, leaves: 1, ridge: 1e-15 }, &mut |_| Ok(())).unwrap();
         assert_eq!((tree.leaf_count(), tree.depth()), (1, 0));
         for p in [[0.3, -2.0], [-0.9, 1.1]] {
             // Condition of the normal equations of ten monomials on a square: below 1e4; values below 30.
@@ -250,7 +271,7 @@ mod tests {
         let values: Vec<[f64; 1]> = points.iter().map(|p| [p[0].cbrt()]).collect();
         let samples = Samples { points: &points, values: &values, scale: [1.0] };
         let rms = |leaves: usize| {
-            let tree = fit(samples, Budget { degree: 3, leaves, ridge: 1e-12 }, &mut |_| ()).unwrap();
+            let tree = fit(samples, Budget { degree: 3, leaves, ridge: 1e-12 }, &mut |_| Ok(())).unwrap();
             let sum: f64 =
                 points.iter().zip(&values).map(|(p, v)| (tree.at(&SVector::from(*p))[0] - v[0]).powi(2)).sum();
             (sum / points.len() as f64).sqrt()
@@ -264,7 +285,7 @@ mod tests {
         let points: Vec<[f64; 2]> = (0..100).map(|k| [f64::from(k), 7.0]).collect();
         let values: Vec<[f64; 1]> = points.iter().map(|p| [2.0 * p[0]]).collect();
         let samples = Samples { points: &points, values: &values, scale: [1.0] };
-        let tree = fit(samples, Budget { degree: 2, leaves: 4, ridge: 1e-12 }, &mut |_| ()).unwrap();
+        let tree = fit(samples, Budget { degree: 2, leaves: 4, ridge: 1e-12 }, &mut |_| Ok(())).unwrap();
         // The ridge, 1e-12, shrinks the slope by its own size.
         assert!((tree.at(&SVector::from([30.5, 1e9]))[0] - 61.0).abs() < 1e-8);
     }

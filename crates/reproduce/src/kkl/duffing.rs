@@ -63,7 +63,9 @@ fn fit(context: &Context) -> Result<Arc<Fit>, CheckError> {
         let (domain, target) = (Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?, Target::bessel(1.5)?);
         let settings = Settings::default();
         let design =
-            NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| ())?;
+            NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| {
+                std::ops::ControlFlow::Continue(())
+            })?;
         Ok(Fit { domain, target, design })
     })
 }

@@ -1,5 +1,8 @@
 //! Numerical KKL observers of the plants of a study: sizes go into types here.
 
+use std::ops::ControlFlow::{Break, Continue};
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use luenberger_design::DesignError;
 use luenberger_design::numerical_kkl::{Domain, Embedded, Escape, Interpolated, NumericalKklDesign, Settings, Target};
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
@@ -48,10 +51,10 @@ impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
     }
 }
 
-/// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output.
-pub(super) fn design(model: &Model, wish: &KklWish) -> Result<Designed, DesignError> {
+/// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output. It ends once `cancel` is true.
+pub(super) fn design(model: &Model, wish: &KklWish, cancel: &AtomicBool) -> Result<Designed, DesignError> {
     if model.size().states == 2 {
-        let (design, report) = of_size::<2, 3>(model, wish)?;
+        let (design, report) = of_size::<2, 3>(model, wish, cancel)?;
         let kkl = if wish.embedded {
             Kkl::TwoEmbedded(Box::new(design.embedded))
         } else {
@@ -59,7 +62,7 @@ pub(super) fn design(model: &Model, wish: &KklWish) -> Result<Designed, DesignEr
         };
         return Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, proof: None });
     }
-    let (design, report) = of_size::<3, 4>(model, wish)?;
+    let (design, report) = of_size::<3, 4>(model, wish, cancel)?;
     let kkl = if wish.embedded {
         Kkl::ThreeEmbedded(Box::new(design.embedded))
     } else {
@@ -73,6 +76,7 @@ type Design<const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z>;
 fn of_size<const N: usize, const Z: usize>(
     model: &Model,
     wish: &KklWish,
+    cancel: &AtomicBool,
 ) -> Result<(Design<N, Z>, DesignReport), DesignError> {
     let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
     let escape = wish.escape.map_or(Escape::Free, |margin| Escape::Slowed { margin });
@@ -88,7 +92,8 @@ fn of_size<const N: usize, const Z: usize>(
         ..Settings::default()
     };
     let plant = Sized::<N>(model.clone());
-    let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| ())?;
+    let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
+    let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut on)?;
     let measured = &design.report;
     let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = vec![

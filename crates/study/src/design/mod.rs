@@ -9,6 +9,9 @@ mod runnable;
 pub use kkl::Kkl;
 pub use runnable::{Chains, Runnable};
 
+use std::sync::atomic::AtomicBool;
+
+use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{
     Certificate, CubicDesign, DesignError, Fact, LinearDesign, LipschitzDesign, LpvDesign, RepairedDesign,
     SampledCubicDesign,
@@ -67,14 +70,32 @@ impl Proof {
     }
 }
 
-/// The design of one observer of a study.
+/// Why an observer has no design.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoDesign {
+    /// It does not fit the plant: which hypothesis fails, and what would fit.
+    Misfit(FailureReport),
+    /// The user has interrupted.
+    Interrupted,
+}
+
+impl From<FailureReport> for NoDesign {
+    fn from(failure: FailureReport) -> Self {
+        Self::Misfit(failure)
+    }
+}
+
+/// The design of one observer of a study. The one that takes minutes, of the kind `kkl-numerical`, looks at `cancel` all the while, and ends once it is true.
 ///
 /// # Errors
-/// [`FailureReport`] says which hypothesis fails and what would fit.
-pub fn design(study: &Study, wish: &ObserverWish) -> Result<Designed, FailureReport> {
+/// [`NoDesign`].
+pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
-    let explained = |error| explain::error(study, wish, &error);
+    let explained = |error| match error {
+        DesignError::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
+        error => explain::error(study, wish, &error).into(),
+    };
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             linear::luenberger(&linear()?, gain).map_err(explained)
@@ -88,7 +109,7 @@ pub fn design(study: &Study, wish: &ObserverWish) -> Result<Designed, FailureRep
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(model, region, rate).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
             nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref())
-                .map_err(|error| explain::any(study, wish, error))
+                .map_err(|error| explain::any(study, wish, error).into())
         }
         ObserverKind::MeanValue { region, rate, eta, internal_error } => {
             explain::first_states_measured(study, wish)?;
@@ -104,7 +125,7 @@ pub fn design(study: &Study, wish: &ObserverWish) -> Result<Designed, FailureRep
         }
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;
-            kkl::design(model, kkl).map_err(explained)
+            kkl::design(model, kkl, cancel).map_err(explained)
         }
     }
 }

@@ -16,7 +16,7 @@ pub use options::{Progress, RunOptions, Step};
 
 use luenberger_figures::Figure;
 
-use crate::design::{Designed, design};
+use crate::design::{Designed, NoDesign, design};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
@@ -98,13 +98,23 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     };
     let all = step == Step::Run;
     // A nonlinear plant is observed along its trajectory, which under feedback needs the observers.
-    let designs =
-        if step == Step::Observe && simulate::fed(study).is_none() { Vec::new() } else { designs(study, options)? };
+    let designs = if step == Step::Observe && simulate::fed(study).is_none() {
+        Vec::new()
+    } else {
+        designs(study, options, &folder, all || step == Step::Certify)?
+    };
+    let described = |(wish, outcome): (&ObserverWish, &Option<Outcome>)| Some(described(wish, outcome.as_ref()?));
+    let observers = study.observers.iter().zip(&designs).filter_map(described).collect();
+    if options.interrupted() {
+        results.observers = observers;
+        save(&folder, &mut results)?;
+        return Err(StudyError::Interrupted);
+    }
     let members: Vec<Member<'_>> = study
         .observers
         .iter()
         .zip(&designs)
-        .filter_map(|(wish, designed)| Some(Member { wish, designed: designed.as_ref().ok()? }))
+        .filter_map(|(wish, outcome)| Some(Member { wish, designed: outcome.as_ref()?.designed.as_ref().ok()? }))
         .collect();
     if all || step == Step::Observe {
         options.check()?;
@@ -115,15 +125,10 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     if step == Step::Observe {
         return Ok(results);
     }
-    results.observers =
-        study.observers.iter().zip(&designs).map(|(wish, designed)| described(wish, designed)).collect();
+    results.observers = observers;
     results.warnings = warn::of_designs(study, &results);
+    results.warnings.extend(designs.iter().flatten().filter_map(|outcome| outcome.open.clone()));
     save(&folder, &mut results)?;
-    if all || step == Step::Certify {
-        let open = certificates(&folder, &members)?;
-        results.warnings.extend(open);
-        save(&folder, &mut results)?;
-    }
 
     let mut figures: Vec<(String, Figure)> = Vec::new();
     if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
@@ -205,41 +210,61 @@ fn save(folder: &Folder, results: &mut Results) -> Result<(), StudyError> {
     if folder.is_wanted() { folder.write("study.json", results.to_json()?.as_bytes()) } else { Ok(()) }
 }
 
-/// The designs, in parallel, in the order of the observers.
-fn designs(study: &Study, options: &RunOptions<'_>) -> Result<Vec<Result<Designed, FailureReport>>, StudyError> {
+/// What came of the design of an observer.
+struct Outcome {
+    designed: Result<Designed, FailureReport>,
+    /// Why its proof makes no file.
+    open: Option<String>,
+}
+
+/// The designs, in parallel, in the order of the observers, each with its certificate as `certificates/NAME.json` as soon as it is there, if `certified`;
+/// none for those that an interruption has left unfinished.
+fn designs(
+    study: &Study,
+    options: &RunOptions<'_>,
+    folder: &Folder,
+    certified: bool,
+) -> Result<Vec<Option<Outcome>>, StudyError> {
     use rayon::prelude::*;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let total = study.observers.len();
     let one = |wish: &ObserverWish| {
-        options.check()?;
-        let designed = design(study, wish);
+        if options.interrupted() {
+            return Ok(None);
+        }
+        let designed = match design(study, wish, options.cancel) {
+            Ok(designed) => Ok(designed),
+            Err(NoDesign::Misfit(failure)) => Err(failure),
+            Err(NoDesign::Interrupted) => return Ok(None),
+        };
+        let open = match &designed {
+            Ok(designed) if certified => certificate(folder, &wish.name, designed)?,
+            _ => None,
+        };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         options.tell("design", &wish.name, count, total);
-        Ok(designed)
+        Ok(Some(Outcome { designed, open }))
     };
     study.observers.par_iter().map(one).collect()
 }
 
-fn described(wish: &ObserverWish, designed: &Result<Designed, FailureReport>) -> ObserverReport {
-    let (design, failure) = match designed {
+fn described(wish: &ObserverWish, outcome: &Outcome) -> ObserverReport {
+    let (design, failure) = match &outcome.designed {
         Ok(designed) => (Some(designed.report.clone()), None),
         Err(failure) => (None, Some(failure.clone())),
     };
     ObserverReport { name: wish.name.clone(), kind: wish.kind.name().to_owned(), design, failure }
 }
 
-/// The certificate of each observer that has one, as `certificates/NAME.json`; and why some proof makes no file.
-fn certificates(folder: &Folder, members: &[Member<'_>]) -> Result<Vec<String>, StudyError> {
-    let mut open = Vec::new();
-    for member in members {
-        let name = &member.wish.name;
-        match member.designed.proof.as_ref().map(|proof| proof.file(name)) {
-            Some(Ok(file)) => folder.write(&format!("certificates/{}.json", file_name(name)), file.as_bytes())?,
-            Some(Err(error)) => open.push(format!("{name} has no certificate file: {error}")),
-            None => {}
+/// The certificate of an observer, if it has one, as a file; or why its proof makes none.
+fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Option<String>, StudyError> {
+    match designed.proof.as_ref().map(|proof| proof.file(name)) {
+        Some(Ok(file)) => {
+            folder.write(&format!("certificates/{}.json", file_name(name)), file.as_bytes()).map(|()| None)
         }
+        Some(Err(error)) => Ok(Some(format!("{name} has no certificate file: {error}"))),
+        None => Ok(None),
     }
-    Ok(open)
 }
 
 fn summary(study: &Study) -> PlantSummary {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::options::RunOptions;
 use super::simulate::{self, Variation};
 use super::{Member, member};
-use crate::design::{Designed, design};
+use crate::design::{Designed, NoDesign, design};
 use crate::error::StudyError;
 use crate::results::{MeritsReport, SweepReport, SweepRow};
 use crate::study::{ObserverWish, Simulation, Study, Sweep, Swept};
@@ -57,6 +57,7 @@ fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverWish> {
     study.observers.iter().filter(named).collect()
 }
 
+/// The rows in the order of the observers and values; those that an interruption has left unfinished are not there.
 pub(super) fn all(
     study: &Study,
     simulation: &Simulation,
@@ -74,14 +75,17 @@ pub(super) fn all(
         .collect();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let total = cells.len();
-    let one = |(wish, value): &(ObserverWish, f64)| {
-        options.check()?;
-        let row = cell(study, simulation, sweep, members, (wish, *value), options)?;
-        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        options.tell("sweep", &wish.name, count, total);
-        Ok(row)
-    };
-    let rows = cells.par_iter().map(one).collect::<Result<Vec<SweepRow>, StudyError>>()?;
+    let one =
+        |(wish, value): &(ObserverWish, f64)| match cell(study, simulation, sweep, members, (wish, *value), options) {
+            Ok(row) => {
+                let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+                options.tell("sweep", &wish.name, count, total);
+                Some(Ok(row))
+            }
+            Err(StudyError::Interrupted) => None,
+            Err(error) => Some(Err(error)),
+        };
+    let rows = cells.par_iter().filter_map(one).collect::<Result<Vec<SweepRow>, StudyError>>()?;
     Ok(SweepReport {
         parameter: sweep.parameter.name().to_owned(),
         ensemble: sweep.ensemble,
@@ -98,6 +102,7 @@ fn cell(
     (wish, value): (&ObserverWish, f64),
     options: &RunOptions<'_>,
 ) -> Result<SweepRow, StudyError> {
+    options.check()?;
     let mut row = SweepRow {
         observer: wish.name.clone(),
         value,
@@ -110,12 +115,13 @@ fn cell(
     };
     let anew: Designed;
     let designed = if matches!(sweep.parameter, Swept::Gamma | Swept::Poles) {
-        match design(study, wish) {
+        match design(study, wish, options.cancel) {
             Ok(designed) => {
                 anew = designed;
                 &anew
             }
-            Err(failure) => {
+            Err(NoDesign::Interrupted) => return Err(StudyError::Interrupted),
+            Err(NoDesign::Misfit(failure)) => {
                 row.failure = Some(failure.hypothesis);
                 return Ok(row);
             }

@@ -1,0 +1,30 @@
+//! How far a design has come, and whether it is to go on.
+
+use std::ops::ControlFlow;
+
+use crate::numerical_kkl::NumericalKklError;
+
+/// How far a design has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Steps of it that are done.
+    pub done: usize,
+    /// Steps that it has.
+    pub total: usize,
+}
+
+/// Who is told of the progress, and says whether the design goes on.
+pub(crate) type Listener<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
+
+impl Progress {
+    /// Told to the listener; his break is an error, so that it ends whatever is being done.
+    pub(crate) fn tell(self, listener: &mut Listener<'_>) -> Result<(), NumericalKklError> {
+        let Self { stage, done, total } = self;
+        match listener(self) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(NumericalKklError::Stopped { stage, done, total }),
+        }
+    }
+}
