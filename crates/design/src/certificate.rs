@@ -12,6 +12,7 @@ use luenberger_proof::{Direction, Interval, Matrix, ProofError, Verdict, positiv
 use nalgebra::DMatrix;
 
 use crate::cubic::CubicDesign;
+use crate::number::coefficient;
 
 /// One inequality and what is known of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,9 +60,10 @@ impl Fact {
         p: &DMatrix<f64>,
         rate: f64,
     ) -> Result<Self, ProofError> {
-        let term = if rate == 0.0 { String::new() } else { format!(" + 2({rate:e})P") };
+        // Of several vertices the inequality is not the paper's (12), which has one A.
+        let place = if vertex.is_empty() { " (12)" } else { vertex };
         Ok(Self {
-            statement: format!("(A - LC)'P + P(A - LC){term} < 0{vertex} (12)"),
+            statement: decay_at(place, rate),
             verdict: statement::decay_rate(&exact(a)?, &exact(l)?, &exact(c)?, &exact(p)?, rate)?,
         })
     }
@@ -75,7 +77,7 @@ impl Fact {
         rate: f64,
     ) -> Result<Self, ProofError> {
         Ok(Self {
-            statement: format!("(A - LC)'P + P(A - LC) + 2({rate:e})P < 0{vertex}"),
+            statement: decay_at(vertex, rate),
             verdict: statement::decay_rate_within(a, &exact(l)?, c, &exact(p)?, rate)?,
         })
     }
@@ -161,6 +163,16 @@ pub(crate) fn deployed(
 }
 
 /// The same numbers for the prover, which reads rows first.
+/// ` + 2 rate P` with its number, nothing for the rate 0; twice a double is exact.
+pub(crate) fn decay_term(rate: f64, p: &str) -> String {
+    if rate == 0.0 { String::new() } else { format!(" + {}{p}", coefficient(2.0 * rate)) }
+}
+
+/// `(A - LC)'P + P(A - LC) + 2 rate P < 0` at one of several vertices.
+pub(crate) fn decay_at(vertex: &str, rate: f64) -> String {
+    format!("(A - LC)'P + P(A - LC){} < 0{vertex}", decay_term(rate, "P"))
+}
+
 pub(crate) fn exact(m: &DMatrix<f64>) -> Result<Matrix<f64>, ProofError> {
     Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())
 }

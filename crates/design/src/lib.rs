@@ -36,6 +36,7 @@ pub mod lipschitz;
 pub mod lpv;
 pub mod mean_value;
 pub mod nonlinear_observability;
+pub mod number;
 pub mod numerical_kkl;
 mod real_field;
 pub mod robust;

@@ -21,6 +21,8 @@ pub struct PlantModel {
     pub outputs: Vec<String>,
     /// Units of the states; empty if unknown.
     pub units: Vec<String>,
+    /// Unit of the time, if the study names one.
+    pub time_unit: Option<String>,
 }
 
 /// A plant.

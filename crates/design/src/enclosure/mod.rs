@@ -28,6 +28,8 @@ use luenberger_plants::{Column, Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix, Ring};
 use thiserror::Error;
 
+use crate::number::shortest;
+
 pub use paths::Undefined;
 pub use region::{Axis, Region};
 pub use scalar::IntervalDual;
@@ -143,11 +145,11 @@ impl fmt::Display for Place {
             .filter(|(_, part)| part.0.is_finite() || part.1.is_finite())
             .map(|((axis, x), (lo, hi))| {
                 if hi.is_infinite() {
-                    format!("{axis} >= {x:e}")
+                    format!("{axis} >= {}", shortest(*x))
                 } else if lo.is_infinite() {
-                    format!("{axis} <= {x:e}")
+                    format!("{axis} <= {}", shortest(*x))
                 } else {
-                    format!("{axis} = {x}")
+                    format!("{axis} = {}", shortest(*x))
                 }
             })
             .collect();

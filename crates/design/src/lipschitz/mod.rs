@@ -35,7 +35,7 @@ pub use admissible::{AdmissibleFactor, greatest_factor};
 pub use sector::{LipschitzPlant, Sector};
 pub use split::Split;
 
-use crate::certificate::{Certificate, Fact, exact};
+use crate::certificate::{Certificate, Fact, decay_term, exact};
 use crate::check;
 use crate::error::DesignError;
 
@@ -210,7 +210,8 @@ impl Proposal {
         let (a, c) = (exact(plant.a())?, exact(plant.c())?);
         let verdict = sector_decrease(&a, &exact(l)?, &c, &exact(&self.p)?, rate, &terms)?;
         let statement = format!(
-            "[F'P + PF + 2({rate:e})P - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC"
+            "[F'P + PF{} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC",
+            decay_term(rate, "P")
         );
         Ok(Certificate { facts: vec![Fact::positive("P", &self.p)?, Fact { statement, verdict }], deployed: None })
     }

@@ -39,6 +39,7 @@ use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
+use crate::number::{decay, significant};
 use crate::robust::greatest_rate;
 
 /// The relative width to which [`LpvDesign::certify`] finds the greatest rate.
@@ -226,7 +227,8 @@ where
             "everywhere" => "From every x(0) and xhat(0)".to_owned(),
             bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
         };
-        format!("{hypothesis}, |x(t) - xhat(t)| <= {:.4e} |x(0) - xhat(0)| exp(-{} t).", self.overshoot(), self.rate)
+        let overshoot = significant(self.overshoot(), 5);
+        format!("{hypothesis}, |x(t) - xhat(t)| <= {overshoot} |x(0) - xhat(0)| {}.", decay(self.rate))
     }
 }
 

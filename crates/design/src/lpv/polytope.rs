@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::enclosure::{Entry, JacobianEnclosure};
 use crate::error::DesignError;
+use crate::number::significant;
 
 /// How many entries may vary: 2^12 = 4096 vertices, each with a proof of its own.
 pub const MAX_VARYING: usize = 12;
@@ -27,7 +28,7 @@ pub struct Vertex {
 
 impl fmt::Display for Vertex {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ends: Vec<String> = self.at.iter().map(|(entry, end)| format!("{entry} = {end:.6}")).collect();
+        let ends: Vec<String> = self.at.iter().map(|(entry, end)| format!("{entry} = {}", significant(*end, 6))).collect();
         f.write_str(&if ends.is_empty() { "the only vertex".to_owned() } else { ends.join(", ") })
     }
 }

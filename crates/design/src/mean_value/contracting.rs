@@ -19,9 +19,10 @@ use luenberger_proof::statement::{cascade_decrease, decay_rate};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U2};
 
-use crate::certificate::{Certificate, Fact, exact};
+use crate::certificate::{Certificate, Fact, decay_term, exact};
 use crate::check;
 use crate::error::DesignError;
+use crate::number::{decay, shortest};
 
 /// The printed observer in other coordinates, its estimate in the plant's own.
 pub type PrintedInCoordinates<S, D, N, M, P> =
@@ -151,12 +152,14 @@ impl ContractingCoordinates {
         for (number, vertex) in vertices.iter().enumerate() {
             let (uu, mu) = (vertex.view((p, p), (m, m)).into_owned(), vertex.view((0, p), (p, m)).into_owned());
             facts.push(Fact {
-                statement: format!("He(Q(J_uu - K J_mu)) + 2({rate:e})Q < 0 at vertex {}", number + 1),
+                statement: format!("He(Q(J_uu - K J_mu)){} < 0 at vertex {}", decay_term(rate, "Q"), number + 1),
                 verdict: decay_rate(&exact(&uu)?, &exact(k)?, &exact(&mu)?, &exact(q)?, rate)?,
             });
             facts.push(Fact {
                 statement: format!(
-                    "|d_m|^2 + d_w'Q d_w falls faster than exp(-2({rate:e})t) with the injection {injection:e} at vertex {}",
+                    "|d_m|^2 + d_w'Q d_w falls faster than {} with the injection {} at vertex {}",
+                    decay(2.0 * rate),
+                    shortest(injection),
                     number + 1
                 ),
                 verdict: cascade_decrease(&exact(vertex)?, &exact(k)?, &exact(q)?, injection, rate)?,

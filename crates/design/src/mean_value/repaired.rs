@@ -8,7 +8,7 @@ use luenberger_observers::mean_value::{Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, DynamicPlant, Size};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
-use crate::certificate::Certificate;
+use crate::certificate::{Certificate, decay_at};
 use crate::check;
 use crate::error::DesignError;
 use crate::robust::PolytopicDesign;
@@ -55,7 +55,11 @@ impl RepairedDesign {
         let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
         let nominal = DynamicPlant::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
-        let design = PolytopicDesign::new(&nominal, rest, rate)?;
+        let mut design = PolytopicDesign::new(&nominal, rest, rate)?;
+        // P > 0, then the nominal plant, which here is the first vertex, then the others.
+        for (number, fact) in design.certificate.facts.iter_mut().enumerate().skip(1) {
+            fact.statement = decay_at(&format!(" at vertex {number}"), rate);
+        }
         let p = design.nominal.p;
         let proved = if design.certificate.is_proved() { design.certificate.facts[0].verdict.margin() } else { None };
         // The largest eigenvalue is known to a few roundings of |P|; the smallest is not below the margin of `P > 0`.

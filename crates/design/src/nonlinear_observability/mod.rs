@@ -34,6 +34,8 @@ use luenberger_plants::{Column, Dimensions, Plant};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
+use crate::number::{shortest, significant};
+
 mod field;
 mod jet;
 mod linear;
@@ -281,12 +283,12 @@ impl LieObservability {
         });
         let Some(worst) = self.worst() else { return lines.join("\n") };
         lines.push(format!(
-            "worst at t = {}: rank {} of {n}, margin {:.2e}, condition {:.2e}, decided by a factor of {:.1e}",
-            worst.t,
+            "worst at t = {}: rank {} of {n}, margin {}, condition {}, decided by a factor of {}",
+            shortest(worst.t),
             worst.rank,
-            worst.margin(),
-            worst.condition(),
-            worst.gap(self.tolerance)
+            significant(worst.margin(), 3),
+            significant(worst.condition(), 3),
+            significant(worst.gap(self.tolerance), 2)
         ));
         if worst.rank == n {
             let weakest = direction_in_words(&self.scaled(worst.weakest.as_slice()), names);

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use luenberger_design::DesignError;
+use luenberger_design::number::shortest;
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_plants::Plant;
 use nalgebra::DVector;
@@ -63,10 +64,12 @@ pub(super) fn any(study: &Study, wish: &ObserverWish, misfit: Misfit) -> Failure
         Misfit::Design(design) => error(study, wish, &design),
         Misfit::NonlinearOutput { output, state, low, high } => {
             let hypothesis = format!(
-                "the kind {} needs outputs that are linear in the state, and the derivative of {} by {} is between {low:e} and {high:e}",
+                "the kind {} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
                 wish.kind.name(),
                 study.plant.outputs[output],
-                study.plant.states[state]
+                study.plant.states[state],
+                shortest(low),
+                shortest(high)
             );
             failure(wish, hypothesis, for_nonlinear(study, wish.kind.name()))
         }

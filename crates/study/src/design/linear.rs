@@ -1,5 +1,6 @@
 //! The observers of linear plants.
 
+use luenberger_design::number::{decay, significant};
 use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
 use luenberger_linalg::spectral_abscissa;
 use luenberger_plants::DynamicPlant;
@@ -18,12 +19,13 @@ pub(super) fn luenberger(plant: &DynamicPlant, wish: &LinearWish) -> Result<Desi
     let design = of(plant, wish)?;
     let rate = -spectral_abscissa(&design.error_matrix())?;
     let promised = match wish.wish {
-        Wish::DecayRate(rate) => format!(" Every error decays at least like exp(-{rate} t)."),
+        Wish::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
         _ => String::new(),
     };
     let report = DesignReport {
         statement: format!(
-            "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{rate:.4} t).{promised}"
+            "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{} t).{promised}",
+            significant(rate, 5)
         ),
         matrices: vec![matrix("L", &design.observer.l), matrix("P", &design.p), matrix("Q", &design.q)],
         poles: poles(&design.poles),
@@ -84,8 +86,8 @@ pub(super) fn sampled(
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
-            "Sampled every {period}: V = e'Pe decreases from sample to sample, whatever the error; in the end by the factor {:.4} each.",
-            slowest * slowest
+            "Sampled every {period}: V = e'Pe decreases from sample to sample, whatever the error; in the end by the factor {} each.",
+            significant(slowest * slowest, 4)
         ),
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),

@@ -11,6 +11,7 @@ pub use runnable::{Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
 
+use luenberger_design::number::significant;
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{
     Certificate, CubicDesign, DesignError, Fact, LinearDesign, LipschitzDesign, LpvDesign, RepairedDesign,
@@ -153,11 +154,11 @@ fn facts(certificate: &Certificate) -> Vec<FactReport> {
 fn fact(fact: &Fact) -> FactReport {
     let words = match &fact.verdict {
         Verdict::Proved { margin } if *margin > 0.0 => {
-            format!("proved, with the margin {margin:.3e}: rounding errors included, that much could be taken away")
+            format!("proved, with the margin {}: rounding errors included, that much could be taken away", significant(*margin, 4))
         }
         Verdict::Proved { .. } => "proved, with no room: it holds with equality somewhere".to_owned(),
         Verdict::Refuted { witness } => format!("false: {witness}"),
-        Verdict::Undecided { why, best } => format!("open: {why} (floating point sees a margin of {best:.3e})"),
+        Verdict::Undecided { why, best } => format!("open: {why} (floating point sees a margin of {})", significant(*best, 4)),
     };
     FactReport {
         statement: fact.statement.clone(),
@@ -186,8 +187,8 @@ fn reach(deployed: Option<&DeployedCubic>) -> String {
             "With its gains exactly as stored it converges from every first error.".to_owned()
         }
         Some(Reach::Within(ellipsoid)) => format!(
-            "With its gains exactly as stored it converges from every first error of a norm below {:.4e}.",
-            ellipsoid.ball
+            "With its gains exactly as stored it converges from every first error of a norm below {}.",
+            significant(ellipsoid.ball, 5)
         ),
         Some(Reach::Unproved) | None => "For its gains as stored nothing is proved.".to_owned(),
     }

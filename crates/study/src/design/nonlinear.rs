@@ -2,6 +2,7 @@
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
+use luenberger_design::number::{decay, significant};
 use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, Region, RepairedDesign, Sector};
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, Noises};
 use nalgebra::{DMatrix, DVector};
@@ -21,7 +22,9 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateWish) -> Result<Des
         RateWish::Gain(gain, _) => LpvDesign::certify(model.clone(), region, gain),
     }?;
     let evidence =
-        design.stopped.as_ref().map(|(rate, why)| format!("nothing was proved at the rate {rate:.4}: {why}"));
+        design.stopped.as_ref().map(|(rate, why)| {
+        format!("nothing was proved at the rate {}: {why}", significant(*rate, 5))
+    });
     let report = DesignReport {
         statement: design.statement(),
         matrices: vec![matrix("L", design.observer.l()), matrix("P", &design.p)],
@@ -103,7 +106,8 @@ pub(super) fn lipschitz(
     };
     let report = DesignReport {
         statement: format!(
-            "{box_}, the error decays at least like exp(-{rate} t), whatever the {count} nonlinearities do within their sectors. {whose}"
+            "{box_}, the error decays at least like {}, whatever the {count} nonlinearities do within their sectors. {whose}",
+            decay(rate)
         ),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
@@ -128,13 +132,18 @@ pub(super) fn mean_value(
     internal_error: &[f64],
 ) -> Result<Designed, DesignError> {
     let polytope = Polytope::new(enclose(model, region)?)?;
-    let vertices: Vec<DMatrix<f64>> = polytope.vertices.into_iter().map(|vertex| vertex.a).collect();
-    let design = RepairedDesign::new(&vertices, model.size().outputs, rate)?;
+    let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
+    let mut design = RepairedDesign::new(&vertices, model.size().outputs, rate)?;
+    // P > 0, then one inequality for each vertex: which one it is.
+    for (fact, vertex) in design.certificate.facts.iter_mut().skip(1).zip(&polytope.vertices) {
+        fact.statement = format!("{} ({vertex})", fact.statement);
+    }
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
     let report = DesignReport {
         statement: format!(
-            "With z = xhat + e, |x(t) - z(t)| <= {:.4e} |x(0) - z(0)| exp(-{rate} t) as long as x(t) and z(t) stay in the box ({region}).",
-            design.overshoot
+            "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {} as long as x(t) and z(t) stay in the box ({region}).",
+            significant(design.overshoot, 5),
+            decay(rate)
         ),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),

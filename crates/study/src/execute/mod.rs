@@ -15,8 +15,9 @@ pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, Step};
 
 use luenberger_figures::Figure;
+use luenberger_plants::DynamicPlant;
 
-use crate::design::{Designed, NoDesign, design};
+use crate::design::{Designed, NoDesign, design, matrix};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
@@ -185,7 +186,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
         options.check()?;
         let report = sweep::all(study, simulation, sweep, &members, options)?;
-        figures.extend(pictures::sweep(&report));
+        figures.extend(pictures::sweep(&report, study.plant.time_unit.as_ref()));
         results.sweep = Some(report);
         save(&folder, &mut results)?;
     }
@@ -269,8 +270,8 @@ fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Optio
 
 fn summary(study: &Study) -> PlantSummary {
     let plant = &study.plant;
-    let (kind, equations) = match &plant.model {
-        Model::Linear(_) => ("linear".to_owned(), vec!["x' = A x + B u".to_owned(), "y = C x".to_owned()]),
+    let (kind, mut equations) = match &plant.model {
+        Model::Linear(_) => ("linear".to_owned(), Vec::new()),
         Model::Expressions(expressions) => {
             let f = expressions.f().iter().enumerate().map(|(k, row)| format!("x{}' = {}", k + 1, row.text()));
             let h = expressions.h().iter().enumerate().map(|(k, row)| format!("y{} = {}", k + 1, row.text()));
@@ -278,12 +279,24 @@ fn summary(study: &Study) -> PlantSummary {
         }
         Model::Builtin(builtin) => (builtin.name().to_owned(), Vec::new()),
     };
+    let linear = plant.model.linear();
+    let motion = if plant.inputs.is_empty() { "x' = A x" } else { "x' = A x + B u" };
+    if linear.is_some() {
+        equations.extend([motion.to_owned(), "y = C x".to_owned()]);
+    }
+    let named = |plant: &DynamicPlant| {
+        let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
+        all.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect()
+    };
+    let matrices = linear.as_ref().map(named).unwrap_or_default();
     PlantSummary {
         kind,
         states: plant.states.clone(),
         units: plant.units.clone(),
+        time_unit: plant.time_unit.clone(),
         inputs: plant.inputs.clone(),
         outputs: plant.outputs.clone(),
         equations,
+        matrices,
     }
 }

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Member;
 use super::simulate::Run;
 use crate::results::SweepReport;
+use crate::results::report::with_unit;
 use crate::study::{Quantity, Study};
 
 /// What all runs of a study have in common, and each observer's part.
@@ -39,12 +40,13 @@ impl Runs<'_> {
         self.study.plot.states.clone().unwrap_or_else(|| (0..self.study.plant.states.len()).collect())
     }
 
+    /// The label of the axis of times.
+    fn time(&self) -> String {
+        with_unit("time t", self.study.plant.time_unit.as_ref())
+    }
+
     fn label(&self, i: usize) -> String {
-        let name = &self.study.plant.states[i];
-        match self.study.plant.units.get(i) {
-            Some(unit) => format!("{name} ({unit})"),
-            None => name.clone(),
-        }
+        with_unit(&self.study.plant.states[i], self.study.plant.units.get(i))
     }
 }
 
@@ -62,8 +64,6 @@ fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Opti
     }
     (xs.len() > 1).then(|| Series::line(name, &xs, &ys))
 }
-
-const TIME: &str = "time t";
 
 /// The figures with their ids, as the study asks for them.
 pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
@@ -103,7 +103,7 @@ fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
 fn states(runs: &Runs<'_>) -> Named {
     let rows = runs.rows(runs.first);
     let panel = |i: usize| {
-        let mut panel = Panel::new(TIME, runs.label(i));
+        let mut panel = Panel::new(runs.time(), runs.label(i));
         if !runs.measured
             && let Some(truth) = line("plant", runs.first, &rows, |k| runs.first.x[(k, i)])
         {
@@ -124,7 +124,7 @@ fn states(runs: &Runs<'_>) -> Named {
 
 fn errors(runs: &Runs<'_>) -> Named {
     let panel = |i: usize| {
-        let mut panel = Panel::new(TIME, format!("error of {}", runs.label(i)));
+        let mut panel = Panel::new(runs.time(), format!("error of {}", runs.label(i)));
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
             if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
@@ -137,7 +137,7 @@ fn errors(runs: &Runs<'_>) -> Named {
 }
 
 fn norm(runs: &Runs<'_>) -> Named {
-    let mut panel = Panel::new(TIME, "norm of the error |e|").log_y();
+    let mut panel = Panel::new(runs.time(), "norm of the error |e|").log_y();
     for (number, (member, run)) in runs.shown().enumerate() {
         let Some(estimate) = &run.estimate else { continue };
         let size = |k: usize| {
@@ -161,7 +161,7 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
     let rows = runs.rows(runs.first);
     let panel = |(j, name): (usize, &String)| {
         let curve = line(name, runs.first, &rows, |k| of[(k, j)]);
-        curve.into_iter().fold(Panel::new(TIME, name.clone()), Panel::series)
+        curve.into_iter().fold(Panel::new(runs.time(), name.clone()), Panel::series)
     };
     let caption = match (id, runs.study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref())) {
         ("outputs", Some(noise)) => format!("What the observers see, with the noise of the seed {}.", noise.seed),
@@ -188,7 +188,7 @@ fn innovations(runs: &Runs<'_>) -> Named {
     let all: Vec<_> =
         runs.shown().filter_map(|(member, run)| Some((member, run, innovation(runs.study, run)?))).collect();
     let panel = |(j, name): (usize, &String)| {
-        let mut panel = Panel::new(TIME, format!("innovation of {name}")).mark(Mark::horizontal(0.0));
+        let mut panel = Panel::new(runs.time(), format!("innovation of {name}")).mark(Mark::horizontal(0.0));
         for (number, (member, run, innovation)) in all.iter().enumerate() {
             if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
@@ -204,15 +204,16 @@ fn innovations(runs: &Runs<'_>) -> Named {
 type Merit = fn(&crate::results::SweepRow) -> Option<f64>;
 
 /// The sweep: each merit against the parameter.
-pub(super) fn sweep(report: &SweepReport) -> Named {
+pub(super) fn sweep(report: &SweepReport, time_unit: Option<&String>) -> Named {
     let observers: Vec<&String> = report.rows.iter().fold(Vec::new(), |mut names, row| {
         if !names.contains(&&row.observer) {
             names.push(&row.observer);
         }
         names
     });
+    let settling = with_unit("time to settle", time_unit);
     let merits: [(&str, Merit); 3] =
-        [("time to settle", |row| row.settling), ("rms of |e|", |row| row.rms), ("largest |e|", |row| row.peak)];
+        [(&settling, |row| row.settling), ("rms of |e|", |row| row.rms), ("largest |e|", |row| row.peak)];
     let panel = |(label, merit): (&str, Merit)| {
         let mut panel = Panel::new(parameter(&report.parameter), label).log_x();
         for (number, name) in observers.iter().enumerate() {

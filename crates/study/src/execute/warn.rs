@@ -1,10 +1,12 @@
 //! What a reader should know before he believes a result.
 
 use luenberger_design::Region;
+use luenberger_design::number::significant;
 
 use super::Member;
 use super::simulate::Run;
 use crate::results::Results;
+use crate::results::report::eigenvalue;
 use crate::signal::Input;
 use crate::study::{ObserverKind, Study};
 
@@ -17,8 +19,10 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
         let hidden = |margin: f64| point.hidden.iter().any(|mode| mode.margin >= margin);
         for mode in point.modes.iter().filter(|mode| mode.margin < HARDLY && !hidden(mode.margin)) {
             warnings.push(format!(
-                "the outputs hardly see the mode {:.4}{:+.4}i along {} (margin {:.1e}): a small change of the plant hides it",
-                mode.eigenvalue[0], mode.eigenvalue[1], mode.words, mode.margin
+                "the outputs hardly see the mode {} along {} (margin {}): a small change of the plant hides it",
+                eigenvalue(mode.eigenvalue),
+                mode.words,
+                significant(mode.margin, 2)
             ));
         }
     }
@@ -69,8 +73,10 @@ pub(super) fn of_runs(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String
             });
             if let Some((t, i, value)) = outside {
                 warnings.push(format!(
-                    "{name}: {what} leaves the box of the design at t = {t:.4}, where {} is {value:.4}: what is proved or fitted there does not speak of it",
-                    study.plant.states[i]
+                    "{name}: {what} leaves the box of the design at t = {}, where {} is {}: what is proved or fitted there does not speak of it",
+                    significant(t, 5),
+                    study.plant.states[i],
+                    significant(value, 5)
                 ));
             }
         }

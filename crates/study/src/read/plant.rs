@@ -77,7 +77,8 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
             units
         }
     };
-    Some(PlantModel { model, states: states?, inputs: inputs?, outputs: outputs?, units: units? })
+    let time_unit = node.get("time_unit").and_then(Node::text).map(str::to_owned);
+    Some(PlantModel { model, states: states?, inputs: inputs?, outputs: outputs?, units: units?, time_unit })
 }
 
 fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {

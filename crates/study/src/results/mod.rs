@@ -45,12 +45,18 @@ pub struct PlantSummary {
     pub states: Vec<String>,
     /// Units of the states; empty if the file gives none.
     pub units: Vec<String>,
+    /// Unit of the time, if the file gives one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_unit: Option<String>,
     /// Names of the inputs.
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
     /// The equations, one a line.
     pub equations: Vec<String>,
+    /// A, B and C of a linear plant; B only if there are inputs.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub matrices: Vec<NamedMatrix>,
 }
 
 /// What the outputs see of the states.

@@ -2,7 +2,9 @@
 
 use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone, short};
 
-use super::{DesignReport, ModeReport, NamedMatrix, ObservabilityReport, ObserverReport, Results};
+use super::{
+    DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, Results,
+};
 use crate::error::StudyError;
 
 /// The page. `files` are the names of the files beside it.
@@ -28,7 +30,8 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
         report = report.section(section);
     }
     if let Some(sweep) = &results.sweep {
-        let mut grid = Grid::new(&["observer", &sweep.parameter, "finished", "settles", "rms", "peak", "at the end"]);
+        let settles = with_unit("settles", results.plant.time_unit.as_ref());
+        let mut grid = Grid::new(&["observer", &sweep.parameter, "finished", &settles, "rms", "peak", "at the end"]);
         for row in &sweep.rows {
             grid = grid.row([
                 Cell::from(row.observer.as_str()),
@@ -62,20 +65,30 @@ fn plant(results: &Results) -> Section {
         .states
         .iter()
         .enumerate()
-        .map(|(i, name)| plant.units.get(i).map_or_else(|| name.clone(), |unit| format!("{name} ({unit})")))
+        .map(|(i, name)| with_unit(name, plant.units.get(i)))
         .collect();
     let list = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    let facts = [
+    let mut facts = vec![
         ("kind", plant.kind.clone()),
         ("states", list(&states)),
         ("inputs", list(&plant.inputs)),
         ("outputs", list(&plant.outputs)),
     ];
-    let section = Section::new("Plant").facts(facts);
-    if plant.equations.is_empty() { section } else { section.verbatim(plant.equations.join("\n")) }
+    facts.extend(plant.time_unit.iter().map(|unit| ("time in", unit.clone())));
+    let mut section = Section::new("Plant").facts(facts);
+    if !plant.equations.is_empty() {
+        section = section.verbatim(plant.equations.join("\n"));
+    }
+    plant.matrices.iter().fold(section, matrix)
 }
 
-fn eigenvalue([re, im]: [f64; 2]) -> String {
+/// A name with its unit, if there is one: `position (m)`.
+pub(crate) fn with_unit(name: &str, unit: Option<&String>) -> String {
+    unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
+}
+
+/// `-1 + 2i`.
+pub(crate) fn eigenvalue([re, im]: [f64; 2]) -> String {
     match im {
         0.0 => short(re),
         im if im < 0.0 => format!("{} - {}i", short(re), short(-im)),
@@ -116,27 +129,53 @@ fn observability(report: &ObservabilityReport) -> Section {
     section = section.prose(
         "A margin is how well a mode is seen, sigma_min([A - lambda I; C]) relative to the size of [A; C]: 0 for a mode that no output sees.",
     );
-    for point in &report.points {
-        if let Some(t) = point.t {
-            section = section.heading(format!("at t = {}", short(t)));
-        }
-        if !point.hidden.is_empty() {
-            let fate = if point.detectable {
-                "They decay by themselves: an observer exists, and cannot make them faster."
-            } else {
-                "They do not decay: no observer exists for them."
-            };
-            section = section.prose(format!("No output sees these modes. {fate}")).grid(modes(&point.hidden));
-        }
-        section = section.grid(modes(&point.modes));
+    section = if linear { report.points.iter().fold(section, of_linear) } else { section.grid(along(report)) };
+    match &report.nonlinear {
+        Some(nonlinear) => section.verbatim(&nonlinear.words),
+        None => section,
     }
-    if let Some(nonlinear) = &report.nonlinear {
-        let grid = nonlinear.lie.iter().fold(Grid::new(&["t", "rank of the Lie derivatives"]), |grid, at| {
-            grid.row([Cell::from(at.t), Cell::number(at.rank.to_string())])
-        });
-        section = section.grid(grid).verbatim(&nonlinear.words);
+}
+
+/// Every mode of a linear plant.
+fn of_linear(section: Section, point: &ObservabilityAt) -> Section {
+    if point.hidden.is_empty() {
+        return section.grid(modes(&point.modes));
     }
-    section
+    let fate = if point.detectable {
+        "They decay by themselves: an observer exists, and cannot make them faster."
+    } else {
+        "They do not decay: no observer exists for them."
+    };
+    section.prose(format!("No output sees these modes. {fate}")).grid(modes(&point.hidden)).grid(modes(&point.modes))
+}
+
+/// The points of a trajectory, a row for each: the mode that is seen least there.
+fn along(report: &ObservabilityReport) -> Grid {
+    let lie = |t: Option<f64>| {
+        let ranks = &report.nonlinear.as_ref()?.lie;
+        ranks.iter().find(|at| Some(at.t) == t).map(|at| at.rank)
+    };
+    let head = ["t", "rank linearised", "rank of the Lie derivatives", "mode seen least", "margin", "along", "hidden"];
+    let grid = report.points.iter().fold(Grid::new(&head), |grid, point| {
+        let least = point.modes.iter().min_by(|a, b| a.margin.total_cmp(&b.margin));
+        let hidden = match (point.hidden.len(), point.detectable) {
+            (0, _) => "none".to_owned(),
+            (1, true) => "1 mode, which decays".to_owned(),
+            (1, false) => "1 mode, which does not decay".to_owned(),
+            (count, true) => format!("{count} modes, which decay"),
+            (count, false) => format!("{count} modes, which do not all decay"),
+        };
+        grid.row([
+            maybe(point.t),
+            Cell::number(point.rank.to_string()),
+            lie(point.t).map_or_else(|| Cell::number("–"), Cell::from),
+            least.map_or_else(|| Cell::number("–"), |mode| Cell::number(eigenvalue(mode.eigenvalue))),
+            maybe(least.map(|mode| mode.margin)),
+            Cell::from(least.map(|mode| leading(&mode.words)).unwrap_or_default()),
+            Cell::from(hidden),
+        ])
+    });
+    grid.caption("Of the linearisation at each time, and of the plant itself by its Lie derivatives; `study.json` has every mode.")
 }
 
 fn tone(verdict: &str) -> Tone {
@@ -177,7 +216,7 @@ fn designed(section: Section, design: &DesignReport) -> Section {
     section = section.facts(facts);
     for matrix in design.matrices.iter().filter(|matrix| matrix.name != "P" && matrix.name != "Q" && matrix.name != "S")
     {
-        section = section.verbatim(laid_out(matrix));
+        section = self::matrix(section, matrix);
     }
     if design.facts.is_empty() {
         return section;
@@ -191,30 +230,57 @@ fn designed(section: Section, design: &DesignReport) -> Section {
             Cell::from(fact.words.as_str()),
         ])
     });
-    let caption = match design.facts.len() {
-        count if count > 12 => format!("The first 12 of {count} facts; `study.json` has all."),
-        _ => String::new(),
-    };
-    section.grid(grid.caption(caption))
+    let mut caption = Vec::new();
+    if design.facts.len() > 12 {
+        caption.push(format!("The first 12 of {} facts; `study.json` has all.", design.facts.len()));
+    }
+    let any = |what: &str| design.facts.iter().any(|fact| fact.statement.contains(what));
+    if any("at vertex") {
+        caption.push(
+            "A vertex is one combination of the extreme values that the entries of the Jacobians df/dx and dh/dx have over the box, and (A, C) those Jacobians: \
+             what holds at every vertex holds for all Jacobians in between."
+                .to_owned(),
+        );
+    }
+    if any(" (12)") || any(" (13')") {
+        caption.push("(12) and (13') are the inequalities of these numbers in the paper on the cubic observer.".to_owned());
+    }
+    section.grid(grid.caption(caption.join(" ")))
+}
+
+/// The most rows and columns of a matrix that are written out.
+const LARGEST: usize = 12;
+
+/// A matrix that fits a page, entry by entry; a larger one by its size.
+fn matrix(section: Section, matrix: &NamedMatrix) -> Section {
+    let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
+    if rows.max(columns) > LARGEST {
+        return section.prose(format!("{} is {rows} x {columns}; `study.json` has it.", matrix.name));
+    }
+    section.verbatim(laid_out(matrix))
 }
 
 /// A matrix with its columns aligned.
 fn laid_out(matrix: &NamedMatrix) -> String {
     let cells: Vec<Vec<String>> = matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
-    let width = cells.iter().flatten().map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let columns = cells.first().map_or(0, Vec::len);
+    let width = |j: usize| cells.iter().filter_map(|row| row.get(j)).map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
     let margin = format!("{} = ", matrix.name);
     let lines = cells.iter().enumerate().map(|(i, row)| {
         let start = if i == 0 { margin.clone() } else { " ".repeat(margin.chars().count()) };
-        let row = row.iter().map(|cell| format!("{cell:>width$}")).collect::<Vec<_>>().join("  ");
+        let row = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  ");
         format!("{start}[ {row} ]")
     });
     lines.collect::<Vec<_>>().join("\n")
 }
 
 fn comparison(results: &Results) -> Section {
+    let in_time = |text: &str| with_unit(text, results.plant.time_unit.as_ref());
     let mut section = Section::new("Comparison");
     if let Some(simulation) = &results.simulation {
-        let head = ["observer", "|e(0)|", "settles at", "stays from", "largest |e|", "rms", "at the end"];
+        let (first, last) = (in_time("settles at"), in_time("stays from"));
+        let head = ["observer", "|e(0)|", &first, &last, "largest |e|", "rms", "at the end"];
         let mut grid =
             Grid::new(&head).caption("Of the norm of the error; settled is within the band of its first value.");
         let mut ended = Vec::new();

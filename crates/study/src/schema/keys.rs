@@ -67,6 +67,11 @@ const PLANT: Table = Table {
         ),
         optional("outputs", Kind::Texts, "Names of the outputs; y1, y2, ... without it."),
         optional("units", Kind::Texts, "Units of the states, for axes and tables."),
+        optional(
+            "time_unit",
+            Kind::Text,
+            "The unit of the time t, for axes and tables; none is written without it. Rates and poles are then per this unit.",
+        ),
     ],
 };
 
