@@ -1,12 +1,26 @@
 //! Reproduces the papers: `luenberger-reproduce [OUT]`, with `target/reproduce` for `OUT` if it is not given.
 
+use clap::Parser;
 use luenberger_reproduce::terminal;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// Reproduce the papers: every figure, number and theorem with a verdict, as claims.json, data, figures and report.html.
+#[derive(Parser)]
+#[command(
+    name = "luenberger-reproduce",
+    version,
+    after_help = "Exit code: 0 if every claim could be checked, 1 if one could not or a file could not be written, 2 for wrong arguments."
+)]
+struct Arguments {
+    /// The folder to write, which is made if it is not there
+    #[arg(default_value = "target/reproduce")]
+    out: PathBuf,
+}
+
 fn main() -> ExitCode {
-    let out = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("target/reproduce"), PathBuf::from);
+    let Arguments { out } = Arguments::parse();
     match luenberger_reproduce::run(&out) {
         Ok(summary) => {
             println!("{}", terminal::table(&summary, std::io::stdout().is_terminal()));
