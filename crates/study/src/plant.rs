@@ -11,7 +11,7 @@ use std::sync::Arc;
 use luenberger_plants::{Dimensions, DynamicPlant, Plant, PlantError};
 use nalgebra::{DMatrix, DVector, RealField, SVector};
 
-use crate::expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
+use crate::expression::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
 
 /// A row of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +56,9 @@ pub enum ExpressionPlantError {
     /// A parameter that cannot be one.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// A name of a state or an input that cannot be one.
+    #[error(transparent)]
+    Name(#[from] NameError),
     /// A text that is no expression.
     #[error("{row}: {error}")]
     Expression {
@@ -187,6 +190,44 @@ impl ExpressionPlant {
         inputs: usize,
         parameters: &Parameters,
     ) -> Result<Self, ExpressionPlantError> {
+        Self::of(f, h, inputs, (&[], &[]), parameters)
+    }
+
+    /// The same with names of one's own for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`: see [`Scope::named`].
+    ///
+    /// ```
+    /// use luenberger_plants::Plant;
+    /// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+    /// use nalgebra::dvector;
+    /// let (states, inputs) = (["angle", "speed"].map(str::to_owned), ["torque".to_owned()]);
+    /// let rows = ["speed", "torque - 9.81*sin(angle)"];
+    /// let pendulum = ExpressionPlant::named(&rows, &["angle"], &states, &inputs, &Parameters::new())?;
+    /// assert_eq!(pendulum.derivative(0.0, &dvector![0.0, 2.0], &dvector![1.0]), dvector![2.0, 1.0]);
+    /// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+    /// ```
+    /// # Errors
+    /// As [`new`](Self::new); [`ExpressionPlantError::Length`] unless there is a name for each state, [`ExpressionPlantError::Name`].
+    pub fn named<S: AsRef<str>>(
+        f: &[S],
+        h: &[S],
+        states: &[String],
+        inputs: &[String],
+        parameters: &Parameters,
+    ) -> Result<Self, ExpressionPlantError> {
+        if states.len() != f.len() {
+            let what = "the list of the states' names";
+            return Err(ExpressionPlantError::Length { what, expected: f.len(), found: states.len() });
+        }
+        Self::of(f, h, inputs.len(), (states, inputs), parameters)
+    }
+
+    fn of<S: AsRef<str>>(
+        f: &[S],
+        h: &[S],
+        inputs: usize,
+        (state_names, input_names): (&[String], &[String]),
+        parameters: &Parameters,
+    ) -> Result<Self, ExpressionPlantError> {
         let (states, outputs) = (f.len(), h.len());
         if states == 0 || outputs == 0 {
             return Err(ExpressionPlantError::Empty { states, outputs });
@@ -200,8 +241,11 @@ impl ExpressionPlant {
                 .map(|(k, one)| one.map_err(|error| ExpressionPlantError::Expression { row: row(k), error }))
                 .collect()
         };
-        let f = parse(f, &Scope::plant(states, inputs).with(parameters)?, Row::Derivative)?;
-        let h = parse(h, &Scope::output(states).with(parameters)?, Row::Output)?;
+        let scope = |scope: Scope| -> Result<Scope, ExpressionPlantError> {
+            Ok(scope.named(state_names, input_names)?.with(parameters)?)
+        };
+        let f = parse(f, &scope(Scope::plant(states, inputs))?, Row::Derivative)?;
+        let h = parse(h, &scope(Scope::output(states))?, Row::Output)?;
         Ok(Self(Arc::new(Rows { f, h, inputs })))
     }
 

@@ -347,3 +347,30 @@ fn what_is_not_affine_is_named() {
         assert_eq!(parse(text).affine(), Ok(()), "{text}");
     }
 }
+
+/// Names of one's own are the same columns; where they have no derivative it is said of them as they are written.
+#[test]
+fn names_are_columns() {
+    let (states, inputs) = (["angle", "x2", "wheel speed"].map(str::to_owned), ["torque".to_owned()]);
+    let scope = Scope::plant(3, 1).named(&states, &inputs).unwrap();
+    let by_name = Expression::parse("angle*x2 + torque/x3", &scope).unwrap();
+    let by_number = Expression::parse("x1*x2 + u1/x3", &Scope::plant(3, 1)).unwrap();
+    assert_eq!(by_name.evaluate(0.0, &[2.0, 3.0, 4.0], &[5.0]), by_number.evaluate(0.0, &[2.0, 3.0, 4.0], &[5.0]));
+    let undefined = Expression::parse("sqrt(angle)", &scope).unwrap().gradient(0.0, &[0.0; 3], &[0.0]).unwrap_err();
+    assert_eq!(undefined.to_string(), "`sqrt(angle)` has no finite derivative by angle: `angle` is 0");
+    let taken = |states: &[&str], inputs: &[&str]| {
+        let own = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let error = Scope::plant(2, 2).named(&own(states), &own(inputs)).unwrap_err();
+        (error.family, error.index, error.meaning)
+    };
+    assert_eq!(taken(&["a", "a"], &[]), (Family::States, 1, "another state"));
+    assert_eq!(taken(&["a", "b"], &["b", "c"]), (Family::Inputs, 0, "a state"));
+    assert_eq!(taken(&["a", "b"], &["c", "c"]), (Family::Inputs, 1, "another input"));
+    assert_eq!(taken(&["x2", "x1"], &[]), (Family::States, 0, "a state"));
+    assert_eq!(taken(&[], &["max", "u2"]), (Family::Inputs, 0, "a function"));
+    let parameters = Parameters::from([("k".to_owned(), 1.0)]);
+    let error = Scope::plant(1, 0).with(&parameters).unwrap().named(&["k".to_owned()], &[]).unwrap_err();
+    assert_eq!(error.to_string(), "`k` cannot be the name of a state: it is a parameter");
+    let error = Scope::plant(1, 0).named(&["k".to_owned()], &[]).unwrap().with(&parameters).unwrap_err();
+    assert_eq!(error.to_string(), "`k` cannot be the name of a parameter: it is a state");
+}

@@ -282,6 +282,76 @@ fn what_joins_keys() {
     assert!(found.iter().any(|mistake| mistake.message == "[sweep] without a [simulation]"), "{found:?}");
 }
 
+/// States and inputs by names of one's own, in expressions and in what is said of them.
+const NAMED: &str = r#"[plant]
+f = ["speed", "-k*sin(angle) + torque"]
+h = ["angle"]
+states = ["angle", "speed"]
+inputs = ["torque"]
+parameters = { k = 2.0 }
+[simulation]
+x0 = [1, 1]
+duration = 2
+[[observer]]
+kind = "lpv"
+region = { states = [[-1, 1], [-inf, inf]] }
+decay_rate = 1
+"#;
+
+#[test]
+fn names_in_expressions() {
+    let states = "states = [\"angle\", \"speed\"]";
+    let called = |first: &str| format!("states = [\"{first}\", \"speed\"]");
+    one(
+        NAMED,
+        &[
+            ("sin(angle)", "sin(angel)", 2, "there is no `angel`; did you mean `angle`?", "cannot be read"),
+            ("sin(angle)", "sin(q)", 2, "known are angle, speed, torque, x1 to x2, u1, t, pi, e, k", "cannot be read"),
+            ("h = [\"angle\"]", "h = [\"torque\"]", 3, "`torque` may not be used here: an output", "cannot be read"),
+            (states, &called("sin"), 4, "`sin` cannot be the name of a state: it is a function", "nothing else"),
+            (states, &called("t"), 4, "`t` cannot be the name of a state: it is the time", "nothing else"),
+            (states, &called("e"), 4, "`e` cannot be the name of a state: it is 2.71828...", "nothing else"),
+            (states, &called("x2"), 4, "`x2` cannot be the name of a state: it is a state", "nothing else"),
+            (states, &called("u1"), 4, "`u1` cannot be the name of a state: it is an input", "nothing else"),
+            (states, &called("speed"), 4, "the name \"speed\" is given twice", "different names"),
+            (states, "states = [\"angle\"]", 4, "`states` has 1 names, and the plant has 2 states", "2 names"),
+            ("[\"torque\"]", "[\"angle\"]", 5, "`angle` cannot be the name of an input: it is a state", "nothing else"),
+            ("{ k = 2.0 }", "{ k = 2.0, speed = 1.0 }", 6, "the name of a parameter: it is a state", "one's own"),
+            (
+                "[simulation]",
+                "[input]\nexpressions = [\"speed\"]\n[simulation]",
+                8,
+                "`speed` may not be used here: this is a function of the time t alone",
+                "cannot be read",
+            ),
+        ],
+    );
+    let found = mistakes(&NAMED.replace("\"speed\"]\ninputs", "\"cos\"]\ninputs"));
+    assert_eq!((found.len(), found[0].line, found[0].column), (1, 4, 20), "the name itself: {found:?}");
+    // The numbers may be said as well, and a name that is no word stands in figures and tables only.
+    let mixed = NAMED.replace("\"speed\"]\ninputs", "\"top speed\"]\ninputs").replace("[\"speed\", ", "[\"x2\", ");
+    assert!(read(&mixed, Format::Toml).is_ok());
+}
+
+/// The design counts states and inputs; what the user reads has his names.
+#[test]
+fn designs_are_told_in_the_names_of_the_study() {
+    let study = read(NAMED, Format::Toml).unwrap();
+    let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
+    assert_eq!(results.plant.equations, ["angle' = speed", "speed' = -k*sin(angle) + torque", "y1 = angle"]);
+    let design = results.observers[0].design.as_ref().unwrap();
+    assert!(
+        design.statement.starts_with("As long as x(t) and xhat(t) stay in the box (angle in [-1, 1]),"),
+        "{design:?}"
+    );
+    // Between -2 and -2 cos(1).
+    assert!(design.facts[1].statement.ends_with("< 0 at vertex 1 (d(speed')/d(angle) = -2)"), "{design:?}");
+    let undefined = NAMED.replace("-k*sin(angle)", "-k*sqrt(angle)");
+    let results = execute(&read(&undefined, Format::Toml).unwrap(), Step::Design, &RunOptions::default()).unwrap();
+    let failure = results.observers[0].failure.as_ref().unwrap();
+    assert!(failure.hypothesis.contains("d(speed')/d(angle) has no finite bound at angle = 0; "), "{failure:?}");
+}
+
 #[test]
 fn expressions() {
     one(

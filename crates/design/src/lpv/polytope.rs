@@ -28,7 +28,8 @@ pub struct Vertex {
 
 impl fmt::Display for Vertex {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ends: Vec<String> = self.at.iter().map(|(entry, end)| format!("{entry} = {}", significant(*end, 6))).collect();
+        let ends: Vec<String> =
+            self.at.iter().map(|(entry, end)| format!("{entry} = {}", significant(*end, 6))).collect();
         f.write_str(&if ends.is_empty() { "the only vertex".to_owned() } else { ends.join(", ") })
     }
 }

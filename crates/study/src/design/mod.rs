@@ -22,6 +22,7 @@ use luenberger_proof::statement::{DeployedCubic, Reach};
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::model::Model;
+use crate::names::in_names;
 use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
 use crate::study::{ObserverKind, ObserverWish, Study};
 
@@ -97,7 +98,7 @@ pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result
         DesignError::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         error => explain::error(study, wish, &error).into(),
     };
-    match &wish.kind {
+    let mut designed = match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             linear::luenberger(&linear()?, gain).map_err(explained)
         }
@@ -128,7 +129,13 @@ pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result
             explain::small_and_autonomous(study, wish)?;
             kkl::design(model, kkl, cancel).map_err(explained)
         }
-    }
+    }?;
+    let told = |text: &mut String| *text = in_names(&study.plant, text);
+    let report = &mut designed.report;
+    let facts = report.facts.iter_mut().flat_map(|fact| [&mut fact.statement, &mut fact.words]);
+    let numbers = report.numbers.iter_mut().map(|number| &mut number.name);
+    std::iter::once(&mut report.statement).chain(&mut report.evidence).chain(facts).chain(numbers).for_each(told);
+    Ok(designed)
 }
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
@@ -154,11 +161,16 @@ fn facts(certificate: &Certificate) -> Vec<FactReport> {
 fn fact(fact: &Fact) -> FactReport {
     let words = match &fact.verdict {
         Verdict::Proved { margin } if *margin > 0.0 => {
-            format!("proved, with the margin {}: rounding errors included, that much could be taken away", significant(*margin, 4))
+            format!(
+                "proved, with the margin {}: rounding errors included, that much could be taken away",
+                significant(*margin, 4)
+            )
         }
         Verdict::Proved { .. } => "proved, with no room: it holds with equality somewhere".to_owned(),
         Verdict::Refuted { witness } => format!("false: {witness}"),
-        Verdict::Undecided { why, best } => format!("open: {why} (floating point sees a margin of {})", significant(*best, 4)),
+        Verdict::Undecided { why, best } => {
+            format!("open: {why} (floating point sees a margin of {})", significant(*best, 4))
+        }
     };
     FactReport {
         statement: fact.statement.clone(),

@@ -21,10 +21,10 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateWish) -> Result<Des
         RateWish::Fastest(ceiling) => LpvDesign::fastest(model.clone(), region, *ceiling, 0.01 * ceiling),
         RateWish::Gain(gain, _) => LpvDesign::certify(model.clone(), region, gain),
     }?;
-    let evidence =
-        design.stopped.as_ref().map(|(rate, why)| {
-        format!("nothing was proved at the rate {}: {why}", significant(*rate, 5))
-    });
+    let evidence = design
+        .stopped
+        .as_ref()
+        .map(|(rate, why)| format!("nothing was proved at the rate {}: {why}", significant(*rate, 5)));
     let report = DesignReport {
         statement: design.statement(),
         matrices: vec![matrix("L", design.observer.l()), matrix("P", &design.p)],

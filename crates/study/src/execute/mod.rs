@@ -273,8 +273,12 @@ fn summary(study: &Study) -> PlantSummary {
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),
         Model::Expressions(expressions) => {
-            let f = expressions.f().iter().enumerate().map(|(k, row)| format!("x{}' = {}", k + 1, row.text()));
-            let h = expressions.h().iter().enumerate().map(|(k, row)| format!("y{} = {}", k + 1, row.text()));
+            let f = plant.states.iter().zip(expressions.f()).map(|(name, row)| format!("{name}' = {}", row.text()));
+            let h = plant.outputs.iter().zip(expressions.h()).enumerate().map(|(k, (name, row))| match row.text() {
+                // An output that is called as the state that it measures: `v2 = v2` would say nothing.
+                text if text == name => format!("y{} = {text}", k + 1),
+                text => format!("{name} = {text}"),
+            });
             ("expressions".to_owned(), f.chain(h).collect())
         }
         Model::Builtin(builtin) => (builtin.name().to_owned(), Vec::new()),

@@ -192,6 +192,16 @@ pub enum ExpressionErrorKind {
     TooDeep,
 }
 
+impl Family {
+    /// One of them.
+    pub(super) fn one(self) -> &'static str {
+        match self {
+            Self::States => "a state",
+            Self::Inputs => "an input",
+        }
+    }
+}
+
 fn advice(nearest: Option<&String>, known: &str) -> String {
     nearest.map_or_else(|| format!("known are {known}"), |nearest| format!("did you mean `{nearest}`?"))
 }

@@ -2,7 +2,7 @@
 //!
 //! | what | how it is written |
 //! |---|---|
-//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t` |
+//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t`; names of one's own ([`Scope::named`]) |
 //! | numbers, parameters | `0.5`, `.5`, `1e-3`, `pi`, `e`; any other name that has a value |
 //! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
 //! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |
@@ -27,7 +27,7 @@ use core::fmt;
 use nalgebra::RealField;
 
 pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
-pub use scope::{ParameterError, Parameters, Scope};
+pub use scope::{NameError, ParameterError, Parameters, Scope};
 pub use undefined::Undefined;
 
 pub(crate) use scope::nearest as nearest_name;

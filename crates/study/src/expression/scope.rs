@@ -36,6 +36,20 @@ pub enum ParameterError {
     },
 }
 
+/// Why something cannot be the name of a state or an input in expressions.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("`{name}` cannot be the name of {}: it is {meaning}", family.one())]
+pub struct NameError {
+    /// States or inputs.
+    pub family: Family,
+    /// Which of them, from 0.
+    pub index: usize,
+    /// The name.
+    pub name: String,
+    /// What it means already.
+    pub meaning: &'static str,
+}
+
 /// What stands for a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Symbol {
@@ -57,29 +71,81 @@ enum Reads {
     Nothing,
 }
 
-/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e` and parameters.
+/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names of one's own for the states and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     states: usize,
     inputs: usize,
     reads: Reads,
     parameters: Parameters,
+    /// Names of one's own, of all states or of none.
+    state_names: Vec<String>,
+    /// Of all inputs or of none.
+    input_names: Vec<String>,
 }
 
 impl Scope {
     /// The names of a right-hand side f: so many states and inputs, and the time.
     pub fn plant(states: usize, inputs: usize) -> Self {
-        Self { states, inputs, reads: Reads::StatesAndInputs, parameters: Parameters::new() }
+        Self::of(states, inputs, Reads::StatesAndInputs)
     }
 
     /// The names of an output h: the states and the time. What is measured does not jump with the input: `y = h(t, x)`.
     pub fn output(states: usize) -> Self {
-        Self { states, inputs: 0, reads: Reads::States, parameters: Parameters::new() }
+        Self::of(states, 0, Reads::States)
     }
 
     /// The names of a function of time: `t`.
     pub fn time() -> Self {
-        Self { states: 0, inputs: 0, reads: Reads::Nothing, parameters: Parameters::new() }
+        Self::of(0, 0, Reads::Nothing)
+    }
+
+    fn of(states: usize, inputs: usize, reads: Reads) -> Self {
+        let (parameters, state_names, input_names) = (Parameters::new(), Vec::new(), Vec::new());
+        Self { states, inputs, reads, parameters, state_names, input_names }
+    }
+
+    /// The same with names of one's own for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an empty list names none.
+    ///
+    /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression can say it.
+    ///
+    /// ```
+    /// use luenberger_study::expression::{Expression, Scope};
+    /// let names = ["angle", "speed"].map(str::to_owned);
+    /// let scope = Scope::plant(2, 0).named(&names, &[])?;
+    /// assert_eq!(Expression::parse("2*angle - x2", &scope)?.evaluate(0.0, &[3.0, 1.0], &[]), 5.0);
+    /// let error = Expression::parse("angel", &scope).unwrap_err();
+    /// assert_eq!(error.kind().to_string(), "there is no `angel`; did you mean `angle`?");
+    /// let error = Scope::plant(1, 0).named(&["sin".to_owned()], &[]).unwrap_err();
+    /// assert_eq!(error.to_string(), "`sin` cannot be the name of a state: it is a function");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`NameError`] for the first that means something else already: `t`, `pi`, `e`, a function, a parameter, another state or input. `x2` may be the name of
+    /// the second state only.
+    pub fn named(mut self, states: &[String], inputs: &[String]) -> Result<Self, NameError> {
+        let lists = [(Family::States, states), (Family::Inputs, inputs)];
+        for (family, names) in lists {
+            for (index, name) in names.iter().enumerate() {
+                let earlier = |names: &[String]| names.contains(name);
+                let meaning = match reserved(name) {
+                    Some(Reserved::Numbered(of, k)) if of == family && k == index + 1 => None,
+                    Some(reserved) => Some(reserved.meaning()),
+                    None if self.parameters.contains_key(name) => Some("a parameter"),
+                    None if family == Family::Inputs && earlier(states) => Some("a state"),
+                    None if earlier(&names[..index]) => Some(match family {
+                        Family::States => "another state",
+                        Family::Inputs => "another input",
+                    }),
+                    None => None,
+                };
+                if let Some(meaning) = meaning {
+                    return Err(NameError { family, index, name: name.clone(), meaning });
+                }
+            }
+        }
+        (self.state_names, self.input_names) = (states.to_vec(), inputs.to_vec());
+        Ok(self)
     }
 
     /// The same with these parameters.
@@ -97,14 +163,14 @@ impl Scope {
             if !is_word(name) {
                 return Err(ParameterError::NotAWord { name: name.clone() });
             }
-            match name.as_str() {
-                "t" => return taken("the time"),
-                "pi" => return taken("3.14159..."),
-                "e" => return taken("2.71828..."),
-                name if function::function(name).is_some() => return taken("a function"),
-                name if numbered(name, 'x').is_some() => return taken("a state"),
-                name if numbered(name, 'u').is_some() => return taken("an input"),
-                _ => {}
+            if let Some(reserved) = reserved(name) {
+                return taken(reserved.meaning());
+            }
+            if self.state_names.contains(name) {
+                return taken("a state");
+            }
+            if self.input_names.contains(name) {
+                return taken("an input");
             }
             if !value.is_finite() {
                 return Err(ParameterError::NotFinite { name: name.clone(), value });
@@ -122,7 +188,10 @@ impl Scope {
         if let Some(value) = self.parameters.get(name) {
             return Ok(Symbol::Parameter(*value));
         }
-        match (name, numbered(name, 'x'), numbered(name, 'u')) {
+        let own = |names: &[String]| names.iter().position(|own| own == name).map(|k| k + 1);
+        let state = own(&self.state_names).or_else(|| numbered(name, 'x'));
+        let input = own(&self.input_names).or_else(|| numbered(name, 'u'));
+        match (name, state, input) {
             ("t", ..) => Ok(Symbol::Time),
             ("pi", ..) => Ok(Symbol::Pi),
             ("e", ..) => Ok(Symbol::E),
@@ -150,9 +219,11 @@ impl Scope {
         let mut names: Vec<String> = self.parameters.keys().cloned().collect();
         if self.reads != Reads::Nothing {
             names.extend((1..=self.states).map(|k| format!("x{k}")));
+            names.extend(self.state_names.iter().filter(|name| is_word(name)).cloned());
         }
         if self.reads == Reads::StatesAndInputs {
             names.extend((1..=self.inputs).map(|k| format!("u{k}")));
+            names.extend(self.input_names.iter().filter(|name| is_word(name)).cloned());
         }
         names.extend(["t", "pi"].map(str::to_owned));
         names
@@ -167,7 +238,19 @@ impl Scope {
         };
         let states = if self.reads == Reads::Nothing { 0 } else { self.states };
         let inputs = if self.reads == Reads::StatesAndInputs { self.inputs } else { 0 };
-        let mut known: Vec<String> = range('x', states).into_iter().chain(range('u', inputs)).collect();
+        let own = |names: &[String], count: usize, letter: char| match names {
+            // A name that is x1 already is said once.
+            _ if count == 0 => Vec::new(),
+            names => names
+                .iter()
+                .enumerate()
+                .filter(|(k, name)| is_word(name) && **name != format!("{letter}{}", k + 1))
+                .map(|(_, name)| name.clone())
+                .collect(),
+        };
+        let mut known = own(&self.state_names, states, 'x');
+        known.extend(own(&self.input_names, inputs, 'u'));
+        known.extend(range('x', states).into_iter().chain(range('u', inputs)));
         known.extend(["t", "pi", "e"].map(str::to_owned));
         known.extend(self.parameters.keys().cloned());
         known.join(", ")
@@ -189,6 +272,42 @@ pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> O
             (*distance, Reverse(alike))
         })
         .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// What a name means in every expression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Reserved {
+    Time,
+    Pi,
+    E,
+    Function,
+    /// `x2`, `u1`: from 1.
+    Numbered(Family, usize),
+}
+
+impl Reserved {
+    fn meaning(self) -> &'static str {
+        match self {
+            Self::Time => "the time",
+            Self::Pi => "3.14159...",
+            Self::E => "2.71828...",
+            Self::Function => "a function",
+            Self::Numbered(family, _) => family.one(),
+        }
+    }
+}
+
+fn reserved(name: &str) -> Option<Reserved> {
+    match name {
+        "t" => Some(Reserved::Time),
+        "pi" => Some(Reserved::Pi),
+        "e" => Some(Reserved::E),
+        name if function::function(name).is_some() => Some(Reserved::Function),
+        name => {
+            let state = numbered(name, 'x').map(|k| Reserved::Numbered(Family::States, k));
+            state.or_else(|| numbered(name, 'u').map(|k| Reserved::Numbered(Family::Inputs, k)))
+        }
+    }
 }
 
 /// k of a name such as x12; leading zeros make another name.

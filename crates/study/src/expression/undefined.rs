@@ -7,6 +7,8 @@ use num_dual::Dual64;
 
 use super::Expression;
 use super::error::Family;
+use super::scope::Symbol;
+use super::tree::Node;
 
 /// A part of an expression that is not finite, although what it is made of is.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,8 +17,8 @@ pub struct Undefined {
     pub part: String,
     /// Its value.
     pub value: f64,
-    /// By which state or input it was differentiated, from 0; none where the value itself is not finite.
-    pub derivative_by: Option<(Family, usize)>,
+    /// By which state or input it was differentiated, from 0, and its name as it is written; none where the value itself is not finite.
+    pub derivative_by: Option<(Family, usize, String)>,
     /// What it is made of, as it is written, with the values.
     pub operands: Vec<(String, f64)>,
 }
@@ -24,9 +26,8 @@ pub struct Undefined {
 impl fmt::Display for Undefined {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "`{}` ", self.part)?;
-        match self.derivative_by {
-            Some((Family::States, k)) => write!(f, "has no finite derivative by x{}", k + 1)?,
-            Some((Family::Inputs, k)) => write!(f, "has no finite derivative by u{}", k + 1)?,
+        match &self.derivative_by {
+            Some((_, _, name)) => write!(f, "has no finite derivative by {name}")?,
             None if self.value.is_nan() => f.write_str("is not defined")?,
             None => f.write_str("is infinite")?,
         }
@@ -66,6 +67,21 @@ fn run<T: RealField + Copy>(
     first.map_or(Ok(value), Err)
 }
 
+/// What the expression calls a state or an input, from 0.
+fn written(expression: &Expression, family: Family, index: usize) -> String {
+    let symbol = |node: &Node| match (node, family) {
+        (Node::Symbol(Symbol::State(k), name), Family::States)
+        | (Node::Symbol(Symbol::Input(k), name), Family::Inputs)
+            if *k == index =>
+        {
+            Some(name.clone())
+        }
+        _ => None,
+    };
+    let letter = if family == Family::States { 'x' } else { 'u' };
+    expression.tree.nodes().find_map(symbol).unwrap_or_else(|| format!("{letter}{}", index + 1))
+}
+
 pub(super) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
     run(expression, (t, x, u), |value| !value.is_finite(), |value| value).map_err(|(undefined, _)| undefined)
 }
@@ -95,7 +111,8 @@ pub(super) fn gradient(
             Err((undefined, operands)) => {
                 let moved = operands.iter().any(|operand| operand.eps != 0.0);
                 if error.as_ref().is_none_or(|(_, known)| moved && !known) {
-                    error = Some((Undefined { derivative_by: Some((family, index)), ..undefined }, moved));
+                    let name = written(expression, family, index);
+                    error = Some((Undefined { derivative_by: Some((family, index, name)), ..undefined }, moved));
                 }
             }
         }

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::{Dimensions, DynamicPlant};
 use nalgebra::DMatrix;
 
 use super::tree::{Node, Value};
 use super::{Reader, check};
 use crate::diagnostic::Diagnostic;
-use crate::expression::{Expression, ExpressionError, ParameterError, Parameters, Scope};
+use crate::expression::{Expression, ExpressionError, Family, ParameterError, Parameters, Scope};
 use crate::model::{Builtin, Model, PlantModel};
 use crate::plant::ExpressionPlant;
 
@@ -36,36 +36,12 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     if mixed {
         return None;
     }
-    let model = match way {
-        0 => matrices(node, reader),
-        1 => expressions(node, reader),
-        _ => builtin(node),
-    }?;
-    let size = model.size();
-    let mut names = |key: &str, count: usize, letter: char, what: &str| {
-        let Some(list) = node.get(key) else {
-            return Some((1..=count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>());
-        };
-        let names: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
-        if names.len() != count {
-            let message = format!("`{key}` has {} names, and the plant has {count} {what}", names.len());
-            reader.wrong(list.span.clone(), message, format!("expected {count} names"));
-            return None;
-        }
-        for (i, name) in names.iter().enumerate() {
-            if names[..i].contains(name) {
-                let span = list.list().and_then(|list| list.get(i)).map_or(list.span.clone(), |x| x.span.clone());
-                reader.wrong(span, format!("the name {name:?} is given twice"), "expected different names");
-                return None;
-            }
-        }
-        Some(names)
+    let (model, names) = match way {
+        0 => named(matrices(node, reader)?, node, reader)?,
+        1 => expressions(node, reader)?,
+        _ => named(builtin(node)?, node, reader)?,
     };
-    let (states, inputs, outputs) = (
-        names("states", size.states, 'x', "states"),
-        names("inputs", size.inputs, 'u', "inputs"),
-        names("outputs", size.outputs, 'y', "outputs"),
-    );
+    let size = model.size();
     let units = match node.get("units") {
         None => Some(Vec::new()),
         Some(list) => {
@@ -78,7 +54,52 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
         }
     };
     let time_unit = node.get("time_unit").and_then(Node::text).map(str::to_owned);
-    Some(PlantModel { model, states: states?, inputs: inputs?, outputs: outputs?, units: units?, time_unit })
+    let Names { states, inputs, outputs } = names;
+    Some(PlantModel { model, states, inputs, outputs, units: units?, time_unit })
+}
+
+/// What states, inputs and outputs are called.
+struct Names {
+    states: Vec<String>,
+    inputs: Vec<String>,
+    outputs: Vec<String>,
+}
+
+/// A plant whose sizes are known, with the names that the table gives.
+fn named(model: Model, node: &Node, reader: &mut Reader) -> Option<(Model, Names)> {
+    let names = names(node, model.size(), reader)?;
+    Some((model, names))
+}
+
+fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
+    let mut list = |key: &str, count: usize, letter: char, what: &str| {
+        let Some(list) = node.get(key) else {
+            return Some((1..=count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>());
+        };
+        let names: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
+        if names.len() != count {
+            let message = format!("`{key}` has {} names, and the plant has {count} {what}", names.len());
+            reader.wrong(list.span.clone(), message, format!("expected {count} names"));
+            return None;
+        }
+        if let Some(i) = (0..count).find(|i| names[..*i].contains(&names[*i])) {
+            let message = format!("the name {:?} is given twice", names[i]);
+            reader.wrong(entry_of(list, i), message, "expected different names");
+            return None;
+        }
+        Some(names)
+    };
+    let (states, inputs, outputs) = (
+        list("states", size.states, 'x', "states"),
+        list("inputs", size.inputs, 'u', "inputs"),
+        list("outputs", size.outputs, 'y', "outputs"),
+    );
+    Some(Names { states: states?, inputs: inputs?, outputs: outputs? })
+}
+
+/// Where the entry of a list stands.
+fn entry_of(node: &Node, index: usize) -> Range<usize> {
+    node.list().and_then(|list| list.get(index)).map_or(node.span.clone(), |entry| entry.span.clone())
 }
 
 fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
@@ -113,7 +134,8 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
     }
 }
 
-fn expressions(node: &Node, reader: &mut Reader) -> Option<Model> {
+/// The plant and its names, which its expressions may use.
+fn expressions(node: &Node, reader: &mut Reader) -> Option<(Model, Names)> {
     for (key, what) in [("f", "one expression for each state"), ("h", "one expression for each output")] {
         if node.get(key).is_none() {
             let message = format!("[plant] has expressions, and no `{key}`");
@@ -126,14 +148,25 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Model> {
         Some(names) => names.list()?.len(),
         None => f.texts()?.iter().map(|text| greatest_input(text)).max().unwrap_or(0),
     };
-    let parameters = parameters(node.get("parameters"), reader)?;
+    let size = Dimensions { states, inputs, outputs: h.list()?.len() };
+    let names = names(node, size, reader)?;
+    let named = |scope: Scope| scope.named(&names.states, &names.inputs);
+    let (scope, outputs) = match (named(Scope::plant(states, inputs)), named(Scope::output(states))) {
+        (Ok(scope), Ok(outputs)) => (scope, outputs),
+        (Err(error), _) | (_, Err(error)) => {
+            let key = if error.family == Family::States { "states" } else { "inputs" };
+            let span = node.get(key).map_or_else(|| check::head(node), |list| entry_of(list, error.index));
+            reader.wrong(span, error.to_string(), "expected a name that means nothing else in expressions");
+            return None;
+        }
+    };
+    let parameters = parameters(node.get("parameters"), &scope, reader)?;
     // Checked one by one when they were read.
-    let scope = Scope::plant(states, inputs).with(&parameters).ok()?;
-    let outputs = Scope::output(states).with(&parameters).ok()?;
+    let (scope, outputs) = (scope.with(&parameters).ok()?, outputs.with(&parameters).ok()?);
     let (rows, measured) = (list(f, &scope, reader), list(h, &outputs, reader));
     rows.and(measured)?;
-    match ExpressionPlant::new(&f.texts()?, &h.texts()?, inputs, &parameters) {
-        Ok(plant) => Some(Model::Expressions(plant)),
+    match ExpressionPlant::named(&f.texts()?, &h.texts()?, &names.states, &names.inputs, &parameters) {
+        Ok(plant) => Some((Model::Expressions(plant), names)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected a plant");
             None
@@ -149,14 +182,14 @@ fn greatest_input(text: &str) -> usize {
     numbers.filter(|number| *number <= 1000).max().unwrap_or(0)
 }
 
-fn parameters(node: Option<&Node>, reader: &mut Reader) -> Option<Parameters> {
+fn parameters(node: Option<&Node>, scope: &Scope, reader: &mut Reader) -> Option<Parameters> {
     let mut parameters = Parameters::new();
     let Some(Value::Table(entries)) = node.map(|node| &node.value) else { return Some(parameters) };
     let mut sound = true;
     for entry in entries {
         let value = entry.node.number()?;
         let one = Parameters::from([(entry.key.clone(), value)]);
-        match Scope::time().with(&one) {
+        match scope.clone().with(&one) {
             Ok(_) => {
                 parameters.insert(entry.key.clone(), value);
             }

@@ -36,7 +36,9 @@ pub(super) fn input(
         (Some(entry), None) => {
             let count = entry.node.list()?.len();
             if count == inputs {
-                plant::list(&entry.node, &Scope::time(), reader).map(|list| Some(Program::Expressions(list)))
+                // Names of states and inputs are known here too, so that the message says why they may not be used.
+                let scope = Scope::time().named(&plant.states, &plant.inputs).unwrap_or_else(|_| Scope::time());
+                plant::list(&entry.node, &scope, reader).map(|list| Some(Program::Expressions(list)))
             } else {
                 let message = format!("`expressions` has {count} entries, and the plant has {inputs} inputs");
                 reader.wrong(entry.node.span.clone(), message, format!("expected {inputs} expressions of t"));

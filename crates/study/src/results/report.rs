@@ -2,9 +2,7 @@
 
 use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone, short};
 
-use super::{
-    DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, Results,
-};
+use super::{DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, Results};
 use crate::error::StudyError;
 
 /// The page. `files` are the names of the files beside it.
@@ -61,12 +59,8 @@ fn maybe(x: Option<f64>) -> Cell {
 
 fn plant(results: &Results) -> Section {
     let plant = &results.plant;
-    let states: Vec<String> = plant
-        .states
-        .iter()
-        .enumerate()
-        .map(|(i, name)| with_unit(name, plant.units.get(i)))
-        .collect();
+    let states: Vec<String> =
+        plant.states.iter().enumerate().map(|(i, name)| with_unit(name, plant.units.get(i))).collect();
     let list = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let mut facts = vec![
         ("kind", plant.kind.clone()),
@@ -243,7 +237,9 @@ fn designed(section: Section, design: &DesignReport) -> Section {
         );
     }
     if any(" (12)") || any(" (13')") {
-        caption.push("(12) and (13') are the inequalities of these numbers in the paper on the cubic observer.".to_owned());
+        caption.push(
+            "(12) and (13') are the inequalities of these numbers in the paper on the cubic observer.".to_owned(),
+        );
     }
     section.grid(grid.caption(caption.join(" ")))
 }
@@ -264,7 +260,8 @@ fn matrix(section: Section, matrix: &NamedMatrix) -> Section {
 fn laid_out(matrix: &NamedMatrix) -> String {
     let cells: Vec<Vec<String>> = matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
     let columns = cells.first().map_or(0, Vec::len);
-    let width = |j: usize| cells.iter().filter_map(|row| row.get(j)).map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let width =
+        |j: usize| cells.iter().filter_map(|row| row.get(j)).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let margin = format!("{} = ", matrix.name);
     let lines = cells.iter().enumerate().map(|(i, row)| {

@@ -58,12 +58,12 @@ const PLANT: Table = Table {
         optional(
             "states",
             Kind::Texts,
-            "Names of the states in figures and tables; x1, x2, ... without it. Expressions always say x1, x2, ...",
+            "Names of the states in expressions, figures, tables and messages; x1, x2, ... without it, which expressions may always say as well.",
         ),
         optional(
             "inputs",
             Kind::Texts,
-            "Names of the inputs; u1, u2, ... as far as f uses them without it. Expressions always say u1, u2, ...",
+            "Names of the inputs, likewise; u1, u2, ... without it, as far as f uses them.",
         ),
         optional("outputs", Kind::Texts, "Names of the outputs; y1, y2, ... without it."),
         optional("units", Kind::Texts, "Units of the states, for axes and tables."),
