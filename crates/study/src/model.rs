@@ -6,6 +6,7 @@ use luenberger_plants::{
 };
 use nalgebra::{DMatrix, DVector, RealField, convert};
 
+use crate::expression::Parameters;
 use crate::plant::ExpressionPlant;
 
 /// A plant with the names of its columns.
@@ -21,6 +22,8 @@ pub struct PlantModel {
     pub outputs: Vec<String>,
     /// Units of the states; empty if unknown.
     pub units: Vec<String>,
+    /// The numbers that expressions use by name.
+    pub parameters: Parameters,
     /// Unit of the time, if the study names one.
     pub time_unit: Option<String>,
 }

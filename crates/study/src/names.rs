@@ -76,6 +76,7 @@ mod tests {
             inputs: vec!["force".to_owned()],
             outputs: vec!["measured".to_owned()],
             units: Vec::new(),
+            parameters: crate::expression::Parameters::new(),
             time_unit: None,
         }
     }

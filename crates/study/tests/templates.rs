@@ -41,6 +41,41 @@ fn run(template: &Template, folder: &Path, threads: usize) -> luenberger_study::
         .unwrap_or_else(|error| panic!("{}: {error}", template.name))
 }
 
+/// What people read of a page.
+fn body(page: &str) -> &str {
+    let page = page.split_once("<body>").unwrap().1;
+    page.split_once("<script").unwrap().0
+}
+
+/// Numbers of ordinary size that are written with an exponent, such as 1.2e1.
+fn with_needless_exponents(text: &str) -> Vec<&str> {
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.' || c == '-'));
+    let needless = |word: &&str| word.contains('e') && word.parse().is_ok_and(|x: f64| (1e-4..1e6).contains(&x.abs()));
+    words.filter(needless).collect()
+}
+
+/// A linear plant is shown by its matrices, times with the unit that the study gives, and a proof with plain numbers.
+#[test]
+fn the_report_of_a_linear_plant_shows_its_matrices() {
+    assert_eq!(with_needless_exponents("<p>2(1e0)P, 1.1904e1: 3e-9 and 12"), ["1e0", "1.1904e1"]);
+    let folder = scratch("matrices");
+    run(luenberger_study::template::template("double-integrator").unwrap(), &folder, 2);
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let told = body(&page);
+    assert!(told.contains("A = [ 0  1 ]\n    [ 0  0 ]\n\nB = [ 0 ]\n    [ 1 ]\n\nC = [ 1  0 ]"), "{told}");
+    assert!(told.contains("settles at (s)") && page.contains("time t (s)"));
+    assert!(told.contains("(12) and (13') are their numbers in the paper on the cubic observer."));
+    let seconds = "time_unit = \"s\"\n";
+    let text = luenberger_study::template::text("double-integrator").unwrap();
+    assert!(text.contains(seconds));
+    let without =
+        Study::from_text("t.toml", &text.replace(seconds, ""), luenberger_study::Format::Toml, &folder).unwrap();
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    luenberger_study::run(&without, &options).unwrap();
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("\"time t\"") && !page.contains("time t (") && body(&page).contains("settles at</th>"));
+}
+
 /// Runs the template twice and holds what every run must keep.
 fn end_to_end(name: &str) -> luenberger_study::Results {
     let template = luenberger_study::template::template(name).unwrap();
@@ -73,6 +108,11 @@ fn end_to_end(name: &str) -> luenberger_study::Results {
         assert!(page.contains(&format!("data-picture=\"{figure}\"")), "{name}: the report does not draw {figure}");
         assert!(one.contains_key(&format!("figures/{figure}.png")));
     }
+    assert_eq!(with_needless_exponents(body(&page)), Vec::<&str>::new(), "{name}: numbers in the report");
+    assert!(
+        body(&page).matches("<th>seen least along</th>").count() <= 2,
+        "{name}: one table of modes, or two with the hidden ones"
+    );
     let machine = env!("CARGO_MANIFEST_DIR");
     let leaks = one.iter().find(|(_, bytes)| bytes.windows(machine.len()).any(|window| window == machine.as_bytes()));
     assert!(leaks.is_none(), "{name}: a path of this machine stands in {}", leaks.unwrap().0);

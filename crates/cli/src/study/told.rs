@@ -89,7 +89,8 @@ fn observability(text: &mut String, report: &ObservabilityReport) {
         for line in nonlinear.words.lines() {
             text.extend(["  ", line, "\n"]);
         }
-        if let Some(least) = nonlinear.gramian.first() {
+        // The greatest comes first.
+        if let Some(least) = nonlinear.gramian.last() {
             _ = writeln!(text, "  empirical Gramian: least eigenvalue {}", size(*least));
         }
     }
@@ -216,7 +217,9 @@ fn log(text: &mut String, report: &LogReport) {
 }
 
 fn sweep(text: &mut String, report: &SweepReport) {
-    _ = writeln!(text, "\nsweep of {}, {} runs at each value: medians", report.parameter, report.ensemble);
+    let runs = count(report.ensemble, "run");
+    let medians = if report.ensemble == 1 { "" } else { ": medians" };
+    _ = writeln!(text, "\nsweep of {}, {runs} at each value{medians}", report.parameter);
     let header = [report.parameter.as_str(), "observer", "settled from", "rms |e|", "|e| at the end"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     let or_none = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);

@@ -28,7 +28,7 @@ use luenberger_plants::{Column, Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix, Ring};
 use thiserror::Error;
 
-use crate::number::shortest;
+use crate::number::significant;
 
 pub use paths::Undefined;
 pub use region::{Axis, Region};
@@ -126,6 +126,9 @@ impl fmt::Display for Entry {
     }
 }
 
+/// Digits of a coordinate that people read: a bisection ends beside the point that it looks for.
+const DIGITS: usize = 10;
+
 /// A point of the box, with a part of the box around it that the search ended in. Coordinates that make no difference are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
@@ -145,11 +148,11 @@ impl fmt::Display for Place {
             .filter(|(_, part)| part.0.is_finite() || part.1.is_finite())
             .map(|((axis, x), (lo, hi))| {
                 if hi.is_infinite() {
-                    format!("{axis} >= {}", shortest(*x))
+                    format!("{axis} >= {}", significant(*x, DIGITS))
                 } else if lo.is_infinite() {
-                    format!("{axis} <= {}", shortest(*x))
+                    format!("{axis} <= {}", significant(*x, DIGITS))
                 } else {
-                    format!("{axis} = {}", shortest(*x))
+                    format!("{axis} = {}", significant(*x, DIGITS))
                 }
             })
             .collect();

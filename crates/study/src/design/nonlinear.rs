@@ -100,15 +100,16 @@ pub(super) fn lipschitz(
         Some(gain) => LipschitzDesign::with_gain(&plant, gain, rate)?,
         None => LipschitzDesign::new(&plant, rate)?,
     };
+    let who = match count {
+        1 => "the nonlinearity does within its sector".to_owned(),
+        count => format!("the {count} nonlinearities do within their sectors"),
+    };
     let box_ = match region.to_string().as_str() {
         "everywhere" => "From every x(0) and xhat(0)".to_owned(),
         bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
     };
     let report = DesignReport {
-        statement: format!(
-            "{box_}, the error decays at least like {}, whatever the {count} nonlinearities do within their sectors. {whose}",
-            decay(rate)
-        ),
+        statement: format!("{box_}, the error decays at least like {}, whatever {who}. {whose}", decay(rate)),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
         numbers: vec![number("rate", design.rate), number("sectors", count as f64)],
@@ -139,9 +140,13 @@ pub(super) fn mean_value(
         fact.statement = format!("{} ({vertex})", fact.statement);
     }
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
+    let hypothesis = match region.to_string().as_str() {
+        "everywhere" => ", from every x(0) and z(0)".to_owned(),
+        bounds => format!(" as long as x(t) and z(t) stay in the box ({bounds})"),
+    };
     let report = DesignReport {
         statement: format!(
-            "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {} as long as x(t) and z(t) stay in the box ({region}).",
+            "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}{hypothesis}.",
             significant(design.overshoot, 5),
             decay(rate)
         ),

@@ -17,7 +17,7 @@ pub use options::{Progress, RunOptions, Step};
 use luenberger_figures::Figure;
 use luenberger_plants::DynamicPlant;
 
-use crate::design::{Designed, NoDesign, design, matrix};
+use crate::design::{Designed, NoDesign, design, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
@@ -298,6 +298,7 @@ fn summary(study: &Study) -> PlantSummary {
         states: plant.states.clone(),
         units: plant.units.clone(),
         time_unit: plant.time_unit.clone(),
+        parameters: plant.parameters.iter().map(|(name, value)| number(name, *value)).collect(),
         inputs: plant.inputs.clone(),
         outputs: plant.outputs.clone(),
         equations,

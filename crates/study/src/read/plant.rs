@@ -36,7 +36,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     if mixed {
         return None;
     }
-    let (model, names) = match way {
+    let (model, names, parameters) = match way {
         0 => named(matrices(node, reader)?, node, reader)?,
         1 => expressions(node, reader)?,
         _ => named(builtin(node)?, node, reader)?,
@@ -55,7 +55,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     };
     let time_unit = node.get("time_unit").and_then(Node::text).map(str::to_owned);
     let Names { states, inputs, outputs } = names;
-    Some(PlantModel { model, states, inputs, outputs, units: units?, time_unit })
+    Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit })
 }
 
 /// What states, inputs and outputs are called.
@@ -65,10 +65,13 @@ struct Names {
     outputs: Vec<String>,
 }
 
+/// A plant, its names and its parameters.
+type Said = (Model, Names, Parameters);
+
 /// A plant whose sizes are known, with the names that the table gives.
-fn named(model: Model, node: &Node, reader: &mut Reader) -> Option<(Model, Names)> {
+fn named(model: Model, node: &Node, reader: &mut Reader) -> Option<Said> {
     let names = names(node, model.size(), reader)?;
-    Some((model, names))
+    Some((model, names, Parameters::new()))
 }
 
 fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
@@ -134,8 +137,8 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
     }
 }
 
-/// The plant and its names, which its expressions may use.
-fn expressions(node: &Node, reader: &mut Reader) -> Option<(Model, Names)> {
+/// The plant, its names and its parameters, which its expressions may use.
+fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     for (key, what) in [("f", "one expression for each state"), ("h", "one expression for each output")] {
         if node.get(key).is_none() {
             let message = format!("[plant] has expressions, and no `{key}`");
@@ -166,7 +169,7 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<(Model, Names)> {
     let (rows, measured) = (list(f, &scope, reader), list(h, &outputs, reader));
     rows.and(measured)?;
     match ExpressionPlant::named(&f.texts()?, &h.texts()?, &names.states, &names.inputs, &parameters) {
-        Ok(plant) => Some((Model::Expressions(plant), names)),
+        Ok(plant) => Some((Model::Expressions(plant), names, parameters)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected a plant");
             None

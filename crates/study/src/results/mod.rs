@@ -52,6 +52,9 @@ pub struct PlantSummary {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
+    /// The numbers that the equations use by name.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<NamedNumber>,
     /// The equations, one a line.
     pub equations: Vec<String>,
     /// A, B and C of a linear plant; B only if there are inputs.

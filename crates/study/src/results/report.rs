@@ -2,7 +2,9 @@
 
 use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone, short};
 
-use super::{DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, Results};
+use super::{
+    DesignReport, ModeReport, NamedMatrix, NamedNumber, ObservabilityAt, ObservabilityReport, ObserverReport, Results,
+};
 use crate::error::StudyError;
 
 /// The page. `files` are the names of the files beside it.
@@ -68,12 +70,16 @@ fn plant(results: &Results) -> Section {
         ("inputs", list(&plant.inputs)),
         ("outputs", list(&plant.outputs)),
     ];
+    if !plant.parameters.is_empty() {
+        let one = |number: &NamedNumber| format!("{} = {}", number.name, number.value.map(short).unwrap_or_default());
+        facts.push(("parameters", plant.parameters.iter().map(one).collect::<Vec<_>>().join(", ")));
+    }
     facts.extend(plant.time_unit.iter().map(|unit| ("time in", unit.clone())));
     let mut section = Section::new("Plant").facts(facts);
     if !plant.equations.is_empty() {
         section = section.verbatim(plant.equations.join("\n"));
     }
-    plant.matrices.iter().fold(section, matrix)
+    matrices(section, plant.matrices.iter())
 }
 
 /// A name with its unit, if there is one: `position (m)`.
@@ -85,6 +91,7 @@ pub(crate) fn with_unit(name: &str, unit: Option<&String>) -> String {
 pub(crate) fn eigenvalue([re, im]: [f64; 2]) -> String {
     match im {
         0.0 => short(re),
+        im if re == 0.0 => format!("{}i", short(im)),
         im if im < 0.0 => format!("{} - {}i", short(re), short(-im)),
         im => format!("{} + {}i", short(re), short(im)),
     }
@@ -208,10 +215,8 @@ fn designed(section: Section, design: &DesignReport) -> Section {
         facts.push(("poles".to_owned(), Cell::number(poles)));
     }
     section = section.facts(facts);
-    for matrix in design.matrices.iter().filter(|matrix| matrix.name != "P" && matrix.name != "Q" && matrix.name != "S")
-    {
-        section = self::matrix(section, matrix);
-    }
+    let shown = |matrix: &&NamedMatrix| matrix.name != "P" && matrix.name != "Q" && matrix.name != "S";
+    section = matrices(section, design.matrices.iter().filter(shown));
     if design.facts.is_empty() {
         return section;
     }
@@ -236,10 +241,11 @@ fn designed(section: Section, design: &DesignReport) -> Section {
                 .to_owned(),
         );
     }
-    if any(" (12)") || any(" (13')") {
-        caption.push(
-            "(12) and (13') are the inequalities of these numbers in the paper on the cubic observer.".to_owned(),
-        );
+    match (any(" (12)"), any(" (13')")) {
+        (true, true) => caption.push("(12) and (13') are their numbers in the paper on the cubic observer.".to_owned()),
+        (true, false) => caption.push("(12) is its number in the paper on the cubic observer.".to_owned()),
+        (false, true) => caption.push("(13') is its number in the paper on the cubic observer.".to_owned()),
+        (false, false) => {}
     }
     section.grid(grid.caption(caption.join(" ")))
 }
@@ -247,13 +253,19 @@ fn designed(section: Section, design: &DesignReport) -> Section {
 /// The most rows and columns of a matrix that are written out.
 const LARGEST: usize = 12;
 
-/// A matrix that fits a page, entry by entry; a larger one by its size.
-fn matrix(section: Section, matrix: &NamedMatrix) -> Section {
-    let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
-    if rows.max(columns) > LARGEST {
-        return section.prose(format!("{} is {rows} x {columns}; `study.json` has it.", matrix.name));
-    }
-    section.verbatim(laid_out(matrix))
+/// Matrices that fit a page, entry by entry; larger ones by their sizes.
+fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix>) -> Section {
+    let told: Vec<String> = matrices
+        .map(|matrix| {
+            let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
+            if rows.max(columns) > LARGEST {
+                format!("{} is {rows} x {columns}; study.json has it", matrix.name)
+            } else {
+                laid_out(matrix)
+            }
+        })
+        .collect();
+    if told.is_empty() { section } else { section.verbatim(told.join("\n\n")) }
 }
 
 /// A matrix with its columns aligned.
