@@ -22,7 +22,7 @@ use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
 use crate::results::{FailureReport, ObserverReport, PlantSummary, Results, report};
-use crate::study::{ObserverWish, Study};
+use crate::study::{ObserverKind, ObserverWish, Study};
 use folder::Folder;
 
 /// An observer that has a design.
@@ -229,7 +229,7 @@ fn designs(
     use rayon::prelude::*;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let total = study.observers.len();
-    let one = |wish: &ObserverWish| {
+    let one = |wish: &ObserverWish| -> Result<Option<Outcome>, StudyError> {
         if options.interrupted() {
             return Ok(None);
         }
@@ -246,7 +246,17 @@ fn designs(
         options.tell("design", &wish.name, count, total);
         Ok(Some(Outcome { designed, open }))
     };
-    study.observers.par_iter().map(one).collect()
+    // Those that take minutes come last, so that an interruption finds the others finished.
+    let takes_long = |wish: &ObserverWish| matches!(wish.kind, ObserverKind::KklNumerical(_));
+    let mut outcomes: Vec<Option<Outcome>> = study.observers.iter().map(|_| None).collect();
+    for long in [false, true] {
+        let wishes = study.observers.par_iter().enumerate().filter(|(_, wish)| takes_long(wish) == long);
+        let part = wishes.map(|(i, wish)| Ok((i, one(wish)?))).collect::<Result<Vec<_>, StudyError>>()?;
+        for (i, outcome) in part {
+            outcomes[i] = outcome;
+        }
+    }
+    Ok(outcomes)
 }
 
 fn described(wish: &ObserverWish, outcome: &Outcome) -> ObserverReport {
