@@ -4,6 +4,7 @@
 //! of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the diagonal is compared with
 //! rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
 
+use super::chain::{self, Kernel};
 use super::swap::swap;
 use super::{Schur, block_eigenvalues, blocks};
 use crate::{LinalgError, Result};
@@ -18,37 +19,51 @@ impl Schur {
     /// # Errors
     /// [`LinalgError::SwapRejected`] names two eigenvalues that are too close to be separated.
     pub fn ordered(mut self, select: impl Fn(Complex<f64>) -> bool) -> Result<(Self, usize)> {
-        let n = self.t.nrows();
         // (size, selected) of each block, from the top.
         let mut order: Vec<(usize, bool)> = blocks(&self.t)
             .into_iter()
             .map(|(k, size)| (size, select(block_eigenvalues(&self.t, k, size).0)))
             .collect();
+        chain::dispatch(Reordering { form: &mut self, order: &mut order })?;
+        let chosen = order.iter().filter(|block| block.1).map(|block| block.0).sum();
+        Ok((self, chosen))
+    }
+}
+
+/// Brings the selected blocks of `order` to the top.
+struct Reordering<'a> {
+    form: &'a mut Schur,
+    order: &'a mut Vec<(usize, bool)>,
+}
+
+impl Kernel for Reordering<'_> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) -> Result<()> {
+        let Self { form: Schur { q, t }, order } = self;
+        let n = t.nrows();
         // Each exchange removes one inversion; a block that falls apart into two real ones adds fewer than n, n times.
         for _ in 0..=2 * n * n {
-            let Some(i) = order.windows(2).position(|pair| !pair[0].1 && pair[1].1) else {
-                let chosen = order.iter().filter(|block| block.1).map(|block| block.0).sum();
-                return Ok((self, chosen));
-            };
+            let Some(i) = order.windows(2).position(|pair| !pair[0].1 && pair[1].1) else { return Ok(()) };
             let k = order[..i].iter().map(|block| block.0).sum();
             let (upper, lower) = (order[i].0, order[i + 1].0);
-            swap(self.t.as_mut_slice(), n, self.q.as_mut_slice(), k, upper, lower).map_err(|refused| {
+            swap(t.as_mut_slice(), n, q.as_mut_slice(), k, upper, lower).map_err(|refused| {
                 LinalgError::SwapRejected {
-                    first: block_eigenvalues(&self.t, k, upper).0,
-                    second: block_eigenvalues(&self.t, k + upper, lower).0,
+                    first: block_eigenvalues(t, k, upper).0,
+                    second: block_eigenvalues(t, k + upper, lower).0,
                     residual: refused.residual,
                     allowed: refused.allowed,
                 }
             })?;
-            let mut parts = Vec::with_capacity(4);
-            for (start, size, selected) in [(k, lower, true), (k + lower, upper, false)] {
-                if size == 2 && self.t[(start + 1, start)] == 0.0 {
-                    parts.extend([(1, selected); 2]);
-                } else {
-                    parts.push((size, selected));
+            order.swap(i, i + 1);
+            for (index, start) in [(i + 1, k + lower), (i, k)] {
+                let (size, selected) = order[index];
+                if size == 2 && t[(start + 1, start)] == 0.0 {
+                    order[index].0 = 1;
+                    order.insert(index, (1, selected));
                 }
             }
-            order.splice(i..i + 2, parts);
         }
         Err(LinalgError::NotConverged {
             method: "the reordering of the Schur form",

@@ -72,7 +72,12 @@ pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s
         }
         column[p + j] = 1.0 / gamma;
     }
-    let mut reflectors = [([0.0; 4], 0.0); 2];
+    // All of it on the block itself first, `turned = Z'(block) Z` with columns of four.
+    let (mut turned, mut z) = ([0.0; 16], [0.0; 16]);
+    for (column, from) in turned.chunks_exact_mut(4).zip(&local) {
+        column.copy_from_slice(from);
+    }
+    z.iter_mut().step_by(5).for_each(|e| *e = 1.0);
     for j in 0..s {
         let mut v = basis[j];
         let head = v[j];
@@ -82,54 +87,47 @@ pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s
         for column in &mut basis {
             reflect(column, &v, tau);
         }
-        reflectors[j] = (v, tau);
-    }
-    // Try on the copy first.
-    let mut trial = local;
-    for (v, tau) in &reflectors[..s] {
-        for column in &mut trial {
-            reflect(column, v, *tau);
+        for column in turned.chunks_exact_mut(4).filter_map(|column| column.first_chunk_mut()) {
+            reflect(column, &v, tau);
         }
-        for i in 0..m {
-            let sum: f64 = (0..m).map(|j| trial[j][i] * v[j]).sum();
-            for j in 0..m {
-                trial[j][i] -= tau * sum * v[j];
+        for matrix in [&mut turned, &mut z] {
+            for i in 0..4 {
+                let sum: f64 = (0..m).map(|j| matrix[4 * j + i] * v[j]).sum();
+                for j in 0..m {
+                    matrix[4 * j + i] -= tau * sum * v[j];
+                }
             }
         }
     }
-    let residual = trial[..s]
-        .iter()
+    let residual = turned
+        .chunks_exact(4)
+        .take(s)
         .flat_map(|column| &column[s..m])
         .fold(0.0_f64, |a, e| if e.is_nan() { f64::NAN } else { a.max(e.abs()) });
     let allowed = (20.0 * f64::EPSILON * largest).max(tiny);
     if residual.is_nan() || residual > allowed {
         return Err(Refused { residual, allowed });
     }
-    for (v, tau) in &reflectors[..s] {
-        if m == 3 {
-            let v = [v[0], v[1], v[2]];
-            reflect_rows(t, n, k, &v, *tau);
-            reflect_cols(t, n, k, n.min(k + m), &v, *tau);
-            reflect_cols(q, rows, k, rows, &v, *tau);
-        } else {
-            reflect_rows(t, n, k, v, *tau);
-            reflect_cols(t, n, k, n.min(k + m), v, *tau);
-            reflect_cols(q, rows, k, rows, v, *tau);
-        }
-    }
-    for j in 0..s {
-        t[(k + j) * n + k + s..(k + j) * n + k + m].fill(0.0);
+    for column in turned.chunks_exact_mut(4).take(s) {
+        column[s..m].fill(0.0);
     }
     if s == 2 {
-        standardise_block(t, n, q, rows, k, (0, n));
+        standardise_block(&mut turned, 4, &mut z, 4, 0, (0, m));
     } else {
-        t[k * n + k] = local[p][p];
+        turned[0] = local[p][p];
     }
-    let k = k + s;
     if p == 2 {
-        standardise_block(t, n, q, rows, k, (0, n));
+        standardise_block(&mut turned, 4, &mut z, 4, s, (0, m));
     } else {
-        t[k * n + k] = local[0][0];
+        turned[5 * s] = local[0][0];
+    }
+    if m == 3 {
+        turn::<3>(t, n, q, rows, k, &z);
+    } else {
+        turn::<4>(t, n, q, rows, k, &z);
+    }
+    for j in 0..m {
+        t[(k + j) * n + k..(k + j) * n + k + m].copy_from_slice(&turned[4 * j..4 * j + m]);
     }
     Ok(())
 }
@@ -145,31 +143,56 @@ fn reflect<const M: usize>(column: &mut [f64; M], v: &[f64; M], tau: f64) {
     }
 }
 
-/// `T := (I - tau v v') T` on the rows from `k` and the columns from `k`.
+/// `Z`, of order M, on the rows and columns of `t` from `k` that are not in the block itself, and on those columns of `q`: once for all the reflectors and rotations of an exchange.
 #[inline(always)]
-fn reflect_rows<const M: usize>(t: &mut [f64], n: usize, k: usize, v: &[f64; M], tau: f64) {
-    for column in t[k * n..].chunks_exact_mut(n) {
+fn turn<const M: usize>(t: &mut [f64], n: usize, q: &mut [f64], rows: usize, k: usize, z: &[f64; 16]) {
+    for column in t[(k + M) * n..].chunks_exact_mut(n) {
         if let Some(part) = column.get_mut(k..).and_then(|c| c.first_chunk_mut::<M>()) {
-            reflect(part, v, tau);
+            let x = *part;
+            let mut y = [0.0; M];
+            for l in 0..M {
+                for j in 0..M {
+                    y[j] += z[4 * j + l] * x[l];
+                }
+            }
+            *part = y;
         }
     }
+    turn_columns::<M>(t, n, k, k, z);
+    turn_columns::<M>(q, rows, k, rows, z);
 }
 
-/// `T := T (I - tau v v')` on the columns from `k` and the rows before `end`.
+/// Rows before `end` of the columns from `k`, of `ld` rows, four at a time.
 #[inline(always)]
-fn reflect_cols<const M: usize>(t: &mut [f64], ld: usize, k: usize, end: usize, v: &[f64; M], tau: f64) {
+fn turn_columns<const M: usize>(data: &mut [f64], ld: usize, k: usize, end: usize, z: &[f64; 16]) {
     if end == 0 {
         return;
     }
-    let mut columns = t[k * ld..(k + M) * ld].chunks_exact_mut(ld);
-    let columns: [&mut [f64]; M] = core::array::from_fn(|_| columns.next().map_or(&mut [][..], |c| &mut c[..end]));
-    for i in 0..end {
-        let mut s = 0.0;
-        for j in 0..M {
-            s += columns[j][i] * v[j];
+    let columns = &mut data[k * ld..(k + M) * ld];
+    let mut i = 0;
+    while i + 4 <= end {
+        turn_rows::<M, 4>(columns, ld, i, z);
+        i += 4;
+    }
+    while i < end {
+        turn_rows::<M, 1>(columns, ld, i, z);
+        i += 1;
+    }
+}
+
+#[inline(always)]
+fn turn_rows<const M: usize, const W: usize>(columns: &mut [f64], ld: usize, i: usize, z: &[f64; 16]) {
+    let mut x = [[0.0; W]; M];
+    for l in 0..M {
+        x[l].copy_from_slice(&columns[l * ld + i..l * ld + i + W]);
+    }
+    for j in 0..M {
+        let mut y = [0.0; W];
+        for l in 0..M {
+            for w in 0..W {
+                y[w] += x[l][w] * z[4 * j + l];
+            }
         }
-        for j in 0..M {
-            columns[j][i] -= tau * s * v[j];
-        }
+        columns[j * ld + i..j * ld + i + W].copy_from_slice(&y);
     }
 }
