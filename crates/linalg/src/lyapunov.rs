@@ -72,11 +72,6 @@ pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: Spr
     if bound < 1.0 { of_exact(bound * spread.units) } else { f64::INFINITY }
 }
 
-/// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
-pub(crate) fn lyapunov_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
-    SchurEquation::step(Kind::Lyapunov, a, q)
-}
-
 /// `A'P + P A + Q = 0` for one `A` and any number of `Q`.
 ///
 /// The Schur form is computed once, `25 n^3` flops or more; each solution costs about `9 n^3`.

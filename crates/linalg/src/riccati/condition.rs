@@ -13,41 +13,130 @@
 //! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so that the map that takes E to the solution for `D + E G E` stays among them, and has a fixed point (Brouwer). Discrete, with `B (R + B'X B)^-1 B'` for G and
 //! `E G (I + E G)^-1 E` between two factors F, whence 8 for 4.
 
+use super::frame::Frame;
 use super::scaled::Scaled;
-use crate::Result;
-use crate::schur_operator::{Kind, SchurEquation};
+use crate::schur_operator::SchurEquation;
 use crate::separation::{norm, relative};
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, Dyn};
 
-/// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed loop `f` leaves none.
+/// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed loop, whose `equation` it is, leaves none. `defect` is the norm
+/// of what is left of the equation.
 pub(super) fn condition(
     problem: &Scaled,
     x: &DMatrix<f64>,
     k: &DMatrix<f64>,
-    f: &DMatrix<f64>,
-    residual: f64,
-) -> Result<(f64, f64)> {
+    equation: &mut SchurEquation,
+    defect: f64,
+) -> (f64, f64) {
     let n = x.nrows();
-    let kind = if problem.discrete { Kind::Stein } else { Kind::Lyapunov };
-    let mut equation = SchurEquation::untested(kind, f, None)?;
-    let seen = if problem.discrete { x * f } else { x.clone() };
+    let seen = if problem.discrete { x * (&problem.a - &problem.b * k) } else { x.clone() };
     let weights = [DMatrix::identity(n, n), seen.tr_mul(&seen)];
     let [Some(h), Some(h2)] = weights.map(|weight| equation.substituted(&weight)) else {
-        return Ok((f64::INFINITY, f64::INFINITY));
+        return (f64::INFINITY, f64::INFINITY);
     };
-    let (h0, h2) = (norm(&h), norm(&h2));
-    let (a, q, g) = (norm(&problem.a), norm(&problem.q), norm(&problem.g));
-    let size = norm(x);
-    let condition = relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, size);
+    let (h0, size) = (norm(&h), norm(x));
+    let condition = relative_change(problem, h0, norm(&h2), size);
     // What is left of the equation, and the rounding with which that is known: three products, the quadratic one of large terms that may cancel.
-    let (linear, steps) = if problem.discrete { ((a * a + 1.0) * size + q, a) } else { (2.0 * a * size + q, 1.0) };
+    let a = norm(&problem.a);
+    let (linear, steps) = if problem.discrete {
+        ((a * a + 1.0) * size + norm(&problem.q), a)
+    } else {
+        (2.0 * a * size + norm(&problem.q), 1.0)
+    };
     let quadratic = steps * size * norm(&problem.b) * norm(k);
     let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic);
-    let defect = residual * problem.size_of_terms(x) + rounding;
-    let curvature = problem.pull(x, &h) * if problem.discrete { 8.0 } else { 4.0 };
-    let dominated = curvature * h0 * defect <= 1.0;
-    let forward = if dominated { relative(2.0 * h0 * defect * (n as f64).sqrt(), size) } else { f64::INFINITY };
-    // Out of range: nothing is known.
-    let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
-    Ok((known(condition), known(forward)))
+    let defect = defect + rounding;
+    let pull = problem.input_weight(x).map_or(f64::INFINITY, |weight| pull(&weight, &problem.b, &h));
+    let forward = if dominated(problem, pull, h0, defect) { moved(defect, h0, n, size) } else { f64::INFINITY };
+    (condition, known(forward))
+}
+
+/// The equation in the coordinates of `frame`.
+pub(super) struct Local<'a> {
+    pub(super) frame: &'a Frame,
+    /// `A^ - B^ K^`.
+    pub(super) f: &'a DMatrix<f64>,
+    pub(super) b: &'a DMatrix<f64>,
+    /// `Q^ + K^'R K^`.
+    pub(super) q: &'a DMatrix<f64>,
+    pub(super) k: &'a DMatrix<f64>,
+    /// `R`, for the discrete equation `R + B^'X^ B^`.
+    pub(super) input_weight: &'a Cholesky<f64, Dyn>,
+    /// The error of `f`.
+    pub(super) unknown: f64,
+}
+
+/// As [`condition`], from X^ and the closed loop in coordinates of their own: with `T'T` for I, and so on, the same numbers in the units of `problem`. `None` if a change of the closed loop as small as
+/// what is not known of it might make it unstable: with H0 as its Lyapunov function it cannot as long as `2 |dF| ||H0|| < 1`.
+pub(super) fn in_frame(
+    problem: &Scaled,
+    local: &Local<'_>,
+    x: &DMatrix<f64>,
+    equation: &mut SchurEquation,
+) -> Option<(f64, f64)> {
+    let n = x.nrows();
+    let (frame, f) = (local.frame, local.f);
+    let h = equation.substituted(&DMatrix::identity(n, n))?;
+    let h0 = norm(&h);
+    let size_of_f = norm(f);
+    let steps = if problem.discrete { 2.0 * size_of_f + local.unknown } else { 2.0 };
+    let stable = steps * local.unknown * h0 < 1.0;
+    if !stable {
+        return None;
+    }
+    let seen = &frame.inverse.transpose() * if problem.discrete { x * f } else { x.clone() };
+    let weights = [frame.t.tr_mul(&frame.t), seen.tr_mul(&seen)];
+    let [h_user, h2_user] = weights.map(|weight| equation.substituted(&weight).map(|h| norm(&frame.back(&h))));
+    let size = norm(&frame.back(x));
+    let condition = relative_change(problem, h_user?, h2_user?, size);
+    // What is left of the equation of this gain; that of X adds the square of what its gain differs by.
+    let image = f.tr_mul(x);
+    let left = if problem.discrete { &image * f - x } else { &image + image.transpose() } + local.q;
+    let optimal = if problem.discrete {
+        let a = f + local.b * local.k;
+        local.input_weight.solve(&(local.b.tr_mul(x) * a))
+    } else {
+        local.input_weight.solve(&local.b.tr_mul(x))
+    };
+    let missed = norm(&(local.input_weight.l().tr_mul(&(optimal - local.k))));
+    let (size_of_x, size_of_t) = (norm(x), norm(&frame.t));
+    let linear = if problem.discrete { (size_of_f * size_of_f + 1.0) * size_of_x } else { 2.0 * size_of_f * size_of_x };
+    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q));
+    let defect = norm(&left) + missed * missed + steps * local.unknown * size_of_x + rounding;
+    let pull = pull(local.input_weight, local.b, &h);
+    let forward = if dominated(problem, pull, h0, defect) {
+        let size_of_s = norm(&frame.inverse);
+        // Of X = S'X^ S, entry by entry.
+        let rounded = relative(2.0 * n as f64 * f64::EPSILON * size_of_s * size_of_s * size_of_x, size);
+        moved(defect, norm(&frame.back(&h)), n, size) + rounded
+    } else {
+        f64::INFINITY
+    };
+    Some((condition, known(forward)))
+}
+
+/// By the norms of H0, H2 and X.
+fn relative_change(problem: &Scaled, h0: f64, h2: f64, size: f64) -> f64 {
+    let (a, q, g) = (norm(&problem.a), norm(&problem.q), norm(&problem.g));
+    known(relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, size))
+}
+
+/// `tr(H B W^-1 B')` for the factor of W.
+fn pull(weight: &Cholesky<f64, Dyn>, b: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
+    weight.solve(&(b.tr_mul(h) * b)).trace()
+}
+
+/// Whether the quadratic term is.
+fn dominated(problem: &Scaled, pull: f64, h0: f64, defect: f64) -> bool {
+    let curvature = pull * if problem.discrete { 8.0 } else { 4.0 };
+    curvature * h0 * defect <= 1.0
+}
+
+fn moved(defect: f64, h0: f64, n: usize, size: f64) -> f64 {
+    relative(2.0 * h0 * defect * (n as f64).sqrt(), size)
+}
+
+/// Out of range: nothing is known.
+fn known(x: f64) -> f64 {
+    if x.is_nan() { f64::INFINITY } else { x }
 }

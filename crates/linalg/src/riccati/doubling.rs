@@ -72,7 +72,7 @@ fn worst(m: &DMatrix<f64>) -> Result<Complex<f64>> {
 
 fn stabilizes(problem: &Scaled, x: &DMatrix<f64>) -> Result<bool> {
     match problem.gain(x) {
-        Some(k) if k.iter().all(|e| e.is_finite()) => Ok(worst(&problem.closed_loop(&k))?.norm() < 1.0),
+        Some(k) if k.iter().all(|e| e.is_finite()) => Ok(worst(&problem.closed_loop(&k)?)?.norm() < 1.0),
         _ => Ok(false),
     }
 }
@@ -83,9 +83,9 @@ fn descend(problem: &Scaled, start: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let mut change = f64::INFINITY;
     for _ in 0..NEWTON_STEPS {
         let Some(k) = problem.gain(&x) else { break };
-        let closed = problem.closed_loop(&k);
+        let Ok(closed) = problem.closed_loop(&k) else { break };
         let weight = symmetric_part(&(&problem.q + k.transpose() * &problem.r * &k));
-        if !closed.iter().chain(weight.iter()).all(|e| e.is_finite()) {
+        if !weight.iter().all(|e| e.is_finite()) {
             break;
         }
         let Some(next) = stein_step(&closed, &weight)? else { break };

@@ -25,8 +25,13 @@ pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
 
 /// As [`solve`], from the n leftmost eigenvalues, on whichever side of the axis rounding has put them: where to begin, not a solution.
 pub(super) fn guess(problem: &Scaled) -> Option<DMatrix<f64>> {
-    let n = problem.a.nrows();
-    let form = schur(&matrix(problem)).ok()?;
+    leftmost(&matrix(problem))
+}
+
+/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n.
+pub(super) fn leftmost(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = h.nrows() / 2;
+    let form = schur(h).ok()?;
     let mut abscissae: Vec<f64> = form.eigenvalues().iter().map(|lambda| lambda.re).collect();
     abscissae.sort_by(f64::total_cmp);
     let (last, next) = (abscissae.get(n.checked_sub(1)?)?, abscissae.get(n)?);

@@ -10,35 +10,37 @@
 //!
 //! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in `riccati/hamiltonian.rs`. Discrete: the
 //! structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`.
-//! Both are followed by Newton's iteration (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971) as long as it lowers the residual, and where that leaves more
-//! than rounding, repeated in coordinates of the state in which `X` is near the identity (`riccati/normalized.rs`).
+//! Both are followed by Newton's iteration (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971; `riccati/settle.rs`) as long as it lowers the residual, and where that leaves more
+//! than rounding, or no stabilizing solution, the equation is solved in coordinates of the state in which `X` is near the identity (`riccati/normalized.rs`).
 
+mod bilinear;
 mod condition;
 mod doubling;
+mod frame;
 mod hamiltonian;
 mod kalman;
 mod normalized;
 mod popov;
 mod scaled;
+mod settle;
 
 use crate::separation::of_exact;
-use crate::{LinalgError, Result, eigenvalues};
+use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 use scaled::Scaled;
 
 pub use kalman::{Kalman, discrete_kalman_gain, kalman_gain};
 
-/// The invariant subspace and the doubling leave few digits to restore; each step doubles them.
-const NEWTON_STEPS: usize = 3;
-
 /// Stabilizing solution of a Riccati equation with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Riccati {
-    /// The solution, exactly symmetric: `x'X x` is the cost from the state `x`.
+    /// The solution, exactly symmetric: `x'X x` is the cost from the state `x`. Its entries are rounded: where its largest eigenvalue is beyond 1/eps times the smallest, the small ones, and
+    /// their signs, are lost, and `k` is not to be had from it.
     pub x: DMatrix<f64>,
-    /// The feedback gain, m x n, of `u = -K x`.
+    /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is stored.
     pub k: DMatrix<f64>,
-    /// Eigenvalues of `A - B K`, all stable.
+    /// Eigenvalues of `A - B K`, all stable. Where K is so large that `A - B K`, formed entry by entry, loses A, they are those of the loop in which the input is computed from the state,
+    /// and those of the matrix formed in double precision may not be stable.
     pub poles: Vec<Complex<f64>>,
     /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of the state (powers of two)
     /// that balance the plant and its weights.
@@ -54,8 +56,8 @@ pub struct Riccati {
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
 /// `a` is n x n, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input `u = -K x`, `K = R^-1 B'X`, minimises
-/// the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on a common factor of `q` and `r`. About 250 n^3 flops, 60 n^3 for
-/// each Newton step (three at most), 45 n^3 for the condition, and as much again for each change of coordinates (four at most) where the solution is so unequal that one is needed.
+/// the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on a common factor of `q` and `r`. About 300 n^3 flops with the
+/// condition, up to 50 n^3 for each Newton step (three at most), and as much again for each change of coordinates (six at most) where the solution is so unequal that one is needed.
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`] (`q`);
@@ -87,7 +89,7 @@ pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
 ///
 /// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input `u = -K x`,
 /// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u`. About 15 n^3 flops for each doubling (ten are common,
-/// 60 the cap), and 60 n^3 for each Newton step (three at most).
+/// 60 the cap), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of coordinates (six at most) where the solution is so unequal that one is needed.
 ///
 /// # Errors
 /// As [`care`], the stability boundary being the unit circle; [`LinalgError::Overflow`] also if entries of `a` are beyond 2^100.
@@ -130,27 +132,54 @@ pub fn dlqr(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
     dare(a, b, q, r)
 }
 
-/// Solves by `method`, leaves the units of computation, and lets nothing out that does not solve the equation and stabilize.
+/// What is known of a solution, in the units of computation.
+struct Evidence {
+    poles: Vec<Complex<f64>>,
+    residual: f64,
+    condition: f64,
+    forward_error: f64,
+}
+
+/// A stabilizing solution in the units of computation.
+struct Outcome {
+    x: DMatrix<f64>,
+    k: DMatrix<f64>,
+    evidence: Evidence,
+}
+
+/// Solves by `method`, in other coordinates of the state if these leave too much, and lets nothing out that does not solve the equation and stabilize.
 fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Result<Riccati> {
-    let (x, residual) = normalized::solve(problem, method)?;
-    let k = problem.gain(&x).ok_or(LinalgError::Overflow { what: "the gain k" })?;
-    let closed = problem.closed_loop(&k);
-    let poles = eigenvalues(&closed)?;
-    popov::confirm(problem, &poles)?;
-    // Half of the digits: a residual beyond this is no solution that rounding has spoilt, but none at all.
-    let allowed = f64::EPSILON.sqrt();
-    if residual.is_nan() || residual > allowed {
-        return Err(LinalgError::NotConverged {
-            method: "Newton's iteration for the Riccati equation",
-            iterations: NEWTON_STEPS,
-            remaining: residual,
-            allowed,
-        });
-    }
-    let (condition, forward_error) = condition::condition(problem, &x, &k, &closed, residual)?;
+    // What a good method and a Newton step leave.
+    let good = 10.0 * problem.a.nrows() as f64 * f64::EPSILON;
+    let outcome = match method(problem).and_then(|x| settle::settle(problem, x)) {
+        Ok(plain) if plain.evidence.residual <= good => plain,
+        Ok(plain) => match normalized::solve(problem, Some(&plain.x))? {
+            // The residual of an X of which entries are rounded says less than the bound of its error.
+            Some(better) if better.evidence.forward_error <= plain.evidence.forward_error => better,
+            _ => solved(plain)?,
+        },
+        // No eigenvalue of the plant explains it: rounding, perhaps.
+        Err(failure @ LinalgError::NotStabilizing { .. }) => normalized::solve(problem, None)?.ok_or(failure)?,
+        Err(failure) => return Err(failure),
+    };
+    let Outcome { x, k, evidence: Evidence { poles, residual, condition, forward_error } } = outcome;
     let (x, k) = problem.in_user_units(&x, &k).ok_or(LinalgError::Overflow { what: "the solution x or the gain k" })?;
     let poles = poles.into_iter().map(|l| l / problem.time).collect();
     let growth = problem.growth(&x);
     let forward_error = if forward_error == 0.0 { 0.0 } else { of_exact(forward_error * growth) };
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
+}
+
+/// Half of the digits: a residual beyond this is no solution that rounding has spoilt, but none at all.
+fn solved(outcome: Outcome) -> Result<Outcome> {
+    let (residual, allowed) = (outcome.evidence.residual, f64::EPSILON.sqrt());
+    if residual <= allowed {
+        return Ok(outcome);
+    }
+    Err(LinalgError::NotConverged {
+        method: "Newton's iteration for the Riccati equation",
+        iterations: settle::NEWTON_STEPS,
+        remaining: residual,
+        allowed,
+    })
 }

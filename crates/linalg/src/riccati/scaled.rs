@@ -7,11 +7,11 @@
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};
-use crate::lyapunov::lyapunov_step;
+use crate::product::{multiply, view, view_mut};
 use crate::separation::relative;
 use crate::spectrum::eigenvalues_of_symmetric;
-use crate::stein::stein_step;
 use crate::{LinalgError, Result};
+use faer::Accum;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 /// The scaled data. `gain` and `x` in these units become those of the user by `k_units` and `x_units`.
@@ -21,6 +21,7 @@ pub(super) struct Scaled {
     pub(super) b: DMatrix<f64>,
     pub(super) q: DMatrix<f64>,
     pub(super) r: DMatrix<f64>,
+    r_factor: Cholesky<f64, Dyn>,
     /// `B R^-1 B'`.
     pub(super) g: DMatrix<f64>,
     /// `x = D z`.
@@ -66,12 +67,14 @@ impl Scaled {
         let (b, q, r) = (b * units_b, q * units_q, r * units_r);
         // An eigenvalue below the rounding error of its own computation has no sign.
         let rounding = |m: &DMatrix<f64>| 4.0 * m.nrows() as f64 * f64::EPSILON * m.norm();
-        if let Some(&least) = eigenvalues_of_symmetric(&r)?.first()
+        if !definite(&r, -2.0 * rounding(&r))
+            && let Some(&least) = eigenvalues_of_symmetric(&r)?.first()
             && least <= rounding(&r)
         {
             return Err(LinalgError::NotPositiveDefinite { what: "r", lambda_min: least / units_r });
         }
-        if let Some(&least) = eigenvalues_of_symmetric(&q)?.first()
+        if !definite(&q, 0.5 * rounding(&q))
+            && let Some(&least) = eigenvalues_of_symmetric(&q)?.first()
             && least < -rounding(&q)
         {
             return Err(LinalgError::NotPositiveSemidefinite { what: "q", lambda_min: least / units_q });
@@ -82,9 +85,18 @@ impl Scaled {
         let of_g = units_r.log2() - 2.0 * units_b.log2();
         let of_q = -units_q.log2();
         let size = |m: &DMatrix<f64>| if m.amax() > 0.0 { Some(m.amax().log2()) } else { None };
-        let balance = Balance::of(&sizes(a), Some((&sizes(&q).add_scalar(of_q), &sizes(&g).add_scalar(of_g))));
-        let a = &balance.similar(a);
-        let (b, q, g) = (balance.driven(&b), balance.form(&q), balance.form_back(&g));
+        let balance = if is_balanced(a, (&q, of_q), (&g, of_g)) {
+            Balance::of(&DMatrix::from_element(n, n, f64::NEG_INFINITY), None)
+        } else {
+            Balance::of(&sizes(a), Some((&sizes(&q).add_scalar(of_q), &sizes(&g).add_scalar(of_g))))
+        };
+        let units = (!balance.is_trivial()).then(|| balance.similar(a));
+        let a = units.as_ref().unwrap_or(a);
+        let (b, q, g) = if balance.is_trivial() {
+            (b, q, g)
+        } else {
+            (balance.driven(&b), balance.form(&q), balance.form_back(&g))
+        };
         // Where Q or G vanishes, the other is made as large as A.
         let of_a = size(a).unwrap_or(0.0);
         let rho = match (size(&g), size(&q)) {
@@ -104,12 +116,18 @@ impl Scaled {
             -largest.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max).floor()
         };
         let time = if time.is_finite() { time } else { 0.0 };
+        let weight = power(time - g_exponent);
+        if !weight.is_normal() {
+            return Err(LinalgError::Overflow { what: "the Riccati equation" });
+        }
+        let r_factor = cholesky(&(&r * weight))?;
         let problem = Self {
             discrete,
             a: a * power(time),
             b: b * power(time),
             q: q * power(q_exponent + time),
-            r: r * power(time - g_exponent),
+            r: r * weight,
+            r_factor,
             g: g * power(g_exponent + time),
             balance,
             k_units: units_b,
@@ -131,6 +149,7 @@ impl Scaled {
             a: self.a.clone(),
             b: self.b.clone(),
             r: self.r.clone(),
+            r_factor: self.r_factor.clone(),
             g: self.g.clone(),
             balance: self.balance.clone(),
             ..*self
@@ -140,15 +159,13 @@ impl Scaled {
     /// The same equation for the states `T z`.
     pub(super) fn in_coordinates(&self, t: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let b = inverse * &self.b;
-        let g = match Cholesky::new(self.r.clone()) {
-            Some(factor) => weighted_square(&factor, &b),
-            None => symmetric_part(&(inverse * &self.g * inverse.transpose())),
-        };
+        let g = weighted_square(&self.r_factor, &b);
         Self {
             a: inverse * &self.a * t,
             b,
             q: symmetric_part(&(t.tr_mul(&self.q) * t)),
             r: self.r.clone(),
+            r_factor: self.r_factor.clone(),
             g,
             balance: self.balance.clone(),
             ..*self
@@ -162,7 +179,7 @@ impl Scaled {
             let weight = symmetric_part(&(&self.r + &bx * &self.b));
             Some(Cholesky::new(weight)?.solve(&(bx * &self.a)))
         } else {
-            Some(Cholesky::new(self.r.clone())?.solve(&bx))
+            Some(self.r_factor.solve(&bx))
         }
     }
 
@@ -179,53 +196,87 @@ impl Scaled {
     }
 
     /// `A - B K`.
-    pub(super) fn closed_loop(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
-        &self.a - &self.b * k
-    }
-
-    /// What `x` leaves of the equation, and the sum of the norms of its terms.
-    fn defect(&self, x: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
-        let k = self.gain(x)?;
-        let defect = if self.discrete {
-            let (axa, cross) = (self.a.transpose() * x * &self.a, self.a.transpose() * x * &self.b * &k);
-            let size = axa.norm() + x.norm() + cross.norm() + self.q.norm();
-            (axa - x - cross + &self.q, size)
+    pub(super) fn closed_loop(&self, k: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+        let closed = &self.a - &self.b * k;
+        if closed.iter().all(|e| e.is_finite()) {
+            Ok(closed)
         } else {
-            let (ax, quadratic) = (self.a.transpose() * x, x * &self.b * &k);
-            let size = 2.0 * self.a.norm() * x.norm() + quadratic.norm() + self.q.norm();
-            (&ax + ax.transpose() - quadratic + &self.q, size)
-        };
-        Some((symmetric_part(&defect.0), defect.1))
-    }
-
-    /// `tr(H B R^-1 B')`, for the discrete equation `tr(H B (R + B'X B)^-1 B')`; infinite if that cannot be formed.
-    pub(super) fn pull(&self, x: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
-        let weight =
-            if self.discrete { symmetric_part(&(&self.r + self.b.tr_mul(x) * &self.b)) } else { self.r.clone() };
-        Cholesky::new(weight).map_or(f64::INFINITY, |factor| factor.solve(&(self.b.tr_mul(h) * &self.b)).trace())
-    }
-
-    /// The sum of the norms of the terms of the equation; NaN if it cannot be formed.
-    pub(super) fn size_of_terms(&self, x: &DMatrix<f64>) -> f64 {
-        self.defect(x).map_or(f64::NAN, |(_, size)| size)
-    }
-
-    /// Relative residual; NaN if it cannot be formed.
-    pub(super) fn residual(&self, x: &DMatrix<f64>) -> f64 {
-        self.defect(x).map_or(f64::NAN, |(defect, size)| relative(defect.norm(), size))
-    }
-
-    /// One step of Newton's iteration from a stabilizing `x`, in the form that adds a correction.
-    pub(super) fn newton_step(&self, x: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
-        let Some(k) = self.gain(x) else { return Ok(None) };
-        let Some((defect, _)) = self.defect(x) else { return Ok(None) };
-        let closed = self.closed_loop(&k);
-        if !closed.iter().chain(defect.iter()).all(|e| e.is_finite()) {
-            return Ok(None);
+            Err(LinalgError::Overflow { what: "the closed loop A - B K" })
         }
-        let correction = if self.discrete { stein_step(&closed, &defect) } else { lyapunov_step(&closed, &defect) }?;
-        Ok(correction.map(|d| x + d))
     }
+
+    /// What `x` with its gain `k` leaves of the equation, and the sum of the norms of its terms.
+    pub(super) fn defect(&self, x: &DMatrix<f64>, k: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
+        let n = self.a.nrows();
+        let product = |l: &DMatrix<f64>, r: &DMatrix<f64>| {
+            let mut d = DMatrix::zeros(n, n);
+            multiply(view_mut(&mut d), Accum::Replace, 1.0, view(l).transpose(), view(r));
+            d
+        };
+        if self.discrete {
+            let xa = x * &self.a;
+            let (axa, cross) = (product(&self.a, &xa), product(&self.b.tr_mul(&xa), k));
+            let size = axa.norm() + x.norm() + cross.norm() + self.q.norm();
+            (symmetric_part(&(axa - x - cross + &self.q)), size)
+        } else {
+            let (ax, quadratic) = (product(&self.a, x), product(&self.b.tr_mul(x), k));
+            let size = 2.0 * self.a.norm() * x.norm() + quadratic.norm() + self.q.norm();
+            let defect = DMatrix::from_fn(n, n, |i, j| {
+                let (i, j) = (i.min(j), i.max(j));
+                (ax[(i, j)] + ax[(j, i)]) + (self.q[(i, j)] - 0.5 * (quadratic[(i, j)] + quadratic[(j, i)]))
+            });
+            (defect, size)
+        }
+    }
+
+    /// The sum of the norms of the terms, and what is left of the equation relative to it; NaN if the gain cannot be formed.
+    pub(super) fn residual(&self, x: &DMatrix<f64>) -> f64 {
+        self.gain(x).map_or(f64::NAN, |k| {
+            let (defect, size) = self.defect(x, &k);
+            relative(defect.norm(), size)
+        })
+    }
+
+    /// `R`, for the discrete equation `R + B'X B`; `None` if it is not definite to working precision.
+    pub(super) fn input_weight(&self, x: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+        if self.discrete {
+            Cholesky::new(symmetric_part(&(&self.r + self.b.tr_mul(&(x * &self.b)))))
+        } else {
+            Some(self.r_factor.clone())
+        }
+    }
+}
+
+/// Whether the first cycle of [`Balance::of`] would move no state, without a logarithm per entry: in each, the largest entries of the row of `[A, G]` and of the column of `[A; Q]` are within
+/// a factor of four. The forms come with their exponents.
+fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&DMatrix<f64>, f64)) -> bool {
+    let n = a.nrows();
+    // Beyond this the exponents are left to logarithms.
+    if of_q.abs().max(of_g.abs()) > 900.0 {
+        return false;
+    }
+    let (unit_q, unit_g) = (power(of_q), power(of_g));
+    (0..n).all(|i| {
+        let (mut column, mut row) = (0.0_f64, 0.0_f64);
+        for j in 0..n {
+            if j != i {
+                column = column.max(a[(j, i)].abs());
+                row = row.max(a[(i, j)].abs());
+            }
+            column = column.max(q[(j, i)].abs() * unit_q);
+            row = row.max(g[(j, i)].abs() * unit_g);
+        }
+        column > 0.0 && row > 0.0 && row < 4.0 * column && column < 4.0 * row && row.is_normal() && column.is_normal()
+    })
+}
+
+/// Whether `M + shift I` has a Cholesky factor, which costs a tenth of the eigenvalues: its least eigenvalue is then not below what rounding makes of `-shift`.
+fn definite(m: &DMatrix<f64>, shift: f64) -> bool {
+    let mut shifted = m.clone();
+    for i in 0..m.nrows() {
+        shifted[(i, i)] += shift;
+    }
+    Cholesky::new(shifted).is_some()
 }
 
 fn cholesky(r: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {

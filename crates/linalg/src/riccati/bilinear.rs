@@ -1,0 +1,72 @@
+//! The discrete equation as a Hamiltonian eigenproblem, around a gain that is there already.
+//!
+//! With `K = K0 + L` and `F = A - B K0` the equation is that of the plant `(F, B)` with the weights `Q + K0'R K0` of the state, `S = -K0'R` of state and input together, and R, and has the same X:
+//!
+//! ```text
+//!     [F        0  B ]     [I  0   0]
+//! M = [-Q-K0'RK0 I -S],  N = [0  F'  0],       (M - z N) has the closed loop's poles z, their inverses, and m infinite eigenvalues.
+//!     [S'       0  R ]     [0 -B'  0]
+//! ```
+//! The bilinear map `w = (z - 1)/(z + 1)` makes of that the matrix `(M + N)^-1 (M - N)`, the leading 2n rows and columns of which are Hamiltonian, with the stable subspace `[I; X]`; the infinite
+//! eigenvalues become ones that belong to the last columns alone. `M + N` is regular iff no pole of the closed loop is -1: never for want of an `A + I` that is. Around a good K0 no entry is larger than the
+//! closed loop, where A itself, in coordinates in which X is near the identity, is as large as the plant is unstable.
+
+use super::hamiltonian;
+use nalgebra::{DMatrix, DVector};
+
+/// The shifted equation.
+pub(super) struct Shifted<'a> {
+    /// `F`.
+    pub(super) f: &'a DMatrix<f64>,
+    pub(super) b: &'a DMatrix<f64>,
+    /// `Q + K0'R K0`.
+    pub(super) q: &'a DMatrix<f64>,
+    /// `K0`.
+    pub(super) k: &'a DMatrix<f64>,
+    pub(super) r: &'a DMatrix<f64>,
+}
+
+/// X of the n poles nearest to stability: where to begin, a solution if these are stable.
+pub(super) fn guess(shifted: &Shifted<'_>) -> Option<DMatrix<f64>> {
+    // A pole close to -1 makes the first map ill-conditioned, and one close to 1 the second.
+    let trusted = f64::EPSILON.sqrt().recip();
+    let first = hamiltonian(shifted, 1.0);
+    let h = match first {
+        Some(h) if h.norm() <= trusted => h,
+        first => {
+            let second = hamiltonian(shifted, -1.0);
+            [first, second].into_iter().flatten().min_by(|x, y| x.norm().total_cmp(&y.norm()))?
+        }
+    };
+    hamiltonian::leftmost(&h)
+}
+
+/// The leading block of `(M + sign N)^-1 (M - sign N)`.
+fn hamiltonian(shifted: &Shifted<'_>, sign: f64) -> Option<DMatrix<f64>> {
+    let Shifted { f, b, q, k, r } = *shifted;
+    let (n, m) = b.shape();
+    // Inputs in units in which B and R together are of size one.
+    let units = DVector::from_fn(m, |j, _| b.column(j).norm().hypot(r[(j, j)].abs().sqrt()))
+        .map(|x| if x > 0.0 { 1.0 / x } else { 1.0 });
+    let scaled = DMatrix::from_diagonal(&units);
+    let (b, r) = (b * &scaled, &scaled * r * &scaled);
+    let cross = -(&scaled * shifted.r * k);
+    let order = 2 * n + m;
+    let (mut plus, mut minus) = (DMatrix::zeros(order, order), DMatrix::zeros(order, 2 * n));
+    for (target, sign) in [(&mut plus, sign), (&mut minus, -sign)] {
+        target.view_mut((0, 0), (n, n)).copy_from(f);
+        target.view_mut((n, 0), (n, n)).copy_from(&-q);
+        target.view_mut((2 * n, 0), (m, n)).copy_from(&cross);
+        target.view_mut((n, n), (n, n)).copy_from(&(f.transpose() * sign));
+        target.view_mut((2 * n, n), (m, n)).copy_from(&(b.transpose() * -sign));
+        for i in 0..n {
+            target[(i, i)] += sign;
+            target[(n + i, n + i)] += 1.0;
+        }
+    }
+    plus.view_mut((0, 2 * n), (n, m)).copy_from(&b);
+    plus.view_mut((n, 2 * n), (n, m)).copy_from(&-cross.transpose());
+    plus.view_mut((2 * n, 2 * n), (m, m)).copy_from(&r);
+    let h = plus.lu().solve(&minus)?.view((0, 0), (2 * n, 2 * n)).into_owned();
+    h.iter().all(|e| e.is_finite()).then_some(h)
+}
