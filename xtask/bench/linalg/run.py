@@ -80,8 +80,13 @@ def defective(rng, n):
     return q @ t @ q.T
 
 
+def unstable(rng, n):
+    """Spectral abscissa 0.5: with one input or two the solution of the Riccati equation is large in a few directions."""
+    return stable(rng, n) + 0.6 * np.eye(n)
+
+
 def problem(rng, kind, n, a=None, inputs=None):
-    a = {"random": stable, "scaled": scaled, "defective": defective}[kind](rng, n) if a is None else a
+    a = {"random": stable, "scaled": scaled, "defective": defective, "unstable": unstable}[kind](rng, n) if a is None else a
     inputs = max(1, min(3, n // 2)) if inputs is None else inputs
     g = rng.standard_normal((n, n)) / math.sqrt(n)
     b = rng.standard_normal((n, inputs))
@@ -149,9 +154,10 @@ def residual(routine, d, found):
     if routine == "sylvester":
         return float(norm(a @ x + x @ d["b"] - d["c"]) / ((norm(a) + norm(d["b"])) * norm(x) + norm(d["c"])))
     if routine == "care":
-        g = d["b"] @ d["b"].T
-        terms = 2 * norm(a) * norm(x) + norm(x @ g @ x) + norm(q)
-        return float(norm(a.T @ x + x @ a - x @ g @ x + q) / terms)
+        # By the gain: X G X, from the left, drowns in its rounding where X is large.
+        k = d["b"].T @ x
+        terms = 2 * norm(a) * norm(x) + norm(k.T @ k) + norm(q)
+        return float(norm(a.T @ x + x @ a - k.T @ k + q) / terms)
     wish = np.sort_complex(d["poles"][:, 0] + 1j * d["poles"][:, 1])
     poles = np.sort_complex(np.linalg.eigvals(a - d["b"] @ x))
     return float(abs(poles - wish).max() / abs(wish).max())
@@ -283,6 +289,8 @@ def main():
             add(routines, n, kind, problem(np.random.default_rng(n), kind, n))
         if 4 <= n <= PLACE_LARGEST:
             add(["place"], n, "one input", problem(np.random.default_rng(n), "random", n, inputs=1))
+        for inputs in [1, 2] if n in (50, 100) else []:
+            add(["care"], n, f"unstable, {inputs} in", problem(np.random.default_rng(n), "unstable", n, inputs=inputs))
     for file in sorted(options.mor.glob("*.mat")) if options.mor and options.mor.is_dir() else []:
         a = scipy.io.loadmat(file)["A"]
         a = np.array(a.todense() if hasattr(a, "todense") else a, dtype=float)
