@@ -56,7 +56,10 @@ pub(super) fn solve(problem: &Scaled, x: Option<&DMatrix<f64>>) -> Result<Option
 /// X^ in `frame`, `k` being the gain so far in the coordinates of the problem.
 fn guess(problem: &Scaled, frame: &Frame, k: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if !problem.discrete {
-        return hamiltonian::guess(&problem.in_coordinates(&frame.t, &frame.inverse));
+        // A fast mode of size 1e8 in `S B` leaves nothing of a slow one, unless this cancels in twice the precision.
+        let none = DMatrix::zeros(k.nrows(), k.ncols());
+        let (a, _) = frame.closed_loop(problem, &none);
+        return hamiltonian::guess(&problem.in_coordinates(a, frame.driven(&problem.b), frame.form(&problem.q)));
     }
     let (f, _) = frame.closed_loop(problem, k);
     let k = frame.gain(k);

@@ -156,20 +156,10 @@ impl Scaled {
         }
     }
 
-    /// The same equation for the states `T z`.
-    pub(super) fn in_coordinates(&self, t: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
-        let b = inverse * &self.b;
+    /// The same equation for other states, of which it has these matrices.
+    pub(super) fn in_coordinates(&self, a: DMatrix<f64>, b: DMatrix<f64>, q: DMatrix<f64>) -> Self {
         let g = weighted_square(&self.r_factor, &b);
-        Self {
-            a: inverse * &self.a * t,
-            b,
-            q: symmetric_part(&(t.tr_mul(&self.q) * t)),
-            r: self.r.clone(),
-            r_factor: self.r_factor.clone(),
-            g,
-            balance: self.balance.clone(),
-            ..*self
-        }
+        Self { a, b, q, r: self.r.clone(), r_factor: self.r_factor.clone(), g, balance: self.balance.clone(), ..*self }
     }
 
     /// `K^`, or `None` if its normal equations are not definite to working precision.

@@ -4,9 +4,9 @@
 //! of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the diagonal is compared with
 //! rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
 
-use super::chain::{self, Kernel};
 use super::swap::swap;
 use super::{Schur, block_eigenvalues, blocks};
+use crate::kernel::{Kernel, dispatch};
 use crate::{LinalgError, Result};
 use nalgebra::Complex;
 
@@ -24,7 +24,7 @@ impl Schur {
             .into_iter()
             .map(|(k, size)| (size, select(block_eigenvalues(&self.t, k, size).0)))
             .collect();
-        chain::dispatch(Reordering { form: &mut self, order: &mut order })?;
+        dispatch(Reordering { form: &mut self, order: &mut order })?;
         let chosen = order.iter().filter(|block| block.1).map(|block| block.0).sum();
         Ok((self, chosen))
     }
