@@ -28,8 +28,23 @@ pub(super) fn guess(problem: &Scaled) -> Option<DMatrix<f64>> {
     leftmost(&matrix(problem))
 }
 
-/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n.
+/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n. Slow modes that rounding has thrown together about the axis, a complex pair of one eigenvalue from either side, are first
+/// taken apart: with `A - s I` in place of A they are at least s from it, and X has still the sizes that matter.
 pub(super) fn leftmost(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = h.nrows() / 2;
+    split(h).or_else(|| {
+        // Eigenvalues of the pair of small blocks are known to the root of rounding.
+        let shift = 64.0 * f64::EPSILON.sqrt() * h.norm();
+        let mut apart = h.clone();
+        for i in 0..n {
+            apart[(i, i)] -= shift;
+            apart[(n + i, n + i)] += shift;
+        }
+        split(&apart)
+    })
+}
+
+fn split(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = h.nrows() / 2;
     let form = schur(h).ok()?;
     let mut abscissae: Vec<f64> = form.eigenvalues().iter().map(|lambda| lambda.re).collect();
