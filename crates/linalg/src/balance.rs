@@ -26,19 +26,18 @@ impl Balance {
     pub(crate) fn of(a: &DMatrix<f64>, forms: Option<(&DMatrix<f64>, &DMatrix<f64>)>) -> Self {
         let n = a.nrows();
         let mut e = vec![0.0_f64; n];
+        // The diagonal has no units.
+        let mut columns = a.clone();
+        columns.fill_diagonal(f64::NEG_INFINITY);
+        let rows = columns.transpose();
         for _ in 0..CYCLES {
             let mut moved = false;
             for i in 0..n {
-                let (mut column, mut row) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-                for j in 0..n {
-                    if j != i {
-                        column = column.max(a[(j, i)] + e[i] - e[j]);
-                        row = row.max(a[(i, j)] + e[j] - e[i]);
-                    }
-                    if let Some((q, g)) = forms {
-                        column = column.max(q[(i, j)] + e[i] + e[j]);
-                        row = row.max(g[(i, j)] - e[i] - e[j]);
-                    }
+                let mut column = e[i] + largest::<false>(columns.column(i).as_slice(), &e);
+                let mut row = largest::<true>(rows.column(i).as_slice(), &e) - e[i];
+                if let Some((q, g)) = forms {
+                    column = column.max(e[i] + largest::<true>(q.column(i).as_slice(), &e));
+                    row = row.max(largest::<false>(g.column(i).as_slice(), &e) - e[i]);
                 }
                 let step = (0.5 * (row - column)).trunc();
                 if step.is_finite() && step != 0.0 {
@@ -106,6 +105,21 @@ impl Balance {
     pub(crate) fn gain_back(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| scaled(k[(i, j)], -self.0[j]))
     }
+}
+
+/// The largest `x[j] + e[j]` or, unless `PLUS`, `x[j] - e[j]`: four at a time, because this is all of the work.
+fn largest<const PLUS: bool>(x: &[f64], e: &[f64]) -> f64 {
+    let term = |x: f64, e: f64| if PLUS { x + e } else { x - e };
+    let larger = |x: f64, y: f64| if x > y { x } else { y };
+    let ((fours, rest), (of_fours, of_rest)) = (x.as_chunks::<4>(), e.as_chunks::<4>());
+    let mut found = [f64::NEG_INFINITY; 4];
+    for (x, e) in fours.iter().zip(of_fours) {
+        for l in 0..4 {
+            found[l] = larger(term(x[l], e[l]), found[l]);
+        }
+    }
+    let last = rest.iter().zip(of_rest).fold(f64::NEG_INFINITY, |m, (&x, &e)| larger(term(x, e), m));
+    larger(larger(found[0], found[1]), larger(larger(found[2], found[3]), last))
 }
 
 fn scaled(x: f64, exponent: i32) -> f64 {
