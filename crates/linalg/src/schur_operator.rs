@@ -10,9 +10,10 @@ use crate::balance::{Balance, sizes};
 use crate::compensated;
 use crate::lyapunov::Spread;
 use crate::product::{mirror, multiply, multiply_upper, view, view_mut};
+use crate::schur::block_eigenvalues;
 use crate::separation::{nearly_singular, relative, rescale, separation};
 use crate::triangular::{self, Coefficient, Equation};
-use crate::{LinalgError, Result, Schur, schur};
+use crate::{LinalgError, Result, Schur, SchurWorkspace, schur_into};
 use faer::Accum;
 use nalgebra::{Complex, DMatrix};
 use std::cell::Cell;
@@ -48,11 +49,16 @@ impl Kind {
 
     /// Whether all eigenvalues of a Schur form are on the stable side.
     fn is_stable_form(self, schur: &Schur) -> bool {
-        match self {
-            // The diagonal entries of a block in standard form are the real part of its eigenvalues.
-            Self::Lyapunov => (0..schur.t.nrows()).all(|k| schur.t[(k, k)] < 0.0),
-            Self::Stein => schur.eigenvalues().iter().all(|&lambda| self.is_stable(lambda)),
+        let (t, n) = (&schur.t, schur.t.nrows());
+        let mut k = 0;
+        while k < n {
+            let size = if k + 1 < n && t[(k + 1, k)] != 0.0 { 2 } else { 1 };
+            if !self.is_stable(block_eigenvalues(t, k, size).0) {
+                return false;
+            }
+            k += size;
         }
+        true
     }
 
     /// The norm of the operator, at most.
@@ -77,7 +83,7 @@ pub(crate) struct SchurEquation {
     /// A in these units, and its Frobenius norm.
     a: DMatrix<f64>,
     size: f64,
-    /// `a` is this times the A given.
+    /// `a` is this times the A given. Not a number where the equation is that of no A, and every solution overflows.
     units: f64,
     balance: Option<Balance>,
     schur: Schur,
@@ -88,12 +94,37 @@ pub(crate) struct SchurEquation {
     work: Work,
 }
 
-/// Room for one solution.
-#[derive(Debug, Clone, PartialEq)]
+/// Room for a factorisation and a solution. What is in it is nothing to be compared or copied.
+#[derive(Debug, Default)]
 struct Work {
+    schur: SchurWorkspace,
     half: DMatrix<f64>,
     scratch: DMatrix<f64>,
     defect: DMatrix<f64>,
+}
+
+impl Clone for Work {
+    fn clone(&self) -> Self {
+        let mut room = Self::default();
+        room.reserve(self.half.nrows(), self.scratch.nrows());
+        room
+    }
+}
+
+impl PartialEq for Work {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Work {
+    fn reserve(&mut self, n: usize, scratch: usize) {
+        for (room, n) in [(&mut self.half, n), (&mut self.scratch, scratch), (&mut self.defect, n)] {
+            if room.nrows() != n {
+                *room = DMatrix::zeros(n, n);
+            }
+        }
+    }
 }
 
 fn is_nearly_singular<T>(found: &Result<T>) -> bool {
@@ -101,59 +132,94 @@ fn is_nearly_singular<T>(found: &Result<T>) -> bool {
 }
 
 impl SchurEquation {
+    fn vacant(kind: Kind) -> Self {
+        let (size, units, separation) = (0.0, f64::NAN, f64::NAN);
+        let (a, schur, work) = (DMatrix::default(), Schur::default(), Work::default());
+        Self { kind, a, size, units, balance: None, schur, stable: false, separation, work }
+    }
+
     pub(crate) fn new(kind: Kind, a: &DMatrix<f64>) -> Result<Self> {
+        let mut equation = Self::vacant(kind);
+        equation.refactor(a)?;
+        Ok(equation)
+    }
+
+    /// The equation for an `a` that is finite and square, without the test for singularity.
+    pub(crate) fn untested(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
+        let mut equation = Self::vacant(kind);
+        equation.factor(a, balance)?;
+        Ok(equation)
+    }
+
+    /// Becomes the equation for `a`, in the memory that is there; after an error, that of no A.
+    pub(crate) fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
+        let done = self.factor_in_some_units(a);
+        if done.is_err() {
+            self.units = f64::NAN;
+        }
+        done
+    }
+
+    fn factor_in_some_units(&mut self, a: &DMatrix<f64>) -> Result<()> {
         square("a", a)?;
-        if kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
+        if self.kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
-        let balanced = |balance: Balance| Self::in_units_of(kind, &balance.similar(a), Some(balance));
         if let Some(balance) = Balance::worthwhile(a) {
-            let found = balanced(balance);
-            return if is_nearly_singular(&found) { Self::in_units_of(kind, a, None) } else { found };
+            let done = self.factor_and_test(&balance.similar(a), Some(balance));
+            return if is_nearly_singular(&done) { self.factor_and_test(a, None) } else { done };
         }
-        let plain = Self::in_units_of(kind, a, None);
+        let plain = self.factor_and_test(a, None);
         if !is_nearly_singular(&plain) {
             return plain;
         }
         // Units of the state decades apart look like a singular equation.
         let balance = Balance::of(&sizes(a), None);
-        if balance.is_trivial() { plain } else { balanced(balance).or(plain) }
+        if balance.is_trivial() {
+            return plain;
+        }
+        self.factor_and_test(&balance.similar(a), Some(balance)).or(plain)
     }
 
-    /// The equation for an `a` that is finite and square, without the test for singularity.
-    pub(crate) fn untested(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
+    fn factor(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<()> {
         let n = a.nrows();
-        let units = if kind == Kind::Lyapunov { unit_scale(a) } else { 1.0 };
-        let a = a * units;
-        let (size, schur) = (a.norm(), schur(&a)?);
-        let stable = kind.is_stable_form(&schur);
+        self.units = if self.kind == Kind::Lyapunov { unit_scale(a) } else { 1.0 };
+        if self.a.shape() != a.shape() {
+            self.a = DMatrix::zeros(n, n);
+        }
+        self.a.copy_from(a);
+        self.a *= self.units;
+        self.size = self.a.norm();
         // Stein's substitution alone needs the second.
-        let scratch = if kind == Kind::Stein { DMatrix::zeros(n, n) } else { DMatrix::zeros(0, 0) };
-        let work = Work { half: DMatrix::zeros(n, n), scratch, defect: DMatrix::zeros(n, n) };
-        Ok(Self { kind, a, size, units, balance, schur, stable, separation: f64::NAN, work })
+        self.work.reserve(n, if self.kind == Kind::Stein { n } else { 0 });
+        schur_into(&self.a, &mut self.schur, &mut self.work.schur)?;
+        self.stable = self.kind.is_stable_form(&self.schur);
+        (self.balance, self.separation) = (balance, f64::NAN);
+        Ok(())
     }
 
-    fn in_units_of(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
-        let mut equation = Self::untested(kind, a, balance)?;
-        let n = a.nrows();
-        let (separation, regular) = if equation.stable {
-            let Work { half: h, scratch, .. } = &mut equation.work;
+    fn factor_and_test(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<()> {
+        self.factor(a, balance)?;
+        let (n, kind) = (a.nrows(), self.kind);
+        let (separation, regular) = if self.stable {
+            let Work { half: h, scratch, .. } = &mut self.work;
+            h.fill(0.0);
             h.fill_diagonal(-1.0);
-            let t = Coefficient::plain(view(&equation.schur.t));
+            let t = Coefficient::plain(view(&self.schur.t));
             let regular = triangular::solve_symmetric(kind.equation(), t, view_mut(h), scratch.as_mut_slice());
             // At most sqrt(n) above the spectral norm: the separation is not overstated.
             (1.0 / h.norm(), regular)
         } else {
-            equation.estimated_separation()
+            self.estimated_separation()
         };
-        equation.separation = separation;
-        let floor = kind.rounding(n, equation.size) / (n as f64).sqrt();
-        if n > 0 && (!regular || equation.separation.is_nan() || equation.separation <= floor) {
-            let values = equation.eigenvalues();
-            let separation = equation.separation / equation.units;
-            return Err(nearly_singular(kind.name(), &values, &values, separation, |x, y| kind.equation().gap(x, y)));
+        self.separation = separation;
+        let floor = kind.rounding(n, self.size) / (n as f64).sqrt();
+        if n > 0 && (!regular || separation.is_nan() || separation <= floor) {
+            let values = self.eigenvalues();
+            let gap = |x, y| kind.equation().gap(x, y);
+            return Err(nearly_singular(kind.name(), &values, &values, separation / self.units, gap));
         }
-        Ok(equation)
+        Ok(())
     }
 
     /// `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form), from above; and whether every pivot is regular.
@@ -163,7 +229,7 @@ impl SchurEquation {
             (Coefficient::plain(view(&self.schur.t)), Coefficient::transposed(view(&self.schur.t)));
         let regular = Cell::new(true);
         let solve = |s, t, d: &mut DMatrix<f64>| {
-            let mut work = vec![0.0; n * n];
+            let mut work = vec![0.0; if self.kind == Kind::Stein { n * n } else { 0 }];
             regular.set(triangular::solve(equation, s, t, view_mut(d), &mut work) && regular.get());
         };
         let found = separation(n, n, |d| solve(transposed, plain, d), |d| solve(plain, transposed, d));

@@ -72,6 +72,14 @@ impl SteinEquation {
         SchurEquation::new(Kind::Stein, a).map(Self)
     }
 
+    /// Becomes the equation for `a`, in the memory that is there: with a Schur stable `a` of the same order nothing is allocated, unless the state has to be balanced. After an error it is the
+    /// equation of no `a`, and solutions are errors until the next `refactor`.
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
+        self.0.refactor(a)
+    }
+
     /// The solution for the symmetric n x n matrix `q`.
     /// # Errors
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),

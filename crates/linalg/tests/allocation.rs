@@ -45,6 +45,7 @@ fn the_second_solution_takes_no_memory() {
         let a = DMatrix::from_fn(n, n, |i, j| entry(i, j) / n as f64 - if i == j { 2.0 } else { 0.0 });
         let q = DMatrix::from_fn(n, n, |i, j| entry(i.min(j), i.max(j)));
         let mut x = DMatrix::zeros(n, n);
+        let (other, smaller) = (a.transpose() * 1.5, a.transpose() * 0.1);
         let mut lyapunov = LyapunovEquation::new(&a).unwrap();
         let mut stein = SteinEquation::new(&(&a * 0.2)).unwrap();
         let mut sylvester = SylvesterEquation::new(&a, &a.transpose()).unwrap();
@@ -56,8 +57,15 @@ fn the_second_solution_takes_no_memory() {
             allocations(|| _ = stein.solve_into(&q, &mut x).unwrap()),
             allocations(|| _ = sylvester.solve_into(&q, &mut x).unwrap()),
             allocations(|| _ = discrete.solve_into(&q, &mut x).unwrap()),
+            // Other coefficients of the same order, and back.
+            allocations(|| lyapunov.refactor(&other).unwrap()),
+            allocations(|| _ = lyapunov.solve_into(&q, &mut x).unwrap()),
+            allocations(|| stein.refactor(&smaller).unwrap()),
+            allocations(|| _ = stein.solve_into(&q, &mut x).unwrap()),
         ];
-        assert_eq!(found, [0; 4], "n = {n}");
+        assert_eq!(found, [0; 8], "n = {n}");
+        assert_eq!(lyapunov.solve(&q), LyapunovEquation::new(&other).unwrap().solve(&q));
+        assert_eq!(stein.solve(&q), SteinEquation::new(&smaller).unwrap().solve(&q));
     }
     assert_eq!(allocations(|| drop(black_box(Box::new(1)))), 1, "the allocator counts");
 }

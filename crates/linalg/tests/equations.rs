@@ -1,6 +1,8 @@
 //! Lyapunov, Stein and Sylvester equations, continuous and discrete: residuals, Kronecker products, published examples, and singular data.
 
-use luenberger_linalg::{LinalgError, discrete_sylvester, generalized_stein, lyapunov, stein, sylvester};
+use luenberger_linalg::{
+    LinalgError, LyapunovEquation, discrete_sylvester, generalized_stein, lyapunov, stein, sylvester,
+};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
@@ -476,4 +478,24 @@ fn bad_input_is_named() {
     assert!(matches!(found, Err(LinalgError::Overflow { what: "the solution x" })), "{found:?}");
     assert!(matches!(generalized_stein(&(&a * 1e200), &(&a * 1e200), &a), Err(LinalgError::NearlySingular { .. })));
     assert!(matches!(generalized_stein(&a, &(&a * 1e200), &a), Err(LinalgError::Overflow { .. })));
+}
+
+/// An equation that could not be had solves nothing, and is as new after the next one that can.
+#[test]
+fn an_equation_is_refactored_after_an_error() {
+    let (a, q) = (dmatrix![-1.0, 2.0; 0.0, -3.0], DMatrix::identity(2, 2));
+    let mut equation = LyapunovEquation::new(&a).unwrap();
+    let before = equation.clone();
+    let expected = equation.solve(&q);
+    let nearly = equation.refactor(&dmatrix![1.0, 0.0; 0.0, -1.0]).unwrap_err();
+    assert!(matches!(nearly, LinalgError::NearlySingular { .. }), "{nearly}");
+    assert!(matches!(equation.solve(&q), Err(LinalgError::Overflow { .. })));
+    assert!(matches!(equation.refactor(&dmatrix![f64::NAN, 0.0; 0.0, 1.0]), Err(LinalgError::NotFinite { .. })));
+    assert!(equation.solve(&q).is_err());
+    // Of another order.
+    equation.refactor(&dmatrix![-2.0]).unwrap();
+    assert_eq!(equation.solve(&dmatrix![4.0]).unwrap().p, dmatrix![1.0]);
+    equation.refactor(&a).unwrap();
+    assert_eq!(equation.solve(&q), expected);
+    assert_eq!(equation, before);
 }
