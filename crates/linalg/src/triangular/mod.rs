@@ -2,9 +2,10 @@
 //!
 //! The longer side is cut in two; of the two smaller equations one is solved first, and enters the right-hand side of the other by a matrix
 //! product. Almost all of the `n m (n + m)` flops are products then; what is left at the bottom, tiles of order 16, is solved by
-//! substitution (`tile.rs`). A cut never goes through a 2 x 2 block. Equations whose solution is symmetric touch the upper triangle only, and cost half.
+//! substitution (`tile.rs`, `symmetric_tile.rs`). A cut never goes through a 2 x 2 block. Equations whose solution is symmetric touch the upper triangle only, and cost half.
 
 mod pair;
+mod symmetric_tile;
 mod tile;
 
 use crate::product::{mirror, multiply, multiply_upper};
@@ -179,7 +180,7 @@ fn halve_symmetric(
     let n = d.nrows();
     if n <= ORDER {
         if equation == Equation::Sylvester {
-            return tile::solve_symmetric(t, d, sizes);
+            return symmetric_tile::solve(t, d, sizes);
         }
         mirror(d.rb_mut());
         return tile::solve(equation, t.transpose(), t, d, sizes);

@@ -13,22 +13,22 @@ use faer::MatMut;
 pub(super) const ORDER: usize = 16;
 
 /// A matrix of order at most `W`, by columns.
-type Tile<const W: usize> = [[f64; W]; W];
+pub(super) type Tile<const W: usize> = [[f64; W]; W];
 
 /// An upper quasi-triangular matrix of order at most `W`.
-struct Triangle<const W: usize> {
-    n: usize,
+pub(super) struct Triangle<const W: usize> {
+    pub(super) n: usize,
     /// The diagonal blocks, as many as count.
-    blocks: [Block; W],
-    count: usize,
+    pub(super) blocks: [Block; W],
+    pub(super) count: usize,
     /// What stands above the blocks.
-    above: Tile<W>,
+    pub(super) above: Tile<W>,
 }
 
 impl<const W: usize> Triangle<W> {
     /// `op(T)`; a transposed coefficient is turned about, `J T'J`.
     #[inline(always)]
-    fn load(coefficient: Coefficient<'_>) -> Self {
+    pub(super) fn load(coefficient: Coefficient<'_>) -> Self {
         let t = coefficient.t;
         let n = t.nrows().min(W);
         let mut found = Self { n, blocks: [Block::default(); W], count: 0, above: [[0.0; W]; W] };
@@ -67,7 +67,7 @@ impl<const W: usize> Triangle<W> {
 
 /// `y += a x`.
 #[inline(always)]
-fn axpy<const W: usize, const FMA: bool>(y: &mut [f64; W], a: f64, x: &[f64; W]) {
+pub(super) fn axpy<const W: usize, const FMA: bool>(y: &mut [f64; W], a: f64, x: &[f64; W]) {
     for k in 0..W {
         y[k] = fma::<FMA>(a, x[k], y[k]);
     }
@@ -198,135 +198,4 @@ fn columns<const C: usize, const W: usize, const FMA: bool>(
     }
     d[start..start + C].copy_from_slice(&y);
     regular
-}
-
-/// Overwrites the symmetric `d`, whose upper triangle is read and written, with the solution of `op(T)'Y + Y op(T) = D`: half of the steps of [`solve`].
-pub(super) fn solve_symmetric(t: Coefficient<'_>, d: MatMut<'_, f64>, sizes: Sizes) -> bool {
-    dispatch(Half { t, d, sizes })
-}
-
-struct Half<'a> {
-    t: Coefficient<'a>,
-    d: MatMut<'a, f64>,
-    sizes: Sizes,
-}
-
-impl Kernel for Half<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<const FMA: bool>(self) -> bool {
-        match self.d.nrows() {
-            0..=4 => self.of::<4, FMA>(),
-            5..=8 => self.of::<8, FMA>(),
-            _ => self.of::<ORDER, FMA>(),
-        }
-    }
-}
-
-impl Half<'_> {
-    #[inline(always)]
-    fn of<const W: usize, const FMA: bool>(self) -> bool {
-        let Self { t, mut d, sizes } = self;
-        let triangle = Triangle::<W>::load(t);
-        let n = triangle.n;
-        // Turned about on both sides, the transposed equation is the plain one.
-        let at = |i: usize, j: usize| if t.transposed { (n - 1 - j, n - 1 - i) } else { (i, j) };
-        // Below the blocks stays zero what is not known yet.
-        let mut tile = [[0.0; W]; W];
-        for b in &triangle.blocks[..triangle.count] {
-            for j in b.start..b.start + b.size {
-                for i in 0..=j {
-                    tile[j][i] = d[at(i, j)];
-                }
-            }
-            if b.size == 2 {
-                tile[b.start][b.start + 1] = tile[b.start + 1][b.start];
-            }
-        }
-        let mut beside = [[0.0; W]; W];
-        for (l, above) in triangle.above.iter().enumerate().take(n) {
-            for i in 0..l {
-                beside[i][l] = above[i];
-            }
-        }
-        let mut regular = true;
-        for k in 0..triangle.count {
-            regular &= if triangle.blocks[k].size == 1 {
-                upper_columns::<1, W, FMA>(&triangle, &beside, k, &mut tile, sizes)
-            } else {
-                upper_columns::<2, W, FMA>(&triangle, &beside, k, &mut tile, sizes)
-            };
-        }
-        for j in 0..n {
-            for i in 0..=j {
-                d[at(i, j)] = tile[j][i];
-            }
-        }
-        regular
-    }
-}
-
-/// The `C` columns of block `k`, from the top down to the diagonal, and what they are below it by symmetry.
-#[inline(always)]
-fn upper_columns<const C: usize, const W: usize, const FMA: bool>(
-    triangle: &Triangle<W>,
-    beside: &Tile<W>,
-    k: usize,
-    d: &mut Tile<W>,
-    sizes: Sizes,
-) -> bool {
-    let block = &triangle.blocks[k];
-    let start = block.start;
-    let mut y = [[0.0; W]; C];
-    y.copy_from_slice(&d[start..start + C]);
-    for (l, done) in d[..start].iter().enumerate() {
-        for (jj, y) in y.iter_mut().enumerate() {
-            axpy::<W, FMA>(y, -triangle.above[start + jj][l], done);
-        }
-    }
-    let corner = |y: &[[f64; W]; C]| {
-        let mut corner = [[0.0; 2]; 2];
-        for (to, y) in corner.iter_mut().zip(y) {
-            *to = [y[start], if C == 2 { y[start + 1] } else { 0.0 }];
-        }
-        corner
-    };
-    // Untouched so far: the columns before have zeros in these rows.
-    let given = corner(&y);
-    let mut regular = true;
-    for b in &triangle.blocks[..k] {
-        let mut rhs = [[0.0; 2]; 2];
-        for (rhs, y) in rhs.iter_mut().zip(&y) {
-            *rhs = [y[b.start], if b.size == 2 { y[b.start + 1] } else { 0.0 }];
-        }
-        let (x, good) = pair::solve(Equation::Sylvester, &b.transposed(), block, rhs, sizes);
-        regular &= good;
-        for jj in 0..C {
-            for ii in 0..b.size {
-                y[jj][b.start + ii] = x[jj][ii];
-                axpy::<W, FMA>(&mut y[jj], -x[jj][ii], &beside[b.start + ii]);
-            }
-        }
-    }
-    // On the diagonal T'Y and Y T are transposes of each other, and only the first has been subtracted.
-    let left = corner(&y);
-    let mut rhs = [[0.0; 2]; 2];
-    for jj in 0..C {
-        for ii in 0..C {
-            rhs[jj][ii] = left[jj][ii] + (left[ii][jj] - given[jj][ii]);
-        }
-    }
-    let (mut x, good) = pair::solve(Equation::Sylvester, &block.transposed(), block, rhs, sizes);
-    x[1][0] = 0.5 * (x[1][0] + x[0][1]);
-    x[0][1] = x[1][0];
-    for jj in 0..C {
-        y[jj][start..start + C].copy_from_slice(&x[jj][..C]);
-        y[jj][start + C..].fill(0.0);
-        for (l, done) in d[..start].iter_mut().enumerate() {
-            done[start + jj] = y[jj][l];
-        }
-    }
-    d[start..start + C].copy_from_slice(&y);
-    regular && good
 }
