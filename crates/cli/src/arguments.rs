@@ -228,7 +228,7 @@ const SYLV: &str = r#"Example:
   {"x":[[-2.0]],"residual":0.0,"condition":1.0}"#;
 
 const CARE: &str = r#"Example:
-  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 2]], "r": [[1]]}' | luenberger care -
+  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 1]], "r": [[1]]}' | luenberger care -
   (X = [2 1; 1 2], K = [1 2], both poles at -1)"#;
 
 const DARE: &str = r#"Example:

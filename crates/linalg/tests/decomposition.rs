@@ -128,7 +128,9 @@ fn built(orders: impl Strategy<Value = [usize; 4]>) -> impl Strategy<Value = Bui
                 let c = DMatrix::from_fn(1, n, |_, i| {
                     if matches!(part[i], 0 | 2) && first(i) { 1.5 + x[n * n + n + i] } else { 0.0 }
                 });
-                let v = nalgebra::DVector::from_fn(n, |i, _| v[i] + if i == 0 { 1.5 } else { 0.0 });
+                // No entry near zero: a reflection that hardly turns a state leaves entries as small as its angle. Units are chosen in which these are as large as the others, and in them the
+                // rounding with which the coordinates were made may pass the tolerance (seen once in some 1e5 cases).
+                let v = nalgebra::DVector::from_fn(n, |i, _| if i == 0 { 1.5 + v[0] } else { v[i] + v[i].signum() });
                 let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
                 Built { orders, a: &q * a * &q, b: &q * b, c: c * &q, units }
             })
