@@ -5,6 +5,7 @@
 //! the Hamiltonian matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
 
 use crate::separation::norm;
+use crate::units::shift;
 use nalgebra::DMatrix;
 
 /// Powers of two for each state.
@@ -56,16 +57,17 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The balance of `a`, if it makes the largest entry a thousand times smaller. (Where it does not, it might do harm: entries that are rounding are as good as others to it.
+    /// The balance of `a`, and `a` in it, if it makes the largest entry a thousand times smaller. (Where it does not, it might do harm: entries that are rounding are as good as others to it.
     /// Watkins, ETNA 23, 2006.)
-    pub(crate) fn worthwhile(a: &DMatrix<f64>) -> Option<Self> {
+    pub(crate) fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
         let target = a.amax() / 1024.0;
         // No units change the diagonal.
         if target == 0.0 || (0..a.nrows()).any(|k| a[(k, k)].abs() > target) {
             return None;
         }
         let balance = Self::of(&sizes(a), None);
-        (!balance.is_trivial() && balance.similar(a).amax() <= target).then_some(balance)
+        let balanced = balance.similar(a);
+        (balanced.amax() <= target).then_some((balance, balanced))
     }
 
     /// Whether all states keep their units.
@@ -75,35 +77,35 @@ impl Balance {
 
     /// `D^-1 A D`.
     pub(crate) fn similar(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| scaled(a[(i, j)], self.0[j] - self.0[i]))
+        DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| shift(a[(i, j)], self.0[j] - self.0[i]))
     }
 
     /// `D Q D`.
     pub(crate) fn form(&self, q: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(q.nrows(), q.ncols(), |i, j| scaled(q[(i, j)], self.0[i] + self.0[j]))
+        DMatrix::from_fn(q.nrows(), q.ncols(), |i, j| shift(q[(i, j)], self.0[i] + self.0[j]))
     }
 
     /// `D^-1 P D^-1`, back from the balanced states.
     pub(crate) fn form_back(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| scaled(p[(i, j)], -self.0[i] - self.0[j]))
+        DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| shift(p[(i, j)], -self.0[i] - self.0[j]))
     }
 
     /// By how much a relative error of a form, in the Frobenius norm, may grow on its way back to the user's units, `back` being the form there: with `|E_ij| <= ||E||`,
     /// `||D^-1 E D^-1|| <= ||E|| tr(D^-2)`.
     pub(crate) fn growth(&self, back: &DMatrix<f64>) -> f64 {
-        let trace: f64 = self.0.iter().map(|&e| 2.0_f64.powi(-2 * e)).sum();
+        let trace: f64 = self.0.iter().map(|&e| shift(1.0, -2 * e)).sum();
         let size = norm(back);
         if size == 0.0 || self.is_trivial() { 1.0 } else { norm(&self.form(back)) * trace / size }
     }
 
     /// `D^-1 B`.
     pub(crate) fn driven(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| scaled(b[(i, j)], -self.0[i]))
+        DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| shift(b[(i, j)], -self.0[i]))
     }
 
     /// `K D^-1`, back from the balanced states.
     pub(crate) fn gain_back(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| scaled(k[(i, j)], -self.0[j]))
+        DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| shift(k[(i, j)], -self.0[j]))
     }
 }
 
@@ -120,10 +122,6 @@ fn largest<const PLUS: bool>(x: &[f64], e: &[f64]) -> f64 {
     }
     let last = rest.iter().zip(of_rest).fold(f64::NEG_INFINITY, |m, (&x, &e)| larger(term(x, e), m));
     larger(larger(found[0], found[1]), larger(larger(found[2], found[3]), last))
-}
-
-fn scaled(x: f64, exponent: i32) -> f64 {
-    x * 2.0_f64.powi(exponent)
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ impl Factored {
 /// `a` is n x n, all eigenvalues in the open left half plane; `c` is p x n. For the controllability Gramian `A W + W A' + B B' = 0` give `A'` and `B'`. About
 /// 70 n^3 flops.
 /// # Errors
-/// [`LinalgError::NotStable`] names an eigenvalue with a nonnegative real part: the solution would not be semidefinite. [`LinalgError::NotSquare`],
+/// [`LinalgError::NotStable`] names an eigenvalue with a nonnegative real part, or one as small as the rounding of the eigenvalue: the solution would not be semidefinite, or out of reach. [`LinalgError::NotSquare`],
 /// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Overflow`], and those of [`schur()`](crate::schur()).
 /// # Example
 /// ```
@@ -80,7 +80,7 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
     let units_c = unit_scale(c);
     let (a, c) = (a * (root * root), c * units_c);
     let form = schur(&a)?;
-    if let Some(eigenvalue) = form.eigenvalues().into_iter().find(|&lambda| !kind.is_stable(lambda)) {
+    if let Some(eigenvalue) = form.eigenvalues().into_iter().find(|&lambda| !is_stable(kind, lambda)) {
         return Err(LinalgError::NotStable { equation: kind.name(), eigenvalue: eigenvalue / (root * root) });
     }
     let (z, t) = complex_form(&form);
@@ -108,6 +108,14 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
         return Err(LinalgError::Overflow { what: "the factor u" });
     }
     Ok(Factored { u, residual })
+}
+
+/// Further from the boundary than the rounding of the eigenvalue itself: what is nearer has no damping that could be divided by.
+fn is_stable(kind: Kind, lambda: Complex<f64>) -> bool {
+    match kind {
+        Kind::Lyapunov => -lambda.re > f64::EPSILON * lambda.norm(),
+        Kind::Stein => 1.0 - lambda.norm() > f64::EPSILON,
+    }
 }
 
 /// The root of the largest even power of two not above the given power of two.

@@ -165,8 +165,8 @@ impl SchurEquation {
         if self.kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
-        if let Some(balance) = Balance::worthwhile(a) {
-            let done = self.factor_and_test(&balance.similar(a), Some(balance));
+        if let Some((balance, balanced)) = Balance::worthwhile(a) {
+            let done = self.factor_and_test(&balanced, Some(balance));
             return if is_nearly_singular(&done) { self.factor_and_test(a, None) } else { done };
         }
         let plain = self.factor_and_test(a, None);

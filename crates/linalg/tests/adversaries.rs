@@ -103,6 +103,21 @@ proptest! {
     }
 }
 
+/// An eigenvalue that is stable by less than its own rounding: there is nothing to divide by.
+#[test]
+fn no_factor_without_damping() {
+    let c = dmatrix![0.0, -1.2940691140429188];
+    for damping in [5e-324, 1e-300, 1e-17] {
+        let rotation = dmatrix![-damping, -1.0; 1.0, -damping];
+        for found in [lyapunov_factor(&rotation, &c), stein_factor(&(rotation.clone() * (1.0 - 1e-17)), &c)] {
+            assert!(matches!(found, Err(LinalgError::NotStable { .. })), "{damping:e} {found:?}");
+        }
+    }
+    // Little is enough.
+    let found = lyapunov_factor(&dmatrix![-1e-14, -1.0; 1.0, -1e-14], &c).unwrap();
+    assert!(found.residual <= 10.0 * 2.0 * f64::EPSILON, "{}", found.residual);
+}
+
 #[test]
 fn the_offending_entry_is_named_in_every_argument() {
     let good = -identity(2);
