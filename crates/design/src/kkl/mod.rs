@@ -242,7 +242,7 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
             && let Some(atoms) = sheet.atoms_over(axes)
         {
             for (entry, form) in entries.iter_mut().zip(form) {
-                let form = collected::evaluate(&sheet.value(form), &atoms);
+                let form = sheet.value(form).and_then(|form| collected::evaluate(&form, &atoms));
                 *entry = form.and_then(|form| entry.intersection(&form)).unwrap_or(*entry);
             }
         }

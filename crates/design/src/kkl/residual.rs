@@ -124,13 +124,13 @@ fn collected<C: Pieces<Collected>>(candidate: &C) -> Result<(Vec<Polynomial>, Sh
         Some((candidate.field(t, x, u), phi, sides))
     })?;
     let (field, phi, sides) = found.ok_or("columns of another length")?;
-    let mut along: Vec<Polynomial> = field.iter().map(|f| sheet.value(*f)).collect();
+    let mut along = sheet.polynomials(&field)?;
     along.resize(last, Vec::new());
     along.push(vec![(Vec::new(), Interval::ONE)]);
+    let (phi, sides) = (sheet.polynomials(&phi)?, sheet.polynomials(&sides)?);
     let rows = phi.iter().zip(&sides).map(|(phi, side)| {
-        let (phi, side) = (sheet.value(*phi), sheet.value(*side));
-        let lie = sheet.along(&phi, &along);
-        super::collected::sum(&lie, &side, true)
+        let lie = sheet.along(phi, &along);
+        super::collected::sum(&lie, side, true)
     });
     let rows = rows.collect();
     sheet.failed().map_or(Ok((rows, sheet)), Err)
