@@ -257,7 +257,12 @@ impl Collected {
     }
 
     /// The operation with this number.
-    fn with(self, rhs: Self, operation: u8, f: impl FnOnce(&mut Sheet, &Polynomial, &Polynomial) -> Polynomial) -> Self {
+    fn with(
+        self,
+        rhs: Self,
+        operation: u8,
+        f: impl FnOnce(&mut Sheet, &Polynomial, &Polynomial) -> Polynomial,
+    ) -> Self {
         on_sheet(Some((operation, self.at as u64, rhs.at as u64)), &[self, rhs], |sheet| {
             let (x, y) = (sheet.value(self)?, sheet.value(rhs)?);
             Some(f(sheet, &x, &y))

@@ -136,6 +136,11 @@ fn collected<C: Pieces<Collected>>(candidate: &C) -> Result<(Vec<Polynomial>, Sh
     sheet.failed().map_or(Ok((rows, sheet)), Err)
 }
 
+/// The numbers beside x and those between, as far as they belong to the axis.
+fn neighbours(x: &Interval, axis: &Interval) -> Interval {
+    Interval::new(x.lo().next_down(), x.hi().next_up()).and_then(|around| around.intersection(axis)).unwrap_or(*x)
+}
+
 /// A part of the box, with the bounds of the rows on it.
 struct Part {
     axes: Vec<Interval>,
@@ -153,11 +158,13 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<Collected>>(
     let place = |point: &[Interval]| Place::of(point, size);
     let mut samples = Vec::with_capacity(points.len());
     for point in points {
+        // The residual is continuous where phi is smooth, and a comparison with the very number of a sample tells nothing of the derivative there.
+        let around: Vec<Interval> = point.iter().zip(axes).map(|(x, axis)| neighbours(x, axis)).collect();
         let undefined = |operation| {
             let Place { state, input, .. } = place(point);
             KklError::Undefined { operation, state, input }
         };
-        let rows = over(candidate, point).map_err(|why| match why {
+        let rows = over(candidate, &around).map_err(|why| match why {
             Undefined::Operation(operation) => undefined(operation),
             Undefined::TooManyBranches => undefined("a choice of more than 64 branches"),
         })?;
