@@ -450,3 +450,109 @@ fn what_other_threads_and_evaluations_made_is_no_zero() {
         Err(error) => assert!(matches!(error, DesignError::Kkl(KklError::Undefined { .. })), "{error}"),
     }
 }
+
+/// `x' = f(x)` with phi = h = g(x), Lambda = -1.
+#[derive(Clone, Copy, Debug)]
+enum Curious {
+    /// f = 1 - x, g = x, written with an exception at 0; B = 1.
+    Exception,
+    /// f = -x, g = x below 0 and x - 1/2 above: no two of these branches meet; B = 0 but at the jump.
+    Jump,
+    /// f = 1, g = (sin 4x, cos 4x), B = (4 y2 + y1, y2 - 4 y1): x and x + pi/2 have one image.
+    Circle,
+}
+
+impl Curious {
+    fn length(self) -> usize {
+        if matches!(self, Self::Circle) { 2 } else { 1 }
+    }
+
+    fn g<T: RealField + Copy>(self, x: T) -> DVector<T> {
+        let four: T = convert(4.0);
+        match self {
+            Self::Exception => DVector::from_element(1, if x == T::zero() { T::zero() } else { x }),
+            Self::Jump => DVector::from_element(1, if x > T::zero() { x - convert(0.5) } else { x }),
+            Self::Circle => DVector::from_vec(vec![(four * x).sin(), (four * x).cos()]),
+        }
+    }
+}
+
+impl<T: RealField + Copy> Plant<T> for Curious {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: self.length() }
+    }
+    fn derivative(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
+        let slope = match self {
+            Self::Exception => T::one() - x[0],
+            Self::Jump => -x[0],
+            Self::Circle => T::one(),
+        };
+        DVector::from_element(1, slope)
+    }
+    fn output(&self, _t: T, x: &DVector<T>) -> DVector<T> {
+        self.g(x[0])
+    }
+}
+
+impl<T: RealField + Copy> KklMap<T> for Curious {
+    type Xi = Dyn;
+    type Inputs = Dyn;
+    type Outputs = Dyn;
+    type Estimate = Dyn;
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: self.length(), inputs: 0, outputs: self.length(), estimate: 1 }
+    }
+    fn lambda(&self, _t: T, _u: &DVector<T>, _y: &DVector<T>) -> DMatrix<T> {
+        -DMatrix::identity(self.length(), self.length())
+    }
+    fn injection(&self, _t: T, _xi: &DVector<T>, _u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        let four: T = convert(4.0);
+        match self {
+            Self::Exception => DVector::from_element(1, T::one()),
+            Self::Jump => DVector::from_element(1, T::zero()),
+            Self::Circle => DVector::from_vec(vec![four * y[1] + y[0], y[1] - four * y[0]]),
+        }
+    }
+    fn left_inverse(&self, _t: T, xi: &DVector<T>, _y: &DVector<T>) -> DVector<T> {
+        DVector::from_element(1, xi[0])
+    }
+    fn image(&self, _t: T, xhat: &DVector<T>, _y: &DVector<T>) -> DVector<T> {
+        self.g(xhat[0])
+    }
+}
+
+fn curious(plant: Curious) -> KklReport {
+    KklCandidate::new(&plant, &plant, &[0]).unwrap().check(&region(1), &settings(1e-8)).unwrap()
+}
+
+/// The centre of the box is sampled, and there the branch for `x == 0` has another derivative than phi.
+#[test]
+fn a_branch_at_a_sample_refutes_nothing() {
+    let _alone = alone();
+    let found = curious(Curious::Exception);
+    assert!(!found.residual.verdict.is_refuted(), "{found}");
+    assert!(!found.injectivity.verdict.is_refuted());
+}
+
+#[test]
+fn a_jump_is_not_proved_injective() {
+    let _alone = alone();
+    let found = curious(Curious::Jump).injectivity;
+    // -1/4 and 1/4 have the image -1/4.
+    assert!(!found.continuous && !found.verdict.is_proved(), "{found:?}");
+}
+
+/// An overdetermined Phi without a symmetry of signs: its common images are not verified, and are reported as what they are.
+#[test]
+fn a_near_collision_is_undecided_and_has_its_numbers() {
+    let _alone = alone();
+    let found = curious(Curious::Circle);
+    assert!(matches!(found.injectivity.verdict, Verdict::Undecided { .. }), "{found}");
+    let pair = found.injectivity.near_collision.unwrap();
+    assert!((pair.distance - std::f64::consts::FRAC_PI_2).abs() < 1e-6 && pair.gap < 1e-7, "{pair:?}");
+    let refused = KklDesign::new(&Curious::Circle, Curious::Circle, &[0], &region(1), &settings(1e-8));
+    assert!(matches!(refused, Err(DesignError::Kkl(KklError::Indistinct(_)))), "{refused:?}");
+}

@@ -693,9 +693,44 @@ mod tests {
     }
 
     #[test]
-    fn sheets_nest_and_values_without_one_do_no_harm() {
+    fn odd_and_even_functions_know_their_sign() {
+        let cancels = |f: fn(Collected) -> Collected| {
+            let (value, sheet) = collect(|| f(Collected::variable(0))).unwrap();
+            sheet.value(value).unwrap().is_empty()
+        };
+        assert!(cancels(|x| x.sin() + (-x).sin()) && cancels(|x| x.cos() - (-x).cos()));
+        assert!(cancels(|x| (x * x - x).atan() + (x - x * x).atan()) && cancels(|x| x.tanh() + (-x).tanh()));
+        assert!(!cancels(|x| x.exp() - (-x).exp()) && !cancels(|x| x.sin() - (-x).sin()));
+    }
+
+    #[test]
+    fn values_of_other_sheets_and_of_none_are_refused() {
         let stray = Collected::one() + Collected::variable(3);
         assert!(stray.as_constant().is_none());
+        let (kept, _) = collect(|| Collected::variable(0)).unwrap();
+        for foreign in [stray, kept] {
+            assert_eq!(collect(|| Collected::variable(0) + foreign).unwrap_err(), ELSEWHERE);
+            assert_eq!(collect(|| foreign.sin()).unwrap_err(), ELSEWHERE);
+            assert!(collect(|| foreign > Collected::one()).is_err());
+            // Handed on without an operation.
+            let (value, sheet) = collect(|| foreign).unwrap();
+            assert!(sheet.value(value).is_none() && sheet.polynomials(&[value]) == Err(ELSEWHERE));
+        }
+        // A value of this sheet in an operation on another one, or in a thread without one: neither has a result.
+        let inner = collect(|| {
+            let outer = Collected::variable(0);
+            collect(|| outer + Collected::one()).unwrap_err()
+        });
+        assert_eq!(inner.unwrap_err(), ELSEWHERE);
+        let thread = collect(|| {
+            let x = Collected::variable(0);
+            std::thread::scope(|scope| scope.spawn(move || x + x).join()).is_ok()
+        });
+        assert_eq!(thread.unwrap_err(), ELSEWHERE);
+    }
+
+    #[test]
+    fn sheets_nest() {
         let ((outer, inner), sheet) = collect(|| {
             let outer = Collected::variable(0);
             let inner = collect(|| Collected::variable(1).abs()).is_err();
