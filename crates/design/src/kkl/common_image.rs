@@ -34,10 +34,8 @@ pub struct CommonImage {
 
 impl fmt::Display for CommonImage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let bounds = |x: &Interval| match x.is_point() {
-            true => format!("{:?}", x.lo()),
-            false => format!("[{:?}, {:?}]", x.lo(), x.hi()),
-        };
+        let bounds =
+            |x: &Interval| if x.is_point() { format!("{:?}", x.lo()) } else { format!("[{:?}, {:?}]", x.lo(), x.hi()) };
         let second: Vec<String> = self.second.iter().map(bounds).collect();
         write!(f, "{:?} and a state in ({}) have one image", self.first, second.join(", "))
     }
@@ -269,7 +267,9 @@ pub(super) fn by_box<C: Pieces<IntervalDual>>(
         if contracts {
             return Some(CommonImage { first: x.iter().copied().collect(), second: state });
         }
-        radius.iter_mut().for_each(|radius| *radius *= 4.0);
+        for radius in &mut radius {
+            *radius *= 4.0;
+        }
     }
     None
 }

@@ -115,15 +115,10 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<Collected>>(
 ) -> Coupling {
     let (order, size) = (lambda.rows(), Pieces::<IntervalDual>::plant_dimensions(candidate));
     let form = collected(candidate, order, size, axes);
-    let known = |i: usize, j: usize, found: Dependence| form.as_ref().map_or(found, |form| form[i][j].min(found));
-    let mut dependence = vec![vec![Dependence::Unknown; order]; order];
-    for j in 0..order {
-        for (i, found) in along(candidate, order, size, axes, j).into_iter().enumerate() {
-            dependence[i][j] = known(i, j, found);
-        }
-    }
+    let by_slopes: Vec<Vec<Dependence>> = (0..order).map(|j| along(candidate, order, size, axes, j)).collect();
+    let known = |i: usize, j: usize| form.as_ref().map_or(by_slopes[j][i], |form| form[i][j].min(by_slopes[j][i]));
     let pairs = (0..order).flat_map(|i| (0..order).map(move |j| (i, j)));
-    let reads: Vec<(usize, usize)> = pairs.filter(|&(i, j)| dependence[i][j] != Dependence::None).collect();
+    let reads: Vec<(usize, usize)> = pairs.filter(|&(i, j)| known(i, j) != Dependence::None).collect();
     let back = ways(order, |i, j| !lambda[(i, j)].is_zero() || reads.contains(&(i, j)));
     let objection = |&(row, entry): &(usize, usize)| {
         let why = if entry >= row {
@@ -132,7 +127,7 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<Collected>>(
             Objection::Integrated
         } else if back[row][entry] {
             Objection::WayBack
-        } else if dependence[row][entry] == Dependence::Unknown {
+        } else if known(row, entry) == Dependence::Unknown {
             Objection::NotLipschitz
         } else {
             return None;
@@ -159,12 +154,9 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<Collected>>(
 fn ways(order: usize, acts: impl Fn(usize, usize) -> bool) -> Vec<Vec<bool>> {
     let mut way: Vec<Vec<bool>> = (0..order).map(|j| (0..order).map(|i| acts(i, j)).collect()).collect();
     for through in 0..order {
-        for from in 0..order {
-            if way[from][through] {
-                for to in 0..order {
-                    way[from][to] |= way[through][to];
-                }
-            }
+        let onwards = way[through].clone();
+        for from in way.iter_mut().filter(|from| from[through]) {
+            from.iter_mut().zip(&onwards).for_each(|(to, onwards)| *to |= onwards);
         }
     }
     way
@@ -255,9 +247,12 @@ fn shown<C: Pieces<IntervalDual>>(
             let moving: Vec<IntervalDual> = xi
                 .iter()
                 .enumerate()
-                .map(|(k, xi)| match k == entry {
-                    true => IntervalDual::new(around, Interval::ONE),
-                    false => IntervalDual::new(Interval::of(*xi), Interval::zero()),
+                .map(|(k, xi)| {
+                    if k == entry {
+                        IntervalDual::new(around, Interval::ONE)
+                    } else {
+                        IntervalDual::new(Interval::of(*xi), Interval::zero())
+                    }
                 })
                 .collect();
             let found = explore(|| candidate.injection(t, &moving, &u, &candidate.output(t, &x))).ok()?;
