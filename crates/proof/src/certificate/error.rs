@@ -214,7 +214,7 @@ pub enum Fault {
     #[error("{0}")]
     Program(#[from] ProgramError),
     /// Another version of the format.
-    #[error("version {found} of the format is not known; this checker knows version 1")]
+    #[error("version {found} of the format is not known; this checker knows version {}", super::VERSION)]
     Version {
         /// The version of the file.
         found: String,
