@@ -62,7 +62,7 @@ pub(crate) fn hurwitz((name, lyapunov_name): (&str, &str), f: &Matrix<Interval>)
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
         Ok(solution) => check::symmetric_part(&solution.p),
         // Hurwitz to rounding only.
-        Err(LinalgError::NearlySingular { .. }) => return Ok(Forgetting { spectrum, p: None, facts: Vec::new() }),
+        Err(LinalgError::SingularEquation { .. } | LinalgError::UndecidedEquation { .. }) => return Ok(Forgetting { spectrum, p: None, facts: Vec::new() }),
         Err(error) => return Err(error.into()),
     };
     let positive = Fact::positive(lyapunov_name, &p)?;
