@@ -70,7 +70,7 @@ fn parts(x: f64) -> (bool, u64, i32) {
     let (biased, fraction) = ((bits >> 52 & 0x7ff) as i32, bits & ((1 << 52) - 1));
     let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
     let zeros = if mantissa == 0 { 0 } else { mantissa.trailing_zeros() };
-    (x.is_sign_negative(), mantissa >> zeros, exponent + zeros as i32)
+    (x.is_sign_negative(), mantissa >> zeros, exponent + zeros.cast_signed())
 }
 
 /// Whether the determinant is zero modulo the odd prime `p < 2^31`.

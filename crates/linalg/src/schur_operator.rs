@@ -172,16 +172,13 @@ impl SchurEquation {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
         // Units of the state decades apart look like a singular equation.
-        let (first, other) = match Balance::worthwhile(a) {
-            Some((balance, balanced)) => {
-                let standing = self.factor_and_test(&balanced, Some(balance))?;
-                (standing, (standing == Standing::Rounding).then_some(None))
-            }
-            None => {
-                let standing = self.factor_and_test(a, None)?;
-                let balance = (standing == Standing::Rounding).then(|| Balance::of(&sizes(a), None));
-                (standing, balance.filter(|balance| !balance.is_trivial()).map(Some))
-            }
+        let (first, other) = if let Some((balance, balanced)) = Balance::worthwhile(a) {
+            let standing = self.factor_and_test(&balanced, Some(balance))?;
+            (standing, (standing == Standing::Rounding).then_some(None))
+        } else {
+            let standing = self.factor_and_test(a, None)?;
+            let balance = (standing == Standing::Rounding).then(|| Balance::of(&sizes(a), None));
+            (standing, balance.filter(|balance| !balance.is_trivial()).map(Some))
         };
         if first == Standing::Clear {
             return Ok(());

@@ -295,7 +295,7 @@ fn the_discrete_generalised_family_has_the_matrix_of_ones() {
             }
             // The smallest eigenvalues approach one, and their product with themselves.
             Err(LinalgError::UndecidedEquation { gap, .. }) => {
-                assert!(gap <= 1e-3, "{n} {t} {gap:e}")
+                assert!(gap <= 1e-3, "{n} {t} {gap:e}");
             }
             Err(other) => panic!("{other}"),
         }

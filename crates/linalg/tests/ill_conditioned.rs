@@ -43,7 +43,7 @@ fn jordan_blocks_whose_separation_is_rounding() {
         let q = -(jordan_block(n).transpose() + jordan_block(n));
         match equation.solve(&q) {
             Ok(found) => {
-                assert!((&found.p - identity(n)).norm() <= found.forward_error() * (n as f64).sqrt(), "n = {n}")
+                assert!((&found.p - identity(n)).norm() <= found.forward_error() * (n as f64).sqrt(), "n = {n}");
             }
             Err(LinalgError::UndecidedEquation { .. }) => assert!(n >= 14),
             Err(other) => panic!("{other}"),

@@ -546,9 +546,7 @@ fn every_kind() -> Vec<CertificateFile> {
         ),
         (
             "contracting-coordinates",
-            format!(
-                "\"vertices\": [[[\"-1\", \"0\"], [\"0\", \"-1\"]]], \"coordinates\": {{\"K\": [[\"0\"]]}}, \"observer\": {{\"injection\": \"1\"}}, \"lyapunov\": {{\"Q\": [[\"1\"]], \"rate\": \"0\"}}"
-            ),
+            "\"vertices\": [[[\"-1\", \"0\"], [\"0\", \"-1\"]]], \"coordinates\": {\"K\": [[\"0\"]]}, \"observer\": {\"injection\": \"1\"}, \"lyapunov\": {\"Q\": [[\"1\"]], \"rate\": \"0\"}".to_owned(),
         ),
     ];
     let by_fields = others.into_iter().map(|(name, fields)| {

@@ -64,8 +64,9 @@ fn diagonal(order: usize, entry: &str) -> String {
 fn wide(order: usize) -> String {
     matrix(order, order, |i, j| {
         let (i, j) = (i.min(j), i.max(j));
-        let exponent = ((i * 37 + j * 91) % 1800) as i64 - 900;
-        format!("0x1.{:x}p{exponent}", 1 + (i * 7 + j * 13) % 15)
+        let exponent = (i * 37 + j * 91) % 1800;
+        let (sign, size) = if exponent < 900 { ("-", 900 - exponent) } else { ("", exponent - 900) };
+        format!("0x1.{:x}p{sign}{size}", 1 + (i * 7 + j * 13) % 15)
     })
 }
 
