@@ -95,6 +95,8 @@ pub(crate) struct SchurEquation {
     separation: f64,
     /// Where solutions are refined because rounding might decide them: by how much a step shrinks their error.
     contraction: Option<f64>,
+    /// Whether the separation is rounding.
+    rounding: bool,
     /// What is certain of the equation, asked where the separation is small.
     regularity: Regularity,
     /// The error of the last solution that was refined for this reason, relative to it, in these units.
@@ -140,8 +142,22 @@ impl SchurEquation {
         let (size, units, separation) = (0.0, f64::NAN, f64::NAN);
         let (a, schur, work) = (DMatrix::default(), Schur::default(), Work::default());
         let (balance, stable, contraction, refined) = (None, false, None, None);
-        let regularity = Regularity::Unknown;
-        Self { kind, a, size, units, balance, schur, stable, separation, contraction, regularity, refined, work }
+        let (rounding, regularity) = (false, Regularity::Unknown);
+        Self {
+            kind,
+            a,
+            size,
+            units,
+            balance,
+            schur,
+            stable,
+            separation,
+            contraction,
+            rounding,
+            regularity,
+            refined,
+            work,
+        }
     }
 
     pub(crate) fn new(kind: Kind, a: &DMatrix<f64>) -> Result<Self> {
@@ -248,6 +264,7 @@ impl SchurEquation {
 
     fn factor_and_test(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Standing> {
         self.factor(a, balance)?;
+        self.rounding = false;
         let (n, kind) = (a.nrows(), self.kind);
         let (separation, regular) = if self.stable {
             let Work { half: h, scratch, .. } = &mut self.work;
@@ -266,6 +283,7 @@ impl SchurEquation {
             return Ok(Standing::Clear);
         }
         if !regular || separation.is_nan() || separation <= floor {
+            self.rounding = true;
             return Ok(Standing::Rounding);
         }
         let spread = Spread { norms: self.norms(), units: 1.0, refined: None };
@@ -339,9 +357,13 @@ impl SchurEquation {
         self.substitute(p);
         if let Some(rate) = self.contraction {
             let weight = self.work.defect.clone();
+            let substituted = p.clone();
             self.refined = doubt::refined(p, rate, |p| self.correction(&weight, p));
             if self.refined.is_none() {
-                return Err(self.undecided());
+                if self.rounding {
+                    return Err(self.undecided());
+                }
+                p.copy_from(&substituted);
             }
         }
         // A'P + PA + Q or A'PA - P + Q, its upper triangle.

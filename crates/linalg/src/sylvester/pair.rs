@@ -41,6 +41,8 @@ pub(super) struct SchurPair {
     separation: f64,
     /// Where solutions are refined because rounding might decide them: by how much a step shrinks their error.
     contraction: Option<f64>,
+    /// Whether the separation is rounding.
+    rounding: bool,
     /// What is certain of the equation, asked where the separation is small.
     regularity: Regularity,
     /// The error of the last solution that was refined for this reason, relative to it.
@@ -147,6 +149,7 @@ impl SchurPair {
             right,
             separation,
             contraction,
+            rounding: false,
             regularity: unknown,
             refined,
             half,
@@ -158,6 +161,7 @@ impl SchurPair {
             (pair.separation, regular) = (separation, regular && too);
         }
         let rounding = !regular || pair.separation.is_nan() || pair.separation <= floor;
+        pair.rounding = n * m > 0 && rounding;
         if n * m > 0 && (rounding || error_bound((n, m), 0.0, pair.condition(), None) > DIGIT) {
             pair.regularity = regularity(equation, given_a, given_b, false);
             if pair.regularity == Regularity::Singular {
@@ -268,9 +272,13 @@ impl SchurPair {
         self.substitute(x);
         if let Some(rate) = self.contraction {
             let c = self.defect.clone();
+            let substituted = x.clone();
             self.refined = doubt::refined(x, rate, |x| self.correction(&c, x));
             if self.refined.is_none() {
-                return Err(self.undecided());
+                if self.rounding {
+                    return Err(self.undecided());
+                }
+                x.copy_from(&substituted);
             }
         }
         // C - A X - X B, or A X B - X + C.
