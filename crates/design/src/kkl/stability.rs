@@ -71,7 +71,7 @@ pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
         Ok(solution) => check::symmetric_part(&solution.p),
         // Hurwitz to rounding only.
-        Err(LinalgError::NearlySingular { .. }) => {
+        Err(LinalgError::SingularEquation { .. } | LinalgError::UndecidedEquation { .. }) => {
             return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
         }
         Err(error) => return Err(error.into()),
