@@ -17,6 +17,9 @@ use crate::verdict::{Doubt, Verdict};
 /// The largest order of a plant in such a file: the powers of the error map are summed with outward rounding, which takes seconds here.
 pub const LARGEST_DEPLOYED: usize = 32;
 
+/// The words where no ball is claimed.
+const NOTHING_RUNNING: &str = "Nothing is said of the rounding of its steps.";
+
 /// The words for the three ways in which a step is computed.
 const STEPS: [&str; 3] = ["joined", "innovation", "cubic"];
 
@@ -38,8 +41,9 @@ impl From<&ErrorBall> for ClaimedBall {
 /// `P > 0`, `F'PF - P < 0` for the stored F, for the cubic observer also the decrease where its flow has done all it can, and the ball of the running error, if one is claimed.
 ///
 /// The facts are those of [`deployed_linear`] and [`deployed_sampled_cubic`]; why they imply the statement stands at the head of `statement/deployed`. The checker rounds the plant's
-/// matrices into the format itself and compares: a stored number that the format does not have, or that is not the nearest to the plant's, is rejected. The ball
-/// is derived from the promised bounds, and a bound that is claimed smaller by one unit in the last place is rejected.
+/// matrices into the format itself and compares: a stored number that the format does not have, or that is not the nearest to the plant's, is rejected. F is rounded once, from the exact
+/// `A - LC`. The gains L, N, theta, w and h are what the file says, and nothing is asked of N and theta but what the two Stein inequalities say of N: the `max(z'theta z, 0)` of the words is computed by the
+/// observer, so that theta need not be semidefinite. The ball is derived from the promised bounds, for the operations that the words spell out, and a bound that is claimed smaller by one unit in the last place is rejected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeployedObserver {
     /// The real plant.
@@ -140,6 +144,31 @@ impl DeployedObserver {
             Some(cubic) => deployed_sampled_cubic(plant, &stored.l, cubic, p, *formats, operation),
             None => deployed_linear(plant, &stored.l, p, *step, *formats, operation),
         }
+    }
+
+    /// The claim about the running observer.
+    fn running_words(&self) -> String {
+        let Formats { stored, running } = self.formats;
+        // 1/epsilon, beyond which the code takes 1 + c^2 for c^2.
+        let large = match running {
+            Format::Binary64 => "2^52",
+            _ => "2^23",
+        };
+        let flow = if self.stored.cubic.is_some() {
+            format!(
+                " with i = (((k p)p')s)d and j = p d, s = max |z_k|, d = z/s, q = max(d'theta d, 0), k = (2q)h, b = sqrt(w k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a), but p = p' = 1/b where c is larger than {large}, and i = j = z where s = 0,"
+            )
+        } else {
+            String::new()
+        };
+        let rounded = match running {
+            Format::Fixed { .. } => "each product rounded to nearest or each sum of products as a whole",
+            _ => "each operation rounded to nearest, with or without fused multiply-adds",
+        };
+        let operands = if stored == running { "" } else { "the stored numbers entering as they are, " };
+        format!(
+            "As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of {running}."
+        )
     }
 
     /// The stored matrices by their names, in the order of the file.
@@ -293,26 +322,24 @@ impl Statement for DeployedObserver {
 
     fn words(&self) -> String {
         let (n, m, p) = (self.plant.a.rows(), self.plant.b.cols(), self.plant.c.rows());
-        let Formats { stored, running } = self.formats;
+        let stored = self.formats.stored;
         let (observer, error) = match (&self.stored.cubic, self.step) {
             (Some(_), _) => (
-                "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h z'theta z), h the period",
-                "e+ = M e with M = A - LC + g (AN + wL)C for some g between 0 and 1/w",
+                "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h max(z'theta z, 0)), h the period",
+                "a plant of the stored A, B and C with v = 0 has e+ = M e with M = A - LC + g (AN + wL)C for some g, 0 <= g < 1/w, that depends on e",
             ),
-            (None, Step::Joined) => ("the observer xhat+ = F xhat + Bu + Ly, F being A - LC rounded", "e+ = F e"),
-            (None, Step::Innovation) => {
-                ("the observer xhat+ = A xhat + Bu + L(y - C xhat)", "e+ = (A - LC)e with the stored A, L and C")
-            }
+            (None, Step::Joined) => (
+                "the observer xhat+ = F xhat + Bu + Ly, F being the exact A - LC of the plant's A and C and the stored L, rounded once",
+                "a plant with the stored B, with F + LC in the place of A and with v = 0 has e+ = F e",
+            ),
+            (None, Step::Innovation) => (
+                "the observer xhat+ = A xhat + Bu + L z, z = y - C xhat",
+                "a plant of the stored A, B and C with v = 0 has e+ = (A - LC)e",
+            ),
         };
-        let running = if self.ball.is_some() {
-            format!(
-                "As it runs in {running}, each operation rounded to nearest, in any order of summation and with or without fused multiply-adds, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - xhat never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no intermediate number leaves the format."
-            )
-        } else {
-            "Nothing is said of the rounding of its steps.".to_owned()
-        };
+        let claim = if self.ball.is_some() { self.running_words() } else { NOTHING_RUNNING.to_owned() };
         format!(
-            "For the sampled plant x+ = Ax + Bu, y = Cx + v with {}, {} and {}, and {observer}, with all its matrices stored in {stored}, to nearest: with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). {running}",
+            "For the sampled plant x+ = Ax + Bu, y = Cx + v with {}, {} and {}, and {observer}, with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and in exact arithmetic, for the error e = x - xhat, {error}, V = e'Pe falls at each step at least by a factor below 1 that is the same for all e, and e tends to 0 exponentially, from every e(0). {claim}",
             counted(n, "state"),
             counted(m, "input"),
             counted(p, "output"),
