@@ -14,7 +14,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use luenberger_proof::{Interval, Ring};
 
-use super::paths::{note_undefined, open_comparison};
+use super::paths::{comparison, note_undefined};
 use crate::real_field::{Real, real_field};
 
 /// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
@@ -130,13 +130,13 @@ impl Neg for IntervalDual {
 
 impl PartialEq for IntervalDual {
     fn eq(&self, other: &Self) -> bool {
-        if self.value.is_point() && self.value == other.value {
-            true
+        comparison(if self.value.is_point() && self.value == other.value {
+            Some(true)
         } else if self.value.hi() < other.value.lo() || self.value.lo() > other.value.hi() {
-            false
+            Some(false)
         } else {
-            open_comparison()
-        }
+            None
+        })
     }
 }
 
@@ -152,13 +152,13 @@ impl PartialOrd for IntervalDual {
     }
 
     fn lt(&self, other: &Self) -> bool {
-        if self.value.hi() < other.value.lo() {
-            true
+        comparison(if self.value.hi() < other.value.lo() {
+            Some(true)
         } else if self.value.lo() >= other.value.hi() {
-            false
+            Some(false)
         } else {
-            open_comparison()
-        }
+            None
+        })
     }
 
     fn gt(&self, other: &Self) -> bool {

@@ -34,7 +34,9 @@ impl HiddenMotion {
     pub fn decays_at(&self, rate: f64) -> Option<bool> {
         let shift = Exact::from_f64(rate)?.mul(&self.divisor);
         let m = &self.motion;
-        hurwitz_spectrum(&Matrix::from_fn(m.rows(), m.cols(), |i, j| if i == j { m[(i, j)].add(&shift) } else { m[(i, j)].clone() }))
+        hurwitz_spectrum(&Matrix::from_fn(m.rows(), m.cols(), |i, j| {
+            if i == j { m[(i, j)].add(&shift) } else { m[(i, j)].clone() }
+        }))
     }
 
     /// Whether this is a hidden motion of this pair: `C V = 0`, `A V d = V M` and V of full rank, checked exactly from the data.
@@ -223,9 +225,7 @@ fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
             return coefficients;
         }
         if k < n {
-            power = (0..n * n)
-                .map(|at| (0..n).map(|l| &a[at / n * n + l] * &power[l * n + at % n]).sum())
-                .collect();
+            power = (0..n * n).map(|at| (0..n).map(|l| &a[at / n * n + l] * &power[l * n + at % n]).sum()).collect();
         }
     }
     coefficients
@@ -266,7 +266,15 @@ mod tests {
     #[test]
     fn a_jordan_block_beside_the_axis() {
         // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows it: T = I + N with N nilpotent has an integer inverse.
-        let t = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 } else if i < j { (1 + i + j) as f64 } else { 0.0 });
+        let t = Matrix::from_fn(4, 4, |i, j| {
+            if i == j {
+                1.0
+            } else if i < j {
+                (1 + i + j) as f64
+            } else {
+                0.0
+            }
+        });
         let mut inverse = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 } else { 0.0 });
         for _ in 0..4 {
             // X <- I - N X.
@@ -277,7 +285,13 @@ mod tests {
         }
         for (sign, expected) in [(-1.0, true), (1.0, false), (0.0, false)] {
             let j = Matrix::from_fn(4, 4, |i, k| {
-                if i == k { sign * 2f64.powi(-40) } else if i + 1 == k { 1.0 } else { 0.0 }
+                if i == k {
+                    sign * 2f64.powi(-40)
+                } else if i + 1 == k {
+                    1.0
+                } else {
+                    0.0
+                }
             });
             let m = exact(&t).product(&exact(&j)).unwrap().product(&exact(&inverse)).unwrap();
             assert_eq!(hurwitz_spectrum(&m), Some(expected));

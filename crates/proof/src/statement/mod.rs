@@ -26,7 +26,7 @@ pub use deployed::{
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
-pub use hidden::{HIDDEN_ORDER, HiddenMotion, hurwitz_spectrum, hidden_motion};
+pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
 pub use lyapunov::{decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, positive, stein_decrease};
 pub use sector::{SectorTerm, sector_decrease};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
