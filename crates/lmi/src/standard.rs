@@ -337,8 +337,8 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, 
     }
 }
 
-/// A coefficient that stays this many binary digits below 1 at the best scales is beneath the rounding of the others.
-const NEGLIGIBLE: f64 = 60.0;
+/// A coefficient that stays this many binary digits below 1 at the best scales may be left out. The scales go half of the way towards it, so that it is twice as many digits below the others.
+const NEGLIGIBLE: f64 = 16.0;
 
 /// How often coefficients are left out and the scales fitted again.
 const ROUNDS: usize = 8;
