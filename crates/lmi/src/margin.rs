@@ -41,9 +41,8 @@ pub(crate) fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, 
     let choices = [
         (Anchor::Largest, Small::Kept),
         (Anchor::Smallest, Small::Kept),
-        (Anchor::Middle, Small::LeftOut),
-        (Anchor::Largest, Small::LeftOut),
-        (Anchor::Smallest, Small::LeftOut),
+        (Anchor::Middle, Small::LeftOutAsGiven),
+        (Anchor::Middle, Small::LeftOutAsScaled),
     ];
     let mut tried = vec![(standard.unknown_scale, standard.left_out)];
     for (anchor, small) in choices {

@@ -63,7 +63,10 @@ pub(crate) enum Anchor {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Small {
     Kept,
-    LeftOut,
+    /// Those far below the largest of their constraint, in the units given.
+    LeftOutAsGiven,
+    /// Those far below the others at the scales that suit them best.
+    LeftOutAsScaled,
 }
 
 /// Checks the problem and brings it to standard form.
@@ -299,8 +302,13 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, 
         }
     }
     let all: Vec<(usize, usize, usize, usize)> = coefficients.iter().map(Coefficient::place).collect();
+    if small == Small::LeftOutAsGiven {
+        let mut largest = vec![f64::NEG_INFINITY; blocks.len()];
+        coefficients.iter().for_each(|c| largest[c.block] = c.size.max(largest[c.block]));
+        coefficients.retain(|c| c.size > largest[c.block] - ROUNDED_AWAY);
+    }
     fit(&mut scales, &coefficients);
-    if small == Small::LeftOut {
+    if small == Small::LeftOutAsScaled {
         // The worst half first: what is left may fit once they are gone.
         for _ in 0..ROUNDS {
             let least = coefficients.iter().map(|c| scales.of(c)).fold(0.0, f64::min);
@@ -339,6 +347,9 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, 
 
 /// A coefficient that stays this many binary digits below 1 at the best scales may be left out. The scales go half of the way towards it, so that it is twice as many digits below the others.
 const NEGLIGIBLE: f64 = 16.0;
+
+/// Binary digits below the largest coefficient of a constraint.
+const ROUNDED_AWAY: f64 = 60.0;
 
 /// How often coefficients are left out and the scales fitted again.
 const ROUNDS: usize = 8;
