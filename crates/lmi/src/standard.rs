@@ -304,7 +304,9 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, 
     let all: Vec<(usize, usize, usize, usize)> = coefficients.iter().map(Coefficient::place).collect();
     if small == Small::LeftOutAsGiven {
         let mut largest = vec![f64::NEG_INFINITY; blocks.len()];
-        coefficients.iter().for_each(|c| largest[c.block] = c.size.max(largest[c.block]));
+        for c in &coefficients {
+            largest[c.block] = c.size.max(largest[c.block]);
+        }
         coefficients.retain(|c| c.size > largest[c.block] - ROUNDED_AWAY);
     }
     fit(&mut scales, &coefficients);

@@ -65,7 +65,7 @@ impl Script {
         self.next += 1;
         if at >= MAX_DECISIONS {
             self.undefined = Some(Undefined::TooManyBranches);
-            return at % 2 == 0;
+            return at.is_multiple_of(2);
         }
         if at == self.answers.len() {
             self.answers.push(true);

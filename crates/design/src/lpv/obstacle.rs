@@ -163,15 +163,11 @@ fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Se
     let stored = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice());
     let exact = stored(&a).and_then(|a| hidden_motion(&a, &stored(&c)?)).ok().flatten();
     let exact = exact.filter(|motion| motion.decays_at(rate) == Some(false));
-    match exact.and_then(|witness| Some((slowest(&witness)?, witness))) {
-        Some(((eigenvalue, direction), witness)) => {
-            Seen::Hidden(Box::new(HiddenMode { rate, place, a, c, eigenvalue, direction, witness }))
-        }
-        None => {
-            let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
-            Seen::Nearly(NearlyHidden { place: Some(place), eigenvalue, margin })
-        }
+    if let Some(((eigenvalue, direction), witness)) = exact.and_then(|witness| Some((slowest(&witness)?, witness))) {
+        return Seen::Hidden(Box::new(HiddenMode { rate, place, a, c, eigenvalue, direction, witness }));
     }
+    let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
+    Seen::Nearly(NearlyHidden { place: Some(place), eigenvalue, margin })
 }
 
 /// The eigenvalue of the largest real part of a hidden motion, with its direction, the largest component of which is made positive. In floating point.

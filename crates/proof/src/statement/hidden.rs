@@ -143,7 +143,9 @@ fn make_primitive(row: &mut [IBig]) {
     }
     if !divisor.is_one() {
         let divisor = IBig::from(divisor);
-        row.iter_mut().for_each(|x| *x /= &divisor);
+        for x in row.iter_mut() {
+            *x /= &divisor;
+        }
     }
 }
 
@@ -165,7 +167,9 @@ impl RowSpace {
         }
         let pivot = row.iter().position(|x| *x != IBig::ZERO)?;
         if row[pivot] < IBig::ZERO {
-            row.iter_mut().for_each(|x| *x = -&*x);
+            for x in &mut row {
+                *x = -&*x;
+            }
         }
         for (_, other) in &mut self.rows {
             eliminate(other, pivot, &row);
