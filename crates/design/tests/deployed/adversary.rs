@@ -4,7 +4,7 @@ use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish, deploy
 use luenberger_linalg::zero_order_hold;
 use luenberger_observers::{LinearObserver, Observer, SampledCubicObserver, SampledObserver, cubic};
 use luenberger_plants::DynamicPlant;
-use luenberger_proof::certificate::{CertificateFile, ClaimedBall, DeployedObserver, Theorem, verify};
+use luenberger_proof::certificate::{CertificateFile, Certified, ClaimedBall, DeployedObserver, Theorem, verify};
 use luenberger_proof::statement::{self, Deployed, Format, Operation, Step};
 use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::{DMatrix, DVector, Dyn, dmatrix};
