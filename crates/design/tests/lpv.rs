@@ -463,7 +463,7 @@ fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
             if !inside {
                 break;
             }
-            let bound = design.overshoot() * (x0 - z0).norm() * (-design.rate * h * f64::from(step)).exp();
+            let bound = design.overshoot * (x0 - z0).norm() * (-design.rate * h * f64::from(step)).exp();
             worst = worst.max((x - z).norm() / bound);
         }
         worst
