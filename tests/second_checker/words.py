@@ -1,0 +1,230 @@
+"""Every word that a certificate says: the statements and the labels of inequalities that hold a number or a name."""
+
+from fractions import Fraction
+
+
+def digits_of(x):
+    """The shortest decimal digits that read back as this binary64 number, and the exponent of the first."""
+    mantissa, _, exponent = f"{float(abs(x))!r}".partition("e")
+    whole, _, part = mantissa.partition(".")
+    part = "" if part == "0" else part
+    digits = (whole + part).lstrip("0")
+    first = len(whole) - 1 if whole.strip("0") else -1 - (len(part) - len(part.lstrip("0")))
+    return digits.rstrip("0") or "0", first + int(exponent or 0) if digits else 0
+
+
+def plain(x):
+    """The shortest decimal, without an exponent."""
+    digits, first = digits_of(x)
+    if first < 0:
+        text = "0." + "0" * (-1 - first) + digits
+    else:
+        digits = digits.ljust(first + 1, "0")
+        text = digits[: first + 1] + ("." + digits[first + 1 :] if digits[first + 1 :] else "")
+    return "-" * (x < 0) + text
+
+
+def scientific(x):
+    digits, first = digits_of(x)
+    return "-" * (x < 0) + digits[0] + ("." + digits[1:] if digits[1:] else "") + f"e{first}"
+
+
+def hexadecimal(x):
+    """The shortest hexadecimal float of a binary64 number, with the leading digit 1."""
+    if x == 0:
+        return "0x0p0"
+    n = abs(x).numerator
+    top = n.bit_length() - x.denominator.bit_length()
+    n >>= (n & -n).bit_length() - 1
+    width = -(-(n.bit_length() - 1) // 4)
+    part = (n << (4 * width - n.bit_length() + 1)) - (1 << (4 * width))
+    return "-" * (x < 0) + "0x1" + (f".{part:0{width}x}" if width else "") + f"p{top}"
+
+
+def counted(count, noun, many=None):
+    return f"{count} {noun}" if count == 1 else f"{count} {many or noun + 's'}"
+
+
+def sizes(states, inputs, outputs):
+    return f"{counted(states, 'state')}, {counted(inputs, 'input')} and {counted(outputs, 'output')}"
+
+
+def rate_term(rate, p):
+    return f" + 2({plain(rate)}){p}" if rate else ""
+
+
+def enclosed(is_single):
+    if is_single:
+        return ""
+    return " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: the statement holds for every one of them."
+
+
+def decrease(rate):
+    if not rate:
+        return "V = e'Pe decreases and e tends to 0 exponentially"
+    return f"V = e'Pe satisfies V(t) <= exp(-2({plain(rate)})t) V(0), so that e tends to 0 at least like exp(-{plain(rate)}t)"
+
+
+def linear_observer(states, inputs, outputs, rate, is_single):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat' = A xhat + Bu + L(y - C xhat), "
+        f"the error e = x - xhat obeys e' = (A - LC)e, and {decrease(rate)}, from every e(0).{enclosed(is_single)}"
+    )
+
+
+def discrete_observer(states, inputs, outputs):
+    return (
+        f"For the discrete-time plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat+ = A xhat + Bu + L(y - C xhat), "
+        "the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, from every e(0)."
+    )
+
+
+def hurwitz(n, is_single):
+    if is_single:
+        return f"All eigenvalues of the {n} x {n} matrix A have negative real parts: every solution of x' = Ax tends to 0 exponentially."
+    return (
+        f"Every solution of x' = A(t)x with {counted(n, 'state') if False else f'{n} states'} tends to 0 exponentially, however A(t) varies in its bounds; "
+        f"in particular all eigenvalues of every such A have negative real parts.{enclosed(is_single)}"
+    )
+
+
+def schur(n):
+    return f"All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: every solution of x+ = Ax tends to 0 exponentially."
+
+
+CUBIC = "the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat"
+CUBIC_ERROR = "the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e"
+
+
+def region(level):
+    return "from every e(0)" if level is None else f"from every e(0) with e(0)'P e(0) < {scientific(level)}"
+
+
+def cubic_observer(size, rate, level, *_):
+    if rate:
+        real = f"V = e'Pe satisfies V(t) <= exp(-2({plain(rate)})t) V(0), from every e(0)"
+    else:
+        real = "V = e'Pe decreases and e tends to 0 exponentially, from every e(0)"
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)} and {CUBIC}, {CUBIC_ERROR}. With the gains L and N exactly as stored, e tends to 0 exponentially, "
+        f"{region(level)}. With the real gain -P^-1 C'S, of which N is a rounding, {real}."
+    )
+
+
+def structured_cubic_observer(states, inputs, outputs, rate):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with the real gain N = -P^-1 C'S: {CUBIC_ERROR}, "
+        f"and {decrease(rate)}, from every e(0). Nothing is said of a rounding of N."
+    )
+
+
+def cubic_theorem_1(states, inputs, outputs):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with L and N exactly as stored: {CUBIC_ERROR}, "
+        f"and {decrease(0)}, from every e(0)."
+    )
+
+
+def sampled_cubic_observer(states, inputs, outputs, period):
+    return (
+        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the sampled cubic observer, whose error e = x - xhat is carried over one period "
+        f"({scientific(period)}) by the exact flow of e' = (e'C'theta C e) N C e with the real gain N = -P^-1 C'S and by the step e+ = (A - LC)e, V = e'Pe falls over each period "
+        "by a factor below 1, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of N or of the step as computed."
+    )
+
+
+def feedback_loop(size, rate, level):
+    return (
+        f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every x(0), with the gains K, L and N exactly as stored {region(level)}; "
+        "with the real gain -P^-1 C'S, x'P1x + e'Pe decreases, from every e(0)."
+    )
+
+
+def hull(count, states, outputs, is_single):
+    if is_single:
+        what = "pair (A, C)" if count == 1 else "pairs (A_k, C_k)"
+    else:
+        what = "box of pairs (A, C)" if count == 1 else "boxes of pairs (A_k, C_k)"
+    return f"the convex hull of the {count} {what} with {counted(states, 'state')} and {counted(outputs, 'output')}"
+
+
+def polytope_of_plants(count, states, outputs, rate, is_single):
+    return (
+        f"For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in {hull(count, states, outputs, is_single)} at all times, "
+        f"and every solution of e' = (A(t) - L C(t))e, {decrease(rate)}. This e is the error of the observer with the same A(t) and C(t) and the gain L; "
+        "the forcing (A(t) - A)x of an observer that runs another A is not covered."
+    )
+
+
+def polytope_of_jacobians(count, states, outputs, rate, is_single):
+    return (
+        f"For all matrices (A(t), C(t)) in {hull(count, states, outputs, is_single)}, and every solution of e' = (A(t) - L C(t))e, {decrease(rate)}. "
+        "Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as long as the mean Jacobians of f and h between xhat and x lie "
+        "in this hull: that they do is a hypothesis, of which this certificate says nothing."
+    )
+
+
+def sector_observer(states, outputs, sectors, rate):
+    named = ", ".join(f"phi_{k + 1} in [{plain(low)}, {plain(high)}]" for k, (low, high) in enumerate(sectors))
+    end = f"tends to 0 at least like exp(-{plain(rate)}t)" if rate else "tends to 0 exponentially"
+    return (
+        f"For every plant x' = Ax + sum G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, {counted(outputs, 'output')} and "
+        f"{counted(len(sectors), 'nonlinearity', 'nonlinearities')} whose increments lie in the incremental sectors ({named or 'none'}), that is (w - low H e)'(high H e - w) >= 0 "
+        "for w = phi(t, H x, u) - phi(t, H xhat, u), and the observer xhat' = A xhat + sum G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
+        f"e = x - xhat {end}, from every e(0). That the nonlinearities of a plant lie in these sectors, where x and xhat are, is a hypothesis."
+    )
+
+
+def contracting_coordinates(count, measured, unmeasured, injection, rate):
+    return (
+        f"For all matrices J(t) in the convex hull of the {count} given, with {counted(measured, 'measured state')} and {counted(unmeasured, 'unmeasured state')}, "
+        "in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 0])d with a diagonal "
+        f"G_m(t) >= {scientific(injection)} I has V = |d_m|^2 + d_w'Q d_w with V(t) <= exp(-2({plain(rate)})t) V(0), and tends to 0 exponentially. "
+        "That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing."
+    )
+
+
+def definiteness(n, sense, is_single):
+    return f"The symmetric {n} x {n} matrix M is {sense}.{enclosed(is_single)}"
+
+
+def solution_within(equation, n, is_single):
+    return (
+        f"The equation {equation} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and each of its entries lies between the bounds that P gives."
+        f"{enclosed(is_single)}"
+    )
+
+
+def inequality_label(relation, name):
+    return f"F(x) {relation} 0 of {name}"
+
+
+def multiplier_label(name):
+    return f"Z >= 0 of {name}"
+
+
+def inequalities(unknowns, relation, names):
+    return (
+        f"the linear matrix inequalities F_k(x) = F_k0 + x_1 F_k1 + ... + x_{unknowns} F_k{unknowns} {relation} 0, "
+        f"{counted(len(names), 'constraint')} ({'; '.join(names)})."
+    )
+
+
+def matrix_inequality_holds(unknowns, relation, names):
+    return f"The x given satisfies {inequalities(unknowns, relation, names)}"
+
+
+def matrix_inequality_refuted(unknowns, relation, names):
+    return f"No x satisfies {inequalities(unknowns, relation, names)}"
+
+
+def semidefinite_program(unknowns, blocks, claim, lower, upper):
+    total = "x_1 F_1" if unknowns == 1 else f"x_1 F_1 + ... + x_{unknowns} F_{unknowns}"
+    program = f"the semidefinite program (P) min c'x subject to {total} - F_0 >= 0 with {counted(blocks, 'block')}"
+    if claim == "primal infeasible":
+        return f"For {program}: (P) has no feasible point."
+    if claim == "dual infeasible":
+        return f"For {program} and its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0: (D) has no feasible point."
+    bounds = [] if lower is None else [f"every feasible point of (P) has c'x >= {scientific(lower)}"]
+    bounds += [] if upper is None else [f"(P) has a feasible point with c'x <= {scientific(upper)}"]
+    return f"For {program}: {', and '.join(bounds)}."
