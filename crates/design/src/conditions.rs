@@ -1,29 +1,26 @@
 //! The conditions (11)-(13) of Theorem 1, as printed and as they work, for gains of any origin.
 
 use luenberger_plants::DynamicPlant;
-use luenberger_proof::statement::{cubic_dissipation, lyapunov_decrease, positive};
-use luenberger_proof::{Direction, Exact, Matrix, Verdict, negative_definite, positive_semidefinite};
+use luenberger_proof::certificate::{Certificate, CubicTheorem1};
+use luenberger_proof::{Direction, Exact, Matrix, Verdict, negative_definite};
 use nalgebra::DMatrix;
 
-use crate::certificate::exact;
+use crate::certificate::{certified, exact, plant};
 use crate::check;
 use crate::error::DesignError;
+
+certified!(Theorem1);
 
 /// What is known of each condition of Theorem 1, for the numbers exactly as given.
 ///
 /// (11), that the origin is the only equilibrium, follows from (12) and (13').
+#[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Theorem1 {
-    /// `P > 0`.
-    pub positive: Verdict<Direction>,
-    /// `theta >= 0`.
-    pub weight: Verdict<Direction>,
-    /// `(A - LC)'P + P(A - LC) < 0` (12).
-    pub decrease: Verdict<Direction>,
+    /// The conditions that suffice: `P > 0`, (12), `theta >= 0` and `P N C + C'N'P <= 0` (13').
+    pub certificate: Certificate,
     /// `P N C + C'N'P < 0` (13) as printed: refuted whenever rank C < n, by a direction in the kernel of C.
     pub strict: Verdict<Direction>,
-    /// `P N C + C'N'P <= 0` (13'), which is what the theorem needs.
-    pub dissipation: Verdict<Direction>,
 }
 
 impl Theorem1 {
@@ -35,32 +32,26 @@ impl Theorem1 {
     /// # Errors
     /// Shapes that do not fit the plant, entries that are not finite, a P or theta that is not symmetric.
     pub fn examine(
-        plant: &DynamicPlant,
+        linear: &DynamicPlant,
         (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
         p: &DMatrix<f64>,
     ) -> Result<Self, DesignError> {
-        check::plant(plant)?;
-        let (order, outputs) = (plant.a.nrows(), plant.c.nrows());
+        check::plant(linear)?;
+        let (order, outputs) = (linear.a.nrows(), linear.c.nrows());
         check::matrix("L", l, (order, outputs))?;
         check::matrix("N", n, (order, outputs))?;
         let (theta, p) = (check::symmetric("theta", theta, outputs)?, check::symmetric("P", p, order)?);
-        let (a, c) = (exact(&plant.a)?, exact(&plant.c)?);
-        let (l, n, p) = (exact(l)?, exact(n)?, exact(&p)?);
-        let product = Matrix::<Exact>::embed(&p, "P")?
-            .product(&Matrix::embed(&n, "N")?)?
-            .product(&Matrix::embed(&c, "C")?)?
+        let theorem = CubicTheorem1 {
+            plant: plant((&linear.a, &linear.b, &linear.c))?,
+            l: exact(l)?,
+            n: exact(n)?,
+            theta: exact(&theta)?,
+            p: exact(&p)?,
+        };
+        let product = Matrix::<Exact>::embed(&theorem.p, "P")?
+            .product(&Matrix::embed(&theorem.n, "N")?)?
+            .product(&Matrix::embed(&theorem.plant.c, "C")?)?
             .plus_transpose()?;
-        Ok(Self {
-            positive: positive(&p)?,
-            weight: positive_semidefinite(&exact(&theta)?)?,
-            decrease: lyapunov_decrease(&a, &l, &c, &p)?,
-            strict: negative_definite(&product)?,
-            dissipation: cubic_dissipation(&p, &n, &c)?,
-        })
-    }
-
-    /// Whether the conditions that suffice for global exponential stability are proved: all but the strict (13).
-    pub fn is_proved(&self) -> bool {
-        [&self.positive, &self.weight, &self.decrease, &self.dissipation].into_iter().all(Verdict::is_proved)
+        Ok(Self { strict: negative_definite(&product)?, certificate: Certificate::of([theorem])? })
     }
 }

@@ -5,9 +5,11 @@
 
 use luenberger_observers::CubicObserver;
 use luenberger_plants::DynamicPlant;
+use luenberger_proof::ProofError;
+use luenberger_proof::certificate::{self, Certificate, Region, Theorem};
 use nalgebra::{DMatrix, Dyn};
 
-use crate::certificate::{self, Certificate, Fact};
+use crate::certificate::{certified, exact, plant};
 use crate::check;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
@@ -23,7 +25,10 @@ pub enum Correction {
     General(DMatrix<f64>),
 }
 
+certified!(CubicDesign);
+
 /// A cubic observer with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct CubicDesign {
     /// The observer (5), ready to run.
@@ -36,7 +41,8 @@ pub struct CubicDesign {
     pub s: DMatrix<f64>,
     /// The decay rate that the certificate states: that of the linear design.
     pub rate: f64,
-    /// What is proved of it.
+    /// What is proved of it: convergence with all gains exactly as stored, from every error or from those of an ellipsoid; where neither is proved, the theorem for the real gain
+    /// `N = -P^-1 C'S`.
     pub certificate: Certificate,
 }
 
@@ -82,20 +88,46 @@ impl CubicDesign {
             }
         };
         let n = -(p_inverse_ct * &s);
-        let mut facts = linear.certificate.facts.clone();
-        facts.push(Fact::weight(theta)?);
-        facts.push(Fact::dissipation(&linear.p, &s, &o.c)?);
+        let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate)?.certify()?;
         let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
-        let deployed = certificate::deployed(&plant, (&o.l, &n, theta), &linear.p, &s)?;
-        let certificate = Certificate { facts, deployed: Some(deployed) };
         let observer = CubicObserver::of(plant, o.l.clone(), n, theta.clone())?;
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
+    }
+
+    /// The theorem about the gains as stored, with the region from which it is proved; where it is proved from none, the claim that it converges from everywhere.
+    pub(crate) fn theorem(&self) -> Result<certificate::CubicObserver, ProofError> {
+        for proved in self.certificate.theorems() {
+            if let Theorem::CubicObserver(theorem) = proved.theorem() {
+                return Ok(theorem.clone());
+            }
+        }
+        let o = &self.observer;
+        theorem((&o.a, &o.b, &o.c), (&o.l, &o.n, &o.theta), (&self.p, &self.s), self.rate)
     }
 
     /// `F = A - L C`.
     pub fn error_matrix(&self) -> DMatrix<f64> {
         &self.observer.a - &self.observer.l * &self.observer.c
     }
+}
+
+/// The claim that the cubic observer with these gains converges from everywhere.
+pub(crate) fn theorem(
+    abc: (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    (p, s): (&DMatrix<f64>, &DMatrix<f64>),
+    rate: f64,
+) -> Result<certificate::CubicObserver, ProofError> {
+    Ok(certificate::CubicObserver {
+        plant: plant(abc)?,
+        l: exact(l)?,
+        n: exact(n)?,
+        theta: exact(theta)?,
+        p: exact(p)?,
+        s: exact(s)?,
+        rate,
+        region: Region::Everywhere,
+    })
 }
 
 /// `S = w (C P^-1 C')^-1`.

@@ -5,29 +5,27 @@
 
 use luenberger_linalg::{spectral_radius, stein};
 use luenberger_plants::DynamicPlant;
+use luenberger_proof::certificate::{Certificate, CertificateFile, ClaimedBall, DeployedObserver};
 use luenberger_proof::statement::{self, CubicGains, Deployed, Formats, Operation, SampledPlant, Step};
 use nalgebra::DMatrix;
 
-use crate::certificate::exact;
+use crate::certificate::{certified, exact};
 use crate::check;
 use crate::error::DesignError;
 use crate::sampled::SampledCubicDesign;
 
+certified!(DeployedLinear);
+
 /// A deployed linear observer and the P that proves it.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct DeployedLinear {
     /// The Lyapunov matrix, of the stored error matrix F where that is stable.
     pub p: DMatrix<f64>,
     /// The numbers stored, the verdicts, and the ball of the running error.
     pub deployed: Deployed,
-    /// The plant for which it is proved.
-    pub plant: SampledPlant,
-    /// How the step is computed.
-    pub step: Step,
-    /// What it is stored and run in.
-    pub formats: Formats,
-    /// What it was promised to meet.
-    pub operation: Operation,
+    /// What is proved of it: of the stored numbers, and of the ball of the running error where there is one.
+    pub certificate: Certificate,
 }
 
 /// The observer of the sampled plant `x+ = A x + B u`, `y = C x` with gain `l` (n x p), stored and run in `formats`.
@@ -65,13 +63,25 @@ pub fn deployed_linear(
     let n = plant.a.nrows();
     let gain = exact(l)?;
     let real = sampled_plant(plant)?;
-    let judge = |p: DMatrix<f64>| -> Result<DeployedLinear, DesignError> {
+    let judge = |p: DMatrix<f64>| -> Result<(DMatrix<f64>, Deployed), DesignError> {
         let deployed = statement::deployed_linear(&real, &gain, &exact(&p)?, step, formats, operation)?;
-        Ok(DeployedLinear { p, deployed, plant: real.clone(), step, formats, operation: operation.clone() })
+        Ok((p, deployed))
+    };
+    let finish = |(p, deployed): (DMatrix<f64>, Deployed)| -> Result<DeployedLinear, DesignError> {
+        let theorem = DeployedObserver {
+            plant: real.clone(),
+            stored: deployed.stored.clone(),
+            step,
+            formats,
+            operation: operation.clone(),
+            p: exact(&p)?,
+            ball: deployed.ball().map(ClaimedBall::from),
+        };
+        Ok(DeployedLinear { p, deployed, certificate: Certificate::of([theorem])? })
     };
     let mut best = judge(DMatrix::identity(n, n))?;
     let from_proof = |m: &luenberger_proof::Matrix<f64>| DMatrix::from_row_slice(m.rows(), m.cols(), m.as_slice());
-    let stored = &best.deployed.stored;
+    let stored = &best.1.stored;
     let f = match step {
         Step::Joined => from_proof(&stored.a),
         Step::Innovation => from_proof(&stored.a) - from_proof(&stored.l) * from_proof(&stored.c),
@@ -80,8 +90,8 @@ pub fn deployed_linear(
     if radius.is_nan() || radius >= 1.0 {
         let designed = stein(&(&plant.a - l * &plant.c), &DMatrix::identity(n, n));
         return match designed {
-            Ok(found) => judge(found.p),
-            Err(_) => Ok(best),
+            Ok(found) => finish(judge(found.p)?),
+            Err(_) => finish(best),
         };
     }
     let weight = DMatrix::from_fn(n, n, |i, j| {
@@ -100,11 +110,11 @@ pub fn deployed_linear(
         // The solution may overflow where F is far from normal: another s serves.
         let Ok(found) = stein(&(&f / s), &weight) else { continue };
         let tried = judge(found.p)?;
-        if is_better(&tried.deployed, &best.deployed) {
+        if is_better(&tried.1, &best.1) {
             best = tried;
         }
     }
-    Ok(best)
+    finish(best)
 }
 
 /// A ball before none, then the smaller one; where there is none, stability before none.
@@ -159,5 +169,42 @@ impl SampledCubicDesign {
             h: luenberger_observers::SampledObserver::period(o),
         };
         Ok(statement::deployed_sampled_cubic(&real, &exact(o.ld())?, &gains, &exact(&self.p)?, formats, operation)?)
+    }
+
+    /// The certificate file of this observer stored and run in `formats`, as [`deployed`](Self::deployed) proves it: with the ball of the running error where there is one.
+    ///
+    /// ```
+    /// use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish};
+    /// use luenberger_proof::certificate::verify;
+    /// use luenberger_proof::statement::{Format, Operation};
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
+    /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![10.0, 10.0] };
+    /// let file = design.deployed_certificate_file("in f32", Format::Binary32.into(), &meets)?.to_json();
+    /// assert!(verify(file.as_bytes())?.statement.contains("stored in binary32"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::CertificateFile`] names the inequality that is not proved; those of [`deployed`](Self::deployed).
+    pub fn deployed_certificate_file(
+        &self,
+        title: &str,
+        formats: Formats,
+        operation: &Operation,
+    ) -> Result<CertificateFile, DesignError> {
+        let deployed = self.deployed(formats, operation)?;
+        let theorem = DeployedObserver {
+            plant: self.sampled_plant()?,
+            ball: deployed.ball().map(ClaimedBall::from),
+            stored: deployed.stored,
+            step: Step::Innovation,
+            formats,
+            operation: operation.clone(),
+            p: exact(&self.p)?,
+        };
+        Ok(CertificateFile::prove(title, theorem)?)
     }
 }

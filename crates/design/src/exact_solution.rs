@@ -1,6 +1,7 @@
 //! The exact solution of a Lyapunov or Stein equation: proposed by `linalg`, bettered by one residual, and enclosed by `proof`.
 
 use luenberger_linalg::{lyapunov, stein};
+use luenberger_proof::certificate::{CertificateFile, Equation, SolutionWithin};
 use luenberger_proof::statement::{Enclosure, lyapunov_solution, stein_solution};
 use luenberger_proof::{Exact, Interval, Matrix};
 use nalgebra::DMatrix;
@@ -91,4 +92,42 @@ fn parts(p: &DMatrix<f64>, rest: Option<DMatrix<f64>>) -> Result<Vec<Matrix<f64>
 
 pub(crate) fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> {
     Ok(Matrix::embed(&exact(m)?, "a matrix of the equation")?)
+}
+
+/// The certificate file of the exact P of `A'P + PA + Q = 0`: that it is the only one, and lies in the intervals of [`enclosed_lyapunov`](crate::enclosed_lyapunov).
+///
+/// ```
+/// use luenberger_design::lyapunov_certificate_file;
+/// use luenberger_proof::certificate::verify;
+/// use nalgebra::dmatrix;
+///
+/// let (a, q) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![1.0, 0.0; 0.0, 1.0]);
+/// let file = lyapunov_certificate_file("a damped oscillator", &a, &q)?.to_json();
+/// assert_eq!(verify(file.as_bytes())?.facts[0].inequality, "A'P + PA + Q = 0 has one solution, and it lies in P");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+/// # Errors
+/// [`DesignError::CertificateFile`] where uniqueness could not be proved; those of [`enclosed_lyapunov`](crate::enclosed_lyapunov).
+pub fn lyapunov_certificate_file(
+    title: &str,
+    a: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+) -> Result<CertificateFile, DesignError> {
+    let (parts, w) = lyapunov_proposal(a, q)?;
+    Ok(CertificateFile::prove(
+        title,
+        SolutionWithin::derive(Equation::Lyapunov, &points(a)?, &points(q)?, &parts, Some(&w))?,
+    )?)
+}
+
+/// The certificate file of the exact P of `A'PA - P + Q = 0`, as [`lyapunov_certificate_file`].
+///
+/// # Errors
+/// As [`lyapunov_certificate_file`].
+pub fn stein_certificate_file(title: &str, a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<CertificateFile, DesignError> {
+    let (parts, w) = stein_proposal(a, q)?;
+    Ok(CertificateFile::prove(
+        title,
+        SolutionWithin::derive(Equation::Stein, &points(a)?, &points(q)?, &parts, Some(&w))?,
+    )?)
 }

@@ -6,14 +6,18 @@
 //! stable, so is the loop with the cubic one.
 
 use luenberger_linalg::{eigenvalues, lambda_max, lambda_min, lyapunov};
+use luenberger_proof::certificate::{Certificate, FeedbackLoop};
 use nalgebra::{Complex, DMatrix};
 
-use crate::certificate::{Certificate, Fact};
+use crate::certificate::{certified, exact};
 use crate::check;
 use crate::cubic::CubicDesign;
 use crate::error::DesignError;
 
+certified!(FeedbackDesign);
+
 /// A feedback loop `u = -K xhat` around a cubic observer, with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct FeedbackDesign {
     /// The feedback gain K, m x n.
@@ -22,7 +26,7 @@ pub struct FeedbackDesign {
     pub poles: Vec<Complex<f64>>,
     /// `P1 > 0` of (25).
     pub p1: DMatrix<f64>,
-    /// What is proved of the loop: the facts of the observer and (25).
+    /// What is proved of the loop: the facts of the observer with its gains as stored, and (25).
     pub certificate: Certificate,
 }
 
@@ -58,14 +62,8 @@ impl FeedbackDesign {
         // Half of the largest admissible mu, so that (25) holds with room; any mu when x and e do not couple.
         let mu = if coupling_squared > 0.0 { 0.5 * lambda_min(&observer.q)? / coupling_squared } else { 1.0 };
         let p1 = p0 * mu;
-        let mut facts = observer.certificate.facts.clone();
-        facts.push(Fact::positive("P1", &p1)?);
-        facts.push(Fact::feedback_block(observer, k, &p1)?);
-        Ok(Self {
-            k: k.clone(),
-            poles: eigenvalues(&closed)?,
-            p1,
-            certificate: Certificate { facts, deployed: observer.certificate.deployed.clone() },
-        })
+        let theorem = FeedbackLoop { observer: observer.theorem()?, k: exact(k)?, p1: exact(&p1)? };
+        let certificate = Certificate::of([theorem])?;
+        Ok(Self { k: k.clone(), poles: eigenvalues(&closed)?, p1, certificate })
     }
 }

@@ -22,10 +22,10 @@ use luenberger_observers::ObserverError;
 use luenberger_observers::cascade::{Cascade, CascadeMap, CascadeSize};
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Plant, PlantError};
+use luenberger_proof::certificate::Certificate;
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector, SymmetricEigen, U1};
 
-use crate::certificate::Certificate;
 use crate::error::DesignError;
 use crate::kkl::KklError;
 use crate::kkl::stability::{Forgetting, forgets, hurwitz};
@@ -104,8 +104,8 @@ pub struct Excitation {
 /// What was checked of Proposition 7's hypotheses, and what was not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklPebReport {
-    /// A2 and A3 Hurwitz: `P > 0` and `A'P + P A < 0` for each block that has states.
-    pub certificate: Certificate,
+    /// A2 and A3 by name, each proved Hurwitz; those that have states.
+    pub blocks: Vec<(&'static str, Certificate)>,
     /// The eigenvalue of A2 or A3 with the largest real part; none where both are empty.
     pub slowest: Option<Complex<f64>>,
     /// (42) along the run.
@@ -131,7 +131,11 @@ impl KklPebReport {
 
 impl fmt::Display for KklPebReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.certificate)?;
+        for (name, certificate) in &self.blocks {
+            for fact in certificate.facts() {
+                writeln!(f, "{:<9}  {fact}, with A = {name}", fact.verdict.word())?;
+            }
+        }
         let Excitation { window, delta, from, greatest, windows, .. } = &self.excitation;
         writeln!(
             f,
@@ -304,27 +308,23 @@ where
     KklError::unless_within("the window", excite.window, f64::MIN_POSITIVE, length)?;
     KklError::unless_within("the excitation needed", excite.needed, 0.0, f64::MAX)?;
     KklError::unless_within("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY)?;
-    let (mut facts, mut slowest) = (Vec::new(), None);
-    for (names, order, block) in
-        [(["A2", "P2"], n2, dynamic(&cascade.a2())), (["A3", "P3"], n3, dynamic(&cascade.a3()))]
-    {
-        let [what, lyapunov] = names;
+    let (mut blocks, mut slowest) = (Vec::new(), None);
+    for (what, order, block) in [("A2", n2, dynamic(&cascade.a2())), ("A3", n3, dynamic(&cascade.a3()))] {
         check_matrix(what, &block, (order, order))?;
         if order == 0 {
             continue;
         }
         let entries = Matrix::from_fn(order, order, |i, j| Interval::of(block[(i, j)]));
-        let Forgetting { spectrum, facts: own, .. } = hurwitz((what, lyapunov), &entries)?;
-        forgets(what, &spectrum, &own)?;
+        let Forgetting { spectrum, certificate, .. } = hurwitz(&entries)?;
+        forgets(what, &spectrum, &certificate)?;
         slowest =
             spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));
-        facts.extend(own);
+        blocks.push((what, certificate));
     }
     let (greatest, growth) = bounded(run, excite.bound)?;
     let (regressors, mismatch) = compare(plant, cascade, run)?;
     let excitation = excitation(&run.t, &regressors, excite)?;
-    let certificate = Certificate { facts, deployed: None };
-    Ok(KklPebReport { certificate, slowest, excitation, greatest, growth, mismatch, samples: run.t.len() })
+    Ok(KklPebReport { blocks, slowest, excitation, greatest, growth, mismatch, samples: run.t.len() })
 }
 
 fn dynamic<R: Dim, Q: Dim>(m: &OMatrix<f64, R, Q>) -> DMatrix<f64>

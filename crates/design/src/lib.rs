@@ -8,7 +8,8 @@
 //! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
 //! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it computes itself.
 //! [`lie_observability`] says beforehand what the outputs of a nonlinear plant see along a trajectory.
-//! Every design carries a [`Certificate`], whose facts are decided outside floating point, and `certificate_file` makes a file of it that `luenberger-verify` checks without this crate.
+//! Every design is [`Certified`]: it carries the theorems that are proved of it, with their data, decided outside floating point once and kept. `certificate_file` makes a file of them that
+//! `luenberger-verify` checks without this crate. The fields of a design are read-only, so that its evidence stays that of its numbers.
 //! [`KklCandidate`] checks a transformation of one's own to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
 //! [`deployed`] says what is left of an observer on its target, in f32 or fixed point.
 //! The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known: its
@@ -17,8 +18,7 @@
 //! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` and `docs/theory-mvt.md` of the repository.
 #![deny(missing_docs)]
 
-pub mod certificate;
-mod certificate_file;
+mod certificate;
 mod check;
 pub mod conditions;
 pub mod cubic;
@@ -45,14 +45,12 @@ mod separation;
 mod spread;
 pub mod weights;
 
-pub use certificate::{Certificate, Fact};
-pub use certificate_file::{lyapunov_certificate_file, stein_certificate_file};
 pub use conditions::Theorem1;
 pub use cubic::{Correction, CubicDesign};
 pub use deployed::{DeployedLinear, deployed_linear};
 pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, Obstruction};
-pub use exact_solution::{enclosed_lyapunov, enclosed_stein};
+pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use joint::joint_design;
 pub use kkl::{KklCandidate, KklDesign};
@@ -60,6 +58,7 @@ pub use kkl_peb::KklPebDesign;
 pub use linear::{Decrease, LinearDesign, Wish};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::LpvDesign;
+pub use luenberger_proof::certificate::{Certificate, Certified, Fact, ProvedTheorem};
 pub use mean_value::{ContractingCoordinates, LeastSquares, MeasuredFirst, RepairedDesign};
 pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::NumericalKklDesign;

@@ -6,9 +6,10 @@
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, lyapunov, place_observer};
 use luenberger_observers::LinearObserver;
 use luenberger_plants::DynamicPlant;
+use luenberger_proof::certificate::{self, Certificate, PlantWithin};
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use crate::certificate::{Certificate, Fact};
+use crate::certificate::{certified, exact};
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
@@ -73,7 +74,10 @@ impl Decrease {
     }
 }
 
+certified!(LinearDesign);
+
 /// A linear observer with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct LinearDesign {
     /// The observer (2), ready to run.
@@ -182,8 +186,13 @@ impl LinearDesign {
         rate: f64,
     ) -> Result<Self, DesignError> {
         let poles = eigenvalues(&(&plant.a - &l * &plant.c))?;
-        let facts = vec![Fact::positive("P", &p)?, Fact::decay("", (&plant.a, &plant.c), &l, &p, rate)?];
-        let certificate = Certificate { facts, deployed: None };
+        let theorem = certificate::LinearObserver {
+            plant: PlantWithin::exactly(&exact(&plant.a)?, &exact(&plant.b)?, &exact(&plant.c)?)?,
+            l: exact(&l)?,
+            p: exact(&p)?,
+            rate,
+        };
+        let certificate = Certificate::of([theorem])?;
         let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
         Ok(Self { observer, poles, p, q, rate, certificate })
     }

@@ -5,21 +5,24 @@
 //! `1 - lambda_min(P^-1/2 Q P^-1/2)`. Hence global exponential stability, whatever the period: no step size has to be small.
 //!
 //! The stored N misses the structure `P N = -C'S` by its rounding, and needs no structure: one step is `e+ = M(g) e` with `M(g) = Fd + g (Ad N + w Ld) C`, `0 <= g < 1/w`, for any N, and `M'PM - P` is convex in
-//! g. The certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the observer that runs. What f32 or
-//! fixed point make of it is [`SampledCubicDesign::deployed`].
+//! g. The certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the observer in exact arithmetic.
+//! What f32 or fixed point make of it is [`SampledCubicDesign::deployed`].
 
 use luenberger_linalg::{discrete_kalman_gain, eigenvalues, place_observer, stein, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
-use luenberger_plants::DynamicPlant;
+use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteObserver};
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use crate::certificate::{Certificate, Fact};
+use crate::certificate::{certified, exact, plant};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
 
+certified!(SampledCubicDesign);
+
 /// A sampled-data cubic observer with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct SampledCubicDesign {
     /// The observer, ready to run.
@@ -114,15 +117,28 @@ impl SampledCubicDesign {
         let p_inverse_ct = check::solve_definite("P", &p, &o.c.transpose())?;
         let s = radial_s(&o.c, &p_inverse_ct, w)?;
         let gain = -(p_inverse_ct * &s);
-        let plant = DynamicPlant::new(ad, bd, o.c.clone())?;
-        let facts = vec![
-            Fact::positive("P", &p)?,
-            Fact::stein_decrease((&plant.a, &plant.c), &ld, &p)?,
-            Fact::weight(theta)?,
-            Fact::dissipation(&p, &s, &plant.c)?,
-            Fact::saturated_decrease((&plant.a, &plant.c), (&gain, w), &p)?,
-        ];
-        let observer = SampledCubicObserver::new(plant.a, plant.b, plant.c, ld, gain, theta.clone(), w, h)?;
-        Ok(Self { observer, poles, p, s, certificate: Certificate { facts, deployed: None } })
+        let theorem = certificate::SampledCubicObserver {
+            plant: plant((&ad, &bd, &o.c))?,
+            l: exact(&ld)?,
+            n: exact(&gain)?,
+            theta: exact(theta)?,
+            w,
+            period: h,
+            p: exact(&p)?,
+        };
+        let certificate = Certificate::of([theorem])?;
+        let observer = SampledCubicObserver::new(ad, bd, o.c.clone(), ld, gain, theta.clone(), w, h)?;
+        Ok(Self { observer, poles, p, s, certificate })
+    }
+
+    /// The certificate file of its linear part alone, `xhat+ = Ad xhat + Bd u + Ld(y - C xhat)`.
+    ///
+    /// # Errors
+    /// [`DesignError::CertificateFile`] names the inequality that is not proved.
+    pub fn linear_certificate_file(&self, title: &str) -> Result<CertificateFile, DesignError> {
+        let o = &self.observer;
+        let theorem =
+            DiscreteObserver { plant: plant((o.ad(), o.bd(), o.c()))?, l: exact(o.ld())?, p: exact(&self.p)? };
+        Ok(CertificateFile::prove(title, theorem)?)
     }
 }

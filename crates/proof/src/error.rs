@@ -16,6 +16,12 @@ pub enum ProofError {
         /// Rows and columns it has.
         found: (usize, usize),
     },
+    /// A list or a matrix has no entry, so that a statement about it would be vacuous.
+    #[error("{what} is empty")]
+    Empty {
+        /// The quantity.
+        what: &'static str,
+    },
     /// An entry is NaN or infinite.
     #[error("{what} has the entry {value} at row {row}, column {column}")]
     NotFinite {

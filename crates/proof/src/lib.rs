@@ -35,6 +35,7 @@ pub mod ring;
 pub mod semidefinite;
 pub mod statement;
 pub mod verdict;
+pub mod wording;
 
 pub use definite::{
     Direction, Entry, negative_definite, negative_semidefinite, positive_definite, positive_semidefinite,

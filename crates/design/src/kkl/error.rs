@@ -84,7 +84,7 @@ pub enum KklError {
         /// Its eigenvalue of the largest real part, in the middle of the box.
         eigenvalue: Complex<f64>,
         /// What became of the Lyapunov inequality.
-        verdict: Verdict<luenberger_proof::Direction>,
+        verdict: Verdict<luenberger_proof::certificate::Witness>,
     },
     /// Two states with one image.
     #[error("(phi, h) is not injective on the box: {0}")]

@@ -331,7 +331,7 @@ impl fmt::Display for KklReport {
             Verdict::Refuted { witness } => writeln!(f, "{witness}")?,
             _ => writeln!(f, "residual at most {} by rows, over {} parts", bounds.join(", "), residual.parts)?,
         }
-        for fact in &stability.facts {
+        for fact in stability.certificate.facts() {
             writeln!(f, "{fact}")?;
         }
         if let Some(eigenvalue) = stability.eigenvalues.first() {

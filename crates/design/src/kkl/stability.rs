@@ -1,11 +1,12 @@
 //! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box.
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov};
-use luenberger_proof::{Interval, Matrix, Ring, statement};
+use luenberger_proof::certificate::{Certificate, Certified, Hurwitz};
+use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{Complex, DMatrix};
 
 use super::KklError;
-use crate::certificate::Fact;
+use crate::certificate::exact;
 use crate::check;
 use crate::error::DesignError;
 
@@ -22,8 +23,15 @@ pub struct Stability {
     pub diagonal: Option<Vec<Interval>>,
     /// P, of the order of the rest; none where there is no rest, or no P for the middle.
     pub p: Option<DMatrix<f64>>,
-    /// `P > 0` and the Lyapunov inequality for the rest of Lambda; empty where there is no rest, or no P for the middle.
-    pub facts: Vec<Fact>,
+    /// That the rest of Lambda is Hurwitz, with one P for every matrix in its enclosure; no theorem where there is no rest, or no P for the middle. It does not say that the enclosure
+    /// is that of the design's Lambda.
+    pub certificate: Certificate,
+}
+
+impl Certified for Stability {
+    fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
 }
 
 impl Stability {
@@ -36,7 +44,7 @@ impl Stability {
     /// Whether the rest of Lambda is proved to forget: `|e|` decays exponentially, however Lambda moves in its enclosure.
     pub fn is_proved(&self) -> bool {
         let has_rest = self.integrated.len() < self.lambda.rows();
-        !has_rest || (!self.facts.is_empty() && self.facts.iter().all(|fact| fact.verdict.is_proved()))
+        !has_rest || self.certificate.is_proved()
     }
 }
 
@@ -44,33 +52,31 @@ impl Stability {
 pub(crate) struct Forgetting {
     pub(crate) spectrum: Vec<Complex<f64>>,
     pub(crate) p: Option<DMatrix<f64>>,
-    /// `P > 0` and the Lyapunov inequality; none where there is no P.
-    pub(crate) facts: Vec<Fact>,
+    /// The theorem, where there is a P.
+    pub(crate) certificate: Certificate,
 }
 
-/// `name > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the middle, the largest real part first. No facts
+/// `P > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the middle, the largest real part first. No theorem
 /// where the middle is not Hurwitz.
-pub(crate) fn hurwitz((name, lyapunov_name): (&str, &str), f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
+pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let order = f.rows();
     let middle = |entry: &Interval| entry.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
     let matrix = DMatrix::from_fn(order, order, |i, j| middle(&f[(i, j)]));
     let mut spectrum = eigenvalues(&matrix)?;
     spectrum.sort_by(|x, y| y.re.total_cmp(&x.re));
     if order == 0 || spectrum.first().is_some_and(|largest| largest.re >= 0.0) {
-        return Ok(Forgetting { spectrum, p: None, facts: Vec::new() });
+        return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
     }
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
         Ok(solution) => check::symmetric_part(&solution.p),
         // Hurwitz to rounding only.
-        Err(LinalgError::NearlySingular { .. }) => return Ok(Forgetting { spectrum, p: None, facts: Vec::new() }),
+        Err(LinalgError::NearlySingular { .. }) => {
+            return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
+        }
         Err(error) => return Err(error.into()),
     };
-    let positive = Fact::positive(lyapunov_name, &p)?;
-    let zero = |rows, columns| Matrix::from_fn(rows, columns, |_, _| 0.0);
-    let no_output = Matrix::from_fn(1, order, |_, _| Interval::zero());
-    let verdict = statement::decay_rate_within(f, &zero(order, 1), &no_output, &crate::certificate::exact(&p)?, 0.0)?;
-    let statement = format!("{name}'{lyapunov_name} + {lyapunov_name} {name} < 0");
-    Ok(Forgetting { spectrum, p: Some(p), facts: vec![positive, Fact { statement, verdict }] })
+    let certificate = Certificate::of([Hurwitz::within(f, &exact(&p)?)?])?;
+    Ok(Forgetting { spectrum, p: Some(p), certificate })
 }
 
 /// What is known of this Lambda.
@@ -80,15 +86,15 @@ pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignErr
     let (integrated, rest): (Vec<usize>, Vec<usize>) = (0..order).partition(|&i| nothing(i));
     let moving = Matrix::from_fn(rest.len(), rest.len(), |i, j| lambda[(rest[i], rest[j])]);
     let bounded = moving.as_slice().iter().all(Interval::is_bounded);
-    let Forgetting { spectrum: eigenvalues, p, facts } = if rest.is_empty() || !bounded {
-        Forgetting { spectrum: Vec::new(), p: None, facts: Vec::new() }
+    let Forgetting { spectrum: eigenvalues, p, certificate } = if rest.is_empty() || !bounded {
+        Forgetting { spectrum: Vec::new(), p: None, certificate: Certificate::default() }
     } else {
-        hurwitz(("Lambda", "P"), &moving)?
+        hurwitz(&moving)?
     };
     let off_diagonal = |i: usize| (0..rest.len()).all(|j| i == j || moving[(i, j)].is_zero());
     let is_diagonal = !rest.is_empty() && (0..rest.len()).all(off_diagonal);
     let diagonal = is_diagonal.then(|| (0..rest.len()).map(|i| moving[(i, i)]).collect());
-    Ok(Stability { lambda, integrated, eigenvalues, diagonal, p, facts })
+    Ok(Stability { lambda, integrated, eigenvalues, diagonal, p, certificate })
 }
 
 impl Stability {
@@ -98,16 +104,20 @@ impl Stability {
         if !self.integrated.is_empty() {
             return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero }.into());
         }
-        forgets("Lambda", &self.eigenvalues, &self.facts)
+        forgets("Lambda", &self.eigenvalues, &self.certificate)
     }
 }
 
-/// The error of a matrix with this spectrum, the largest real part first, unless these facts prove it Hurwitz.
-pub(crate) fn forgets(what: &'static str, spectrum: &[Complex<f64>], facts: &[Fact]) -> Result<(), DesignError> {
+/// The error of a matrix with this spectrum, the largest real part first, unless this proves it Hurwitz.
+pub(crate) fn forgets(
+    what: &'static str,
+    spectrum: &[Complex<f64>],
+    certificate: &Certificate,
+) -> Result<(), DesignError> {
     let eigenvalue = spectrum.first().copied().unwrap_or(Complex::new(f64::NAN, f64::NAN));
-    match facts.iter().find(|fact| !fact.verdict.is_proved()) {
+    match certificate.facts().find(|fact| !fact.verdict.is_proved()) {
         Some(fact) => Err(KklError::HurwitzUndecided { what, eigenvalue, verdict: fact.verdict.clone() }.into()),
-        None if facts.is_empty() => Err(KklError::NotHurwitz { what, eigenvalue }.into()),
-        None => Ok(()),
+        None if certificate.is_proved() => Ok(()),
+        None => Err(KklError::NotHurwitz { what, eigenvalue }.into()),
     }
 }

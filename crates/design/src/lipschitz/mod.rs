@@ -28,18 +28,21 @@ use luenberger_lmi::{Expression, Problem, Solution, he, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::ProofError;
-use luenberger_proof::statement::sector_decrease;
+use luenberger_proof::certificate::{Certificate, SectorObserver};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 pub use admissible::{AdmissibleFactor, greatest_factor};
 pub use sector::{LipschitzPlant, Sector};
 pub use split::Split;
 
-use crate::certificate::{Certificate, Fact, decay_term, exact};
+use crate::certificate::{certified, exact};
 use crate::check;
 use crate::error::DesignError;
 
+certified!(LipschitzDesign);
+
 /// A gain for a Lipschitz plant, with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct LipschitzDesign {
     /// What is known of the plant.
@@ -194,26 +197,21 @@ impl Proposal {
             (None, Some(y)) => check::solve_definite("P", &self.p, y)?,
             (None, None) => DMatrix::zeros(plant.a().nrows(), plant.c().nrows()),
         };
-        let certificate = self.facts(plant, &l, rate)?;
+        let certificate = self.certificate(plant, &l, rate)?;
         if certificate.is_proved() || self.y.is_none() {
             let plant = plant.clone();
             return Ok(LipschitzDesign { plant, l, p: self.p, tau: self.tau, rate, certificate });
         }
         let again = proposed(plant, Some(&l), rate)?;
-        let certificate = again.facts(plant, &l, rate)?;
+        let certificate = again.certificate(plant, &l, rate)?;
         Ok(LipschitzDesign { plant: plant.clone(), l, p: again.p, tau: again.tau, rate, certificate })
     }
 
-    fn facts(&self, plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Certificate, ProofError> {
+    fn certificate(&self, plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Certificate, ProofError> {
         let terms = plant.sectors().iter().zip(&self.tau).map(|(sector, &tau)| sector.term(tau));
         let terms = terms.collect::<Result<Vec<_>, _>>()?;
         let (a, c) = (exact(plant.a())?, exact(plant.c())?);
-        let verdict = sector_decrease(&a, &exact(l)?, &c, &exact(&self.p)?, rate, &terms)?;
-        let statement = format!(
-            "[F'P + PF{} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC",
-            decay_term(rate, "P")
-        );
-        Ok(Certificate { facts: vec![Fact::positive("P", &self.p)?, Fact { statement, verdict }], deployed: None })
+        Certificate::of([SectorObserver { a, c, terms, l: exact(l)?, p: exact(&self.p)?, rate }])
     }
 }
 

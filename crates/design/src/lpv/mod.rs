@@ -24,28 +24,41 @@ mod polytope;
 
 use core::fmt;
 
-use luenberger_linalg::{lambda_max, lambda_min, spectral_abscissa};
+use luenberger_linalg::{lambda_max, spectral_abscissa};
 use luenberger_lmi::{Infeasibility, Problem, Solution, greatest_parameter, he};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
-use luenberger_proof::Verdict;
+use luenberger_proof::certificate::{Certificate, Certified, Fact, JacobianPolytope, Vertex as Corner};
+use luenberger_proof::statement::overshoot_bound;
+use luenberger_proof::wording::{at_least, at_most};
+use luenberger_proof::{ProofError, Verdict};
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
 pub use obstacle::{Conflict, HiddenMode};
 pub use polytope::{MAX_VARYING, Polytope, VaryingEntries, Vertex};
 
-use crate::certificate::{Certificate, Fact};
+use crate::certificate::exact;
 use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
-use crate::number::{decay, significant};
+use crate::number::decay;
 use crate::robust::greatest_rate;
 
 /// The relative width to which [`LpvDesign::certify`] finds the greatest rate.
 const RELATIVE_RATE: f64 = 1e-3;
 
+impl<S, N: Dim, M: Dim, P: Dim> Certified for LpvDesign<S, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+}
+
 /// A nonlinear Luenberger observer with the proof of its rate on a box.
+#[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct LpvDesign<S, N: Dim, M: Dim, P: Dim>
 where
@@ -57,6 +70,8 @@ where
     pub p: DMatrix<f64>,
     /// The rate that (1) is stated with.
     pub rate: f64,
+    /// An upper bound of `sqrt(cond P)` in (2); infinite if the certificate is not proved.
+    pub overshoot: f64,
     /// The vertices, and the enclosure that they cover.
     pub polytope: Polytope,
     /// For each vertex the greatest rate that this P and L give it, in floating point.
@@ -171,18 +186,18 @@ where
         stopped: Option<(f64, Box<DesignError>)>,
     ) -> Result<Self, DesignError> {
         let Gain { l, p } = gain;
-        let mut facts = vec![Fact::positive("P", &p)?];
         let mut vertex_rates = Vec::with_capacity(polytope.vertices.len());
-        for (k, vertex) in polytope.vertices.iter().enumerate() {
-            facts.push(Fact::decay_around(
-                &format!(" at vertex {} ({vertex})", k + 1),
-                &polytope.around(k),
-                &l,
-                &p,
-                rate,
-            )?);
+        for vertex in &polytope.vertices {
             vertex_rates.push(rate_at(&(&vertex.a - &l * &vertex.c), &p)?);
         }
+        let corners = (0..polytope.vertices.len()).map(|k| {
+            let (a, c) = polytope.around(k);
+            Corner::within(&a, &c)
+        });
+        let vertices = corners.collect::<Result<_, ProofError>>()?;
+        let theorem = JacobianPolytope { vertices, l: exact(&l)?, p: exact(&p)?, rate };
+        let certificate = Certificate::of([theorem])?;
+        let overshoot = if certificate.is_proved() { overshoot_bound(&exact(&p)?)? } else { f64::INFINITY };
         let limiting =
             (0..vertex_rates.len()).min_by(|&i, &j| vertex_rates[i].total_cmp(&vertex_rates[j])).unwrap_or(0);
         let size = Plant::<f64>::dimensions(&plant);
@@ -191,8 +206,8 @@ where
                 l[(i, j)]
             });
         let observer = NonlinearLuenbergerObserver::new(plant, l)?;
-        let certificate = Certificate { facts, deployed: None };
-        Ok(Self { observer, p, rate, polytope, vertex_rates, limiting, stopped, region: region.clone(), certificate })
+        let region = region.clone();
+        Ok(Self { observer, p, rate, overshoot, polytope, vertex_rates, limiting, stopped, region, certificate })
     }
 }
 
@@ -200,15 +215,6 @@ impl<S, N: Dim, M: Dim, P: Dim> LpvDesign<S, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    /// `sqrt(cond P)` of the bound (2), to rounding.
-    pub fn overshoot(&self) -> f64 {
-        // P was proved positive definite, so that both exist.
-        match (lambda_max(&self.p), lambda_min(&self.p)) {
-            (Ok(largest), Ok(smallest)) if smallest > 0.0 => (largest / smallest).sqrt(),
-            _ => f64::INFINITY,
-        }
-    }
-
     /// How far each component of the error can ever be from 0 when it starts at `e0` (n entries): `|e_i(t)| <= sqrt((P^-1)_ii e0'P e0)`, to rounding; none
     /// for another length.
     ///
@@ -221,13 +227,18 @@ where
         })
     }
 
+    /// The vertices by what varies in them, for [`Fact::inequality_naming`].
+    pub fn vertex_names(&self) -> Vec<String> {
+        self.polytope.vertices.iter().map(ToString::to_string).collect()
+    }
+
     /// What a proved certificate says, with its hypothesis.
     pub fn statement(&self) -> String {
         let hypothesis = match self.region.to_string().as_str() {
             "everywhere" => "From every x(0) and xhat(0)".to_owned(),
             bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
         };
-        let overshoot = significant(self.overshoot(), 5);
+        let overshoot = at_most(self.overshoot, 5);
         format!("{hypothesis}, |x(t) - xhat(t)| <= {overshoot} |x(0) - xhat(0)| {}.", decay(self.rate))
     }
 }
@@ -247,17 +258,29 @@ where
             writeln!(f, "Nothing was proved at the rate {rate:.6}: {why}.")?;
         }
         // Of many vertices, those that matter: what is not proved, and the least margin.
-        let least = |fact: &&Fact| fact.verdict.margin().unwrap_or(f64::NEG_INFINITY);
-        match self.certificate.facts.split_first() {
-            Some((positive, vertices)) if vertices.len() > 8 => {
-                writeln!(f, "{positive}")?;
-                let proved = vertices.iter().filter(|fact| fact.verdict.is_proved()).count();
-                writeln!(f, "{proved} of the {} inequalities at the vertices are proved. The least:", vertices.len())?;
-                let least = vertices.iter().min_by(|x, y| least(x).total_cmp(&least(y)));
-                least.map_or(Ok(()), |fact| writeln!(f, "{fact}"))
-            }
-            _ => write!(f, "{}", self.certificate),
+        let least = |fact: &Fact| fact.verdict.margin().unwrap_or(f64::NEG_INFINITY);
+        let (vertices, others): (Vec<&Fact>, Vec<&Fact>) =
+            self.certificate.facts().partition(|fact| fact.vertex.is_some());
+        for fact in others {
+            writeln!(f, "{:<9}  {fact}", fact.verdict.word())?;
         }
+        let names = self.vertex_names();
+        let mut line = |fact: &Fact| {
+            let margin =
+                fact.verdict.margin().map_or_else(String::new, |margin| format!(", margin >= {}", at_least(margin, 4)));
+            writeln!(f, "{:<9}  {}{margin}", fact.verdict.word(), fact.inequality_naming(&names))
+        };
+        if vertices.len() <= 8 {
+            return vertices.into_iter().try_for_each(line);
+        }
+        let proved = vertices.iter().filter(|fact| fact.verdict.is_proved()).count();
+        let least = vertices.iter().min_by(|x, y| least(x).total_cmp(&least(y)));
+        least.map_or(Ok(()), |fact| line(fact))?;
+        writeln!(
+            f,
+            "This is the least of {} inequalities at the vertices, of which {proved} are proved.",
+            vertices.len()
+        )
     }
 }
 

@@ -15,20 +15,23 @@
 use luenberger_lmi::{Problem, he};
 use luenberger_observers::mean_value::{MappedObserver, Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, InCoordinates, Plant, Size};
-use luenberger_proof::statement::{cascade_decrease, decay_rate};
+use luenberger_proof::certificate::{self, Certificate};
+use luenberger_proof::statement::cascade_decrease;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U2};
 
-use crate::certificate::{Certificate, Fact, decay_term, exact};
+use crate::certificate::{certified, exact};
 use crate::check;
 use crate::error::DesignError;
-use crate::number::{decay, shortest};
 
 /// The printed observer in other coordinates, its estimate in the plant's own.
 pub type PrintedInCoordinates<S, D, N, M, P> =
     MappedObserver<MeanValueObserver<InCoordinates<S, f64, N>, D, f64, N, M, P>, f64, N>;
 
+certified!(ContractingCoordinates);
+
 /// Coordinates `(x_m, x_u - K x_m)` in which the printed observer converges, with their evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct ContractingCoordinates {
     /// K, (n - p) x p.
@@ -136,36 +139,15 @@ impl ContractingCoordinates {
         let alpha = least_alpha(vertices, &k);
         // alpha is a sum of a few rounded products.
         let eta = (injection / alpha * (1.0 + 1e-9)).max(0.5f64.next_up());
-        let certificate = Self::facts(vertices, &k, &q, injection, rate)?;
+        let theorem = certificate::ContractingCoordinates {
+            vertices: vertices.iter().map(exact).collect::<Result<_, _>>()?,
+            k: exact(&k)?,
+            q: exact(&q)?,
+            injection,
+            rate,
+        };
+        let certificate = Certificate::of([theorem])?;
         Ok(Self { k, q, rate, vertices: vertices.to_vec(), injection, eta, certificate })
-    }
-
-    fn facts(
-        vertices: &[DMatrix<f64>],
-        k: &DMatrix<f64>,
-        q: &DMatrix<f64>,
-        injection: f64,
-        rate: f64,
-    ) -> Result<Certificate, DesignError> {
-        let (m, p) = k.shape();
-        let mut facts = vec![Fact::positive("Q", q)?];
-        for (number, vertex) in vertices.iter().enumerate() {
-            let (uu, mu) = (vertex.view((p, p), (m, m)).into_owned(), vertex.view((0, p), (p, m)).into_owned());
-            facts.push(Fact {
-                statement: format!("He(Q(J_uu - K J_mu)){} < 0 at vertex {}", decay_term(rate, "Q"), number + 1),
-                verdict: decay_rate(&exact(&uu)?, &exact(k)?, &exact(&mu)?, &exact(q)?, rate)?,
-            });
-            facts.push(Fact {
-                statement: format!(
-                    "|d_m|^2 + d_w'Q d_w falls faster than {} with the injection {} at vertex {}",
-                    decay(2.0 * rate),
-                    shortest(injection),
-                    number + 1
-                ),
-                verdict: cascade_decrease(&exact(vertex)?, &exact(k)?, &exact(q)?, injection, rate)?,
-            });
-        }
-        Ok(Certificate { facts, deployed: None })
     }
 
     /// `T = [I 0; K I]`, `x = T (x_m, w)`.

@@ -3,17 +3,23 @@
 //! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean Jacobian between z and x. Where every such
 //! Jacobian lies in a polytope and one P serves all its vertices, `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
 
-use luenberger_linalg::lambda_max;
+use luenberger_lmi::Problem;
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, DynamicPlant, Size};
+use luenberger_proof::ProofError;
+use luenberger_proof::certificate::{Certificate, JacobianPolytope, Vertex};
+use luenberger_proof::statement::overshoot_bound;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
-use crate::certificate::{Certificate, decay_at};
+use crate::certificate::{certified, exact};
 use crate::check;
 use crate::error::DesignError;
-use crate::robust::PolytopicDesign;
+use crate::gain_lmi::{self, Gain};
+
+certified!(RepairedDesign);
 
 /// A gain for the repaired observer, with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct RepairedDesign {
     /// The gain L, n x p.
@@ -50,23 +56,24 @@ impl RepairedDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`PolytopicDesign::new`]'s; [`DesignError::NoVertices`].
+    /// [`PolytopicDesign::new`](crate::robust::PolytopicDesign::new)'s; [`DesignError::NoVertices`].
     pub fn new(vertices: &[DMatrix<f64>], outputs: usize, rate: f64) -> Result<Self, DesignError> {
         let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
         let nominal = DynamicPlant::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
-        let mut design = PolytopicDesign::new(&nominal, rest, rate)?;
-        // P > 0, then the nominal plant, which here is the first vertex, then the others.
-        for (number, fact) in design.certificate.facts.iter_mut().enumerate().skip(1) {
-            fact.statement = decay_at(&format!(" at vertex {number}"), rate);
-        }
-        let p = design.nominal.p;
-        let proved = if design.certificate.is_proved() { design.certificate.facts[0].verdict.margin() } else { None };
-        // The largest eigenvalue is known to a few roundings of |P|; the smallest is not below the margin of `P > 0`.
-        let largest = lambda_max(&p)? + 8.0 * n as f64 * f64::EPSILON * p.norm();
-        let overshoot = proved.map_or(f64::INFINITY, |smallest| (largest / smallest).sqrt());
-        let (l, vertices) = (design.nominal.observer.l, vertices.to_vec());
-        Ok(Self { l, p, rate, vertices, overshoot, certificate: design.certificate })
+        let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
+        let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new())?;
+        let Gain { l, p } = gain;
+        let c = exact(&nominal.c)?;
+        let theorem = JacobianPolytope {
+            vertices: all.iter().map(|a| Vertex::exactly(&exact(a)?, &c)).collect::<Result<_, ProofError>>()?,
+            l: exact(&l)?,
+            p: exact(&p)?,
+            rate,
+        };
+        let certificate = Certificate::of([theorem])?;
+        let overshoot = if certificate.is_proved() { overshoot_bound(&exact(&p)?)? } else { f64::INFINITY };
+        Ok(Self { l, p, rate, vertices: all, overshoot, certificate })
     }
 
     /// `sqrt(cond P) exp(-rate t) |d(0)|`, which `|x - z|` never exceeds.

@@ -9,13 +9,18 @@
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::{Expression, Problem, greatest_parameter, he};
 use luenberger_plants::DynamicPlant;
+use luenberger_proof::certificate::Certificate;
 use nalgebra::DMatrix;
 
-use crate::certificate::{self, Certificate, Fact};
+use crate::certificate::certified;
 use crate::check;
+use crate::cubic;
 use crate::error::{DesignError, Obstruction};
 
+certified!(GainCertificate);
+
 /// A P (and S) for gains that came without one, with what is proved of them.
+#[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainCertificate {
     /// The plant that it is about: with `A + margin I` as rounded, where a margin was asked for.
@@ -190,11 +195,10 @@ impl<'a> Family<'a> {
         let mut shifted = self.plant.clone();
         shifted.a += DMatrix::identity(n, n) * eps;
         let theta = DMatrix::identity(outputs, outputs);
-        let facts =
-            vec![Fact::positive("P", &p)?, Fact::decay("", (&shifted.a, c), self.l, &p, 0.0)?, Fact::accretive(&s)?];
-        let deployed = certificate::deployed(&shifted, (self.l, self.n_gain, &theta), &p, &s)?;
+        let theorem = cubic::theorem((&shifted.a, &shifted.b, c), (self.l, self.n_gain, &theta), (&p, &s), 0.0)?;
+        let certificate = theorem.certify()?;
         let (l, n) = (self.l.clone(), self.n_gain.clone());
-        Ok(GainCertificate { plant: shifted, l, n, p, s, certificate: Certificate { facts, deployed: Some(deployed) } })
+        Ok(GainCertificate { plant: shifted, l, n, p, s, certificate })
     }
 }
 

@@ -6,14 +6,19 @@
 
 use luenberger_lmi::Problem;
 use luenberger_plants::DynamicPlant;
+use luenberger_proof::ProofError;
+use luenberger_proof::certificate::{Certificate, PlantPolytope, Vertex};
 use nalgebra::DMatrix;
 
-use crate::certificate::{Certificate, Fact};
+use crate::certificate::{certified, exact};
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
 use crate::{check, gain_lmi};
 
+certified!(PolytopicDesign);
+
 /// A gain for every plant of a polytope, with its evidence.
+#[readonly::make]
 #[derive(Debug, Clone)]
 pub struct PolytopicDesign {
     /// The observer of the nominal plant, with the common gain and P: build the cubic observer on it with
@@ -21,7 +26,7 @@ pub struct PolytopicDesign {
     pub nominal: LinearDesign,
     /// The other state matrices that the gain serves.
     pub vertices: Vec<DMatrix<f64>>,
-    /// `P > 0` and the decrease at every vertex.
+    /// `P > 0` and the decrease at every vertex, of which the nominal plant is the first.
     pub certificate: Certificate,
 }
 
@@ -42,11 +47,13 @@ impl PolytopicDesign {
         let all: Vec<_> = std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned()).collect();
         let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new())?;
         let nominal = LinearDesign::with_lyapunov_matrix(nominal, gain, rate)?;
-        let mut facts = nominal.certificate.facts.clone();
-        for (k, a) in vertices.iter().enumerate() {
-            let vertex = format!(" at vertex {}", k + 1);
-            facts.push(Fact::decay(&vertex, (a, &nominal.observer.c), &nominal.observer.l, &nominal.p, rate)?);
-        }
-        Ok(Self { nominal, vertices: vertices.to_vec(), certificate: Certificate { facts, deployed: None } })
+        let c = exact(&nominal.observer.c)?;
+        let theorem = PlantPolytope {
+            vertices: all.iter().map(|a| Vertex::exactly(&exact(a)?, &c)).collect::<Result<_, ProofError>>()?,
+            l: exact(&nominal.observer.l)?,
+            p: exact(&nominal.p)?,
+            rate,
+        };
+        Ok(Self { certificate: Certificate::of([theorem])?, nominal, vertices: vertices.to_vec() })
     }
 }

@@ -228,6 +228,9 @@ pub enum Rejection {
     /// The text is no certificate.
     #[error("{0}")]
     File(#[from] FileError),
+    /// A design claims no theorem, so that there is nothing to write.
+    #[error("no theorem is claimed")]
+    Nothing,
     /// The content is not what was sealed.
     #[error("line {line}, sha256: the digest of the content is {computed}, and the file says {found}")]
     Digest {

@@ -23,6 +23,7 @@
 //! ```
 
 mod error;
+mod evidence;
 mod fields;
 mod json;
 mod number;
@@ -35,8 +36,10 @@ use sha2::{Digest, Sha256};
 
 use crate::definite::Direction;
 use crate::verdict::Verdict;
+use crate::wording::at_least;
 
 pub use error::{Fault, FileError, Rejection};
+pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
 pub use json::{DEEPEST, LARGEST_FILE};
 pub use number::{Datum, LONGEST_NUMBER, Number, NumberError};
@@ -50,7 +53,7 @@ use write::Out;
 pub const FORMAT: &str = "luenberger-certificate";
 
 /// The version of the format that this crate reads and writes.
-pub const VERSION: usize = 1;
+pub const VERSION: usize = 2;
 
 /// A margin that a file claims for one inequality of its theorem.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,20 +69,42 @@ pub struct Claim {
 pub struct Fact {
     /// The inequality, as the theory writes it.
     pub inequality: String,
+    /// The vertex at which it is stated, from 0, where the theorem has a list of them.
+    pub vertex: Option<usize>,
     /// Proved, refuted or undecided. A margin of 0 is that of an equation, or of a statement that has no room or no measure of it.
     pub verdict: Verdict<Witness>,
 }
 
 impl Fact {
     pub(crate) fn new(inequality: impl Into<String>, verdict: Verdict<Direction>) -> Self {
-        Self { inequality: inequality.into(), verdict: verdict.map_witness(Witness::Direction) }
+        Self::stated(inequality, verdict.map_witness(Witness::Direction))
+    }
+
+    pub(crate) fn stated(inequality: impl Into<String>, verdict: Verdict<Witness>) -> Self {
+        Self { inequality: inequality.into(), vertex: None, verdict }
+    }
+
+    /// The inequality at a vertex, which is counted from 1 in words.
+    pub(crate) fn at_vertex(inequality: &str, vertex: usize, verdict: Verdict<Direction>) -> Self {
+        let fact = Self::new(format!("{inequality} at vertex {}", vertex + 1), verdict);
+        Self { vertex: Some(vertex), ..fact }
+    }
+
+    /// The inequality, with the name of its vertex behind it where `vertices` has one.
+    pub fn inequality_naming(&self, vertices: &[String]) -> String {
+        match self.vertex.and_then(|k| vertices.get(k)) {
+            Some(name) => format!("{} ({name})", self.inequality),
+            None => self.inequality.clone(),
+        }
     }
 }
 
 impl fmt::Display for Fact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.verdict {
-            Verdict::Proved { margin } if *margin > 0.0 => write!(f, "{}, margin {margin:.6e}", self.inequality),
+            Verdict::Proved { margin } if *margin > 0.0 => {
+                write!(f, "{}, margin >= {}", self.inequality, at_least(*margin, 7))
+            }
             Verdict::Proved { .. } => f.write_str(&self.inequality),
             Verdict::Refuted { witness } => write!(f, "{} is false: {witness}", self.inequality),
             Verdict::Undecided { why, .. } => write!(f, "{} is not proved: {why}", self.inequality),
@@ -181,17 +206,7 @@ impl CertificateFile {
     /// # Errors
     /// [`Rejection::NotProved`] names the inequality that fails; [`Rejection::File`] what the data lack.
     pub fn prove(title: &str, theorem: impl Into<Theorem>) -> Result<Self, Rejection> {
-        // Written and read first, so that what is proved is what a reader will have: shapes checked, -0 as 0.
-        let draft = Self::written(title, &theorem.into(), &[])?;
-        let facts = draft.theorem.facts()?;
-        let mut claims = Vec::with_capacity(facts.len());
-        for Fact { inequality, verdict } in facts {
-            match verdict.margin().and_then(Number::from_f64) {
-                Some(margin) => claims.push(Claim { inequality, margin }),
-                None => return Err(Rejection::NotProved { inequality, verdict: Box::new(verdict) }),
-            }
-        }
-        Ok(Self::written(title, &draft.theorem, &claims)?)
+        Certificate::of([theorem])?.file(title)
     }
 
     fn written(title: &str, theorem: &Theorem, claims: &[Claim]) -> Result<Self, FileError> {

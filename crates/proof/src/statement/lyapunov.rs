@@ -199,9 +199,28 @@ pub(super) fn stable_by(
     })
 }
 
+/// An upper bound of `sqrt(cond P)`: with `V = e'Pe <= exp(-2 rate t) V(0)`, `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`. Infinite where `P > 0` is not proved.
+///
+/// # Errors
+/// [`ProofError`] for a `P` that is not square, symmetric and finite.
+/// ```
+/// use luenberger_proof::{Matrix, statement::overshoot_bound};
+/// let bound = overshoot_bound(&Matrix::from_rows([[9.0, 0.0], [0.0, 1.0]]))?;
+/// assert!(bound >= 3.0 && bound < 3.0 + 1e-7);
+/// # Ok::<(), luenberger_proof::ProofError>(())
+/// ```
+pub fn overshoot_bound(p: &Matrix<f64>) -> Result<f64, ProofError> {
+    Ok(match positive(p)? {
+        Verdict::Proved { margin } if margin > 0.0 => {
+            (largest_eigenvalue_bound(p) / margin).next_up().sqrt().next_up().max(1.0)
+        }
+        _ => f64::INFINITY,
+    })
+}
+
 /// An upper bound of the largest eigenvalue of a symmetric matrix, tight to about 1e-9 where a proof of that can be had:
 /// the largest sum of absolute values of a row is always one.
-pub(super) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
+pub(crate) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
     let n = p.rows();
     let mut bound = 0.0_f64;
     for i in 0..n {

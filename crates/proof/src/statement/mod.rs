@@ -25,7 +25,10 @@ pub use deployed::{
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
-pub use lyapunov::{decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, positive, stein_decrease};
+pub(crate) use lyapunov::largest_eigenvalue_bound;
+pub use lyapunov::{
+    decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive, stein_decrease,
+};
 pub use sector::{SectorTerm, sector_decrease};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 

@@ -9,7 +9,6 @@ use luenberger_linalg::{lambda_max, lqr};
 use luenberger_observers::Observer;
 use luenberger_plants::DynamicPlant;
 use luenberger_proof::Verdict;
-use luenberger_proof::statement::Reach;
 use luenberger_sim::{Integrand, Scenario, metrics};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
@@ -152,7 +151,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
             if let Verdict::Refuted { witness: direction } = &conditions.strict {
                 witness = direction.to_string();
             }
-            verdicts.push(truth(&[conditions.strict]));
+            verdicts.push(truth(std::slice::from_ref(&conditions.strict)));
         }
     }
     Ok(Outcome::new(Evidence::cases(verdicts)).note(seeded(&format!(
@@ -173,12 +172,8 @@ fn truth<W>(verdicts: &[Verdict<W>]) -> Option<bool> {
 
 /// Whether every fact is proved, and the gains as stored converge from everywhere.
 fn certified(certificate: &Certificate) -> Option<bool> {
-    let verdicts: Vec<_> = certificate.facts.iter().map(|fact| fact.verdict.clone()).collect();
-    match (truth(&verdicts), certificate.deployed.as_ref().map(|deployed| &deployed.reach)) {
-        (Some(true), Some(Reach::Everywhere { .. })) => Some(true),
-        (Some(true), _) => None,
-        (other, _) => other,
-    }
+    let verdicts: Vec<_> = certificate.facts().map(|fact| fact.verdict.clone()).collect();
+    truth(&verdicts).filter(|holds| !holds || certificate.converges_from_everywhere())
 }
 
 /// One cubic observer for each size up to 5 and each number of outputs.

@@ -60,7 +60,7 @@ pub(super) fn design(model: &Model, wish: &KklWish, cancel: &AtomicBool) -> Resu
         } else {
             Kkl::Two(Box::new(design.interpolated))
         };
-        return Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, proof: None });
+        return Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, certificate: None });
     }
     let (design, report) = of_size::<3, 4>(model, wish, cancel)?;
     let kkl = if wish.embedded {
@@ -68,7 +68,7 @@ pub(super) fn design(model: &Model, wish: &KklWish, cancel: &AtomicBool) -> Resu
     } else {
         Kkl::Three(Box::new(design.interpolated))
     };
-    Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, proof: None })
+    Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, certificate: None })
 }
 
 type Design<const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z>;

@@ -7,7 +7,7 @@ use luenberger_plants::DynamicPlant;
 use nalgebra::DMatrix;
 
 use super::runnable::Runnable;
-use super::{Designed, Proof, facts, matrix, number, poles, reach, verdict};
+use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
 use crate::study::LinearWish;
 
@@ -30,14 +30,14 @@ pub(super) fn luenberger(plant: &DynamicPlant, wish: &LinearWish) -> Result<Desi
         matrices: vec![matrix("L", &design.observer.l), matrix("P", &design.p), matrix("Q", &design.q)],
         poles: poles(&design.poles),
         numbers: vec![number("decay rate", rate)],
-        facts: facts(&design.certificate),
+        facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
     };
     Ok(Designed {
         runnable: Runnable::Linear(Box::new(design.observer.clone())),
         report,
-        proof: Some(Proof::Linear(Box::new(design))),
+        certificate: Some(design.certificate.clone()),
     })
 }
 
@@ -49,7 +49,7 @@ pub(super) fn cubic(
 ) -> Result<Designed, DesignError> {
     let linear = of(plant, wish)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
-    let reach = reach(design.certificate.deployed.as_ref());
+    let reach = reach(&design.certificate);
     let report = DesignReport {
         statement: format!(
             "V = e'Pe decreases at least as fast as without the cubic term, whatever the error. {reach}"
@@ -64,14 +64,14 @@ pub(super) fn cubic(
         ],
         poles: poles(&linear.poles),
         numbers: vec![number("decay rate of small errors", -spectral_abscissa(&design.error_matrix())?)],
-        facts: facts(&design.certificate),
+        facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
     };
     Ok(Designed {
         runnable: Runnable::Cubic(Box::new(design.observer.clone())),
         report,
-        proof: Some(Proof::Cubic(Box::new(design))),
+        certificate: Some(design.certificate.clone()),
     })
 }
 
@@ -92,13 +92,13 @@ pub(super) fn sampled(
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),
         numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
-        facts: facts(&design.certificate),
+        facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
     };
     Ok(Designed {
         runnable: Runnable::SampledCubic(Box::new(design.observer.clone())),
         report,
-        proof: Some(Proof::SampledCubic(Box::new(design))),
+        certificate: Some(design.certificate.clone()),
     })
 }

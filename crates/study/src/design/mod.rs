@@ -13,15 +13,12 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_design::number::significant;
 use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{
-    Certificate, CubicDesign, DesignError, Fact, LinearDesign, LipschitzDesign, LpvDesign, RepairedDesign,
-    SampledCubicDesign,
-};
+use luenberger_design::{Certificate, DesignError, Fact, ProvedTheorem};
 use luenberger_proof::Verdict;
-use luenberger_proof::statement::{DeployedCubic, Reach};
-use nalgebra::{Complex, DMatrix, Dyn};
+use luenberger_proof::certificate::Theorem;
+use luenberger_proof::wording::at_least;
+use nalgebra::{Complex, DMatrix};
 
-use crate::model::Model;
 use crate::names::in_names;
 use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
 use crate::study::{ObserverKind, ObserverWish, Study};
@@ -33,43 +30,8 @@ pub struct Designed {
     pub runnable: Runnable,
     /// Its design in numbers and words.
     pub report: DesignReport,
-    /// The design that a proof stands behind; none for observers whose evidence is measured, or who have none.
-    pub proof: Option<Proof>,
-}
-
-/// A design with a proof.
-#[derive(Debug, Clone)]
-pub enum Proof {
-    /// A linear observer.
-    Linear(Box<LinearDesign>),
-    /// A cubic one.
-    Cubic(Box<CubicDesign>),
-    /// A sampled cubic one.
-    SampledCubic(Box<SampledCubicDesign>),
-    /// One gain for all Jacobians over a box.
-    Lpv(Box<LpvDesign<Model, Dyn, Dyn, Dyn>>),
-    /// One gain for all nonlinearities within sectors.
-    Lipschitz(Box<LipschitzDesign>),
-    /// The repaired mean-value-theorem observer.
-    MeanValue(Box<RepairedDesign>),
-}
-
-impl Proof {
-    /// The certificate as a file that `luenberger-verify` checks without this program.
-    ///
-    /// # Errors
-    /// [`DesignError::CertificateFile`] names the inequality that is not proved.
-    pub fn file(&self, title: &str) -> Result<String, DesignError> {
-        let file = match self {
-            Self::Linear(design) => design.certificate_file(title),
-            Self::Cubic(design) => design.certificate_file(title),
-            Self::SampledCubic(design) => design.certificate_file(title),
-            Self::Lpv(design) => design.certificate_file(title),
-            Self::Lipschitz(design) => design.certificate_file(title),
-            Self::MeanValue(design) => design.certificate_file(title),
-        };
-        Ok(file?.to_json())
-    }
+    /// What is proved of the design; none for observers whose evidence is measured, or who have none.
+    pub certificate: Option<Certificate>,
 }
 
 /// Why an observer has no design.
@@ -154,26 +116,23 @@ fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
 }
 
 /// The facts of a certificate, each with its verdict in words.
-fn facts(certificate: &Certificate) -> Vec<FactReport> {
-    certificate.facts.iter().map(fact).collect()
+fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
+    certificate.facts().map(|each| fact(each, vertices)).collect()
 }
 
-fn fact(fact: &Fact) -> FactReport {
+fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
     let words = match &fact.verdict {
         Verdict::Proved { margin } if *margin > 0.0 => {
-            format!(
-                "proved, with the margin {}: rounding errors included, that much could be taken away",
-                significant(*margin, 4)
-            )
+            format!("verified, margin >= {}", at_least(*margin, 4))
         }
-        Verdict::Proved { .. } => "proved, with no room: it holds with equality somewhere".to_owned(),
+        Verdict::Proved { .. } => "verified, without margin".to_owned(),
         Verdict::Refuted { witness } => format!("false: {witness}"),
         Verdict::Undecided { why, best } => {
             format!("open: {why} (floating point sees a margin of {})", significant(*best, 4))
         }
     };
     FactReport {
-        statement: fact.statement.clone(),
+        statement: fact.inequality_naming(vertices),
         verdict: fact.verdict.word().to_lowercase(),
         margin: fact.verdict.margin(),
         words,
@@ -181,10 +140,9 @@ fn fact(fact: &Fact) -> FactReport {
 }
 
 fn verdict(certificate: &Certificate) -> String {
-    let refuted = certificate.facts.iter().any(|fact| fact.verdict.is_refuted());
     let word = if certificate.is_proved() {
         "proved"
-    } else if refuted {
+    } else if certificate.is_refuted() {
         "refuted"
     } else {
         "undecided"
@@ -193,15 +151,16 @@ fn verdict(certificate: &Certificate) -> String {
 }
 
 /// From which errors the cubic observer converges with its gains as stored.
-fn reach(deployed: Option<&DeployedCubic>) -> String {
-    match deployed.map(|deployed| &deployed.reach) {
-        Some(Reach::Everywhere { .. }) => {
-            "With its gains exactly as stored it converges from every first error.".to_owned()
-        }
-        Some(Reach::Within(ellipsoid)) => format!(
+fn reach(certificate: &Certificate) -> String {
+    if certificate.converges_from_everywhere() {
+        return "With its gains exactly as stored it converges from every first error.".to_owned();
+    }
+    let theorems = certificate.theorems().iter().map(ProvedTheorem::theorem);
+    match theorems.filter_map(|theorem| if let Theorem::CubicObserver(x) = theorem { Some(x.ball()) } else { None }).next() {
+        Some(ball) => format!(
             "With its gains exactly as stored it converges from every first error of a norm below {}.",
-            significant(ellipsoid.ball, 5)
+            at_least(ball, 5)
         ),
-        Some(Reach::Unproved) | None => "For its gains as stored nothing is proved.".to_owned(),
+        None => "For its gains as stored nothing is proved.".to_owned(),
     }
 }

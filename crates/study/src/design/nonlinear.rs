@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
 use super::runnable::{Chains, Runnable};
-use super::{Designed, Proof, facts, matrix, number, verdict};
+use super::{Designed, facts, matrix, number, verdict};
 use crate::model::Model;
 use crate::results::DesignReport;
 use crate::study::{RateWish, Study};
@@ -31,15 +31,15 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateWish) -> Result<Des
         poles: Vec::new(),
         numbers: vec![
             number("rate", design.rate),
-            number("overshoot", design.overshoot()),
+            number("overshoot", design.overshoot),
             number("vertices", design.polytope.vertices.len() as f64),
         ],
-        facts: facts(&design.certificate),
+        facts: facts(&design.certificate, &design.vertex_names()),
         verdict: verdict(&design.certificate),
         evidence,
     };
     let runnable = Runnable::Copy(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, proof: Some(Proof::Lpv(Box::new(design))) })
+    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
 }
 
 /// A, C and the sectors of a plant.
@@ -113,7 +113,7 @@ pub(super) fn lipschitz(
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
         numbers: vec![number("rate", design.rate), number("sectors", count as f64)],
-        facts: facts(&design.certificate),
+        facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
     };
@@ -121,7 +121,7 @@ pub(super) fn lipschitz(
     Ok(Designed {
         runnable: Runnable::Copy(Box::new(observer)),
         report,
-        proof: Some(Proof::Lipschitz(Box::new(design))),
+        certificate: Some(design.certificate.clone()),
     })
 }
 
@@ -134,11 +134,8 @@ pub(super) fn mean_value(
 ) -> Result<Designed, DesignError> {
     let polytope = Polytope::new(enclose(model, region)?)?;
     let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
-    let mut design = RepairedDesign::new(&vertices, model.size().outputs, rate)?;
-    // P > 0, then one inequality for each vertex: which one it is.
-    for (fact, vertex) in design.certificate.facts.iter_mut().skip(1).zip(&polytope.vertices) {
-        fact.statement = format!("{} ({vertex})", fact.statement);
-    }
+    let design = RepairedDesign::new(&vertices, model.size().outputs, rate)?;
+    let names: Vec<String> = polytope.vertices.iter().map(ToString::to_string).collect();
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
     let hypothesis = match region.to_string().as_str() {
         "everywhere" => ", from every x(0) and z(0)".to_owned(),
@@ -158,12 +155,12 @@ pub(super) fn mean_value(
             number("eta", eta),
             number("vertices", vertices.len() as f64),
         ],
-        facts: facts(&design.certificate),
+        facts: facts(&design.certificate, &names),
         verdict: verdict(&design.certificate),
         evidence: None,
     };
     let runnable = Runnable::MeanValue(Box::new(observer));
-    Ok(Designed { runnable, report, proof: Some(Proof::MeanValue(Box::new(design))) })
+    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
 }
 
 pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, DesignError> {
@@ -183,7 +180,7 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
                 .to_owned(),
         ),
     };
-    Ok(Designed { runnable: Runnable::HighGain(Box::new(observer)), report, proof: None })
+    Ok(Designed { runnable: Runnable::HighGain(Box::new(observer)), report, certificate: None })
 }
 
 pub(super) fn extended_kalman(
@@ -203,5 +200,5 @@ pub(super) fn extended_kalman(
         verdict: "none".to_owned(),
         evidence: Some("it converges from small errors, and nothing is promised from large ones".to_owned()),
     };
-    Ok(Designed { runnable: Runnable::ExtendedKalman(Box::new(filter)), report, proof: None })
+    Ok(Designed { runnable: Runnable::ExtendedKalman(Box::new(filter)), report, certificate: None })
 }

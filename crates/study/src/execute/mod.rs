@@ -269,9 +269,9 @@ fn described(wish: &ObserverWish, outcome: &Outcome) -> ObserverReport {
 
 /// The certificate of an observer, if it has one, as a file; or why its proof makes none.
 fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Option<String>, StudyError> {
-    match designed.proof.as_ref().map(|proof| proof.file(name)) {
+    match designed.certificate.as_ref().map(|certificate| certificate.file(name)) {
         Some(Ok(file)) => {
-            folder.write(&format!("certificates/{}.json", file_name(name)), file.as_bytes()).map(|()| None)
+            folder.write(&format!("certificates/{}.json", file_name(name)), file.to_json().as_bytes()).map(|()| None)
         }
         Some(Err(error)) => Ok(Some(format!("{name} has no certificate file: {error}"))),
         None => Ok(None),

@@ -1,17 +1,24 @@
 //! Coordinates in which the unmeasured states contract, so that an injection into the measured rows is enough.
+//!
+//! **Hypotheses.** `Q > 0`, and at every vertex J, with `T = [I 0; K I]` and `P = [I 0; 0 Q]`,
+//! `He(Q(J_uu - K J_mu)) + 2 rate Q < 0` and `He(P(T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0`.
+//!
+//! **Theorem.** For every J(t) in the convex hull of the vertices and every diagonal `G_m(t) >= g I`, `V = |d_m|^2 + d_w'Q d_w` falls along
+//! `d' = (T^-1 J T - [G_m 0; 0 0])d` faster than `exp(-2 rate t)`.
+//!
+//! **Proof.** The second inequality is linear in J, so that it holds on the hull; the injection enters `V'` as `-2 d_m'G_m d_m <= -2 g |d_m|^2`. The first
+//! inequality is its diagonal block of the unmeasured states, to which no injection contributes. Evaluated by [`cascade_decrease`].
 
 use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, counted, rate_term};
+use super::{Fact, FileError, Statement, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{cascade_decrease, decay_rate, positive};
+use crate::wording::exact;
 
-/// `Q > 0`, and at every vertex J `He(Q(J_uu - K J_mu)) + 2 rate Q < 0` and `He(P(T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `T = [I 0; K I]`, `P = [I 0; 0 Q]`.
-///
-/// The last is linear in J, so that it holds on the convex hull of the vertices; and the injection enters it as `-2 d_m'G_m d_m`, so that what holds for `g I` holds for every
-/// diagonal `G_m >= g I`. Then `V = |d_m|^2 + d_w'Q d_w` falls faster than `exp(-2 rate t)`: see [`cascade_decrease`]. The first is the part of it that no injection can bring about.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContractingCoordinates {
     /// The Jacobians J at the vertices, n x n, measured states first.
@@ -28,6 +35,40 @@ pub struct ContractingCoordinates {
 
 impl Statement for ContractingCoordinates {
     const NAME: &'static str = "contracting-coordinates";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let (unmeasured, measured) = self.k.shape();
+        let mut facts = vec![Fact::new("Q > 0", positive(&self.q)?)];
+        for (number, j) in self.vertices.iter().enumerate() {
+            let n = measured + unmeasured;
+            j.expect_shape("J", (n, n))?;
+            let block = |row: usize, rows: usize| Matrix::from_fn(rows, unmeasured, |i, k| j[(row + i, measured + k)]);
+            let (uu, mu) = (block(measured, unmeasured), block(0, measured));
+            facts.push(Fact::at_vertex(
+                &format!("He(Q(J_uu - K J_mu)){} < 0", rate_term(self.rate, "Q")),
+                number,
+                decay_rate(&uu, &self.k, &mu, &self.q, self.rate)?,
+            ));
+            facts.push(Fact::at_vertex(
+                &format!("He(P(T^-1 J T - [g I 0; 0 0])){} < 0", rate_term(self.rate, "P")),
+                number,
+                cascade_decrease(j, &self.k, &self.q, self.injection, self.rate)?,
+            ));
+        }
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        let (unmeasured, measured) = self.k.shape();
+        format!(
+            "For all matrices J(t) in the convex hull of the {} given, with {} and {}, in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 0])d with a diagonal G_m(t) >= g I, g = {}, obeys: {}, from every d(0). That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing.",
+            self.vertices.len(),
+            counted(measured, "measured state"),
+            counted(unmeasured, "unmeasured state"),
+            exact(self.injection),
+            decay("|d_m|^2 + d_w'Q d_w", "d", self.rate)
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let mut coordinates = file.object("coordinates")?;
@@ -57,37 +98,5 @@ impl Statement for ContractingCoordinates {
             ("observer", Out::Object(vec![("injection", Out::number(self.injection))])),
             ("lyapunov", Out::Object(vec![("Q", Out::matrix(&self.q)), ("rate", Out::number(self.rate))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        let (unmeasured, measured) = self.k.shape();
-        format!(
-            "For all matrices J(t) in the convex hull of the {} given, with {} and {}, in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 0])d with a diagonal G_m(t) >= {:e} I has V = |d_m|^2 + d_w'Q d_w with V(t) <= exp(-2({})t) V(0), and tends to 0 exponentially. That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing.",
-            self.vertices.len(),
-            counted(measured, "measured state"),
-            counted(unmeasured, "unmeasured state"),
-            self.injection,
-            self.rate
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let (unmeasured, measured) = self.k.shape();
-        let mut facts = vec![Fact::new("Q > 0", positive(&self.q)?)];
-        for (number, j) in self.vertices.iter().enumerate() {
-            let n = measured + unmeasured;
-            j.expect_shape("J", (n, n))?;
-            let block = |row: usize, rows: usize| Matrix::from_fn(rows, unmeasured, |i, k| j[(row + i, measured + k)]);
-            let (uu, mu) = (block(measured, unmeasured), block(0, measured));
-            facts.push(Fact::new(
-                format!("He(Q(J_uu - K J_mu)){} < 0 at vertex {}", rate_term(self.rate, "Q"), number + 1),
-                decay_rate(&uu, &self.k, &mu, &self.q, self.rate)?,
-            ));
-            facts.push(Fact::new(
-                format!("He(P(T^-1 J T - [g I 0; 0 0])){} < 0 at vertex {}", rate_term(self.rate, "P"), number + 1),
-                cascade_decrease(j, &self.k, &self.q, self.injection, self.rate)?,
-            ));
-        }
-        Ok(facts)
     }
 }

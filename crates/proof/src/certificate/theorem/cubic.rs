@@ -1,14 +1,24 @@
-//! The cubic observer, with its gains as stored.
+//! The cubic observer in continuous time, with its gains as stored.
+//!
+//! **Hypotheses.** `P > 0`, `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `theta >= 0`, `S + S' >= 0`, and convergence with N as stored (below).
+//!
+//! **Theorem.** The error of `xhat' = A xhat + Bu + L r - (r'theta r) N r`, `r = y - C xhat`, tends to 0 exponentially, from every e(0) or from those with
+//! `e'Pe < level`. With the real matrix `N0 = -P^-1 C'S` in place of N, `V = e'Pe` falls at the rate of the linear observer, from every e(0).
+//!
+//! **Proof.** The error obeys `e' = Fe + (y'theta y) N y`, `y = Ce`. With N0 the cubic term adds `-2 (y'theta y) y'Sy <= 0` to `V'` (Theorem 2 of the paper, of which Theorem 1 is
+//! the form with P given, 4 and 5 those with an A that is not the nominal one). For the stored N the head of `statement/deployed_cubic.rs` has the proof: from every
+//! e(0) by another Lyapunov matrix near P for which the stored N has the structure exactly, or from an ellipsoid in which `|PN + C'S|` is outweighed.
 
 use super::super::fields::Fields;
 use super::super::number::Number;
 use super::super::write::Out;
-use super::super::{Fault, Witness};
-use super::{Fact, FileError, Plant, Statement, rate_term};
+use super::super::{Certificate, Fault, Witness};
+use super::{Fact, FileError, Plant, Statement, StructuredCubicObserver, decay, decrease_label};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{Reach, decay_rate, deployed_cubic};
+use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
 use crate::verdict::{Doubt, Verdict};
+use crate::wording::exact;
 
 /// From which errors convergence is claimed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,13 +29,7 @@ pub enum Region {
     Within(f64),
 }
 
-/// `P > 0`, `(A - LC)'P + P(A - LC) + 2 rate P < 0` (12), `theta >= 0`, `S + S' >= 0`, and what the stored N, which is a rounding of `-P^-1 C'S`, costs.
-///
-/// The error of `xhat' = A xhat + Bu + L ytilde - (ytilde'theta ytilde) N ytilde`, `ytilde = y - C xhat`, obeys `e' = (A - LC)e + (y'theta y) N y` with `y = Ce`. With the *real*
-/// gain `N0 = -P^-1 C'S` the cubic term adds `-2 (y'theta y) y'Sy <= 0` to `V'`, so that V falls as fast as that of the linear observer (Theorem 2, of which Theorem 1 is the
-/// form with P given, 4 and 5 those with an A that is not the nominal one). The *stored* N misses that by its last digit; from which errors it converges is the last
-/// fact, proved as the head of `statement/deployed_cubic.rs` derives it: from all, by another Lyapunov matrix near P for which the stored N is exact; or from the ellipsoid
-/// `e'Pe < level`, in which the miss is outweighed.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubicObserver {
     /// The plant.
@@ -47,6 +51,70 @@ pub struct CubicObserver {
 }
 
 impl CubicObserver {
+    /// What is proved of these gains: convergence with N as stored from the largest region that is found, whatever [`region`](Self::region) says; or, where there is none, the theorem
+    /// for the real gain `-P^-1 C'S`.
+    ///
+    /// # Errors
+    /// [`ProofError`] for shapes that do not fit, entries that are not finite, a P or theta that is not symmetric.
+    pub fn certify(mut self) -> Result<Certificate, ProofError> {
+        let deployed = self.decided()?;
+        self.region = match &deployed.reach {
+            Reach::Everywhere { .. } => Region::Everywhere,
+            Reach::Within(ellipsoid) => Region::Within(ellipsoid.level),
+            Reach::Unproved => {
+                let Self { plant, l, theta, p, s, rate, .. } = self;
+                return Certificate::of([StructuredCubicObserver { plant, l, theta, p, s, rate }]);
+            }
+        };
+        let facts = self.facts_from(deployed)?;
+        let mut certificate = Certificate::default();
+        certificate.add(self.into(), facts);
+        Ok(certificate)
+    }
+
+    /// A radius: every error that is shorter lies in the region. Infinite for all errors.
+    pub fn ball(&self) -> f64 {
+        match self.region {
+            Region::Everywhere => f64::INFINITY,
+            Region::Within(level) => (level / largest_eigenvalue_bound(&self.p)).next_down().sqrt().next_down(),
+        }
+    }
+
+    fn decided(&self) -> Result<DeployedCubic, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        deployed_cubic(a, &self.l, c, &self.p, &self.n, &self.s, &self.theta)
+    }
+
+    fn facts_from(&self, deployed: DeployedCubic) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        let decrease =
+            if self.rate == 0.0 { deployed.decrease } else { decay_rate(a, &self.l, c, &self.p, self.rate)? };
+        let (reached, level) = match (&deployed.reach, self.region) {
+            (Reach::Everywhere { .. }, _) => (true, f64::INFINITY),
+            (Reach::Within(ellipsoid), Region::Within(level)) => (level <= ellipsoid.level, ellipsoid.level),
+            (Reach::Within(ellipsoid), Region::Everywhere) => (false, ellipsoid.level),
+            (Reach::Unproved, _) => (false, f64::NAN),
+        };
+        let convergence: Verdict<Witness> = if reached {
+            Verdict::Proved { margin: 0.0 }
+        } else {
+            Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "P" }, best: level }
+        };
+        let region = match self.region {
+            Region::Everywhere => "everywhere".to_owned(),
+            Region::Within(level) => {
+                format!("e'Pe < {}", Number::from_f64(level).map_or_else(String::new, |level| level.to_string()))
+            }
+        };
+        Ok(vec![
+            Fact::new("P > 0", deployed.positive),
+            Fact::new(decrease_label(self.rate), decrease),
+            Fact::new("theta >= 0", deployed.weight),
+            Fact::new("S + S' >= 0", deployed.accretive),
+            Fact::stated(format!("convergence with N as stored, {region}"), convergence),
+        ])
+    }
+
     pub(super) fn members(&self) -> Vec<(&'static str, Out)> {
         let region = match self.region {
             Region::Everywhere => Out::Text("everywhere".to_owned()),
@@ -78,13 +146,26 @@ impl CubicObserver {
     pub(super) fn from(&self) -> String {
         match self.region {
             Region::Everywhere => "from every e(0)".to_owned(),
-            Region::Within(level) => format!("from every e(0) with e(0)'P e(0) < {level:e}"),
+            Region::Within(level) => format!("from every e(0) with e(0)'P e(0) < {}", exact(level)),
         }
     }
 }
 
 impl Statement for CubicObserver {
     const NAME: &'static str = "cubic-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        self.facts_from(self.decided()?)
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e. With the gains L and N exactly as stored, e tends to 0 exponentially, {}. With the real matrix -P^-1 C'S in place of N, {}, from every e(0).",
+            self.plant.size(),
+            self.from(),
+            decay("e'Pe", "e", self.rate)
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = Plant::read(file)?;
@@ -116,49 +197,5 @@ impl Statement for CubicObserver {
 
     fn write(&self) -> Vec<(&'static str, Out)> {
         self.members()
-    }
-
-    fn words(&self) -> String {
-        let rate = if self.rate == 0.0 {
-            "V = e'Pe decreases and e tends to 0 exponentially, from every e(0)".to_owned()
-        } else {
-            format!("V = e'Pe satisfies V(t) <= exp(-2({})t) V(0), from every e(0)", self.rate)
-        };
-        format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e. With the gains L and N exactly as stored, e tends to 0 exponentially, {}. With the real gain -P^-1 C'S, of which N is a rounding, {rate}.",
-            self.plant.size(),
-            self.from()
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
-        let deployed = deployed_cubic(a, &self.l, c, &self.p, &self.n, &self.s, &self.theta)?;
-        let decrease =
-            if self.rate == 0.0 { deployed.decrease } else { decay_rate(a, &self.l, c, &self.p, self.rate)? };
-        let (reached, level) = match (&deployed.reach, self.region) {
-            (Reach::Everywhere { .. }, _) => (true, f64::INFINITY),
-            (Reach::Within(ellipsoid), Region::Within(level)) => (level <= ellipsoid.level, ellipsoid.level),
-            (Reach::Within(ellipsoid), Region::Everywhere) => (false, ellipsoid.level),
-            (Reach::Unproved, _) => (false, f64::NAN),
-        };
-        let convergence: Verdict<Witness> = if reached {
-            Verdict::Proved { margin: 0.0 }
-        } else {
-            Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "P" }, best: level }
-        };
-        let region = match self.region {
-            Region::Everywhere => "everywhere".to_owned(),
-            Region::Within(level) => {
-                format!("e'Pe < {}", Number::from_f64(level).map_or_else(String::new, |level| level.to_string()))
-            }
-        };
-        Ok(vec![
-            Fact::new("P > 0", deployed.positive),
-            Fact::new(format!("(A - LC)'P + P(A - LC){} < 0 (12)", rate_term(self.rate, "P")), decrease),
-            Fact::new("theta >= 0", deployed.weight),
-            Fact::new("S + S' >= 0", deployed.accretive),
-            Fact { inequality: format!("convergence with N as stored, {region}"), verdict: convergence },
-        ])
     }
 }

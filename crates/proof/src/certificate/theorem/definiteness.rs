@@ -1,4 +1,7 @@
 //! A matrix is definite.
+//!
+//! **Theorem.** `v'Mv` has the sign given for every v (other than 0, where it is strict). There is nothing to prove but the fact itself: the margin is a lower bound of the smallest eigenvalue of M,
+//! or of -M. Where entries are given by bounds, this holds for every symmetric matrix between them.
 
 use super::super::fields::Fields;
 use super::super::number::Datum;
@@ -49,8 +52,7 @@ impl Sign {
     }
 }
 
-/// The symmetric matrix M is definite, in the sense given: `v'Mv` has that sign for every v (other than 0, where it is strict). The margin is a lower bound of the smallest
-/// eigenvalue of M, or of -M.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Definiteness {
     /// M, symmetric.
@@ -71,25 +73,6 @@ impl Definiteness {
 
 impl Statement for Definiteness {
     const NAME: &'static str = "definiteness";
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let m = file.take("M")?.symmetric_data()?;
-        let field = file.take("is")?;
-        let found = field.text()?;
-        match Sign::ALL.into_iter().find(|sign| sign.words() == found) {
-            Some(sign) => Ok(Self { m, sign }),
-            None => Err(unknown_word(&field, found, &Sign::ALL.map(Sign::words))),
-        }
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![("M", Out::data(&self.m)), ("is", Out::Text(self.sign.words().to_owned()))]
-    }
-
-    fn words(&self) -> String {
-        let n = self.m.rows();
-        format!("The symmetric {n} x {n} matrix M is {}.{}", self.sign.words(), enclosed([&self.m]))
-    }
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         // Exactly, where every entry is dyadic.
@@ -114,5 +97,24 @@ impl Statement for Definiteness {
             Sign::NegativeSemidefinite => "M <= 0",
         };
         Ok(vec![Fact::new(relation, verdict)])
+    }
+
+    fn words(&self) -> String {
+        let n = self.m.rows();
+        format!("The symmetric {n} x {n} matrix M is {}.{}", self.sign.words(), enclosed([&self.m], "M"))
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let m = file.take("M")?.symmetric_data()?;
+        let field = file.take("is")?;
+        let found = field.text()?;
+        match Sign::ALL.into_iter().find(|sign| sign.words() == found) {
+            Some(sign) => Ok(Self { m, sign }),
+            None => Err(unknown_word(&field, found, &Sign::ALL.map(Sign::words))),
+        }
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![("M", Out::data(&self.m)), ("is", Out::Text(self.sign.words().to_owned()))]
     }
 }

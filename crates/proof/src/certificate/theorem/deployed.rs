@@ -187,7 +187,7 @@ fn running_facts(claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
             },
             Running::Unproved(obstacle) => undecided(Doubt::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN),
         };
-        Fact { inequality, verdict }
+        Fact::stated(inequality, verdict)
     };
     let mut facts = vec![compared("sqrt(e'Pe) <= running.start at all times".to_owned(), 0, claimed.start, &|ball| {
         Some(ball.start)
@@ -330,10 +330,10 @@ impl Statement for DeployedObserver {
             _ => "(A - LC)'P(A - LC) - P < 0 for the stored A, L and C",
         };
         let mut facts = vec![
-            Fact {
-                inequality: format!("the stored numbers are those of {} nearest to the plant's", self.formats.stored),
-                verdict: nearest,
-            },
+            Fact::stated(
+                format!("the stored numbers are those of {} nearest to the plant's", self.formats.stored),
+                nearest,
+            ),
             Fact::new("P > 0", derived.positive),
             Fact::new(decrease, derived.decrease),
         ];

@@ -1,4 +1,10 @@
-//! The linear observer, in discrete time.
+//! The linear observer in discrete time.
+//!
+//! **Hypotheses.** `P > 0` and `F'PF - P < 0` for `F = A - LC`.
+//!
+//! **Theorem.** The error of `xhat+ = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially, from every e(0).
+//!
+//! **Proof.** `e+ = Fe`, and `V = e'Pe` falls at each step by at least `q |e|^2`, q the margin of the second inequality: by a factor below 1 that is the same for all e.
 
 use super::super::fields::Fields;
 use super::super::write::Out;
@@ -7,10 +13,7 @@ use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, stein_decrease};
 
-/// `P > 0` and `(A - LC)'P(A - LC) - P < 0`.
-///
-/// Then `V = e'Pe` of the error of `xhat+ = A xhat + Bu + L(y - C xhat)`, which obeys `e+ = (A - LC)e`, falls at each step by at least q|e|^2, q the margin of
-/// the second inequality: by a factor below 1 that is the same for all e.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscreteObserver {
     /// The plant `x+ = A x + B u`, `y = C x`.
@@ -23,6 +26,21 @@ pub struct DiscreteObserver {
 
 impl Statement for DiscreteObserver {
     const NAME: &'static str = "discrete-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the discrete-time plant x+ = Ax + Bu, y = Cx with {} and the observer xhat+ = A xhat + Bu + L(y - C xhat), the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, from every e(0).",
+            self.plant.size()
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = Plant::read(file)?;
@@ -41,20 +59,5 @@ impl Statement for DiscreteObserver {
             ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
             ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "For the discrete-time plant x+ = Ax + Bu, y = Cx with {} and the observer xhat+ = A xhat + Bu + L(y - C xhat), the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, from every e(0).",
-            self.plant.size()
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
-        ])
     }
 }

@@ -1,4 +1,11 @@
 //! The cubic observer inside the loop `u = -K xhat`.
+//!
+//! **Hypotheses.** Those of the [`CubicObserver`], `P1 > 0`, and `[He((A - BK)'P1), P1 B K; *, He((A - LC)'P)] < 0` (25).
+//!
+//! **Theorem.** x and e tend to 0 exponentially from every x(0) and the e(0) of the observer. With the real matrix `-P^-1 C'S` in place of N, `x'P1x + e'Pe` decreases, from every e(0).
+//!
+//! **Proof.** With that real gain the cubic term adds nothing positive to `(x'P1x + e'Pe)'`, whose quadratic part is (25) (Theorem 6 and Corollary 1 with (13')). With N as stored e does
+//! not depend on x and tends to 0 exponentially; `x' = (A - BK)x + BK e`, and the first diagonal block of (25) with `P1 > 0` makes `A - BK` Hurwitz.
 
 use super::super::fields::Fields;
 use super::super::write::Out;
@@ -7,11 +14,7 @@ use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{feedback_block, positive};
 
-/// The facts of the [`CubicObserver`], `P1 > 0`, and the block inequality (25).
-///
-/// With the real gain `-P^-1 C'S`, `x'P1x + e'Pe` decreases along every solution of the loop (Theorem 6 and Corollary 1 with (13')). With N as stored the error does not
-/// depend on x and tends to 0 exponentially from where the observer's facts say; `x' = (A - BK)x + BK e`, and the first diagonal block of (25) with `P1 > 0` makes `A - BK`
-/// Hurwitz, so that x tends to 0 exponentially too, from every x(0).
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeedbackLoop {
     /// The plant and its observer.
@@ -24,6 +27,25 @@ pub struct FeedbackLoop {
 
 impl Statement for FeedbackLoop {
     const NAME: &'static str = "feedback-loop";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let o = &self.observer;
+        let mut facts = o.facts()?;
+        facts.push(Fact::new("P1 > 0", positive(&self.p1)?));
+        facts.push(Fact::new(
+            "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)",
+            feedback_block(&o.plant.a, &o.plant.b, &self.k, &o.l, &o.plant.c, &self.p1, &o.p)?,
+        ));
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "{} In the loop u = -K xhat, x and e tend to 0 exponentially from every x(0), with the gains K, L and N exactly as stored {}; with the real matrix -P^-1 C'S in place of N, x'P1x + e'Pe decreases, from every e(0).",
+            self.observer.words(),
+            self.observer.from()
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let observer = CubicObserver::read(file)?;
@@ -40,24 +62,5 @@ impl Statement for FeedbackLoop {
         let mut members = self.observer.members();
         members.push(("feedback", Out::Object(vec![("K", Out::matrix(&self.k)), ("P1", Out::matrix(&self.p1))])));
         members
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "{} In the loop u = -K xhat, x and e tend to 0 exponentially from every x(0), with the gains K, L and N exactly as stored {}; with the real gain -P^-1 C'S, x'P1x + e'Pe decreases, from every e(0).",
-            self.observer.words(),
-            self.observer.from()
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let o = &self.observer;
-        let mut facts = o.facts()?;
-        facts.push(Fact::new("P1 > 0", positive(&self.p1)?));
-        facts.push(Fact::new(
-            "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)",
-            feedback_block(&o.plant.a, &o.plant.b, &self.k, &o.l, &o.plant.c, &self.p1, &o.p)?,
-        ));
-        Ok(facts)
     }
 }

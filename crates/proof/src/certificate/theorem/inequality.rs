@@ -1,10 +1,15 @@
-//! Linear matrix inequalities `F_k0 + x_1 F_k1 + ... + x_m F_km > 0`: a point that satisfies them, or multipliers that show there is none.
+//! Linear matrix inequalities `F_k0 + x_1 F_k1 + ... + x_m F_km > 0` (or `>= 0`): a point that satisfies them, or multipliers that show there is none.
+//!
+//! **Holds.** `F_k(x) > 0` for every k, evaluated at the x given with outward rounding, then exactly. The margin is a lower bound of the smallest eigenvalue.
+//!
+//! **Refuted.** Multipliers `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for every unknown i and `sum_k tr(F_k0 Z_k) <= 0` (`< 0` for inequalities that are not strict), exactly.
+//! Then no x satisfies the inequalities: `sum_k tr(F_k(x) Z_k)` would be positive (not negative), and is that constant whatever x is.
 
 use super::super::fields::{Fields, LARGEST_ORDER};
 use super::super::number::Number;
 use super::super::write::Out;
 use super::super::{Fault, Witness};
-use super::{Fact, FileError, Statement, counted, unknown_word};
+use super::{Fact, FileError, Statement, combination, counted, unknown_word};
 use crate::definite::{self, Direction, positive_definite, positive_semidefinite};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -12,6 +17,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
+use crate::wording::quoted;
 
 /// One entry of the matrices of a constraint, and of its mirror image.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,16 +117,16 @@ impl MatrixInequality {
     }
 
     fn names(&self) -> String {
-        self.constraints.iter().map(|constraint| constraint.name.as_str()).collect::<Vec<_>>().join("; ")
+        self.constraints.iter().map(|constraint| quoted(&constraint.name)).collect::<Vec<_>>().join(", ")
     }
 
     fn described(&self) -> String {
         format!(
-            "F_k(x) = F_k0 + x_1 F_k1 + ... + x_{m} F_k{m} {relation} 0, {} ({})",
+            "F_k(x) = F_k0 + {} {} 0, {} ({})",
+            combination("F_k", self.unknowns),
+            self.relation(),
             counted(self.constraints.len(), "constraint"),
             self.names(),
-            m = self.unknowns,
-            relation = self.relation(),
         )
     }
 }
@@ -144,7 +150,7 @@ fn decide<T: definite::Entry>(m: &Matrix<T>, strict: bool) -> Result<Verdict<Dir
     if strict { positive_definite(m) } else { positive_semidefinite(m) }
 }
 
-/// `F_k(x) > 0` (or `>= 0`) for every constraint k, at the x given: evaluated with outward rounding, then exactly. The margin is a lower bound of the smallest eigenvalue.
+/// A point satisfies the inequalities; the head of the file has the theorem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InequalityHolds {
     /// The inequalities.
@@ -155,6 +161,30 @@ pub struct InequalityHolds {
 
 impl Statement for InequalityHolds {
     const NAME: &'static str = "matrix-inequality-holds";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let strict = self.inequalities.strict;
+        let mut facts = Vec::new();
+        for constraint in &self.inequalities.constraints {
+            let enclosed: Matrix<Interval> = evaluate(constraint, &self.x, Number::enclosure);
+            let mut verdict = decide(&enclosed, strict)?;
+            let dyadic = constraint.entries.iter().all(|entry| entry.value.exact().is_some());
+            if dyadic && matches!(verdict, Verdict::Undecided { .. }) {
+                let exact: Matrix<Exact> =
+                    evaluate(constraint, &self.x, |value| value.exact().cloned().unwrap_or_else(Exact::zero));
+                verdict = decide(&exact, strict)?;
+            }
+            facts.push(Fact::new(
+                format!("F(x) {} 0 of {}", self.inequalities.relation(), quoted(&constraint.name)),
+                verdict,
+            ));
+        }
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        format!("The x given satisfies the linear matrix inequalities {}.", self.inequalities.described())
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let inequalities = MatrixInequality::read(file)?;
@@ -169,32 +199,9 @@ impl Statement for InequalityHolds {
     fn write(&self) -> Vec<(&'static str, Out)> {
         vec![self.inequalities.write(), ("x", Out::numbers(&self.x))]
     }
-
-    fn words(&self) -> String {
-        format!("The x given satisfies the linear matrix inequalities {}.", self.inequalities.described())
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let strict = self.inequalities.strict;
-        let mut facts = Vec::new();
-        for constraint in &self.inequalities.constraints {
-            let enclosed: Matrix<Interval> = evaluate(constraint, &self.x, Number::enclosure);
-            let mut verdict = decide(&enclosed, strict)?;
-            let dyadic = constraint.entries.iter().all(|entry| entry.value.exact().is_some());
-            if dyadic && matches!(verdict, Verdict::Undecided { .. }) {
-                let exact: Matrix<Exact> =
-                    evaluate(constraint, &self.x, |value| value.exact().cloned().unwrap_or_else(Exact::zero));
-                verdict = decide(&exact, strict)?;
-            }
-            facts.push(Fact::new(format!("F(x) {} 0 of {}", self.inequalities.relation(), constraint.name), verdict));
-        }
-        Ok(facts)
-    }
 }
 
-/// Multipliers `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for every unknown i and `sum_k tr(F_k0 Z_k) <= 0` (`< 0` for inequalities that are not strict), exactly.
-///
-/// Then no x satisfies the inequalities: `sum_k tr(F_k(x) Z_k)` would be positive (not negative), and is that constant whatever x is.
+/// No point satisfies the inequalities; the head of the file has theorem and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InequalityRefuted {
     /// The inequalities, with dyadic coefficients.
@@ -205,6 +212,44 @@ pub struct InequalityRefuted {
 
 impl Statement for InequalityRefuted {
     const NAME: &'static str = "matrix-inequality-refuted";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let constraints = &self.inequalities.constraints;
+        let mut facts = Vec::new();
+        let mut traces = vec![Exact::zero(); self.inequalities.unknowns + 1];
+        let mut all_zero = true;
+        for (constraint, z) in constraints.iter().zip(&self.multipliers) {
+            z.expect_shape("a multiplier", (constraint.order, constraint.order))?;
+            facts.push(Fact::new(format!("Z >= 0 of {}", quoted(&constraint.name)), positive_semidefinite(z)?));
+            all_zero &= z.as_slice().iter().all(Ring::is_zero);
+            for entry in &constraint.entries {
+                let (Some(value), Some(trace)) = (entry.value.exact(), traces.get_mut(entry.unknown)) else { continue };
+                let product = value.mul(&z[(entry.row, entry.column)]);
+                // An entry off the diagonal stands for its mirror image too.
+                *trace = trace.add(&if entry.row == entry.column { product } else { product.shifted(1) });
+            }
+        }
+        let holds = |witness: Option<Witness>, margin: f64| match witness {
+            Some(witness) => Verdict::Refuted { witness },
+            None => Verdict::Proved { margin },
+        };
+        let value = |x: &Exact| if x.signum() < 0 { x.round_down() } else { x.round_up() };
+        let unsatisfied = traces.iter().enumerate().skip(1).find(|(_, trace)| !trace.is_zero());
+        let unsatisfied = unsatisfied.map(|(unknown, trace)| Witness::Equation { unknown, value: value(trace) });
+        facts.push(Fact::stated("sum_k tr(F_ki Z_k) = 0 for every unknown x_i", holds(unsatisfied, 0.0)));
+        facts.push(Fact::stated("the Z_k are not all zero", holds(all_zero.then_some(Witness::Zero), 0.0)));
+        let constant = traces.first().cloned().unwrap_or_else(Exact::zero);
+        let (relation, right_sign) =
+            if self.inequalities.strict { ("<=", constant.signum() <= 0) } else { ("<", constant.signum() < 0) };
+        let wrong = (!right_sign).then(|| Witness::Equation { unknown: 0, value: value(&constant) });
+        let margin = constant.neg().round_down().clamp(0.0, f64::MAX);
+        facts.push(Fact::stated(format!("sum_k tr(F_k0 Z_k) {relation} 0"), holds(wrong, margin)));
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        format!("No x satisfies the linear matrix inequalities {}.", self.inequalities.described())
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let inequalities = MatrixInequality::read(file)?;
@@ -239,51 +284,5 @@ impl Statement for InequalityRefuted {
     fn write(&self) -> Vec<(&'static str, Out)> {
         let multiplier = |z: &Matrix<Exact>| Out::exact(&z.map(|x| Number::from(x.clone())));
         vec![self.inequalities.write(), ("multipliers", Out::Lines(self.multipliers.iter().map(multiplier).collect()))]
-    }
-
-    fn words(&self) -> String {
-        format!("No x satisfies the linear matrix inequalities {}.", self.inequalities.described())
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let constraints = &self.inequalities.constraints;
-        let mut facts = Vec::new();
-        let mut traces = vec![Exact::zero(); self.inequalities.unknowns + 1];
-        let mut all_zero = true;
-        for (constraint, z) in constraints.iter().zip(&self.multipliers) {
-            z.expect_shape("a multiplier", (constraint.order, constraint.order))?;
-            facts.push(Fact::new(format!("Z >= 0 of {}", constraint.name), positive_semidefinite(z)?));
-            all_zero &= z.as_slice().iter().all(Ring::is_zero);
-            for entry in &constraint.entries {
-                let (Some(value), Some(trace)) = (entry.value.exact(), traces.get_mut(entry.unknown)) else { continue };
-                let product = value.mul(&z[(entry.row, entry.column)]);
-                // An entry off the diagonal stands for its mirror image too.
-                *trace = trace.add(&if entry.row == entry.column { product } else { product.shifted(1) });
-            }
-        }
-        let holds = |witness: Option<Witness>, margin: f64| match witness {
-            Some(witness) => Verdict::Refuted { witness },
-            None => Verdict::Proved { margin },
-        };
-        let value = |x: &Exact| if x.signum() < 0 { x.round_down() } else { x.round_up() };
-        let unsatisfied = traces.iter().enumerate().skip(1).find(|(_, trace)| !trace.is_zero());
-        let unsatisfied = unsatisfied.map(|(unknown, trace)| Witness::Equation { unknown, value: value(trace) });
-        facts.push(Fact {
-            inequality: "sum_k tr(F_ki Z_k) = 0 for every unknown x_i".to_owned(),
-            verdict: holds(unsatisfied, 0.0),
-        });
-        facts.push(Fact {
-            inequality: "the Z_k are not all zero".to_owned(),
-            verdict: holds(all_zero.then_some(Witness::Zero), 0.0),
-        });
-        let constant = traces.first().cloned().unwrap_or_else(Exact::zero);
-        let (relation, right_sign) =
-            if self.inequalities.strict { ("<=", constant.signum() <= 0) } else { ("<", constant.signum() < 0) };
-        let wrong = (!right_sign).then(|| Witness::Equation { unknown: 0, value: value(&constant) });
-        facts.push(Fact {
-            inequality: format!("sum_k tr(F_k0 Z_k) {relation} 0"),
-            verdict: holds(wrong, constant.neg().round_down().clamp(0.0, f64::MAX)),
-        });
-        Ok(facts)
     }
 }

@@ -1,19 +1,21 @@
-//! The linear observer, in continuous time.
+//! The linear observer in continuous time.
+//!
+//! **Hypotheses.** `P > 0` and `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `rate >= 0`.
+//!
+//! **Theorem.** The error `e = x - xhat` of `xhat' = A xhat + Bu + L(y - C xhat)` has `V(t) <= exp(-2 rate t) V(0)` for `V = e'Pe`, and tends to 0 exponentially, from every e(0).
+//! B does not matter. Where entries of A, B, C are bounds, this holds for every plant between them, with the one L and P.
+//!
+//! **Proof.** `e' = Fe`, hence `V' <= -2 rate V - q |e|^2`, q the margin of (12), and `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`; with rate 0 the decay is at least that of
+//! `q / (2 lambda_max(P))`.
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, PlantWithin, Statement, decay, enclosed, intervals, rate_term};
+use super::{Fact, FileError, PlantWithin, Statement, decay, decrease_label, enclosed, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{decay_rate_within, positive};
 
-/// `P > 0` and `(A - LC)'P + P(A - LC) + 2 rate P < 0` (12).
-///
-/// Then `V = e'Pe` of the error `e = x - xhat` of the observer `xhat' = A xhat + B u + L(y - C xhat)`, which obeys `e' = (A - LC)e`, has
-/// `V' < -2 rate V` for e other than 0: `V(t) <= exp(-2 rate t) V(0)`, and `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`. With rate 0 and the margin q of (12), `V' <= -q |e|^2`
-/// still gives exponential decay, at the rate `q / (2 lambda_max(P))`. B does not matter.
-///
-/// Where entries of A, B, C are bounds, all of this holds for every plant between them, with the one L and P.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearObserver {
     /// The plant.
@@ -28,6 +30,23 @@ pub struct LinearObserver {
 
 impl Statement for LinearObserver {
     const NAME: &'static str = "linear-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let (a, c) = (intervals(&self.plant.a), intervals(&self.plant.c));
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new(decrease_label(self.rate), decay_rate_within(&a, &self.l, &c, &self.p, self.rate)?),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {} and the observer xhat' = A xhat + Bu + L(y - C xhat), the error e = x - xhat obeys e' = (A - LC)e, and {}, from every e(0).{}",
+            self.plant.size(),
+            decay("e'Pe", "e", self.rate),
+            enclosed([&self.plant.a, &self.plant.b, &self.plant.c], "")
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = PlantWithin::read(file)?;
@@ -47,25 +66,5 @@ impl Statement for LinearObserver {
             ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
             ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the observer xhat' = A xhat + Bu + L(y - C xhat), the error e = x - xhat obeys e' = (A - LC)e, and {}.{}",
-            self.plant.size(),
-            decay(self.rate),
-            enclosed([&self.plant.a, &self.plant.b, &self.plant.c])
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let (a, c) = (intervals(&self.plant.a), intervals(&self.plant.c));
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new(
-                format!("(A - LC)'P + P(A - LC){} < 0 (12)", rate_term(self.rate, "P")),
-                decay_rate_within(&a, &self.l, &c, &self.p, self.rate)?,
-            ),
-        ])
     }
 }

@@ -1,7 +1,7 @@
-//! The theorems that a certificate can state: a file each, with the facts that imply the statement.
+//! The theorems that a certificate can state, a file each.
 //!
-//! A theorem says of itself how its data are read and written, which inequalities it needs, and what follows in words. A new one is a file here and a line in
-//! the list below.
+//! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as facts, each decided from the data; the words, which say no more
+//! than the facts imply; reading and writing. A new theorem is a file here and a line in the list below.
 
 mod contracting;
 mod cubic;
@@ -9,15 +9,16 @@ mod definiteness;
 mod deployed;
 mod discrete;
 mod feedback;
+mod hurwitz;
 mod inequality;
 mod linear;
 mod plant;
 mod polytope;
 mod sampled;
+mod schur;
 mod sector;
 mod semidefinite;
 mod solution;
-mod spectrum;
 mod structured;
 mod theorem1;
 
@@ -29,6 +30,7 @@ use super::write::Out;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::wording::exact;
 
 pub use contracting::ContractingCoordinates;
 pub use cubic::{CubicObserver, Region};
@@ -36,15 +38,16 @@ pub use definiteness::{Definiteness, Sign};
 pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
 pub use discrete::DiscreteObserver;
 pub use feedback::FeedbackLoop;
+pub use hurwitz::Hurwitz;
 pub use inequality::{Coefficient, Constraint, InequalityHolds, InequalityRefuted, MatrixInequality};
 pub use linear::LinearObserver;
 pub use plant::{Plant, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
 pub use sampled::SampledCubicObserver;
+pub use schur::Schur;
 pub use sector::SectorObserver;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
-pub use spectrum::{Hurwitz, Schur};
 pub use structured::StructuredCubicObserver;
 pub use theorem1::CubicTheorem1;
 
@@ -52,14 +55,14 @@ pub use theorem1::CubicTheorem1;
 trait Statement: Sized {
     /// What the field `theorem` of the file says.
     const NAME: &'static str;
+    /// The hypotheses, decided.
+    fn facts(&self) -> Result<Vec<Fact>, ProofError>;
+    /// What is proved when all facts are. Numbers in it are exact, and names from outside are quoted.
+    fn words(&self) -> String;
     /// The data, from the fields of the file.
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError>;
     /// The data, as fields of the file.
     fn write(&self) -> Vec<(&'static str, Out)>;
-    /// What is proved when all facts are.
-    fn words(&self) -> String;
-    /// The inequalities, decided.
-    fn facts(&self) -> Result<Vec<Fact>, ProofError>;
 }
 
 macro_rules! theorems {
@@ -197,12 +200,29 @@ fn bounded(m: &Matrix<Interval>, what: &'static str) -> Result<Matrix<Datum>, Pr
     Matrix::from_row_major(m.rows(), m.cols(), entries)
 }
 
-/// What is to be added to the words where some data are not single numbers of binary64.
-fn enclosed<'a>(matrices: impl IntoIterator<Item = &'a Matrix<Datum>>) -> &'static str {
-    if matrices.into_iter().flat_map(Matrix::as_slice).all(Datum::is_point) {
-        ""
-    } else {
-        " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: the statement holds for every one of them."
+/// Whether every entry is a single number of binary64.
+fn are_points<'a>(matrices: impl IntoIterator<Item = &'a Matrix<Datum>>) -> bool {
+    matrices.into_iter().flat_map(Matrix::as_slice).all(Datum::is_point)
+}
+
+/// What is to be added to the words where some data are not single numbers of binary64. `symmetric` names the matrices of which only the symmetric ones between the bounds are meant.
+fn enclosed<'a>(matrices: impl IntoIterator<Item = &'a Matrix<Datum>>, symmetric: &str) -> String {
+    if are_points(matrices) {
+        return String::new();
+    }
+    let symmetric = if symmetric.is_empty() { String::new() } else { format!(" that makes {symmetric} symmetric") };
+    format!(
+        " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: the statement holds for every choice of them{symmetric}."
+    )
+}
+
+/// `x_1 F_1 + ... + x_m F_m`; 0 where there is no unknown.
+fn combination(matrix: &str, unknowns: usize) -> String {
+    match unknowns {
+        0 => "0".to_owned(),
+        1 => format!("x_1 {matrix}1"),
+        2 => format!("x_1 {matrix}1 + x_2 {matrix}2"),
+        m => format!("x_1 {matrix}1 + ... + x_{m} {matrix}{m}"),
     }
 }
 
@@ -211,18 +231,24 @@ fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
-/// ` + 2(0.5)P`, or nothing for the rate 0.
+/// ` + 2 rate P`, or nothing for the rate 0.
 fn rate_term(rate: f64, p: &str) -> String {
-    if rate == 0.0 { String::new() } else { format!(" + 2({rate}){p}") }
+    if rate == 0.0 { String::new() } else { format!(" + 2 rate {p}") }
 }
 
-/// What a Lyapunov function says of the error.
-fn decay(rate: f64) -> String {
+/// (12), with a rate or without.
+fn decrease_label(rate: f64) -> String {
+    format!("(A - LC)'P + P(A - LC){} < 0 (12)", rate_term(rate, "P"))
+}
+
+/// What a Lyapunov function `name` says of its argument.
+fn decay(name: &str, variable: &str, rate: f64) -> String {
     if rate == 0.0 {
-        "V = e'Pe decreases and e tends to 0 exponentially, from every e(0)".to_owned()
+        format!("V = {name} decreases and {variable} tends to 0 exponentially")
     } else {
         format!(
-            "V = e'Pe satisfies V(t) <= exp(-2({rate})t) V(0), so that e tends to 0 at least like exp(-{rate}t), from every e(0)"
+            "V = {name} satisfies V(t) <= exp(-2 rate t) V(0) with rate = {}, so that {variable} tends to 0 at least like exp(-rate t)",
+            exact(rate)
         )
     }
 }

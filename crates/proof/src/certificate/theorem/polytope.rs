@@ -1,10 +1,20 @@
 //! One gain and one P for a convex hull of matrices: of linear plants, or of the Jacobians of a nonlinear one.
+//!
+//! **Hypotheses.** `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex k, of which there is at least one.
+//!
+//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along `e' = (A(t) - L C(t))e` for every pair (A(t), C(t)) in the convex hull of the vertices, fixed or varying in time.
+//!
+//! **Proof.** The inequality is linear in (A, C), so that it holds on the hull.
+//!
+//! For a polytope of plants (Theorem 4 of the cubic paper) this e is the error of an observer that runs the same A and C as the plant; one that runs a nominal A has the forcing `(A(t) - A)x` besides,
+//! of which nothing is said. For `x' = f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians over the segment from xhat to x.
+//! *That* they lie in the hull is for whoever has f to show, as `design::enclosure` does: a certificate speaks of matrices.
 
 use super::super::fields::Fields;
 use super::super::number::Datum;
 use super::super::write::Out;
 use super::Fault;
-use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals, rate_term};
+use super::{Fact, FileError, Statement, are_points, bounded, counted, data, decay, intervals, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -85,27 +95,21 @@ fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Ve
 }
 
 fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Result<Vec<Fact>, ProofError> {
+    if vertices.is_empty() {
+        return Err(ProofError::Empty { what: "the list of vertices" });
+    }
     let mut facts = vec![Fact::new("P > 0", positive(p)?)];
+    let inequality = format!("(A - LC)'P + P(A - LC){} < 0", rate_term(rate, "P"));
     for (k, vertex) in vertices.iter().enumerate() {
-        let inequality = format!("(A - LC)'P + P(A - LC){} < 0 at vertex {}", rate_term(rate, "P"), k + 1);
         let verdict = decay_rate_within(&intervals(&vertex.a), l, &intervals(&vertex.c), p, rate)?;
-        facts.push(Fact::new(inequality, verdict));
+        facts.push(Fact::at_vertex(&inequality, k, verdict));
     }
     Ok(facts)
 }
 
-/// What V does along `e' = (A(t) - L C(t))e`.
-fn decrease(rate: f64) -> String {
-    if rate == 0.0 {
-        "V = e'Pe decreases and e tends to 0 exponentially".to_owned()
-    } else {
-        format!("V = e'Pe satisfies V(t) <= exp(-2({rate})t) V(0), so that e tends to 0 at least like exp(-{rate}t)")
-    }
-}
-
 fn hull(vertices: &[Vertex]) -> String {
     let (n, p) = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
-    let what = if enclosed(vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c])).is_empty() {
+    let what = if are_points(vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c])) {
         if vertices.len() == 1 { "pair (A, C)" } else { "pairs (A_k, C_k)" }
     } else if vertices.len() == 1 {
         "box of pairs (A, C)"
@@ -149,7 +153,7 @@ macro_rules! polytope {
 
             fn words(&self) -> String {
                 let words: fn(&str, &str) -> String = $words;
-                words(&hull(&self.vertices), &decrease(self.rate))
+                words(&hull(&self.vertices), &decay("e'Pe", "e", self.rate))
             }
 
             fn facts(&self) -> Result<Vec<Fact>, ProofError> {
@@ -160,23 +164,15 @@ macro_rules! polytope {
 }
 
 polytope! {
-    /// `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex: one gain for a polytope of linear plants (Theorem 4).
-    ///
-    /// The inequality is linear in (A, C), so that it holds on the convex hull, and V decreases along `e' = (A(t) - L C(t))e` for every pair there, fixed or varying in time. That is
-    /// the error of an observer which runs the same A and C as the plant; one that runs a nominal A has the forcing `(A(t) - A)x` besides, of which nothing is
-    /// said.
-    PlantPolytope, "polytope-of-plants", |hull, decrease| format!(
+    /// One gain for a polytope of linear plants; the head of the file has statement and proof.
+        PlantPolytope, "polytope-of-plants", |hull, decrease| format!(
         "For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in {hull} at all times, and every solution of e' = (A(t) - L C(t))e, {decrease}. This e is the error of the observer with the same A(t) and C(t) and the gain L; the forcing (A(t) - A)x of an observer that runs another A is not covered."
     )
 }
 
 polytope! {
-    /// `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex: one gain for all mean Jacobians of a nonlinear plant.
-    ///
-    /// For `x' = f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians of f and h over the segment from xhat to x. Where those lie in the
-    /// convex hull of the vertices, V decreases, since the inequality is linear in (A, C). *That* they lie there is for whoever has f to show, as `design::enclosure` does: a
-    /// certificate speaks of matrices.
-    JacobianPolytope, "polytope-of-jacobians", |hull, decrease| format!(
+    /// One gain for a polytope of Jacobians; the head of the file has statement and proof.
+        JacobianPolytope, "polytope-of-jacobians", |hull, decrease| format!(
         "For all matrices (A(t), C(t)) in {hull}, and every solution of e' = (A(t) - L C(t))e, {decrease}. Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as long as the mean Jacobians of f and h between xhat and x lie in this hull: that they do is a hypothesis, of which this certificate says nothing."
     )
 }

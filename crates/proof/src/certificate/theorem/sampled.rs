@@ -1,61 +1,94 @@
-//! The sampled cubic observer with the real gain.
+//! The sampled cubic observer, with its gains as stored.
+//!
+//! **Hypotheses.** `P > 0`, `(A - LC)'P(A - LC) - P < 0` and `(wA + ANC)'P(wA + ANC) - w^2 P < 0`, with w > 0.
+//!
+//! **Theorem.** The error of the observer in the words below tends to 0 exponentially, from every e(0) and at every period h > 0, for any N and theta.
+//!
+//! **Proof.** One period with `g = (1 - r)/w` gives `e+ = A(e + g N C e) - r L C e = M(g) e` with `M(g) = A - LC + g (AN + wL)C`. Since `q >= 0` is in the observer, `0 < r <= 1`
+//! and `0 <= g < 1/w`, whatever theta is. `M(g)'P M(g) - P` is convex in g, `M(0) = A - LC` and `w M(1/w) = wA + ANC`: where it is negative definite at both
+//! ends it is so between, by a margin that does not depend on e. Hence V falls at each period by a factor below 1.
 
 use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
 use super::{Fact, FileError, Plant, Statement};
-use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{cubic_dissipation_structured, positive, stein_decrease};
+use crate::statement::{positive, saturated_decrease, stein_decrease};
+use crate::wording::exact;
 
-/// `P > 0`, `(A - LC)'P(A - LC) - P < 0`, `theta >= 0`, and `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`.
-///
-/// Then `V = e'Pe` falls in the linear step `e+ = (A - LC)e` by a factor below 1, and does not grow along the cubic flow `e' = (y'theta y) N y`, `y = Ce`, however long that
-/// takes: the two in turn make e tend to 0 exponentially, from every e(0) and whatever the period.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledCubicObserver {
     /// The sampled plant `x+ = A x + B u`, `y = C x`.
     pub plant: Plant,
-    /// The linear gain L, n x p, as stored.
+    /// The linear gain L, n x p.
     pub l: Matrix<f64>,
+    /// The cubic gain N, n x p.
+    pub n: Matrix<f64>,
     /// The weight theta, p x p.
     pub theta: Matrix<f64>,
-    /// The sampling period, in units of the plant's time.
+    /// The rate w of the cubic flow, positive.
+    pub w: f64,
+    /// The sampling period h, positive, in units of the plant's time.
     pub period: f64,
     /// P, n x n.
     pub p: Matrix<f64>,
-    /// S, p x p, which defines N.
-    pub s: Matrix<f64>,
 }
 
 impl Statement for SampledCubicObserver {
     const NAME: &'static str = "sampled-cubic-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        for (what, value) in [("w, which should be positive,", self.w), ("h, which should be positive,", self.period)] {
+            if value <= 0.0 {
+                return Err(ProofError::Sign { what, value });
+            }
+        }
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
+            Fact::new("(wA + ANC)'P(wA + ANC) - w^2 P < 0", saturated_decrease(a, c, &self.n, self.w, &self.p)?),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the sampled plant x+ = Ax + Bu, y = Cx with {} and the sampled cubic observer xhat+ = A(xhat - g N z) + Bu + r L z, z = y - C xhat, q = max(z'theta z, 0), r = 1/sqrt(1 + 2 w h q), g = (1 - r)/w, with w = {} and the period h = {} and all numbers as given, in exact arithmetic: the error e = x - xhat obeys e+ = (A - LC + g (AN + wL)C)e with 0 <= g < 1/w, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). Nothing is said of the rounding of its steps.",
+            self.plant.size(),
+            exact(self.w),
+            exact(self.period)
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = Plant::read(file)?;
         let (order, outputs) = plant.gain();
         let mut observer = file.object("observer")?;
         let l = observer.take("L")?.matrix((order, outputs))?;
-        let theta = observer.take("theta")?.symmetric(outputs)?;
-        let s = observer.take("S")?.matrix((outputs, outputs))?;
-        let field = observer.take("period")?;
-        let period = field.binary64()?;
-        if period <= 0.0 {
-            return Err(field.error(Fault::Range { value: period, requirement: "a sampling period is positive" }));
-        }
+        let n = observer.take("N")?.matrix((order, outputs))?;
+        let theta = observer.take("theta")?.matrix((outputs, outputs))?;
+        let mut positive = |name, requirement| {
+            let field = observer.take(name)?;
+            let value = field.binary64()?;
+            if value > 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
+        };
+        let w = positive("w", "the rate w of the cubic flow is positive")?;
+        let period = positive("period", "a sampling period is positive")?;
         observer.finish()?;
         let mut lyapunov = file.object("lyapunov")?;
         let p = lyapunov.take("P")?.symmetric(order)?;
         lyapunov.finish()?;
-        Ok(Self { plant, l, theta, period, p, s })
+        Ok(Self { plant, l, n, theta, w, period, p })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
         let observer = vec![
             ("L", Out::matrix(&self.l)),
+            ("N", Out::matrix(&self.n)),
             ("theta", Out::matrix(&self.theta)),
-            ("S", Out::matrix(&self.s)),
+            ("w", Out::number(self.w)),
             ("period", Out::number(self.period)),
         ];
         vec![
@@ -63,23 +96,5 @@ impl Statement for SampledCubicObserver {
             ("observer", Out::Object(observer)),
             ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "For the sampled plant x+ = Ax + Bu, y = Cx with {} and the sampled cubic observer, whose error e = x - xhat is carried over one period ({:e}) by the exact flow of e' = (e'C'theta C e) N C e with the real gain N = -P^-1 C'S and by the step e+ = (A - LC)e, V = e'Pe falls over each period by a factor below 1, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of N or of the step as computed.",
-            self.plant.size(),
-            self.period
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
-            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
-            Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", cubic_dissipation_structured(&self.p, &self.s, c)?),
-        ])
     }
 }

@@ -1,17 +1,22 @@
 //! The observer of a plant with nonlinearities in sectors.
+//!
+//! **Hypotheses.** `P > 0` and the block inequality of the S-procedure, at the head of `statement/sector.rs`, for the terms `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
+//!
+//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along the error of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L(y - C xhat)`, for every phi_k in its sector. That those of a
+//! plant lie in the sectors, where x and xhat are, is for whoever has the plant to show.
+//!
+//! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors' forms times their multipliers, none of which is negative: see [`sector_decrease`].
 
 use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, counted, rate_term};
+use super::{Fact, FileError, Statement, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{SectorTerm, positive, sector_decrease};
+use crate::wording::exact;
 
-/// `P > 0` and the block inequality of the S-procedure for the nonlinearities `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
-///
-/// Then `V = e'Pe` falls faster than `exp(-2 rate t)` along the error of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L(y - C xhat)`: see [`sector_decrease`].
-/// That the nonlinearities of a plant lie in the sectors, where x and xhat are, is a hypothesis.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectorObserver {
     /// The linear part, n x n.
@@ -28,8 +33,51 @@ pub struct SectorObserver {
     pub rate: f64,
 }
 
+/// What is assumed of the k-th nonlinearity, counted from 1. Where low = -high, H may have another number of rows than phi.
+fn sector(k: usize, term: &SectorTerm) -> String {
+    if term.low == -term.high {
+        return format!("|w_{k}| <= high |H_{k} e| for high = {}", exact(term.high));
+    }
+    let (low, high) = (exact(term.low), exact(term.high));
+    format!("(w_{k} - low H_{k} e)'(high H_{k} e - w_{k}) >= 0 for low = {low}, high = {high}")
+}
+
 impl Statement for SectorObserver {
     const NAME: &'static str = "sector-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new(
+                format!(
+                    "[F'P + PF{} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC",
+                    rate_term(self.rate, "P")
+                ),
+                sector_decrease(&self.a, &self.l, &self.c, &self.p, self.rate, &self.terms)?,
+            ),
+        ])
+    }
+
+    fn words(&self) -> String {
+        let sectors: Vec<String> = self.terms.iter().enumerate().map(|(k, term)| sector(k + 1, term)).collect();
+        let increments = match sectors.len() {
+            0 => "without nonlinearities".to_owned(),
+            _ => format!(
+                "whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {}",
+                sectors.join(", and ")
+            ),
+        };
+        format!(
+            "For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {}, {} and {}, {increments}, and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), e = x - xhat: {}, from every e(0). That the nonlinearities of a plant satisfy this, where x and xhat are, is a hypothesis.",
+            counted(self.a.rows(), "state"),
+            counted(self.c.rows(), "output"),
+            match self.terms.len() {
+                1 => "1 nonlinearity".to_owned(),
+                count => format!("{count} nonlinearities"),
+            },
+            decay("e'Pe", "e", self.rate),
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let mut plant = file.object("plant")?;
@@ -87,39 +135,5 @@ impl Statement for SectorObserver {
             ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
             ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        let sectors: Vec<String> = self
-            .terms
-            .iter()
-            .enumerate()
-            .map(|(k, term)| format!("phi_{} in [{}, {}]", k + 1, term.low, term.high))
-            .collect();
-        let decrease = if self.rate == 0.0 {
-            "e = x - xhat tends to 0 exponentially".to_owned()
-        } else {
-            format!("e = x - xhat tends to 0 at least like exp(-{}t)", self.rate)
-        };
-        format!(
-            "For every plant x' = Ax + sum G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {}, {} and {} whose increments lie in the incremental sectors ({}), that is (w - low H e)'(high H e - w) >= 0 for w = phi(t, H x, u) - phi(t, H xhat, u), and the observer xhat' = A xhat + sum G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), {decrease}, from every e(0). That the nonlinearities of a plant lie in these sectors, where x and xhat are, is a hypothesis.",
-            counted(self.a.rows(), "state"),
-            counted(self.c.rows(), "output"),
-            counted(self.terms.len(), "nonlinearity").replace("nonlinearitys", "nonlinearities"),
-            if sectors.is_empty() { "none".to_owned() } else { sectors.join(", ") },
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new(
-                format!(
-                    "[F'P + PF{} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC",
-                    rate_term(self.rate, "P")
-                ),
-                sector_decrease(&self.a, &self.l, &self.c, &self.p, self.rate, &self.terms)?,
-            ),
-        ])
     }
 }

@@ -1,13 +1,18 @@
 //! The optimum of a semidefinite program is bounded, or the program has no feasible point.
+//!
+//! **Theorem.** About `min c'x` subject to `x_1 F_1 + ... + x_m F_m - F_0 >= 0` (P) and its dual (D), in the sign convention of SDPA: a bound of the optimum, or that (P) or (D) has no feasible
+//! point. What implies what, and how near a proposed Y a feasible one is proved to be, stands at the head of [`semidefinite`](crate::semidefinite). The data of the program are
+//! intervals there: a decimal of a file becomes the fraction that it is, and what is proved holds for it.
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
 use super::super::number::Number;
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, counted, unknown_word};
+use super::{Fact, FileError, Statement, combination, counted, unknown_word};
 use crate::error::ProofError;
 use crate::semidefinite::{Block, DualBlock, Entry, Program};
 use crate::verdict::{Doubt, Verdict};
+use crate::wording::exact;
 
 /// What is claimed of the program, and the point that shows it.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +30,7 @@ pub enum SemidefiniteEvidence {
     DualInfeasible(Vec<f64>),
 }
 
-/// A statement about `min c'x` subject to `x_1 F_1 + ... + x_m F_m - F_0 >= 0` (P) and its dual (D), in the sign convention of SDPA.
-///
-/// What implies what, and how near a proposed Y a feasible one is proved to be, stands at the head of [`semidefinite`](crate::semidefinite). The data of the program are
-/// intervals there: a decimal of a file becomes the fraction that it is, and what is proved holds for it.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SemidefiniteProgram {
     /// The program.
@@ -132,6 +134,64 @@ fn read_program(file: &mut Fields<'_>) -> Result<Program, FileError> {
 impl Statement for SemidefiniteProgram {
     const NAME: &'static str = "semidefinite-program";
 
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let fact = |inequality: String, margin: Option<f64>| {
+            let undecided = Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "point" }, best: f64::NAN };
+            Fact::stated(inequality, margin.map_or(undecided, |margin| Verdict::Proved { margin }))
+        };
+        let shown = |x: f64| Number::from_f64(x).map_or_else(|| x.to_string(), |x| x.to_string());
+        let (program, mut facts) = (&self.program, Vec::new());
+        match &self.evidence {
+            SemidefiniteEvidence::Bounds { lower, upper } => {
+                if let Some((claimed, y)) = lower {
+                    let holds = program.lower_bound(y).is_some_and(|bound| bound.value >= *claimed);
+                    facts.push(fact(format!("the optimum >= {} by Y", shown(*claimed)), holds.then_some(0.0)));
+                }
+                if let Some((claimed, x)) = upper {
+                    let bound = program.upper_bound(x).filter(|bound| bound.value <= *claimed);
+                    facts.push(fact(
+                        format!("X(x) >= 0 and c'x <= {}", shown(*claimed)),
+                        bound.map(|bound| bound.margin),
+                    ));
+                }
+            }
+            SemidefiniteEvidence::PrimalInfeasible(y) => {
+                let ray = program.is_primal_infeasible(y);
+                let inequality = "tr(F_i Y) = 0, tr(F_0 Y) > 0, Y >= 0 near Y";
+                facts.push(fact(inequality.to_owned(), ray.map(|ray| ray.value)));
+            }
+            SemidefiniteEvidence::DualInfeasible(x) => {
+                let ray = program.is_dual_infeasible(x);
+                facts.push(fact("x_1 F_1 + ... + x_m F_m >= 0 and c'x < 0".to_owned(), ray.map(|ray| -ray.value)));
+            }
+        }
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        let sum = combination("F_", self.program.unknowns());
+        let blocks = counted(self.program.blocks().len(), "block");
+        let program = format!("the semidefinite program (P) min c'x subject to {sum} - F_0 >= 0 with {blocks}");
+        match &self.evidence {
+            SemidefiniteEvidence::Bounds { lower, upper } => {
+                let bounds: Vec<String> = [
+                    lower
+                        .as_ref()
+                        .map(|(bound, _)| format!("every feasible point of (P) has c'x >= {}", exact(*bound))),
+                    upper.as_ref().map(|(bound, _)| format!("(P) has a feasible point with c'x <= {}", exact(*bound))),
+                ]
+                .into_iter()
+                .flatten()
+                .collect();
+                format!("For {program}: {}.", bounds.join(", and "))
+            }
+            SemidefiniteEvidence::PrimalInfeasible(_) => format!("For {program}: (P) has no feasible point."),
+            SemidefiniteEvidence::DualInfeasible(_) => format!(
+                "For {program} and its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0: (D) has no feasible point."
+            ),
+        }
+    }
+
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let program = read_program(file)?;
         let field = file.take("claim")?;
@@ -204,67 +264,5 @@ impl Statement for SemidefiniteProgram {
             }
         }
         members
-    }
-
-    fn words(&self) -> String {
-        let sum = match self.program.unknowns() {
-            1 => "x_1 F_1".to_owned(),
-            m => format!("x_1 F_1 + ... + x_{m} F_{m}"),
-        };
-        let blocks = counted(self.program.blocks().len(), "block");
-        let program = format!("the semidefinite program (P) min c'x subject to {sum} - F_0 >= 0 with {blocks}");
-        match &self.evidence {
-            SemidefiniteEvidence::Bounds { lower, upper } => {
-                let bounds: Vec<String> = [
-                    lower.as_ref().map(|(bound, _)| format!("every feasible point of (P) has c'x >= {bound:e}")),
-                    upper.as_ref().map(|(bound, _)| format!("(P) has a feasible point with c'x <= {bound:e}")),
-                ]
-                .into_iter()
-                .flatten()
-                .collect();
-                format!("For {program}: {}.", bounds.join(", and "))
-            }
-            SemidefiniteEvidence::PrimalInfeasible(_) => format!("For {program}: (P) has no feasible point."),
-            SemidefiniteEvidence::DualInfeasible(_) => format!(
-                "For {program} and its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0: (D) has no feasible point."
-            ),
-        }
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let fact = |inequality: String, margin: Option<f64>| Fact {
-            inequality,
-            verdict: match margin {
-                Some(margin) => Verdict::Proved { margin },
-                None => Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "point" }, best: f64::NAN },
-            },
-        };
-        let shown = |x: f64| Number::from_f64(x).map_or_else(|| x.to_string(), |x| x.to_string());
-        let (program, mut facts) = (&self.program, Vec::new());
-        match &self.evidence {
-            SemidefiniteEvidence::Bounds { lower, upper } => {
-                if let Some((claimed, y)) = lower {
-                    let holds = program.lower_bound(y).is_some_and(|bound| bound.value >= *claimed);
-                    facts.push(fact(format!("the optimum >= {} by Y", shown(*claimed)), holds.then_some(0.0)));
-                }
-                if let Some((claimed, x)) = upper {
-                    let bound = program.upper_bound(x).filter(|bound| bound.value <= *claimed);
-                    facts.push(fact(
-                        format!("X(x) >= 0 and c'x <= {}", shown(*claimed)),
-                        bound.map(|bound| bound.margin),
-                    ));
-                }
-            }
-            SemidefiniteEvidence::PrimalInfeasible(y) => {
-                let ray = program.is_primal_infeasible(y);
-                let inequality = "tr(F_i Y) = 0, tr(F_0 Y) > 0, Y >= 0 near Y";
-                facts.push(fact(inequality.to_owned(), ray.map(|ray| ray.value)));
-            }
-            SemidefiniteEvidence::DualInfeasible(x) => {
-                let ray = program.is_dual_infeasible(x);
-                facts.push(fact("x_1 F_1 + ... + x_m F_m >= 0 and c'x < 0".to_owned(), ray.map(|ray| -ray.value)));
-            }
-        }
-        Ok(facts)
     }
 }

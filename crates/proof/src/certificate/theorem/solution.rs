@@ -1,4 +1,9 @@
 //! The exact solution of a Lyapunov or Stein equation lies in a matrix of intervals.
+//!
+//! **Theorem.** For all A and all symmetric Q between their bounds the equation has exactly one solution, and each of its entries lies in its interval.
+//!
+//! The enclosure is derived again from A, Q and what was proposed ([`lyapunov_solution`], [`stein_solution`], whose heads have the proof); an interval that is claimed narrower than the one
+//! derived, by one unit in the last place of one end, is rejected, and a wider one is true as well.
 
 use super::super::Rejection;
 use super::super::fields::Fields;
@@ -32,10 +37,7 @@ impl Equation {
     }
 }
 
-/// The equation has exactly one solution, and each of its entries lies in its interval, for all A and Q within theirs.
-///
-/// The enclosure is derived again from A, Q and what was proposed ([`lyapunov_solution`], [`stein_solution`]); an interval that is claimed narrower than the one derived, by one unit in the
-/// last place of one end, is rejected, and a wider one is true as well.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolutionWithin {
     /// Which equation.
@@ -122,6 +124,26 @@ impl SolutionWithin {
 impl Statement for SolutionWithin {
     const NAME: &'static str = "solution-within";
 
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let verdict = match self.derived()? {
+            Enclosure::Undecided { why } => Verdict::Undecided { why, best: f64::NAN },
+            Enclosure::Enclosed(found) => match self.too_tight(&found.p) {
+                Some(why) => Verdict::Undecided { why, best: f64::NAN },
+                None => Verdict::Proved { margin: 0.0 },
+            },
+        };
+        Ok(vec![Fact::stated(self.inequality(), verdict)])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "The equation {} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and each of its entries lies between the bounds that P gives.{}",
+            self.equation.text(),
+            enclosed([&self.a, &self.q], "Q"),
+            n = self.a.rows(),
+        )
+    }
+
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let field = file.take("equation")?;
         let word = field.text()?;
@@ -154,25 +176,5 @@ impl Statement for SolutionWithin {
             ("proposal", Out::Object(proposal)),
             ("P", Out::intervals(&self.p)),
         ]
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "The equation {} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and each of its entries lies between the bounds that P gives.{}",
-            self.equation.text(),
-            enclosed([&self.a, &self.q]),
-            n = self.a.rows(),
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let verdict = match self.derived()? {
-            Enclosure::Undecided { why } => Verdict::Undecided { why, best: f64::NAN },
-            Enclosure::Enclosed(found) => match self.too_tight(&found.p) {
-                Some(why) => Verdict::Undecided { why, best: f64::NAN },
-                None => Verdict::Proved { margin: 0.0 },
-            },
-        };
-        Ok(vec![Fact { inequality: self.inequality(), verdict }])
     }
 }

@@ -1,18 +1,21 @@
 //! The cubic observer with the real gain `N = -P^-1 C'S`.
+//!
+//! **Hypotheses.** `P > 0`, `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `theta >= 0`, and `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`.
+//!
+//! **Theorem.** `V = e'Pe` of the cubic observer's error falls as fast as that of the linear observer, from every e(0) (Theorem 2 with S for gamma theta). Nothing is said of a stored N, which
+//! is a rounding of that matrix: that is `cubic.rs`.
+//!
+//! **Proof.** `V' = e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e` with `y = Ce`, and the last term is not positive.
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Plant, Statement, decay, rate_term};
+use super::{Fact, FileError, Plant, Statement, decay, decrease_label};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{cubic_dissipation_structured, decay_rate, positive};
 
-/// `P > 0`, `(A - LC)'P + P(A - LC) + 2 rate P < 0` (12), `theta >= 0`, and `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`.
-///
-/// Then `V = e'Pe` of the cubic observer's error has `V' <= e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e`, and the last term is not positive: V falls as
-/// fast as that of the linear observer (Theorem 2 with S for gamma theta). Nothing is said of an N as stored, which is a rounding of that matrix:
-/// that is [`CubicObserver`](super::CubicObserver).
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructuredCubicObserver {
     /// The plant.
@@ -31,6 +34,24 @@ pub struct StructuredCubicObserver {
 
 impl Statement for StructuredCubicObserver {
     const NAME: &'static str = "cubic-observer-with-structured-gain";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new(decrease_label(self.rate), decay_rate(a, &self.l, c, &self.p, self.rate)?),
+            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
+            Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", cubic_dissipation_structured(&self.p, &self.s, c)?),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, with the real gain N = -P^-1 C'S: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}, from every e(0). Nothing is said of a rounding of N.",
+            self.plant.size(),
+            decay("e'Pe", "e", self.rate)
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = Plant::read(file)?;
@@ -60,26 +81,5 @@ impl Statement for StructuredCubicObserver {
             ),
             ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, with the real gain N = -P^-1 C'S: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}. Nothing is said of a rounding of N.",
-            self.plant.size(),
-            decay(self.rate)
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new(
-                format!("(A - LC)'P + P(A - LC){} < 0 (12)", rate_term(self.rate, "P")),
-                decay_rate(a, &self.l, c, &self.p, self.rate)?,
-            ),
-            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
-            Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", cubic_dissipation_structured(&self.p, &self.s, c)?),
-        ])
     }
 }

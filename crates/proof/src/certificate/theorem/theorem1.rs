@@ -1,4 +1,10 @@
 //! Theorem 1 of the cubic paper, for gains of any origin.
+//!
+//! **Hypotheses.** `P > 0`, `F'P + PF < 0` (12) for `F = A - LC`, `theta >= 0`, and `P N C + C'N'P <= 0` (13') for L and N to the last bit.
+//!
+//! **Theorem.** `V = e'Pe` decreases along the error of the cubic observer with the stored N, from every e(0). An N that was rounded does not satisfy (13'): for those see `cubic.rs`.
+//!
+//! **Proof.** As in `structured.rs`.
 
 use super::super::fields::Fields;
 use super::super::write::Out;
@@ -8,10 +14,7 @@ use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{cubic_dissipation, lyapunov_decrease, positive};
 
-/// `P > 0`, `(A - LC)'P + P(A - LC) < 0` (12), `theta >= 0`, and `P N C + C'N'P <= 0` (13') for L and N to the last bit.
-///
-/// Then `V = e'Pe` decreases along the error of the cubic observer, as in [`StructuredCubicObserver`](super::StructuredCubicObserver), with the stored N. An N that was
-/// rounded does not satisfy (13'): for those see [`CubicObserver`](super::CubicObserver).
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubicTheorem1 {
     /// The plant.
@@ -28,6 +31,24 @@ pub struct CubicTheorem1 {
 
 impl Statement for CubicTheorem1 {
     const NAME: &'static str = "cubic-observer-theorem-1";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Plant { a, c, .. } = &self.plant;
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("(A - LC)'P + P(A - LC) < 0 (12)", lyapunov_decrease(a, &self.l, c, &self.p)?),
+            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
+            Fact::new("P N C + C'N'P <= 0 (13')", cubic_dissipation(&self.p, &self.n, c)?),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, with L and N exactly as stored: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}, from every e(0).",
+            self.plant.size(),
+            decay("e'Pe", "e", 0.0)
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = Plant::read(file)?;
@@ -51,23 +72,5 @@ impl Statement for CubicTheorem1 {
             ("observer", Out::Object(observer)),
             ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
         ]
-    }
-
-    fn words(&self) -> String {
-        format!(
-            "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, with L and N exactly as stored: the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e, and {}.",
-            self.plant.size(),
-            decay(0.0)
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P + P(A - LC) < 0 (12)", lyapunov_decrease(a, &self.l, c, &self.p)?),
-            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
-            Fact::new("P N C + C'N'P <= 0 (13')", cubic_dissipation(&self.p, &self.n, c)?),
-        ])
     }
 }

@@ -1,0 +1,186 @@
+//! What is known of the theorems that a design claims: decided once, and kept with their data.
+
+use core::fmt;
+
+use super::number::Number;
+use super::{CertificateFile, Claim, Fact, Region, Rejection, Theorem};
+use crate::error::ProofError;
+
+/// A theorem with its data, all of whose inequalities are proved. There is no way to one but the proof, and none to change it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProvedTheorem {
+    theorem: Theorem,
+    facts: Vec<Fact>,
+}
+
+/// A theorem with its data, of whose inequalities at least one is not proved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnprovedTheorem {
+    theorem: Theorem,
+    facts: Vec<Fact>,
+}
+
+/// The theorems that a design claims, each decided.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Certificate {
+    proved: Vec<ProvedTheorem>,
+    unproved: Vec<UnprovedTheorem>,
+}
+
+/// A design with evidence.
+pub trait Certified {
+    /// What is known of it.
+    fn certificate(&self) -> &Certificate;
+
+    /// The theorems that are proved of it, the most comprehensive first; empty where none is.
+    fn theorems(&self) -> &[ProvedTheorem] {
+        self.certificate().theorems()
+    }
+
+    /// The first theorem as a certificate file, which `luenberger-verify` checks without this program.
+    ///
+    /// # Errors
+    /// [`Rejection::NotProved`] names the inequality that is not proved; [`Rejection::File`] for data beyond the limits of a file, [`Rejection::Nothing`] for a
+    /// design that claims nothing.
+    fn certificate_file(&self, title: &str) -> Result<CertificateFile, Rejection> {
+        self.certificate().file(title)
+    }
+}
+
+impl ProvedTheorem {
+    /// The theorem.
+    pub fn theorem(&self) -> &Theorem {
+        &self.theorem
+    }
+
+    /// Its inequalities, each proved, with its margin.
+    pub fn facts(&self) -> &[Fact] {
+        &self.facts
+    }
+
+    /// What is proved, in words generated from the data.
+    pub fn words(&self) -> String {
+        self.theorem.words()
+    }
+
+    /// The certificate file, with the margins that were proved.
+    ///
+    /// # Errors
+    /// [`Rejection::File`] for data beyond the limits of a file.
+    pub fn file(&self, title: &str) -> Result<CertificateFile, Rejection> {
+        let mut claims = Vec::with_capacity(self.facts.len());
+        for Fact { inequality, verdict, .. } in &self.facts {
+            match verdict.margin().and_then(Number::from_f64) {
+                Some(margin) => claims.push(Claim { inequality: inequality.clone(), margin }),
+                None => {
+                    let (inequality, verdict) = (inequality.clone(), Box::new(verdict.clone()));
+                    return Err(Rejection::NotProved { inequality, verdict });
+                }
+            }
+        }
+        Ok(CertificateFile::written(title, &self.theorem, &claims)?)
+    }
+}
+
+impl UnprovedTheorem {
+    /// The theorem.
+    pub fn theorem(&self) -> &Theorem {
+        &self.theorem
+    }
+
+    /// Its inequalities, each with what is known of it.
+    pub fn facts(&self) -> &[Fact] {
+        &self.facts
+    }
+
+    /// The first inequality that is not proved.
+    fn obstacle(&self) -> Rejection {
+        match self.facts.iter().find(|fact| !fact.verdict.is_proved()) {
+            Some(Fact { inequality, verdict, .. }) => {
+                Rejection::NotProved { inequality: inequality.clone(), verdict: Box::new(verdict.clone()) }
+            }
+            None => Rejection::Nothing,
+        }
+    }
+}
+
+impl Certificate {
+    /// These theorems, each decided here.
+    ///
+    /// # Errors
+    /// [`ProofError`] for shapes that do not fit and entries that are not finite.
+    pub fn of<T: Into<Theorem>>(theorems: impl IntoIterator<Item = T>) -> Result<Self, ProofError> {
+        let mut certificate = Self::default();
+        for theorem in theorems {
+            let theorem = theorem.into();
+            let facts = theorem.facts()?;
+            certificate.add(theorem, facts);
+        }
+        Ok(certificate)
+    }
+
+    pub(super) fn add(&mut self, theorem: Theorem, facts: Vec<Fact>) {
+        if !facts.is_empty() && facts.iter().all(|fact| fact.verdict.is_proved()) {
+            self.proved.push(ProvedTheorem { theorem, facts });
+        } else {
+            self.unproved.push(UnprovedTheorem { theorem, facts });
+        }
+    }
+
+    /// The theorems that are proved.
+    pub fn theorems(&self) -> &[ProvedTheorem] {
+        &self.proved
+    }
+
+    /// The theorems that are not, with what is known of their inequalities.
+    pub fn unproved(&self) -> &[UnprovedTheorem] {
+        &self.unproved
+    }
+
+    /// Whether every theorem is proved, and there is one.
+    pub fn is_proved(&self) -> bool {
+        self.unproved.is_empty() && !self.proved.is_empty()
+    }
+
+    /// Whether an inequality of a theorem is refuted.
+    pub fn is_refuted(&self) -> bool {
+        self.facts().any(|fact| fact.verdict.is_refuted())
+    }
+
+    /// Whether a cubic observer with its gains exactly as stored is proved to converge from every error.
+    pub fn converges_from_everywhere(&self) -> bool {
+        self.proved.iter().any(|proved| match &proved.theorem {
+            Theorem::CubicObserver(observer) => observer.region == Region::Everywhere,
+            Theorem::FeedbackLoop(theorem) => theorem.observer.region == Region::Everywhere,
+            Theorem::CubicTheorem1(_) | Theorem::SampledCubicObserver(_) => true,
+            _ => false,
+        })
+    }
+
+    /// The inequalities of all theorems, those of the proved ones first.
+    pub fn facts(&self) -> impl Iterator<Item = &Fact> {
+        let unproved = self.unproved.iter().flat_map(|theorem| &theorem.facts);
+        self.proved.iter().flat_map(|theorem| &theorem.facts).chain(unproved)
+    }
+
+    /// The first theorem as a certificate file.
+    ///
+    /// # Errors
+    /// As [`Certified::certificate_file`].
+    pub fn file(&self, title: &str) -> Result<CertificateFile, Rejection> {
+        match (self.unproved.first(), self.proved.first()) {
+            (Some(unproved), _) => Err(unproved.obstacle()),
+            (None, Some(proved)) => proved.file(title),
+            (None, None) => Err(Rejection::Nothing),
+        }
+    }
+}
+
+impl fmt::Display for Certificate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for fact in self.facts() {
+            writeln!(f, "{:<9}  {fact}", fact.verdict.word())?;
+        }
+        Ok(())
+    }
+}

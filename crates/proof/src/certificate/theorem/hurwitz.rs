@@ -1,0 +1,92 @@
+//! All eigenvalues of a matrix have negative real parts.
+//!
+//! **Hypotheses.** `P > 0` and `A'P + PA < 0`.
+//!
+//! **Theorem.** Every solution of `x' = Ax` tends to 0 exponentially, which is that all eigenvalues of A have negative real parts. For an A between bounds the two inequalities hold for
+//! every matrix there with one P, so that `x' = A(t)x` decays also when A varies in time.
+//!
+//! **Proof.** `V = x'Px` has `V' <= -q |x|^2`, q the margin of the second inequality. For an A of single numbers there is a third fact, whose margin m says that all real parts are below -m:
+//! `A'P + PA <= -q I` and `P <= p I` give `m = q / (2p)`.
+
+use super::super::fields::Fields;
+use super::super::number::Datum;
+use super::super::write::Out;
+use super::{Fact, FileError, Statement, are_points, bounded, data, enclosed, intervals};
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::statement::{decay_rate_within, hurwitz, positive};
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hurwitz {
+    /// A, n x n.
+    pub a: Matrix<Datum>,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+}
+
+impl Hurwitz {
+    /// A matrix of numbers with its P.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`].
+    pub fn new(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { a: data(a, "A")?, p: p.clone() })
+    }
+
+    /// All matrices between bounds, with one P.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`] for a bound that is infinite.
+    pub fn within(a: &Matrix<Interval>, p: &Matrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { a: bounded(a, "A")?, p: p.clone() })
+    }
+}
+
+impl Statement for Hurwitz {
+    const NAME: &'static str = "hurwitz";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let n = self.a.rows();
+        let a = intervals(&self.a);
+        let no_output = Matrix::from_fn(1, n, |_, _| Interval::zero());
+        let no_gain = Matrix::from_fn(n, 1, |_, _| 0.0);
+        let mut facts = vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("A'P + PA < 0", decay_rate_within(&a, &no_gain, &no_output, &self.p, 0.0)?),
+        ];
+        if a.as_slice().iter().all(Interval::is_point) {
+            facts
+                .push(Fact::new("the largest real part of an eigenvalue < 0", hurwitz(&a.map(Interval::lo), &self.p)?));
+        }
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        let n = self.a.rows();
+        if are_points([&self.a]) {
+            format!(
+                "All eigenvalues of the {n} x {n} matrix A have negative real parts: every solution of x' = Ax tends to 0 exponentially."
+            )
+        } else {
+            format!(
+                "Every solution of x' = A(t)x with {n} states tends to 0 exponentially, however A(t) varies in its bounds; in particular all eigenvalues of every such A have negative real parts.{}",
+                enclosed([&self.a], "")
+            )
+        }
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let a = file.take("A")?.square_data()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(a.rows())?;
+        lyapunov.finish()?;
+        Ok(Self { a, p })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![("A", Out::data(&self.a)), ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))]))]
+    }
+}

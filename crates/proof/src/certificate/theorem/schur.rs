@@ -1,0 +1,55 @@
+//! All eigenvalues of a matrix lie inside the unit circle.
+//!
+//! **Hypotheses.** `P > 0` and `A'PA - P < 0`.
+//!
+//! **Theorem.** Every solution of `x+ = Ax` tends to 0 exponentially, which is that all eigenvalues of A lie inside the unit circle.
+//!
+//! **Proof.** `V = x'Px` falls at each step by a factor below 1 that is the same for all x.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, Statement};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{positive, stein_decrease};
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schur {
+    /// A, n x n.
+    pub a: Matrix<f64>,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+}
+
+impl Statement for Schur {
+    const NAME: &'static str = "schur";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let n = self.a.rows();
+        let (no_gain, no_output) = (Matrix::from_fn(n, 1, |_, _| 0.0), Matrix::from_fn(1, n, |_, _| 0.0));
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("A'PA - P < 0", stein_decrease(&self.a, &no_gain, &no_output, &self.p)?),
+        ])
+    }
+
+    fn words(&self) -> String {
+        let n = self.a.rows();
+        format!(
+            "All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: every solution of x+ = Ax tends to 0 exponentially."
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let a = file.take("A")?.square()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(a.rows())?;
+        lyapunov.finish()?;
+        Ok(Self { a, p })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![("A", Out::matrix(&self.a)), ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))]))]
+    }
+}

@@ -1,0 +1,160 @@
+//! Numbers in statements: exact, or rounded to the safe side.
+//!
+//! A statement about stored numbers must not name others. [`exact`] writes a binary64 number so that nothing is lost; [`at_least`] and [`at_most`] write a
+//! short decimal that is not above, or not below, the number: for a margin, and for a bound.
+
+/// Significant digits that distinguish all binary64 numbers: the exact expansion of one has at most 767.
+const ALL_DIGITS: usize = 780;
+
+/// Magnitudes that are written without an exponent.
+fn is_moderate(x: f64) -> bool {
+    x == 0.0 || (1e-4..1e7).contains(&x.abs())
+}
+
+/// The number itself: a decimal where a short one is exactly the number, else hexadecimal digits and a power of two, with the shortest decimal that reads back as the
+/// number beside it.
+///
+/// ```
+/// use luenberger_proof::wording::exact;
+/// assert_eq!([exact(0.5), exact(-3.0), exact(1e22)], ["0.5", "-3", "1e22"]);
+/// assert_eq!(exact(0.3), "0x1.3333333333333p-2 (about 0.3)");
+/// ```
+pub fn exact(x: f64) -> String {
+    let shortest = if is_moderate(x) || !x.is_finite() { format!("{x}") } else { format!("{x:e}") };
+    match crate::certificate::Number::from_f64(x) {
+        Some(number) if digits(&format!("{x:e}")) != digits(&format!("{x:.ALL_DIGITS$e}")) => {
+            format!("{number} (about {shortest})")
+        }
+        _ => shortest,
+    }
+}
+
+/// The digits of a number in scientific notation, without trailing zeros.
+fn digits(scientific: &str) -> &str {
+    let mantissa = scientific.split('e').next().unwrap_or_default();
+    if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa }
+}
+
+/// A decimal of so many significant digits that is at most `x`: for a margin, of which a statement may say less and not more.
+///
+/// ```
+/// use luenberger_proof::wording::at_least;
+/// assert_eq!([at_least(0.769_999, 3), at_least(2.0, 3), at_least(-1.0004, 3)], ["0.769", "2", "-1.01"]);
+/// assert_eq!(at_least(9.999_9e-7, 2), "9.9e-7");
+/// ```
+pub fn at_least(x: f64, digits: usize) -> String {
+    rounded(x, digits, x < 0.0)
+}
+
+/// A decimal of so many significant digits that is at least `x`: for a bound of an error.
+///
+/// ```
+/// use luenberger_proof::wording::at_most;
+/// assert_eq!([at_most(0.769_101, 3), at_most(2.0, 3), at_most(9.991, 3), at_most(f64::INFINITY, 3)], ["0.77", "2", "10", "inf"]);
+/// ```
+pub fn at_most(x: f64, digits: usize) -> String {
+    rounded(x, digits, x > 0.0)
+}
+
+/// The first digits of `x`, with one unit added to the last one where others follow and the magnitude is to be rounded up.
+fn rounded(x: f64, significant: usize, away_from_zero: bool) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let expansion = format!("{:.ALL_DIGITS$e}", x.abs());
+    let (mantissa, exponent) = expansion.split_once('e').unwrap_or((&expansion, "0"));
+    let mut exponent: i32 = exponent.parse().unwrap_or(0);
+    let all: Vec<u8> = mantissa.bytes().filter(u8::is_ascii_digit).map(|byte| byte - b'0').collect();
+    let (kept, rest) = all.split_at(significant.clamp(1, all.len()));
+    let mut kept = kept.to_vec();
+    if away_from_zero && rest.iter().any(|digit| *digit != 0) {
+        let mut carried = true;
+        for digit in kept.iter_mut().rev() {
+            carried = *digit == 9;
+            *digit = if carried { 0 } else { *digit + 1 };
+            if !carried {
+                break;
+            }
+        }
+        if carried {
+            kept.insert(0, 1);
+            exponent += 1;
+        }
+    }
+    while kept.len() > 1 && kept.last() == Some(&0) {
+        kept.pop();
+    }
+    let sign = if x < 0.0 { "-" } else { "" };
+    let text: String = kept.iter().map(|digit| char::from(b'0' + digit)).collect();
+    let (first, others) = text.split_at(1);
+    let point = if others.is_empty() { "" } else { "." };
+    match exponent {
+        -4..=-1 => format!("{sign}0.{}{text}", "0".repeat((-exponent - 1) as usize)),
+        0..=6 => {
+            let whole = exponent as usize + 1;
+            if text.len() <= whole {
+                format!("{sign}{text}{}", "0".repeat(whole - text.len()))
+            } else {
+                format!("{sign}{}.{}", &text[..whole], &text[whole..])
+            }
+        }
+        _ => format!("{sign}{first}{point}{others}e{exponent}"),
+    }
+}
+
+/// A user's text as a name: in double quotes, with a backslash before quotes and backslashes of its own.
+///
+/// ```
+/// use luenberger_proof::wording::quoted;
+/// assert_eq!(quoted("P > 0"), "\"P > 0\"");
+/// assert_eq!(quoted("the \"gain\""), "\"the \\\"gain\\\"\"");
+/// ```
+pub fn quoted(name: &str) -> String {
+    format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::exact::Exact;
+
+    /// The exact value of a decimal in comparison with that of `x`: both times a power of ten that makes the decimal an integer.
+    fn compare(decimal: &str, x: f64) -> core::cmp::Ordering {
+        let (mantissa, exponent) = decimal.split_once('e').unwrap_or((decimal, "0"));
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let exponent = exponent.parse::<i32>().unwrap() - fraction.len() as i32;
+        let ten = Exact::from_f64(10.0).unwrap();
+        let power = |k: i32| (0..k).fold(Exact::from_f64(1.0).unwrap(), |p, _| crate::Ring::mul(&p, &ten));
+        let negative = whole.starts_with('-');
+        let digits = format!("{whole}{fraction}");
+        let integer = digits.bytes().filter(u8::is_ascii_digit).fold(Exact::from_f64(0.0).unwrap(), |sum, byte| {
+            crate::Ring::add(&crate::Ring::mul(&sum, &ten), &Exact::from_f64(f64::from(byte - b'0')).unwrap())
+        });
+        let integer = if negative { crate::Ring::neg(&integer) } else { integer };
+        let left = crate::Ring::mul(&integer, &power(exponent));
+        let right = crate::Ring::mul(&Exact::from_f64(x).unwrap(), &power(-exponent));
+        crate::Ring::add(&left, &crate::Ring::neg(&right)).signum().cmp(&0)
+    }
+
+    proptest! {
+        #[test]
+        fn rounding_is_to_the_safe_side(x in prop_oneof![-1e3..1e3_f64, any::<f64>()], digits in 1..8_usize) {
+            prop_assume!(x.is_finite());
+            prop_assert!(compare(&at_least(x, digits), x).is_le(), "{} of {x:e}", at_least(x, digits));
+            prop_assert!(compare(&at_most(x, digits), x).is_ge(), "{} of {x:e}", at_most(x, digits));
+            prop_assert!((at_least(x, digits).parse::<f64>().unwrap() - x).abs() <= 10.1 * x.abs() * 10_f64.powi(-(digits as i32)));
+        }
+
+        /// Without a hexadecimal form the decimal is the number, to the last bit.
+        #[test]
+        fn exact_decimals_are_exact(x in prop_oneof![-1e3..1e3_f64, any::<f64>(), (-1_000_000..1_000_000_i32).prop_map(|k| f64::from(k) / 64.0)]) {
+            prop_assume!(x.is_finite());
+            let text = exact(x);
+            if !text.contains("0x") {
+                prop_assert!(compare(&text, x).is_eq(), "{text} of {x:e}");
+            }
+        }
+    }
+}
