@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import partial
 
 import words
-from document import Field
+from document import LARGEST_ORDER, MOST_ENTRIES, Field
 from equation import Equation
 from equation import check as check_solution
 from program import Entry, Program
@@ -149,31 +149,20 @@ def schur(file):
 
 
 class Cubic:
-    """The data that the cubic observers have in common, and the facts about the real gain `N = -P^-1 C'S`."""
+    """The data that the cubic observers have in common."""
 
-    def __init__(self, file, gains, period=False):
+    def __init__(self, file, third):
         self.a, self.b, self.c = read_plant(file)
         n, outputs = self.a.rows, self.c.rows
         self.sizes = n, self.b.columns, outputs
         with file.object("observer") as observer:
             self.l = observer.take("L").matrix(n, outputs)
-            self.n = observer.take("N").matrix(n, outputs) if "N" in gains else None
+            if third == "N":
+                self.n = observer.take("N").matrix(n, outputs)
             self.theta = observer.take("theta").symmetric(outputs)
-            self.s = observer.take("S").matrix(outputs, outputs) if "S" in gains else None
-            self.period = observer.take("period").in_range(lambda x: x > 0, "positive") if period else None
+            if third == "S":
+                self.s = observer.take("S").matrix(outputs, outputs)
         self.f = self.a - self.l @ self.c
-
-    def dissipation(self, margin):
-        """`y'(S + S')y >= margin |y|^2` for every y = Ce."""
-        gain = self.s.plus_transpose() - Matrix.scalar(self.c.rows, margin)
-        at_least(self.c.T @ gain @ self.c, 0, strict=False)
-
-    def structured(self, p):
-        def test(margin):
-            at_least(p, 0, strict=True)
-            self.dissipation(margin)
-
-        return "P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", test
 
 
 def cubic_observer(file):
@@ -182,7 +171,7 @@ def cubic_observer(file):
 
 def read_cubic(file):
     """The facts, and what the words take."""
-    o = Cubic(file, "LN")
+    o = Cubic(file, "N")
     with file.object("lyapunov") as proof:
         p, s = proof.take("P").symmetric(o.a.rows), proof.take("S").matrix(o.c.rows, o.c.rows)
         rate = proof.rate()
@@ -273,19 +262,26 @@ def fractions(m):
 
 
 def structured_cubic_observer(file):
-    o = Cubic(file, "LS")
+    o = Cubic(file, "S")
     with file.object("lyapunov") as proof:
         p, rate = proof.take("P").symmetric(o.a.rows), proof.rate()
+
+    def dissipation(margin):
+        # P N C + C'N'P = -C'(S + S')C; the margin is one of S + S' on the outputs: y'(S + S')y >= margin |y|^2 for y = Ce.
+        at_least(p, 0, strict=True)
+        gain = o.s.plus_transpose() - Matrix.scalar(o.c.rows, margin)
+        at_least(o.c.T @ gain @ o.c, 0, strict=False)
+
     return words.structured_cubic_observer(*o.sizes, rate), [
         ("P > 0", positive(p)),
         (f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0 (12)", positive(lyapunov(o.f, p, rate))),
         ("theta >= 0", nonnegative(o.theta)),
-        o.structured(p),
+        ("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", dissipation),
     ]
 
 
 def cubic_theorem_1(file):
-    o = Cubic(file, "LN")
+    o = Cubic(file, "N")
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(o.a.rows)
     return words.cubic_theorem_1(*o.sizes), [
@@ -297,15 +293,24 @@ def cubic_theorem_1(file):
 
 
 def sampled_cubic_observer(file):
-    o = Cubic(file, "LS", period=True)
+    a, b, c = read_plant(file)
+    with file.object("observer") as observer:
+        l, n = observer.take("L").matrix(a.rows, c.rows), observer.take("N").matrix(a.rows, c.rows)
+        observer.take("theta").matrix(c.rows, c.rows)
+        w, period = (observer.take(name).in_range(lambda x: x > 0, "positive") for name in ("w", "period"))
     with file.object("lyapunov") as proof:
-        p = proof.take("P").symmetric(o.a.rows)
-    return words.sampled_cubic_observer(*o.sizes, o.period), [
+        p = proof.take("P").symmetric(a.rows)
+    return words.sampled_cubic_observer(a.rows, b.columns, c.rows, w, period), [
         ("P > 0", positive(p)),
-        ("(A - LC)'P(A - LC) - P < 0", positive(stein(o.f, p))),
-        ("theta >= 0", nonnegative(o.theta)),
-        o.structured(p),
+        ("(A - LC)'P(A - LC) - P < 0", positive(stein(a - l @ c, p))),
+        ("(wA + ANC)'P(wA + ANC) - w^2 P < 0", positive(saturated(a, n, c, w, p))),
     ]
+
+
+def saturated(a, n, c, w, p):
+    """`w^2 P - (wA + ANC)'P(wA + ANC)`: the decrease where the cubic flow has done all it can."""
+    f = a @ (Matrix.scalar(a.rows, w) + n @ c)
+    return p * (w * w) - f.T @ p @ f
 
 
 def feedback_loop(file):
@@ -468,8 +473,6 @@ MOST_UNKNOWNS = 1 << 20
 
 
 def read_inequalities(file):
-    from document import LARGEST_ORDER, MOST_ENTRIES
-
     with file.object("inequalities") as fields:
         unknowns = fields.take("unknowns").count(MOST_UNKNOWNS)
         relation = fields.take("relation").word(">", ">=")
@@ -544,8 +547,6 @@ def matrix_inequality_refuted(file):
 
 
 def read_program(file):
-    from document import LARGEST_ORDER, MOST_ENTRIES
-
     with file.object("program") as fields:
         orders = []
         for item in fields.take("blocks").items():
@@ -638,12 +639,6 @@ def semidefinite_program(file):
     return words.semidefinite_program(unknowns, len(program.orders), claim, *bounds), facts
 
 
-def deployed_observer(file):
-    from deployed import deployed_observer as check
-
-    return check(file)
-
-
 KINDS = {
     "linear-observer": linear_observer,
     "discrete-observer": discrete_observer,
@@ -653,7 +648,6 @@ KINDS = {
     "cubic-observer-with-structured-gain": structured_cubic_observer,
     "cubic-observer-theorem-1": cubic_theorem_1,
     "sampled-cubic-observer": sampled_cubic_observer,
-    "deployed-observer": deployed_observer,
     "feedback-loop": feedback_loop,
     "polytope-of-plants": partial(polytope, words.polytope_of_plants),
     "polytope-of-jacobians": partial(polytope, words.polytope_of_jacobians),

@@ -13,10 +13,12 @@ def digits_of(x):
     return digits.rstrip("0") or "0", first + int(exponent or 0) if digits else 0
 
 
-def plain(x):
-    """The shortest decimal, without an exponent."""
+def decimal(x):
+    """The shortest decimal, with an exponent where the magnitude asks for one."""
     digits, first = digits_of(x)
-    if first < 0:
+    if x and not Fraction(1e-4) <= abs(x) < 10**7:
+        text = digits[0] + ("." + digits[1:] if digits[1:] else "") + f"e{first}"
+    elif first < 0:
         text = "0." + "0" * (-1 - first) + digits
     else:
         digits = digits.ljust(first + 1, "0")
@@ -24,9 +26,14 @@ def plain(x):
     return "-" * (x < 0) + text
 
 
-def scientific(x):
-    digits, first = digits_of(x)
-    return "-" * (x < 0) + digits[0] + ("." + digits[1:] if digits[1:] else "") + f"e{first}"
+def exact(x):
+    """The number itself: a decimal where the shortest one is exactly the number, else hexadecimal with that decimal beside it."""
+    near = decimal(x)
+    return near if Fraction(near) == x else f"{hexadecimal(x)} (about {near})"
+
+
+def quoted(name):
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def hexadecimal(x):
@@ -50,25 +57,33 @@ def sizes(states, inputs, outputs):
 
 
 def rate_term(rate, p):
-    return f" + 2({plain(rate)}){p}" if rate else ""
+    return f" + 2 rate {p}" if rate else ""
 
 
-def enclosed(is_single):
+def enclosed(is_single, symmetric=""):
     if is_single:
         return ""
-    return " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: the statement holds for every one of them."
+    symmetric = f" that makes {symmetric} symmetric" if symmetric else ""
+    return (
+        " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: "
+        f"the statement holds for every choice of them{symmetric}."
+    )
 
 
-def decrease(rate):
+def decay(rate, function="e'Pe", variable="e"):
+    """What a Lyapunov function says of its argument."""
     if not rate:
-        return "V = e'Pe decreases and e tends to 0 exponentially"
-    return f"V = e'Pe satisfies V(t) <= exp(-2({plain(rate)})t) V(0), so that e tends to 0 at least like exp(-{plain(rate)}t)"
+        return f"V = {function} decreases and {variable} tends to 0 exponentially"
+    return (
+        f"V = {function} satisfies V(t) <= exp(-2 rate t) V(0) with rate = {exact(rate)}, "
+        f"so that {variable} tends to 0 at least like exp(-rate t)"
+    )
 
 
 def linear_observer(states, inputs, outputs, rate, is_single):
     return (
         f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat' = A xhat + Bu + L(y - C xhat), "
-        f"the error e = x - xhat obeys e' = (A - LC)e, and {decrease(rate)}, from every e(0).{enclosed(is_single)}"
+        f"the error e = x - xhat obeys e' = (A - LC)e, and {decay(rate)}, from every e(0).{enclosed(is_single)}"
     )
 
 
@@ -83,7 +98,7 @@ def hurwitz(n, is_single):
     if is_single:
         return f"All eigenvalues of the {n} x {n} matrix A have negative real parts: every solution of x' = Ax tends to 0 exponentially."
     return (
-        f"Every solution of x' = A(t)x with {counted(n, 'state') if False else f'{n} states'} tends to 0 exponentially, however A(t) varies in its bounds; "
+        f"Every solution of x' = A(t)x with {n} states tends to 0 exponentially, however A(t) varies in its bounds; "
         f"in particular all eigenvalues of every such A have negative real parts.{enclosed(is_single)}"
     )
 
@@ -97,46 +112,43 @@ CUBIC_ERROR = "the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C
 
 
 def region(level):
-    return "from every e(0)" if level is None else f"from every e(0) with e(0)'P e(0) < {scientific(level)}"
+    return "from every e(0)" if level is None else f"from every e(0) with e(0)'P e(0) < {exact(level)}"
 
 
 def cubic_observer(size, rate, level, *_):
-    if rate:
-        real = f"V = e'Pe satisfies V(t) <= exp(-2({plain(rate)})t) V(0), from every e(0)"
-    else:
-        real = "V = e'Pe decreases and e tends to 0 exponentially, from every e(0)"
     return (
         f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)} and {CUBIC}, {CUBIC_ERROR}. With the gains L and N exactly as stored, e tends to 0 exponentially, "
-        f"{region(level)}. With the real gain -P^-1 C'S, of which N is a rounding, {real}."
+        f"{region(level)}. With the real matrix -P^-1 C'S in place of N, {decay(rate)}, from every e(0)."
     )
 
 
 def structured_cubic_observer(states, inputs, outputs, rate):
     return (
         f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with the real gain N = -P^-1 C'S: {CUBIC_ERROR}, "
-        f"and {decrease(rate)}, from every e(0). Nothing is said of a rounding of N."
+        f"and {decay(rate)}, from every e(0). Nothing is said of a rounding of N."
     )
 
 
 def cubic_theorem_1(states, inputs, outputs):
     return (
         f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with L and N exactly as stored: {CUBIC_ERROR}, "
-        f"and {decrease(0)}, from every e(0)."
+        f"and {decay(0)}, from every e(0)."
     )
 
 
-def sampled_cubic_observer(states, inputs, outputs, period):
+def sampled_cubic_observer(states, inputs, outputs, w, period):
     return (
-        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the sampled cubic observer, whose error e = x - xhat is carried over one period "
-        f"({scientific(period)}) by the exact flow of e' = (e'C'theta C e) N C e with the real gain N = -P^-1 C'S and by the step e+ = (A - LC)e, V = e'Pe falls over each period "
-        "by a factor below 1, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of N or of the step as computed."
+        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the sampled cubic observer xhat+ = A(xhat - g N z) + Bu + r L z, z = y - C xhat, "
+        f"q = max(z'theta z, 0), r = 1/sqrt(1 + 2 w h q), g = (1 - r)/w, with w = {exact(w)} and the period h = {exact(period)} and all numbers as given, in exact arithmetic: "
+        "the error e = x - xhat obeys e+ = (A - LC + g (AN + wL)C)e with 0 <= g < 1/w, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). "
+        "Nothing is said of the rounding of its steps."
     )
 
 
 def feedback_loop(size, rate, level):
     return (
         f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every x(0), with the gains K, L and N exactly as stored {region(level)}; "
-        "with the real gain -P^-1 C'S, x'P1x + e'Pe decreases, from every e(0)."
+        "with the real matrix -P^-1 C'S in place of N, x'P1x + e'Pe decreases, from every e(0)."
     )
 
 
@@ -151,62 +163,78 @@ def hull(count, states, outputs, is_single):
 def polytope_of_plants(count, states, outputs, rate, is_single):
     return (
         f"For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in {hull(count, states, outputs, is_single)} at all times, "
-        f"and every solution of e' = (A(t) - L C(t))e, {decrease(rate)}. This e is the error of the observer with the same A(t) and C(t) and the gain L; "
+        f"and every solution of e' = (A(t) - L C(t))e, {decay(rate)}. This e is the error of the observer with the same A(t) and C(t) and the gain L; "
         "the forcing (A(t) - A)x of an observer that runs another A is not covered."
     )
 
 
 def polytope_of_jacobians(count, states, outputs, rate, is_single):
     return (
-        f"For all matrices (A(t), C(t)) in {hull(count, states, outputs, is_single)}, and every solution of e' = (A(t) - L C(t))e, {decrease(rate)}. "
+        f"For all matrices (A(t), C(t)) in {hull(count, states, outputs, is_single)}, and every solution of e' = (A(t) - L C(t))e, {decay(rate)}. "
         "Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as long as the mean Jacobians of f and h between xhat and x lie "
         "in this hull: that they do is a hypothesis, of which this certificate says nothing."
     )
 
 
+def sector(k, low, high):
+    """What is assumed of the increments of the k-th nonlinearity."""
+    if low == -high:
+        return f"|w_{k}| <= high |H_{k} e| for high = {exact(high)}"
+    return f"(w_{k} - low H_{k} e)'(high H_{k} e - w_{k}) >= 0 for low = {exact(low)}, high = {exact(high)}"
+
+
 def sector_observer(states, outputs, sectors, rate):
-    named = ", ".join(f"phi_{k + 1} in [{plain(low)}, {plain(high)}]" for k, (low, high) in enumerate(sectors))
-    end = f"tends to 0 at least like exp(-{plain(rate)}t)" if rate else "tends to 0 exponentially"
+    conditions = ", and ".join(sector(k + 1, low, high) for k, (low, high) in enumerate(sectors))
+    increments = f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}" if sectors else "without nonlinearities"
     return (
-        f"For every plant x' = Ax + sum G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, {counted(outputs, 'output')} and "
-        f"{counted(len(sectors), 'nonlinearity', 'nonlinearities')} whose increments lie in the incremental sectors ({named or 'none'}), that is (w - low H e)'(high H e - w) >= 0 "
-        "for w = phi(t, H x, u) - phi(t, H xhat, u), and the observer xhat' = A xhat + sum G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
-        f"e = x - xhat {end}, from every e(0). That the nonlinearities of a plant lie in these sectors, where x and xhat are, is a hypothesis."
+        f"For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, {counted(outputs, 'output')} and "
+        f"{counted(len(sectors), 'nonlinearity', 'nonlinearities')}, {increments}, and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
+        f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and xhat are, is a hypothesis."
     )
 
 
 def contracting_coordinates(count, measured, unmeasured, injection, rate):
+    falls = decay(rate, "|d_m|^2 + d_w'Q d_w", "d")
     return (
         f"For all matrices J(t) in the convex hull of the {count} given, with {counted(measured, 'measured state')} and {counted(unmeasured, 'unmeasured state')}, "
         "in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 0])d with a diagonal "
-        f"G_m(t) >= {scientific(injection)} I has V = |d_m|^2 + d_w'Q d_w with V(t) <= exp(-2({plain(rate)})t) V(0), and tends to 0 exponentially. "
+        f"G_m(t) >= g I, g = {exact(injection)}, obeys: {falls}, from every d(0). "
         "That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing."
     )
 
 
 def definiteness(n, sense, is_single):
-    return f"The symmetric {n} x {n} matrix M is {sense}.{enclosed(is_single)}"
+    return f"The symmetric {n} x {n} matrix M is {sense}.{enclosed(is_single, 'M')}"
 
 
 def solution_within(equation, n, is_single):
     return (
         f"The equation {equation} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and each of its entries lies between the bounds that P gives."
-        f"{enclosed(is_single)}"
+        f"{enclosed(is_single, 'Q')}"
     )
 
 
+def combination(matrix, unknowns):
+    """`x_1 F_1 + ... + x_m F_m`."""
+    if unknowns == 0:
+        return "0"
+    if unknowns == 1:
+        return f"x_1 {matrix}1"
+    return f"x_1 {matrix}1 {'+ ... ' if unknowns > 2 else ''}+ x_{unknowns} {matrix}{unknowns}"
+
+
 def inequality_label(relation, name):
-    return f"F(x) {relation} 0 of {name}"
+    return f"F(x) {relation} 0 of {quoted(name)}"
 
 
 def multiplier_label(name):
-    return f"Z >= 0 of {name}"
+    return f"Z >= 0 of {quoted(name)}"
 
 
 def inequalities(unknowns, relation, names):
     return (
-        f"the linear matrix inequalities F_k(x) = F_k0 + x_1 F_k1 + ... + x_{unknowns} F_k{unknowns} {relation} 0, "
-        f"{counted(len(names), 'constraint')} ({'; '.join(names)})."
+        f"the linear matrix inequalities F_k(x) = F_k0 + {combination('F_k', unknowns)} {relation} 0, "
+        f"{counted(len(names), 'constraint')} ({', '.join(map(quoted, names))})."
     )
 
 
@@ -219,12 +247,37 @@ def matrix_inequality_refuted(unknowns, relation, names):
 
 
 def semidefinite_program(unknowns, blocks, claim, lower, upper):
-    total = "x_1 F_1" if unknowns == 1 else f"x_1 F_1 + ... + x_{unknowns} F_{unknowns}"
-    program = f"the semidefinite program (P) min c'x subject to {total} - F_0 >= 0 with {counted(blocks, 'block')}"
+    program = f"the semidefinite program (P) min c'x subject to {combination('F_', unknowns)} - F_0 >= 0 with {counted(blocks, 'block')}"
     if claim == "primal infeasible":
         return f"For {program}: (P) has no feasible point."
     if claim == "dual infeasible":
         return f"For {program} and its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0: (D) has no feasible point."
-    bounds = [] if lower is None else [f"every feasible point of (P) has c'x >= {scientific(lower)}"]
-    bounds += [] if upper is None else [f"(P) has a feasible point with c'x <= {scientific(upper)}"]
+    bounds = [] if lower is None else [f"every feasible point of (P) has c'x >= {exact(lower)}"]
+    bounds += [] if upper is None else [f"(P) has a feasible point with c'x <= {exact(upper)}"]
     return f"For {program}: {', and '.join(bounds)}."
+
+
+STEPS = {
+    "cubic": (
+        "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h z'theta z), h the period",
+        "e+ = M e with M = A - LC + g (AN + wL)C for some g between 0 and 1/w",
+    ),
+    "joined": ("the observer xhat+ = F xhat + Bu + Ly, F being A - LC rounded", "e+ = F e"),
+    "innovation": ("the observer xhat+ = A xhat + Bu + L(y - C xhat)", "e+ = (A - LC)e with the stored A, L and C"),
+}
+
+
+def deployed_observer(states, inputs, outputs, step, stored, running):
+    observer, error = STEPS[step]
+    claim = "Nothing is said of the rounding of its steps."
+    if running:
+        claim = (
+            f"As it runs in {running}, each operation rounded to nearest, in any order of summation and with or without fused multiply-adds, on the real plant and while "
+            "|x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - xhat never makes sqrt(e'Pe) larger than running.start, "
+            "limsup |e_i| is at most running.limsup[i] (counted from 0), and no intermediate number leaves the format."
+        )
+    return (
+        f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, with all its matrices stored in {stored}, to nearest: "
+        f"with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = e'Pe falls at each step by a factor below 1, "
+        f"and e tends to 0 exponentially, from every e(0). {claim}"
+    )
