@@ -189,13 +189,12 @@ def number(text):
 
 
 class Datum:
-    """An entry of the data: one number, or all numbers between two. `low` and `high` are binary64 numbers around it, `exact` is the number itself, if it is one."""
+    """An entry of the data: one number, or all numbers between two. `low` and `high` are binary64 numbers around it."""
 
     def __init__(self, first, last=None):
         if abs(first) > LARGEST_BINARY64 or (last is not None and abs(last) > LARGEST_BINARY64):
             raise Malformed("beyond the largest binary64 number")
         self.written = (first, last)
-        self.exact = first if last is None else None
         self.low, self.high = below(first), -below(-(first if last is None else last))
         self.is_single = last is None and self.low == self.high
         if self.low > self.high:

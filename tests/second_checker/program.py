@@ -11,6 +11,7 @@ from fractions import Fraction
 from rational import Family, False_, Matrix, NotShown, at_least, factored, is_certified, root_above
 
 MOST_UNKNOWNS = 400
+MOST_PRODUCTS = 5_000_000
 
 
 class Entry:
@@ -80,6 +81,8 @@ class Program:
         for i, f in enumerate(self.matrices[1:]):
             for place, entry in f.items():
                 at.setdefault(place, []).append((i, entry))
+        if sum(len(here) ** 2 for here in at.values()) > MOST_PRODUCTS:
+            raise NotShown("the products of the constraints take too long")
         middle, radius = ([[Fraction(0)] * m for _ in range(m)] for _ in range(2))
         for here in at.values():
             for i, x in here:
@@ -103,12 +106,12 @@ class Program:
         scaled = s @ g @ s
         spread = s @ dg @ s
         lowered = scaled - Matrix.diagonal([sum((spread[i, j] for j in range(m)), Fraction(0)) for i in range(m)])
-        powers = (Fraction(1, 2**k) for k in (3, 10, 20, 40, 60))
+        powers = (Fraction(1, 2**k) for k in (0, 1, 2, 3, 5, 8, 12, 20, 40, 60))
         smallest = next((x for x in powers if is_certified((lowered - Matrix.scalar(m, x)).num, 192)), None)
         if smallest is None:
             raise NotShown("the constraints are dependent, or nearly so")
         y = dict(y)
-        for _ in range(3 if self.is_single else 0):
+        for _ in range(3):
             residual = [c - self.trace(k + 1, y)[0] for k, (c, _) in enumerate(right_sides)]
             step = solved(scaled, [x * scale for x, scale in zip(residual, scales)])
             for x, scale, f in zip(step, scales, self.matrices[1:]):

@@ -5,6 +5,7 @@ A fact is a label and a test. The test takes the margin that the file claims, an
 
 from fractions import Fraction
 from functools import partial
+from math import isqrt
 
 import words
 from document import LARGEST_ORDER, MOST_ENTRIES, Field
@@ -433,10 +434,7 @@ def definiteness(file):
     label, sign_, strict = SENSES[sense]
     n = len(m)
     entries = [x for row in m for x in row]
-    if all(x.exact is not None and is_dyadic(x.exact) for x in entries):
-        middle, radius = Matrix.of([[x.exact for x in row] for row in m], n), Matrix.zeros(n, n)
-    else:
-        middle, radius = interval_matrix(m, n)
+    middle, radius = interval_matrix(m, n)
     family = Family(middle * sign_, radius)
     statement = words.definiteness(n, sense, all(x.is_single for x in entries))
     return statement, [(label, lambda margin: family.at_least(margin, strict))]
@@ -555,7 +553,7 @@ def read_program(file):
                 if (dense is None) == (diagonal is None):
                     item.fail("should be dense or diagonal")
                 orders.append((dense.count(LARGEST_ORDER), False) if dense else (diagonal.count(MOST_ENTRIES), True))
-        if sum((n if is_diagonal else n**2) for n, is_diagonal in orders) > MOST_ENTRIES:
+        if sum((isqrt(n) + 1 if is_diagonal else n) ** 2 for n, is_diagonal in orders) > MOST_ENTRIES:
             fields.take("blocks").fail(f"the matrices have more than {MOST_ENTRIES} entries together")
         costs = [item.datum() for item in fields.take("costs").items()]
         if not costs or not orders or not all(n for n, _ in orders):
