@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """check.py FILE...: what certificate files prove, decided in exact rational arithmetic.
 
-A second implementation of docs/certificates.md, which is the specification; it shares no code with crates/proof. Python 3.10 and its standard library are enough.
+A second implementation of docs/certificates.md, which is the specification; it shares no code with crates/proof. Python
+3.10 and its standard library are enough.
 
-Prints `FILE: Proved`, or `FILE: Rejected: ` with the reason. A reason that begins with "not shown" says that this checker found no proof; every other reason is a
-defect of the file, or a fact that is false. Exit status: 0 if every file is proved, 1 if one is rejected, 2 if one cannot be read as JSON. `-` is the standard input.
+Prints `FILE: Proved`, or `FILE: Rejected: ` with the reason. A reason that begins with "not shown" says that this
+checker found no proof; every other reason is a defect of the file, or a fact that is false. Exit status: 0 if every
+file is proved, 1 if one is rejected, 2 if one cannot be read as JSON. `-` is the standard input.
 """
 
 import sys

@@ -1,11 +1,14 @@
-"""The observer as a target has it: the stored numbers are the nearest ones, they make a convergent observer, and the running error stays within bounds.
+"""The observer as a target has it: the stored numbers are the nearest ones, they make a convergent observer, and the
+running error stays within bounds.
 
 The plant is `x+ = A x + B u`, `y = C x + v`. With the stored matrices (a tilde for each) the target computes
-    joined        xhat+ = F xhat + B~ u + L~ y~,                   F the exact A - L~ C rounded once
-    innovation    xhat+ = A~ xhat + B~ u + L~ z,                   z = y~ - C~ xhat
-    cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,          w i = (1 - r) z, j = r z, r = 1/sqrt(1 + 2 w h max(z'theta z, 0)).
-Everything is bounded entry by entry, by matrices that act on (1, |e_1|, .., |e_n|): here a `Matrix` of n + 1 columns. A sum of k terms, in any order and with or without
-fused operations, errs by at most `gamma_k sum |terms| + 2 k (1 + gamma_k) tiny` in floating point, and by half a unit for each product in fixed point.
+    joined        xhat+ = F xhat + B~ u + L~ y~,              F the exact A - L~ C rounded once
+    innovation    xhat+ = A~ xhat + B~ u + L~ z,              z = y~ - C~ xhat
+    cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,     w i = (1 - r) z, j = r z,
+                                                              r = 1/sqrt(1 + 2 w h max(z'theta z, 0)).
+Everything is bounded entry by entry, by matrices that act on (1, |e_1|, .., |e_n|): here a `Matrix` of n + 1 columns. A
+sum of k terms, in any order and with or without fused operations, errs by at most `gamma_k sum |terms| + 2 k (1 +
+gamma_k) tiny` in floating point, and by half a unit for each product in fixed point.
 """
 
 import re
@@ -83,7 +86,9 @@ class Observer:
             self.sc = self.c if is_joined else stored.take("C").matrix(outputs, n)
             self.l = stored.take("L").matrix(n, outputs)
             if self.step == "cubic":
-                self.gain, self.theta = stored.take("N").matrix(n, outputs), stored.take("theta").matrix(outputs, outputs)
+                self.gain, self.theta = stored.take("N").matrix(n, outputs), stored.take("theta").matrix(
+                    outputs, outputs
+                )
                 self.w, self.h = (stored.take(name).in_range(lambda x: x > 0, "positive") for name in ("w", "period"))
         with file.object("operation") as operation:
             lists = (("x", n), ("u", inputs), ("v", outputs), ("e(0)", n))
@@ -125,7 +130,9 @@ def read_bounds(field, length):
 
 
 class Step:
-    """What one step adds to the error, and the largest numbers that it meets, while `|e_i|` is at most what it is asked for."""
+    """What one step adds to the error, and the largest numbers that it meets, while `|e_i|` is at most what it is asked
+    for.
+    """
 
     def __init__(self, o):
         self.o, self.format = o, o.running_in
@@ -147,7 +154,9 @@ class Step:
         return terms * gamma + self.same(terms.rows, 2 * k * (1 + gamma) * self.format.tiny)
 
     def bounds(self, reach):
-        """`(added, bend, stages)`: `|e+ - M e| <= added (1, |e|)`, `|M e - F e| <= bend (1, |e|)`; a stage is a name, a bound of a number, and what it must not exceed."""
+        """`(added, bend, stages)`: `|e+ - M e| <= added (1, |e|)`, `|M e - F e| <= bend (1, |e|)`; a stage is a name, a
+        bound of a number, and what it must not exceed.
+        """
         o, n = self.o, self.o.n
         largest = self.format.largest
         stages = [("u", self.constant(o.u), largest)]
@@ -159,7 +168,9 @@ class Step:
         measured = y + converted
         stages += [("y", measured, largest), ("xhat", xhat, largest)]
         if not self.format.is_fixed:
-            numbers = [o.sa, o.sb, o.sc, o.l] + ([o.gain, o.theta, Matrix.of([[o.w, o.h]], 2)] if o.step == "cubic" else [])
+            numbers = [o.sa, o.sb, o.sc, o.l] + (
+                [o.gain, o.theta, Matrix.of([[o.w, o.h]], 2)] if o.step == "cubic" else []
+            )
             most = max((abs(number) for m in numbers for number in m.entries()), default=Fraction(0))
             stages.append(("a stored number", self.same(1, most), largest))
         inputs = abs(o.sb) @ u
@@ -202,8 +213,9 @@ class Step:
     def flow(self, z, size):
         """The errors of w i and of j against the exact flow of the computed innovation, the largest g, and the stages.
 
-        The code computes, each operation rounded: `s = max |z_k|, d = z/s, q = max(d'theta d, 0), k = 2q h, b = sqrt(w k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a)`,
-        or `p = p' = 1/b` for `c > 1/(2u)`, and `j = p d, i = (((k p) p')s)d`. With `r = 1/sqrt(1 + c^2)` by definition, j has 5 factors 1 + delta and w i 17.
+        The code computes, each operation rounded: `s = max |z_k|, d = z/s, q = max(d'theta d, 0), k = 2q h, b = sqrt(w
+        k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a)`, or `p = p' = 1/b` for `c > 1/(2u)`, and `j = p d, i =
+        (((k p) p')s)d`. With `r = 1/sqrt(1 + c^2)` by definition, j has 5 factors 1 + delta and w i 17.
         """
         o, unit, tiny, largest = self.o, self.format.unit, self.format.tiny, self.format.largest
         w, h, outputs = o.w, o.h, o.outputs
@@ -228,8 +240,21 @@ class Step:
         # Roots of at least half the largest number are not reached, where the code caps the impulse.
         cap = root_above(largest) / 2 * (1 - Fraction(1, 2**50))
         strength = min(1 / w, k * size**2 + tiny / w * (1 + size**2))
-        found = {"theta d": weighted, "2 d'theta d": 2 * form, "2q h": k, "w k": wk, "sqrt(w k)": b, "b s": c, "1 + c c": squared}
-        found |= {"1 + a": rounded(1 + rounded(root_above(squared))), "s/a": size, "k p": pulled, "k p p'": pulled_twice}
+        found = {
+            "theta d": weighted,
+            "2 d'theta d": 2 * form,
+            "2q h": k,
+            "w k": wk,
+            "sqrt(w k)": b,
+            "b s": c,
+            "1 + c c": squared,
+        }
+        found |= {
+            "1 + a": rounded(1 + rounded(root_above(squared))),
+            "s/a": size,
+            "k p": pulled,
+            "k p p'": pulled_twice,
+        }
         stages = [(name, self.same(1, x), largest) for name, x in found.items()]
         return impulse, innovation, strength, stages + [("k p p' s", self.same(1, rounded(pulled_twice * size)), cap)]
 
@@ -253,7 +278,9 @@ class Ball:
         return Matrix.of([[Fraction(1)]] + [[x * radius] for x in self.half.entries()], 1)
 
     def ultimate(self, radius):
-        """A bound of limsup sqrt(e'Pe) from errors within the radius, if none leaves it and no number leaves the format."""
+        """A bound of limsup sqrt(e'Pe) from errors within the radius, if none leaves it and no number leaves the
+        format.
+        """
         added, _, stages = self.step.bounds(self.reach(radius))
         n = self.o.n
         beta = self.length(added.block(range(n), range(1)))
@@ -268,7 +295,9 @@ class Ball:
         return found
 
     def invariant(self, claimed):
-        """A radius at most the one claimed that no error leaves, and the limit: the claim itself, or where that is generous a smaller one."""
+        """A radius at most the one claimed that no error leaves, and the limit: the claim itself, or where that is
+        generous a smaller one.
+        """
         least = self.length(self.o.first)
         if claimed < least:
             raise NotShown("the first error may be larger than the bound claimed")
@@ -287,7 +316,9 @@ class Ball:
         raise NotShown("no ball within the bound claimed is shown to be invariant")
 
     def entries(self, ultimate):
-        """Bounds of limsup |e_i|: those of the ball, and `sum_{j<k} |F^j| d + half rho^k ultimate` for every k, d being what a step adds in the limit."""
+        """Bounds of limsup |e_i|: those of the ball, and `sum_{j<k} |F^j| d + half rho^k ultimate` for every k, d being
+        what a step adds in the limit.
+        """
         best = [x * ultimate for x in self.half.entries()]
         for _ in range(REFINEMENTS):
             reach = Matrix.of([[Fraction(1)]] + [[x] for x in best], 1)
@@ -356,7 +387,12 @@ def deployed_observer(file):
         (label, positive(stein(o.f, o.p))),
     ]
     if o.step == "cubic":
-        facts.append(("(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers", positive(saturated(o.sa, o.gain, o.sc, o.w, o.p))))
+        facts.append(
+            (
+                "(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers",
+                positive(saturated(o.sa, o.gain, o.sc, o.w, o.p)),
+            )
+        )
     if o.claims:
         start, limits = o.claims
         proved = []
@@ -375,4 +411,9 @@ def deployed_observer(file):
         facts.append(("sqrt(e'Pe) <= running.start at all times", without_margin(ball)))
         for i in range(o.n):
             facts.append((f"limsup |e_{i + 1}| <= running.limsup[{i}]", without_margin(lambda i=i: entry(i))))
-    return words.deployed_observer(o.n, o.inputs, o.outputs, o.step, o.stored_in.name, o.running_in.name if o.claims else None), facts
+    return (
+        words.deployed_observer(
+            o.n, o.inputs, o.outputs, o.step, o.stored_in.name, o.running_in.name if o.claims else None
+        ),
+        facts,
+    )

@@ -1,6 +1,7 @@
 """The document: strict JSON, its canonical form and digest, exact numbers, and fields with their shapes.
 
-Nothing here knows a theorem. `Unreadable` is raised for what is no JSON document within the limits, `Malformed` for a document that is no certificate.
+Nothing here knows a theorem. `Unreadable` is raised for what is no JSON document within the limits, `Malformed` for a
+document that is no certificate.
 """
 
 import hashlib
@@ -33,7 +34,7 @@ class Literal(str):
 
 
 STRING = re.compile(r'"((?:[^"\\\x00-\x1f\x7f-\x9f]|\\["\\/]|\\u[0-9a-fA-F]{4})*)"')
-ESCAPE = re.compile(r'\\(?:u([0-9a-fA-F]{4})|(.))')
+ESCAPE = re.compile(r"\\(?:u([0-9a-fA-F]{4})|(.))")
 LITERAL = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?|true|false|null")
 SPACE = re.compile(r"[ \t\r\n]*")
 
@@ -129,7 +130,9 @@ def parse(data):
 
 
 def canonical(tree, left_out=None):
-    """No white space between tokens, members in the order of their names, in strings no escapes but those of quote and backslash."""
+    """No white space between tokens, members in the order of their names, in strings no escapes but those of quote and
+    backslash.
+    """
     if isinstance(tree, Literal):
         return str(tree)
     if isinstance(tree, str):

@@ -1,12 +1,15 @@
-"""The solution of `T(P) + Q = 0`, `T(X) = A'X + XA` or `A'XA - X`, for all A and Q between bounds: that there is one, and where it lies.
+"""The solution of `T(P) + Q = 0`, `T(X) = A'X + XA` or `A'XA - X`, for all A and Q between bounds: that there is one,
+and where it lies.
 
-*By comparison* with a W that is positive definite (or, for Lyapunov's equation, negative definite: then -A is stable) and has `D = -T(W) > 0`. Let
-`R = T(P~) + Q`. `-r D <= R <= r D` implies `-r |W| <= P - P~ <= r |W|`, so that `|P - P~|_ij^2 <= r^2 W_ii W_jj`. Here r is not sought: it is the
-largest for which the intervals claimed hold that, and the two inequalities are checked for it.
+*By comparison* with a W that is positive definite (or, for Lyapunov's equation, negative definite: then -A is stable)
+and has `D = -T(W) > 0`. Let `R = T(P~) + Q`. `-r D <= R <= r D` implies `-r |W| <= P - P~ <= r |W|`, so that `|P -
+P~|_ij^2 <= r^2 W_ii W_jj`. Here r is not sought: it is the largest for which the intervals claimed hold that, and the
+two inequalities are checked for it.
 
-*By elimination.* On the upper triangle T is a matrix M. Let G be any matrix, E = I - G M, `|E| v <= h v`, v > 0, h < 1. Then M is nonsingular (the
-spectral radius of E is below 1), and M x = -R gives `x = -G R + E x`, so that `|x| <= y := v max(|G R|/v)/(1 - h)` and `x in -G R + [-1, 1] |E| y`. G is an inverse in
-floating point, and P~ is first bettered by x := x - G R, rounded to 256 bits: what encloses the solution is then much narrower than the intervals claimed.
+*By elimination.* On the upper triangle T is a matrix M. Let G be any matrix, E = I - G M, `|E| v <= h v`, v > 0, h < 1.
+Then M is nonsingular (the spectral radius of E is below 1), and M x = -R gives `x = -G R + E x`, so that `|x| <= y := v
+max(|G R|/v)/(1 - h)` and `x in -G R + [-1, 1] |E| y`. G is an inverse in floating point, and P~ is first bettered by x
+:= x - G R, rounded to 256 bits: what encloses the solution is then much narrower than the intervals claimed.
 """
 
 from fractions import Fraction
@@ -118,7 +121,9 @@ def rounded(m, bits=256):
     """The matrix to about that many bits of its largest entry."""
     largest = max((abs(x) for row in m.num for x in row), default=0)
     shift = max(0, bits - (largest.bit_length() - m.den.bit_length()))
-    return Matrix([[((x << shift + 1) // m.den + 1) >> 1 for x in row] for row in m.num], 1 << shift, m.columns).reduced()
+    return Matrix(
+        [[((x << shift + 1) // m.den + 1) >> 1 for x in row] for row in m.num], 1 << shift, m.columns
+    ).reduced()
 
 
 def by_elimination(equation, near, low, high):

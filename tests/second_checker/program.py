@@ -1,9 +1,12 @@
-"""Semidefinite programs: (P) min c'x, X = x_1 F_1 + ... + x_m F_m - F_0 >= 0, and (D) max tr(F_0 Y), tr(F_i Y) = c_i, Y >= 0.
+"""Semidefinite programs: (P) min c'x, X = x_1 F_1 + ... + x_m F_m - F_0 >= 0, and (D) max tr(F_0 Y), tr(F_i Y) = c_i, Y
+>= 0.
 
-A feasible x bounds the optimum from above by c'x, a feasible Y from below by tr(F_0 Y). No Y of binary64 numbers satisfies the equations; one near it does. Let
-`r_i = c_i - tr(F_i Y)` and `G_ij = tr(F_i F_j)`. For u near `G^-1 r` the matrix `Y1 = Y + sum u_i F_i` has tiny residuals e, and `Y1 + sum (G^-1 e)_i F_i` satisfies the
-equations, at the Frobenius distance `sqrt(e'G^-1 e) <= |S e|/sqrt(lambda) =: delta` from Y1, where `S G S >= lambda I` with S a diagonal of powers of two. Hence
-`Y1 >= delta I` shows that a feasible Y* exists, and `tr(F_0 Y*) >= tr(F_0 Y1) - delta |F_0|`. Entries that are bounds stand for all programs within.
+A feasible x bounds the optimum from above by c'x, a feasible Y from below by tr(F_0 Y). No Y of binary64 numbers
+satisfies the equations; one near it does. Let `r_i = c_i - tr(F_i Y)` and `G_ij = tr(F_i F_j)`. For u near `G^-1 r` the
+matrix `Y1 = Y + sum u_i F_i` has tiny residuals e, and `Y1 + sum (G^-1 e)_i F_i` satisfies the equations, at the
+Frobenius distance `sqrt(e'G^-1 e) <= |S e|/sqrt(lambda) =: delta` from Y1, where `S G S >= lambda I` with S a diagonal
+of powers of two. Hence `Y1 >= delta I` shows that a feasible Y* exists, and `tr(F_0 Y*) >= tr(F_0 Y1) - delta |F_0|`.
+Entries that are bounds stand for all programs within.
 """
 
 from fractions import Fraction
@@ -31,7 +34,9 @@ class Program:
     def __init__(self, orders, costs, matrices):
         self.orders, self.matrices = orders, matrices
         self.costs = [Entry(0, 0, cost) for cost in costs]
-        self.is_single = all(x.radius == 0 for x in self.costs) and all(x.radius == 0 for f in matrices for x in f.values())
+        self.is_single = all(x.radius == 0 for x in self.costs) and all(
+            x.radius == 0 for f in matrices for x in f.values()
+        )
 
     def combination(self, factors):
         """`sum factors_k F_k`, a `Family` for each block (of order 1 for each entry of a diagonal one)."""
@@ -94,14 +99,18 @@ class Program:
         return Matrix.of(middle, m), Matrix.of(radius, m)
 
     def dual_value(self, y, right_sides):
-        """A lower bound of tr(F_0 Y*) for a Y* >= 0 that satisfies the equations, if there is one near Y. A right side is its middle and its radius."""
+        """A lower bound of tr(F_0 Y*) for a Y* >= 0 that satisfies the equations, if there is one near Y. A right side
+        is its middle and its radius.
+        """
         m = len(self.costs)
         if m > MOST_UNKNOWNS:
             raise NotShown(f"{m} unknowns, and this checker goes up to {MOST_UNKNOWNS}")
         g, dg = self.gram()
         if any(g[i, i] <= 0 for i in range(m)):
             raise NotShown("the constraints are dependent")
-        scales = [Fraction(2) ** -((g[i, i].numerator.bit_length() - g[i, i].denominator.bit_length()) // 2) for i in range(m)]
+        scales = [
+            Fraction(2) ** -((g[i, i].numerator.bit_length() - g[i, i].denominator.bit_length()) // 2) for i in range(m)
+        ]
         s = Matrix.diagonal(scales)
         scaled = s @ g @ s
         spread = s @ dg @ s

@@ -1,9 +1,11 @@
 """Matrices of rational numbers, and whether a symmetric one is positive (semi)definite: exactly.
 
-A matrix is an array of integers over one positive denominator, so that products and eliminations are arithmetic of Python's integers.
+A matrix is an array of integers over one positive denominator, so that products and eliminations are arithmetic of
+Python's integers.
 
-Definiteness is decided by Bareiss' elimination with pivots on the diagonal. For orders at which that takes long, a factorisation `L D L'` in fixed
-point is tried first: with D > 0 and the residual `M - e - L D L'` (e a small positive diagonal) computed exactly, M is definite if e dominates the residual.
+Definiteness is decided by Bareiss' elimination with pivots on the diagonal. For orders at which that takes long, a
+factorisation `L D L'` in fixed point is tried first: with D > 0 and the residual `M - e - L D L'` (e a small positive
+diagonal) computed exactly, M is definite if e dominates the residual.
 """
 
 from fractions import Fraction
@@ -37,7 +39,9 @@ class Matrix:
     @classmethod
     def diagonal(cls, entries):
         zero = Fraction(0)
-        return cls.of([[x if i == j else zero for j in range(len(entries))] for i, x in enumerate(entries)], len(entries))
+        return cls.of(
+            [[x if i == j else zero for j in range(len(entries))] for i, x in enumerate(entries)], len(entries)
+        )
 
     @classmethod
     def zeros(cls, rows, columns):
@@ -46,7 +50,11 @@ class Matrix:
     def reduced(self):
         """With the common factor of all integers removed."""
         common = gcd(self.den, *(x for row in self.num for x in row))
-        return self if common == 1 else Matrix([[x // common for x in row] for row in self.num], self.den // common, self.columns)
+        return (
+            self
+            if common == 1
+            else Matrix([[x // common for x in row] for row in self.num], self.den // common, self.columns)
+        )
 
     def __getitem__(self, place):
         return Fraction(self.num[place[0]][place[1]], self.den)
@@ -56,11 +64,19 @@ class Matrix:
 
     @property
     def T(self):
-        return Matrix([list(column) for column in zip(*self.num)] if self.rows else [[] for _ in range(self.columns)], self.den, self.rows)
+        return Matrix(
+            [list(column) for column in zip(*self.num)] if self.rows else [[] for _ in range(self.columns)],
+            self.den,
+            self.rows,
+        )
 
     def __matmul__(self, other):
         columns = other.T.num
-        return Matrix([[sum(map(mul, row, column)) for column in columns] for row in self.num], self.den * other.den, other.columns).reduced()
+        return Matrix(
+            [[sum(map(mul, row, column)) for column in columns] for row in self.num],
+            self.den * other.den,
+            other.columns,
+        ).reduced()
 
     def __mul__(self, x):
         x = Fraction(x)
@@ -112,7 +128,9 @@ BUDGET = 5e9
 
 
 def eliminated(num):
-    """Bareiss' elimination: the entries that remain after each pivot are minors, and have the signs of those of the Schur complement."""
+    """Bareiss' elimination: the entries that remain after each pivot are minors, and have the signs of those of the
+    Schur complement.
+    """
     rest = [list(row) for row in num]
     previous, found = 1, DEFINITE
     while rest:
@@ -138,7 +156,9 @@ def eliminated(num):
 
 
 def factored(num, bits):
-    """`(e, l, d, a)`: `L D L'` of the matrix in fixed point with this many bits, scaled to a diagonal near 1 by powers of two, less e; `None` where a pivot is not positive."""
+    """`(e, l, d, a)`: `L D L'` of the matrix in fixed point with this many bits, scaled to a diagonal near 1 by powers
+    of two, less e; `None` where a pivot is not positive.
+    """
     n = len(num)
     half = [num[i][i].bit_length() // 2 for i in range(n)]
 
@@ -222,8 +242,10 @@ class Family:
         self.middle, self.radius = middle, radius
 
     def at_least(self, margin, strict):
-        """`M >= margin I` for every M. The middle refutes; to show it, `|x'Ex| <= sum_i (sum_j R_ij s_j/s_i) x_i^2` for `|E| <= R` and any s > 0.
-        Where that is not enough, the corners `middle - S R S` for all signs S are, which is necessary as well for a family without other structure (Rohn)."""
+        """`M >= margin I` for every M. The middle refutes; to show it, `|x'Ex| <= sum_i (sum_j R_ij s_j/s_i) x_i^2` for
+        `|E| <= R` and any s > 0. Where that is not enough, the corners `middle - S R S` for all signs S are, which
+        is necessary as well for a family without other structure (Rohn).
+        """
         at_least(self.middle, margin, strict)
         if self.radius.is_zero():
             return
@@ -240,7 +262,11 @@ class Family:
             raise NotShown("not shown for all numbers between the bounds")
         for signs in range(1 << (n - 1)):
             s = [-1 if signs >> i & 1 else 1 for i in range(n)]
-            corner = Matrix([[x * s[i] * s[j] for j, x in enumerate(row)] for i, row in enumerate(self.radius.num)], self.radius.den, n)
+            corner = Matrix(
+                [[x * s[i] * s[j] for j, x in enumerate(row)] for i, row in enumerate(self.radius.num)],
+                self.radius.den,
+                n,
+            )
             if not holds(low - corner):
                 raise NotShown("not shown for all numbers between the bounds")
 
@@ -267,7 +293,9 @@ def interval_matrix(data, columns):
 
 
 def root_above(x, bits=128):
-    """A rational not below the square root of x >= 0, and within a relative 2^-bits or so; exact for squares of dyadic numbers where that is short."""
+    """A rational not below the square root of x >= 0, and within a relative 2^-bits or so; exact for squares of dyadic
+    numbers where that is short.
+    """
     if x == 0:
         return Fraction(0)
     shift = max(0, bits - (x.numerator.bit_length() - x.denominator.bit_length()) // 2)
@@ -295,6 +323,8 @@ def smallest_eigenvalue(m, bits=96):
 
 
 def largest_eigenvalue(m, bits=96):
-    """An upper bound of the largest eigenvalue of a positive semidefinite matrix, within a relative 2^-bits of the trace."""
+    """An upper bound of the largest eigenvalue of a positive semidefinite matrix, within a relative 2^-bits of the
+    trace.
+    """
     trace = sum((m[i, i] for i in range(m.rows)), Fraction(0))
     return trace - smallest_eigenvalue(Matrix.scalar(m.rows, trace) - m, bits) if trace else trace

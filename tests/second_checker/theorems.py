@@ -1,4 +1,5 @@
-"""The theorems: one function for each kind, which reads the data and returns the statement with the facts that imply it.
+"""The theorems: one function for each kind, which reads the data and returns the statement with the facts that imply
+it.
 
 A fact is a label and a test. The test takes the margin that the file claims, and raises `False_` or `NotShown`.
 """
@@ -179,23 +180,31 @@ def read_cubic(file):
         field = proof.take("converges_from")
         level = None if field.text() == "everywhere" else field.in_range(lambda x: x > 0, "positive")
     region = "everywhere" if level is None else f"e'Pe < {words.hexadecimal(level)}"
-    return [
-        ("P > 0", positive(p)),
-        (f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0 (12)", positive(lyapunov(o.f, p, rate))),
-        ("theta >= 0", nonnegative(o.theta)),
-        ("S + S' >= 0", nonnegative(s.plus_transpose())),
-        (f"convergence with N as stored, {region}", without_margin(lambda: converges(o, p, s, level))),
-    ], o.sizes, rate, level, o, p
+    return (
+        [
+            ("P > 0", positive(p)),
+            (f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0 (12)", positive(lyapunov(o.f, p, rate))),
+            ("theta >= 0", nonnegative(o.theta)),
+            ("S + S' >= 0", nonnegative(s.plus_transpose())),
+            (f"convergence with N as stored, {region}", without_margin(lambda: converges(o, p, s, level))),
+        ],
+        o.sizes,
+        rate,
+        level,
+        o,
+        p,
+    )
 
 
 def converges(o, p, s, level):
     """Convergence with the stored N, from everywhere or from `e'Pe < level`.
 
-    `e' = F e + (y'theta y) N y`, y = Ce. With `R = P N + C'S`: where `R = 0`, or theta = 0, V = e'Pe does it. Else another V~ = e'P~e, for which the stored N is exact: with T the
-    orthogonal projector on the range of N, `P~ = C'XC + (I - T)(P - C'XC)(I - T)` has `P~ N = C'X C N`, so that `P~ > 0`, `F'P~ + P~F < 0` and
-    `-(X C N + N'C'X) >= 0` imply convergence from everywhere, for any symmetric X; it is taken near `(C P^-1 C')^-1`.
-    Else, with `F'P + PF <= -q I`, `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa`, V' < 0 for `0 < |e| < r`,
-    `r^2 = max(16 q mu^3/(27 t rho^4), q/(2 t rho kappa^3))`: see docs/certificates.md.
+    `e' = F e + (y'theta y) N y`, y = Ce. With `R = P N + C'S`: where `R = 0`, or theta = 0, V = e'Pe does it. Else
+    another V~ = e'P~e, for which the stored N is exact: with T the orthogonal projector on the range of N, `P~ = C'XC +
+    (I - T)(P - C'XC)(I - T)` has `P~ N = C'X C N`, so that `P~ > 0`, `F'P~ + P~F < 0` and `-(X C N + N'C'X) >= 0` imply
+    convergence from everywhere, for any symmetric X; it is taken near `(C P^-1 C')^-1`. Else, with `F'P + PF <= -q I`,
+    `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa`, V' < 0 for `0 < |e| < r`, `r^2 = max(16 q mu^3/(27 t
+    rho^4), q/(2 t rho kappa^3))`: see docs/certificates.md.
     """
     residual = p @ o.n + o.c.T @ s
     decrease = lyapunov(o.f, p)
@@ -268,7 +277,8 @@ def structured_cubic_observer(file):
         p, rate = proof.take("P").symmetric(o.a.rows), proof.rate()
 
     def dissipation(margin):
-        # P N C + C'N'P = -C'(S + S')C; the margin is one of S + S' on the outputs: y'(S + S')y >= margin |y|^2 for y = Ce.
+        # P N C + C'N'P = -C'(S + S')C; the margin is one of S + S' on the outputs: y'(S + S')y >= margin
+        # |y|^2 for y = Ce.
         at_least(p, 0, strict=True)
         gain = o.s.plus_transpose() - Matrix.scalar(o.c.rows, margin)
         at_least(o.c.T @ gain @ o.c, 0, strict=False)
@@ -382,7 +392,12 @@ def sector_observer(file):
         first -= h.T @ h * (tau * low * high)
         columns.append(p @ g if low == -high else p @ g + h.T * (tau * (low + high) / 2))
         corner += [-tau] * g.columns
-    block = blocks([[first, *columns], *([column.T] + [Matrix.zeros(column.columns, other.columns) for other in columns] for column in columns)])
+    block = blocks(
+        [
+            [first, *columns],
+            *([column.T] + [Matrix.zeros(column.columns, other.columns) for other in columns] for column in columns),
+        ]
+    )
     at = block.rows - len(corner)
     block += Matrix.diagonal([Fraction(0)] * at + corner)
     term = words.rate_term(rate, "P")
@@ -414,7 +429,10 @@ def contracting_coordinates(file):
         name = f"< 0 at vertex {number + 1}"
         facts += [
             (f"He(Q(J_uu - K J_mu)){words.rate_term(rate, 'Q')} {name}", positive(lyapunov(inner, q, rate))),
-            (f"He(P(T^-1 J T - [g I 0; 0 0])){words.rate_term(rate, 'P')} {name}", positive(lyapunov(t[0] @ j @ t[1] - g, p, rate))),
+            (
+                f"He(P(T^-1 J T - [g I 0; 0 0])){words.rate_term(rate, 'P')} {name}",
+                positive(lyapunov(t[0] @ j @ t[1] - g, p, rate)),
+            ),
         ]
     return words.contracting_coordinates(len(vertices), measured, unmeasured, injection, rate), facts
 
@@ -607,7 +625,9 @@ def semidefinite_program(file):
             facts.append((f"the optimum >= {words.hexadecimal(bounds[0])} by Y", without_margin(at_most)))
         if upper:
             with upper.object() as fields:
-                bounds[1], x = fields.take("bound").binary64(), [item.binary64() for item in fields.take("x").items(unknowns)]
+                bounds[1], x = fields.take("bound").binary64(), [
+                    item.binary64() for item in fields.take("x").items(unknowns)
+                ]
 
             def feasible(margin):
                 if program.cost_at_most(x) > bounds[1]:

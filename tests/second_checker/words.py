@@ -27,7 +27,9 @@ def decimal(x):
 
 
 def exact(x):
-    """The number itself: a decimal where the shortest one is exactly the number, else hexadecimal with that decimal beside it."""
+    """The number itself: a decimal where the shortest one is exactly the number, else hexadecimal with that decimal
+    beside it.
+    """
     near = decimal(x)
     return near if Fraction(near) == x else f"{hexadecimal(x)} (about {near})"
 
@@ -82,21 +84,27 @@ def decay(rate, function="e'Pe", variable="e"):
 
 def linear_observer(states, inputs, outputs, rate, is_single):
     return (
-        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat' = A xhat + Bu + L(y - C xhat), "
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat' = A xhat + "
+        "Bu + L(y - C xhat), "
         f"the error e = x - xhat obeys e' = (A - LC)e, and {decay(rate)}, from every e(0).{enclosed(is_single)}"
     )
 
 
 def discrete_observer(states, inputs, outputs):
     return (
-        f"For the discrete-time plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat+ = A xhat + Bu + L(y - C xhat), "
-        "the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, from every e(0)."
+        f"For the discrete-time plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer "
+        "xhat+ = A xhat + Bu + L(y - C xhat), "
+        "the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, "
+        "from every e(0)."
     )
 
 
 def hurwitz(n, is_single):
     if is_single:
-        return f"All eigenvalues of the {n} x {n} matrix A have negative real parts: every solution of x' = Ax tends to 0 exponentially."
+        return (
+            f"All eigenvalues of the {n} x {n} matrix A have negative real parts: "
+            "every solution of x' = Ax tends to 0 exponentially."
+        )
     return (
         f"Every solution of x' = A(t)x with {n} states tends to 0 exponentially, however A(t) varies in its bounds; "
         f"in particular all eigenvalues of every such A have negative real parts.{enclosed(is_single)}"
@@ -104,7 +112,10 @@ def hurwitz(n, is_single):
 
 
 def schur(n):
-    return f"All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: every solution of x+ = Ax tends to 0 exponentially."
+    return (
+        f"All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: "
+        "every solution of x+ = Ax tends to 0 exponentially."
+    )
 
 
 CUBIC = "the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat"
@@ -117,37 +128,44 @@ def region(level):
 
 def cubic_observer(size, rate, level, *_):
     return (
-        f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)} and {CUBIC}, {CUBIC_ERROR}. With the gains L and N exactly as stored, e tends to 0 exponentially, "
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)} and {CUBIC}, {CUBIC_ERROR}. With the gains L and N "
+        "exactly as stored, e tends to 0 exponentially, "
         f"{region(level)}. With the real matrix -P^-1 C'S in place of N, {decay(rate)}, from every e(0)."
     )
 
 
 def structured_cubic_observer(states, inputs, outputs, rate):
     return (
-        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with the real gain N = -P^-1 C'S: {CUBIC_ERROR}, "
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with the real gain N = "
+        f"-P^-1 C'S: {CUBIC_ERROR}, "
         f"and {decay(rate)}, from every e(0). Nothing is said of a rounding of N."
     )
 
 
 def cubic_theorem_1(states, inputs, outputs):
     return (
-        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with L and N exactly as stored: {CUBIC_ERROR}, "
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with L and N exactly "
+        f"as stored: {CUBIC_ERROR}, "
         f"and {decay(0)}, from every e(0)."
     )
 
 
 def sampled_cubic_observer(states, inputs, outputs, w, period):
     return (
-        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the sampled cubic observer xhat+ = A(xhat - g N z) + Bu + r L z, z = y - C xhat, "
-        f"q = max(z'theta z, 0), r = 1/sqrt(1 + 2 w h q), g = (1 - r)/w, with w = {exact(w)} and the period h = {exact(period)} and all numbers as given, in exact arithmetic: "
-        "the error e = x - xhat obeys e+ = (A - LC + g (AN + wL)C)e with 0 <= g < 1/w, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). "
+        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the sampled cubic "
+        "observer xhat+ = A(xhat - g N z) + Bu + r L z, z = y - C xhat, "
+        f"q = max(z'theta z, 0), r = 1/sqrt(1 + 2 w h q), g = (1 - r)/w, with w = {exact(w)} and the period h = "
+        f"{exact(period)} and all numbers as given, in exact arithmetic: "
+        "the error e = x - xhat obeys e+ = (A - LC + g (AN + wL)C)e with 0 <= g < 1/w, V = e'Pe falls at each step by "
+        "a factor below 1, and e tends to 0 exponentially, from every e(0). "
         "Nothing is said of the rounding of its steps."
     )
 
 
 def feedback_loop(size, rate, level):
     return (
-        f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every x(0), with the gains K, L and N exactly as stored {region(level)}; "
+        f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every "
+        f"x(0), with the gains K, L and N exactly as stored {region(level)}; "
         "with the real matrix -P^-1 C'S in place of N, x'P1x + e'Pe decreases, from every e(0)."
     )
 
@@ -162,16 +180,21 @@ def hull(count, states, outputs, is_single):
 
 def polytope_of_plants(count, states, outputs, rate, is_single):
     return (
-        f"For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in {hull(count, states, outputs, is_single)} at all times, "
-        f"and every solution of e' = (A(t) - L C(t))e, {decay(rate)}. This e is the error of the observer with the same A(t) and C(t) and the gain L; "
+        "For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in "
+        f"{hull(count, states, outputs, is_single)} "
+        "at all times, "
+        f"and every solution of e' = (A(t) - L C(t))e, {decay(rate)}. This e is the error of the observer with the "
+        "same A(t) and C(t) and the gain L; "
         "the forcing (A(t) - A)x of an observer that runs another A is not covered."
     )
 
 
 def polytope_of_jacobians(count, states, outputs, rate, is_single):
     return (
-        f"For all matrices (A(t), C(t)) in {hull(count, states, outputs, is_single)}, and every solution of e' = (A(t) - L C(t))e, {decay(rate)}. "
-        "Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as long as the mean Jacobians of f and h between xhat and x lie "
+        f"For all matrices (A(t), C(t)) in {hull(count, states, outputs, is_single)}, and every solution of e' = (A(t) "
+        f"- L C(t))e, {decay(rate)}. "
+        "Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as "
+        "long as the mean Jacobians of f and h between xhat and x lie "
         "in this hull: that they do is a hypothesis, of which this certificate says nothing."
     )
 
@@ -185,19 +208,28 @@ def sector(k, low, high):
 
 def sector_observer(states, outputs, sectors, rate):
     conditions = ", and ".join(sector(k + 1, low, high) for k, (low, high) in enumerate(sectors))
-    increments = f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}" if sectors else "without nonlinearities"
+    increments = (
+        f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}"
+        if sectors
+        else "without nonlinearities"
+    )
     return (
-        f"For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, {counted(outputs, 'output')} and "
-        f"{counted(len(sectors), 'nonlinearity', 'nonlinearities')}, {increments}, and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
-        f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and xhat are, is a hypothesis."
+        f"For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, "
+        f"{counted(outputs, 'output')} and "
+        f"{counted(len(sectors), 'nonlinearity', 'nonlinearities')}, {increments}, and the observer xhat' = A xhat + "
+        "sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
+        f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and "
+        "xhat are, is a hypothesis."
     )
 
 
 def contracting_coordinates(count, measured, unmeasured, injection, rate):
     falls = decay(rate, "|d_m|^2 + d_w'Q d_w", "d")
     return (
-        f"For all matrices J(t) in the convex hull of the {count} given, with {counted(measured, 'measured state')} and {counted(unmeasured, 'unmeasured state')}, "
-        "in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 0])d with a diagonal "
+        f"For all matrices J(t) in the convex hull of the {count} given, with {counted(measured, 'measured state')} "
+        f"and {counted(unmeasured, 'unmeasured state')}, "
+        "in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 "
+        "0])d with a diagonal "
         f"G_m(t) >= g I, g = {exact(injection)}, obeys: {falls}, from every d(0). "
         "That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing."
     )
@@ -209,7 +241,8 @@ def definiteness(n, sense, is_single):
 
 def solution_within(equation, n, is_single):
     return (
-        f"The equation {equation} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and each of its entries lies between the bounds that P gives."
+        f"The equation {equation} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and "
+        "each of its entries lies between the bounds that P gives."
         f"{enclosed(is_single, 'Q')}"
     )
 
@@ -247,11 +280,13 @@ def matrix_inequality_refuted(unknowns, relation, names):
 
 
 def semidefinite_program(unknowns, blocks, claim, lower, upper):
-    program = f"the semidefinite program (P) min c'x subject to {combination('F_', unknowns)} - F_0 >= 0 with {counted(blocks, 'block')}"
+    total = combination("F_", unknowns)
+    program = f"the semidefinite program (P) min c'x subject to {total} - F_0 >= 0 with {counted(blocks, 'block')}"
     if claim == "primal infeasible":
         return f"For {program}: (P) has no feasible point."
     if claim == "dual infeasible":
-        return f"For {program} and its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0: (D) has no feasible point."
+        dual = "its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0"
+        return f"For {program} and {dual}: (D) has no feasible point."
     bounds = [] if lower is None else [f"every feasible point of (P) has c'x >= {exact(lower)}"]
     bounds += [] if upper is None else [f"(P) has a feasible point with c'x <= {exact(upper)}"]
     return f"For {program}: {', and '.join(bounds)}."
@@ -259,7 +294,8 @@ def semidefinite_program(unknowns, blocks, claim, lower, upper):
 
 STEPS = {
     "cubic": (
-        "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h z'theta z), h the period",
+        "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = "
+        "1/sqrt(1 + 2 w h z'theta z), h the period",
         "e+ = M e with M = A - LC + g (AN + wL)C for some g between 0 and 1/w",
     ),
     "joined": ("the observer xhat+ = F xhat + Bu + Ly, F being A - LC rounded", "e+ = F e"),
@@ -272,12 +308,16 @@ def deployed_observer(states, inputs, outputs, step, stored, running):
     claim = "Nothing is said of the rounding of its steps."
     if running:
         claim = (
-            f"As it runs in {running}, each operation rounded to nearest, in any order of summation and with or without fused multiply-adds, on the real plant and while "
-            "|x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - xhat never makes sqrt(e'Pe) larger than running.start, "
+            f"As it runs in {running}, each operation rounded to nearest, in any order of summation and with or "
+            "without fused multiply-adds, on the real plant and while "
+            "|x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - "
+            "xhat never makes sqrt(e'Pe) larger than running.start, "
             "limsup |e_i| is at most running.limsup[i] (counted from 0), and no intermediate number leaves the format."
         )
     return (
-        f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, with all its matrices stored in {stored}, to nearest: "
-        f"with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = e'Pe falls at each step by a factor below 1, "
+        f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, with "
+        f"all its matrices stored in {stored}, to nearest: "
+        f"with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = "
+        "e'Pe falls at each step by a factor below 1, "
         f"and e tends to 0 exponentially, from every e(0). {claim}"
     )

@@ -207,7 +207,9 @@ fn of_templates() -> Vec<CertificateFile> {
         for wish in &study.observers {
             let designed = luenberger_study::design::design(&study, wish, &AtomicBool::new(false)).unwrap();
             if let Some(certificate) = designed.certificate {
-                files.push(certificate.file(&wish.name).unwrap_or_else(|why| panic!("{} {}: {why}", template.name, wish.name)));
+                files.push(
+                    certificate.file(&wish.name).unwrap_or_else(|why| panic!("{} {}: {why}", template.name, wish.name)),
+                );
             }
         }
     }
@@ -368,7 +370,9 @@ fn sealed(mut file: Value) -> String {
 fn malformed(mut file: Value, random: &mut Random) -> String {
     let margins = file["margins"].as_array().unwrap().len();
     match random.next(7) {
-        0 => file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into(),
+        0 => {
+            file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into()
+        }
         1 => file["statement"] = format!("{} ", file["statement"].as_str().unwrap()).into(),
         2 => file["margins"][random.next(margins)]["inequality"] = "1 > 0".into(),
         3 => drop(file["margins"].as_array_mut().unwrap().pop()),
@@ -444,6 +448,7 @@ fn the_second_checker_says_what_is_wrong() {
     assert!(why[1].contains("sha256: the digest of the content is"), "{}", why[1]);
     assert!(why[2].contains("a string without control characters"), "{}", why[2]);
     let checker = Path::new(env!("CARGO_MANIFEST_DIR")).join("second_checker").join("check.py");
-    let status = |path: &PathBuf| Command::new("python3").arg("-B").arg(&checker).arg(path).output().unwrap().status.code();
+    let status =
+        |path: &PathBuf| Command::new("python3").arg("-B").arg(&checker).arg(path).output().unwrap().status.code();
     assert_eq!(paths.iter().map(status).collect::<Vec<_>>(), [Some(0), Some(2), Some(1), Some(2)]);
 }
