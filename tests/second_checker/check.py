@@ -16,7 +16,7 @@ import document
 import theorems
 from deployed import deployed_observer
 from document import Field, Malformed, Unreadable
-from rational import False_, NotShown
+from rational import Refuted, NotShown
 
 KINDS = theorems.KINDS | {"deployed-observer": deployed_observer}
 FORMAT, VERSION = "luenberger-certificate", 2
@@ -49,10 +49,10 @@ def check(data):
         if claimed != label:
             raise Malformed(f'margins: the inequality in this place is "{label}"')
         if margin < 0:
-            raise False_(f"{label}: a margin is not negative")
+            raise Refuted(f"{label}: a margin is not negative")
         try:
             test(margin)
-        except (False_, NotShown) as why:
+        except (Refuted, NotShown) as why:
             raise type(why)(f"{label}: {why}") from None
     return statement
 
@@ -64,7 +64,7 @@ def outcome(data):
         return 0, "Proved"
     except Unreadable as why:
         return 2, f"Unreadable: {why}"
-    except (Malformed, False_) as why:
+    except (Malformed, Refuted) as why:
         return 1, f"Rejected: {why}"
     except NotShown as why:
         return 1, f"Rejected: not shown: {why}"

@@ -16,7 +16,7 @@ from fractions import Fraction
 
 import words
 from document import LARGEST_BINARY64
-from rational import INDEFINITE, False_, Matrix, NotShown, at_least, root_above, sign
+from rational import INDEFINITE, Refuted, Matrix, NotShown, at_least, root_above, sign
 from theorems import inverse, positive, saturated, stein, without_margin
 
 LARGEST_ORDER = 32
@@ -116,9 +116,9 @@ class Observer:
             for x, found in zip(m.entries(), (stored | gains)[name].entries()):
                 nearest = self.stored_in.nearest(x)
                 if nearest is None:
-                    raise False_(f"{name} has a number beyond the largest of {self.stored_in.name}")
+                    raise Refuted(f"{name} has a number beyond the largest of {self.stored_in.name}")
                 if nearest != found:
-                    raise False_(f"in stored.{name} {words.hexadecimal(found)} is not the nearest number")
+                    raise Refuted(f"in stored.{name} {words.hexadecimal(found)} is not the nearest number")
 
 
 def read_bound(field):

@@ -14,7 +14,7 @@ max(|G R|/v)/(1 - h)` and `x in -G R + [-1, 1] |E| y`. G is an inverse in floati
 
 from fractions import Fraction
 
-from rational import Family, False_, Matrix, NotShown, root_above
+from rational import Family, Refuted, Matrix, NotShown, root_above
 
 LARGEST_ELIMINATED = 24
 REFINEMENTS = 8
@@ -80,7 +80,7 @@ def by_comparison(equation, near, w, low, high):
         if size is not w and equation.is_stein:
             return False
         Family(size, Matrix.zeros(n, n)).at_least(0, strict=True)
-    except (False_, NotShown):
+    except (Refuted, NotShown):
         return False
     room = [min(near[i, j] - low[i, j], high[i, j] - near[i, j]) for i in range(n) for j in range(n)]
     if min(room) < 0:
@@ -91,7 +91,7 @@ def by_comparison(equation, near, w, low, high):
     try:
         for sign in (1, -1):
             Family(-image * r + residual * sign, doubt * r + radius).at_least(0, strict=False)
-    except (False_, NotShown):
+    except (Refuted, NotShown):
         return False
     return True
 
@@ -161,7 +161,7 @@ def by_elimination(equation, near, low, high):
         middle = near[place] + step[k, 0]
         least, most = middle - doubt[k, 0], middle + doubt[k, 0]
         if equation.is_single and (most < low[place] or least > high[place]):
-            raise False_(f"the entry {place} of the solution is about {float(middle)!r}, outside the interval claimed")
+            raise Refuted(f"the entry {place} of the solution is about {float(middle)!r}, outside the interval claimed")
         if least < low[place] or most > high[place]:
             raise NotShown(f"the entry {place} of the solution is not shown to lie in the interval claimed")
 

@@ -11,7 +11,7 @@ Entries that are bounds stand for all programs within.
 
 from fractions import Fraction
 
-from rational import Family, False_, Matrix, NotShown, at_least, factored, is_certified, root_above
+from rational import Family, Refuted, Matrix, NotShown, at_least, factored, is_certified, root_above
 
 MOST_UNKNOWNS = 400
 MOST_PRODUCTS = 5_000_000
@@ -139,7 +139,7 @@ class Program:
             entries = [[y.get((block, min(i, j), max(i, j)), Fraction(0)) for j in range(order)] for i in range(order)]
             try:
                 at_least(Matrix.of(entries, order), delta, strict=False)
-            except False_:
+            except Refuted:
                 raise NotShown("Y is not positive enough for a feasible point to be near") from None
         middle, radius = self.trace(0, y)
         norm = sum((x.weight * (abs(x.middle) + x.radius) ** 2 for x in self.matrices[0].values()), Fraction(0))

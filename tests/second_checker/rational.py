@@ -13,7 +13,7 @@ from math import gcd, isqrt, lcm
 from operator import mul
 
 
-class False_(Exception):
+class Refuted(Exception):
     """A fact that is false."""
 
 
@@ -224,9 +224,9 @@ def at_least(m, margin, strict):
     """`M >= margin I`, and `M > 0` if so asked. A positive margin implies it."""
     found = sign(m - Matrix.scalar(m.rows, margin))
     if found == INDEFINITE:
-        raise False_("an eigenvalue is below the margin claimed" if margin else "an eigenvalue has the wrong sign")
+        raise Refuted("an eigenvalue is below the margin claimed" if margin else "an eigenvalue has the wrong sign")
     if strict and not margin and found != DEFINITE:
-        raise False_("an eigenvalue is 0")
+        raise Refuted("an eigenvalue is 0")
 
 
 # All matrices between bounds.
@@ -236,7 +236,7 @@ CORNERS = 9
 
 
 class Family:
-    """All symmetric matrices that differ from the middle, which is one of them, by at most the radius, entry by entry."""
+    """All symmetric matrices that differ from the middle, one of them, by at most the radius, entry by entry."""
 
     def __init__(self, middle, radius):
         self.middle, self.radius = middle, radius

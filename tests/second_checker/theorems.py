@@ -1,7 +1,7 @@
 """The theorems: one function for each kind, which reads the data and returns the statement with the facts that imply
 it.
 
-A fact is a label and a test. The test takes the margin that the file claims, and raises `False_` or `NotShown`.
+A fact is a label and a test. The test takes the margin that the file claims, and raises `Refuted` or `NotShown`.
 """
 
 from fractions import Fraction
@@ -16,7 +16,7 @@ from program import Entry, Program
 from rational import (
     INDEFINITE,
     Family,
-    False_,
+    Refuted,
     Matrix,
     NotShown,
     at_least,
@@ -33,7 +33,7 @@ def without_margin(test):
 
     def checked(margin):
         if margin:
-            raise False_("this fact has no margin")
+            raise Refuted("this fact has no margin")
         test()
 
     return checked
@@ -541,15 +541,15 @@ def matrix_inequality_refuted(file):
 
     def equations():
         if any(traces[1:]):
-            raise False_("the trace of an unknown does not vanish")
+            raise Refuted("the trace of an unknown does not vanish")
 
     def not_all_zero():
         if not any(x for z in multipliers for row in z for x in row):
-            raise False_("all multipliers are 0")
+            raise Refuted("all multipliers are 0")
 
     def constant(margin):
         if traces[0] > -margin or (relation == ">=" and traces[0] == 0):
-            raise False_("the constant has the wrong sign, or less margin than claimed")
+            raise Refuted("the constant has the wrong sign, or less margin than claimed")
 
     facts += [
         ("sum_k tr(F_ki Z_k) = 0 for every unknown x_i", without_margin(equations)),
@@ -631,7 +631,7 @@ def semidefinite_program(file):
 
             def feasible(margin):
                 if program.cost_at_most(x) > bounds[1]:
-                    raise False_("c'x is larger")
+                    raise Refuted("c'x is larger")
                 program.feasible(x, margin)
 
             facts.append((f"X(x) >= 0 and c'x <= {words.hexadecimal(bounds[1])}", feasible))
@@ -650,7 +650,7 @@ def semidefinite_program(file):
         def dual_ray(margin):
             value = -program.cost_at_most(x)
             if value <= 0 or value < margin:
-                raise False_("c'x is not as far below 0")
+                raise Refuted("c'x is not as far below 0")
             program.ray(x)
 
         facts.append(("x_1 F_1 + ... + x_m F_m >= 0 and c'x < 0", dual_ray))
