@@ -433,6 +433,16 @@ fn on_mutants_neither_checker_accepts_what_the_other_refutes() {
     assert!(both > texts.len() / 10 && neither > texts.len() / 4, "{both} accepted, {neither} rejected by both");
 }
 
+/// The file that the specification shows is one.
+#[test]
+fn both_checkers_prove_the_file_of_the_specification() {
+    let page = include_str!("../../docs/certificates.md");
+    let text = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    assert!(verify(text.as_bytes()).unwrap().statement.starts_with("For the plant x' = Ax + Bu, y = Cx"));
+    let Some(found) = second(&write(&scratch("specification"), &[text.to_owned()])) else { return };
+    assert_eq!(found, [Second::Proved]);
+}
+
 /// The command, as a user meets it: exit status and lines.
 #[test]
 fn the_second_checker_says_what_is_wrong() {
