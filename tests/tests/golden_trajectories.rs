@@ -85,8 +85,8 @@ fn example_1_has_its_golden_values() {
     let run = Scenario::new(plant)
         .initial_state(&[-3.0, -3.0])
         .input(Signal::scalar(f64::sin))
-        .observer("cubic", cubic.observer, &[0.0, 0.0])
-        .observer("linear", linear.observer, &[0.0, 0.0])
+        .observer("cubic", cubic.observer.clone(), &[0.0, 0.0])
+        .observer("linear", linear.observer.clone(), &[0.0, 0.0])
         .until(4.0, 401)
         .run()
         .unwrap();

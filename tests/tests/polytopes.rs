@@ -42,7 +42,7 @@ proptest! {
                     .unwrap();
                 let excursion = design.excursion(&e0).unwrap();
                 for (t, e) in errors(&run) {
-                    let envelope = design.overshoot() * e0.norm() * (-rate * t).exp();
+                    let envelope = design.overshoot * e0.norm() * (-rate * t).exp();
                     prop_assert!(e.norm() <= envelope * (1.0 + 1e-9) + INTEGRATION, "{t}: {} {envelope}", e.norm());
                     for i in 0..4 {
                         prop_assert!(e[i].abs() <= excursion[i] * (1.0 + 1e-9) + INTEGRATION, "{t}: {e}{excursion}");
@@ -81,7 +81,7 @@ proptest! {
                 break;
             }
             samples += 1;
-            let envelope = design.overshoot() * e0.norm() * (-design.rate * t).exp();
+            let envelope = design.overshoot * e0.norm() * (-design.rate * t).exp();
             prop_assert!(e.norm() <= envelope * (1.0 + 1e-9) + INTEGRATION, "{t}: {} {envelope}", e.norm());
         }
         // The slope is below 10 in the box, and the nearest wall 0.9 away from x0.

@@ -59,7 +59,7 @@ fn the_sampled_observer_converges_where_euler_diverges() {
     let sampled = SampledCubicDesign::from_cubic(&linear, &cubic, h).unwrap();
     assert!(sampled.certificate.is_proved(), "{}", sampled.certificate);
     let run = Scenario::new(double_integrator())
-        .sampled_observer("sampled", sampled.observer, &[-100.0, -100.0])
+        .sampled_observer("sampled", sampled.observer.clone(), &[-100.0, -100.0])
         .until(8.0, 81)
         .run()
         .unwrap();

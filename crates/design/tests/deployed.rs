@@ -206,7 +206,7 @@ fn a_slow_gain_is_lost_in_a_byte_and_refuted() {
     let l = place_observer(&plant.a, &plant.c, &poles).unwrap().gain;
     let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
     for step in [Step::Innovation, Step::Joined] {
-        let judged = |format: Format| deployed_linear(&plant, &l, step, format.into(), &operation).unwrap().deployed;
+        let judged = |format: Format| deployed_linear(&plant, &l, step, format.into(), &operation).unwrap().deployed.clone();
         let byte = judged(Format::Fixed { integer_bits: 4, fraction_bits: 4 });
         assert!(matches!(byte.decrease, Verdict::Refuted { .. }) && byte.ball().is_none(), "{byte:?}");
         assert!(judged(Format::Binary32).ball().is_some());

@@ -68,7 +68,8 @@ fn proposition_6_is_proved_on_a_box() {
         .unwrap()
         .check(&sixth(), &settings())
         .unwrap();
-    let KklReport { residual, stability, injectivity, left_inverse } = &report;
+    let KklReport { residual, stability, coupling, injectivity, left_inverse } = &report;
+    assert!(coupling.verdict.is_proved() && coupling.reads.is_empty());
     assert_eq!((residual.bounds.as_slice(), residual.parts, residual.collected), ([0.0, 0.0].as_slice(), 1, Ok(())));
     assert!(residual.verdict.is_proved());
     // |x2| is 3 and B has x1^2 + sin x1 = 4.9 at most, and the two sides are counted.
@@ -202,10 +203,12 @@ fn an_even_output_is_not_injective() {
     assert_eq!(report.residual.bounds, [0.0]);
     assert!(report.stability.is_proved());
     let Verdict::Refuted { witness } = &report.injectivity.verdict else { panic!("{report}") };
-    // Two states of opposite sign, one of them to the rounding of the other's square.
-    assert!((witness.first[0] + witness.second[0]).abs() < 1e-7 && witness.distance > 0.2, "{witness:?}");
-    let direct = (witness.first[0].powi(2) - witness.second[0].powi(2)).abs() * 2f64.sqrt();
-    assert!(direct <= witness.gap * (1.0 + 1e-9) + 1e-15, "{direct} {witness:?}");
+    // Two states of opposite sign: by the symmetry of the square, exactly.
+    assert!(witness.second[0].is_point() && witness.second[0].lo() == -witness.first[0] && witness.first[0] != 0.0);
+    let pair = report.injectivity.near_collision.as_ref().unwrap();
+    assert!((pair.first[0] + pair.second[0]).abs() < 1e-7 && pair.distance > 0.2, "{pair:?}");
+    let direct = (pair.first[0].powi(2) - pair.second[0].powi(2)).abs() * 2f64.sqrt();
+    assert!(direct <= pair.gap * (1.0 + 1e-9) + 1e-15, "{direct} {pair:?}");
     let region = Region::new(&[(-1.0, 1.0)]).inputs(&[(0.0, 0.0)]);
     let refused = KklDesign::new(&Scalar::Square, Scalar::Square, &[0], &region, &settings());
     assert!(matches!(refused, Err(DesignError::Kkl(KklError::NotInjective(_)))));
@@ -397,7 +400,9 @@ fn an_unobservable_linear_plant_is_not_injective() {
     let region = Region::new(&[(-1.0, 1.0); 2]).inputs(&[(0.0, 0.0)]);
     let report = KklCandidate::new(&plant, &map, &[0, 1]).unwrap().check(&region, &settings()).unwrap();
     let Verdict::Refuted { witness } = &report.injectivity.verdict else { panic!("{report}") };
-    assert!((witness.first[0] - witness.second[0]).abs() < 1e-7 && (witness.first[1] - witness.second[1]).abs() > 0.1);
+    // The column of T for x2 is 0: x1 alone is seen.
+    assert!(witness.second[0].contains(witness.first[0]) && !witness.second[1].contains(witness.first[1]));
+    assert!(map.t.column(1).iter().all(|entry| *entry == 0.0));
     assert!(report.injectivity.smallest_singular_value < 1e-15);
 }
 

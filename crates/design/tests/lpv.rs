@@ -114,7 +114,7 @@ fn both_flexible_joints_have_a_gain_everywhere() {
             (&classical.certificate, &classical.polytope, &classical.vertex_rates),
             (&printed.certificate, &printed.polytope, &printed.vertex_rates),
         ] {
-            assert_eq!((polytope.vertices.len(), certificate.facts.len()), (2, 3));
+            assert_eq!((polytope.vertices.len(), certificate.facts().count()), (2, 3));
             assert!(certificate.is_proved(), "{certificate}");
             assert!(rates.iter().all(|r| *r > rate), "{rates:?}");
         }
@@ -123,7 +123,7 @@ fn both_flexible_joints_have_a_gain_everywhere() {
             classical.vertex_rates.iter().copied().fold(9e9, f64::min)
         );
         assert!(classical.statement().starts_with("From every x(0) and xhat(0)"));
-        assert!(classical.stopped.is_none() && classical.overshoot() >= 1.0);
+        assert!(classical.stopped.is_none() && classical.overshoot >= 1.0);
     }
 }
 
@@ -226,7 +226,7 @@ fn one_state_is_a_plant() {
     let design = LpvDesign::fastest(Single {}, &Region::everywhere(1), 100.0, 1.0).unwrap();
     assert!(design.certificate.is_proved() && design.stopped.is_none() && design.rate == 100.0);
     assert!(design.observer.l()[(0, 0)] > 101.5);
-    assert_eq!(design.overshoot(), 1.0);
+    assert!((1.0..1.0 + 1e-8).contains(&design.overshoot), "{:e}", design.overshoot);
     assert_eq!(design.excursion(&dvector![2.0]).unwrap().len(), 1);
     assert!((design.excursion(&dvector![2.0]).unwrap()[0] - 2.0).abs() < 1e-12);
     assert!(design.excursion(&dvector![2.0, 1.0]).is_none());
@@ -267,7 +267,7 @@ fn too_many_varying_entries_are_listed() {
 fn many_vertices_are_proved_one_by_one() {
     let region = Region::everywhere(4);
     let design = LpvDesign::new(Chain {}, &region, 0.1).unwrap();
-    assert_eq!((design.polytope.vertices.len(), design.certificate.facts.len()), (1024, 1025));
+    assert_eq!((design.polytope.vertices.len(), design.certificate.facts().count()), (1024, 1025));
     assert!(design.certificate.is_proved(), "{design}");
     assert!(design.to_string().contains("1024 of the 1024 inequalities"), "{design}");
     let l = DMatrix::from_fn(4, 2, |i, j| design.observer.l()[(i, j)]);

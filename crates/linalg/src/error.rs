@@ -89,22 +89,45 @@ pub enum LinalgError {
         /// Below which it would have been taken as zero.
         allowed: f64,
     },
-    /// The linear equation has no unique solution, or one that rounding decides.
+    /// The linear equation has no unique solution, for the coefficients as stored: its determinant is zero, computed in integers.
     #[error(
-        "the {equation} equation is singular to working precision: eigenvalues {first} and {second} miss by {gap:e}, separation {separation:e}"
+        "the {equation} equation is singular for the numbers as stored: the eigenvalues {first} and {second} meet (as computed, they miss by {gap:e})"
     )]
-    NearlySingular {
+    SingularEquation {
         /// The equation.
         equation: &'static str,
-        /// An eigenvalue of the left coefficient.
+        /// An eigenvalue of the left coefficient, as computed.
         first: Complex<f64>,
         /// The eigenvalue of the right coefficient that meets it.
         second: Complex<f64>,
-        /// How far the two are from making the equation singular: `|first + second|`, in discrete time `|first * second - 1|`.
+        /// How far the two are from making the equation singular: `|first + second|`, in discrete time `|first * second - 1|`. Zero but for the rounding of the eigenvalues.
+        gap: f64,
+    },
+    /// Rounding decides the solution of the linear equation.
+    #[error(
+        "{}: separation {separation:e}, condition {condition:e} where 1/eps is 4.5e15{}; nearest eigenvalues, as computed: {first} and {second}, which miss by {gap:e}",
+        if *.regular { format!("the {equation} equation has one solution, of which double precision gives no digit") }
+        else { format!("whether the {equation} equation has one solution is undecided in double precision") },
+        .digits.map_or(String::new(), |digits| format!(", which takes about {digits} decimal digits"))
+    )]
+    UndecidedEquation {
+        /// The equation.
+        equation: &'static str,
+        /// Whether it is known to have exactly one solution: its determinant, computed in integers modulo a prime, is not zero.
+        regular: bool,
+        /// An eigenvalue of the left coefficient, as computed.
+        first: Complex<f64>,
+        /// The eigenvalue of the right coefficient for which the gap is smallest.
+        second: Complex<f64>,
+        /// `|first + second|`, in discrete time `|first * second - 1|`. For matrices far from normal the separation is far smaller.
         gap: f64,
         /// The estimated separation: the smallest relative change of the equation that makes it singular is
         /// about this over the norm of the coefficients.
         separation: f64,
+        /// The norm of the operator over the separation: the inverse of that change.
+        condition: f64,
+        /// Decimal digits of an arithmetic in which this condition would leave three digits of the solution; none where the condition is infinite.
+        digits: Option<u32>,
     },
     /// A matrix that has to be regular is not, to working precision.
     #[error("{what} is singular to working precision: its condition is {condition:e}")]

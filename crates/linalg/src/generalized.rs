@@ -35,7 +35,7 @@ impl GeneralizedLyapunov {
 ///
 /// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` add to zero. About 50 n^3 flops.
 /// # Errors
-/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`lyapunov()`] for `A E^-1`.
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`lyapunov()`] for `A E^-1`, of which none says that the equation is singular: `A E^-1` is rounded.
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -50,7 +50,7 @@ impl GeneralizedLyapunov {
 /// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD), for the equation; the reduction is the definition.
 pub fn generalized_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedLyapunov> {
     let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
-    let standard = lyapunov(&f, &w)?;
+    let standard = lyapunov(&f, &w).map_err(rounded)?;
     let p = standard.p.clone();
     let half = e.tr_mul(&p) * a;
     let defect = (half.transpose() + half + &q).norm();
@@ -90,7 +90,7 @@ impl GeneralizedStein {
 ///
 /// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` multiply to one. About 55 n^3 flops.
 /// # Errors
-/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`stein()`] for `A E^-1`.
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`stein()`] for `A E^-1`, as there.
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -105,7 +105,7 @@ impl GeneralizedStein {
 /// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD, DICO = 'D'), for the equation; the reduction is the definition.
 pub fn generalized_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedStein> {
     let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
-    let standard = stein(&f, &w)?;
+    let standard = stein(&f, &w).map_err(rounded)?;
     let p = standard.p.clone();
     let defect = (a.tr_mul(&p) * a - e.tr_mul(&p) * e + &q).norm();
     let size = (a.norm().powi(2) + e.norm().powi(2)) * p.norm() + q.norm();
@@ -140,6 +140,36 @@ impl Reduced {
         };
         let w = symmetric_part(&(inverse.tr_mul(&q) * &inverse));
         Ok(Self { f: a * &inverse, q, inverse, condition_e, w })
+    }
+}
+
+/// `A E^-1` is rounded: that its equation is singular does not say that the one given is.
+fn rounded(error: LinalgError) -> LinalgError {
+    match error {
+        LinalgError::SingularEquation { equation, first, second, gap } => LinalgError::UndecidedEquation {
+            equation,
+            regular: false,
+            first,
+            second,
+            gap,
+            separation: 0.0,
+            condition: f64::INFINITY,
+            digits: None,
+        },
+        // Nor that it is regular.
+        LinalgError::UndecidedEquation { equation, first, second, gap, separation, condition, digits, .. } => {
+            LinalgError::UndecidedEquation {
+                equation,
+                regular: false,
+                first,
+                second,
+                gap,
+                separation,
+                condition,
+                digits,
+            }
+        }
+        other => other,
     }
 }
 

@@ -37,7 +37,8 @@ pub struct Lyapunov {
 impl Lyapunov {
     /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation` times the relative residual
     /// and the rounding in it, and the factor between the norms. P* is the solution for `A` and `Q` as given. For a Hurwitz A it holds with the
-    /// separation; otherwise as far as the estimate of it is right to a factor of three. Infinite where no digit is known.
+    /// separation; otherwise as far as the estimate of it is right to a factor of three. Where that is no bound, and the solution was refined instead (see [`lyapunov()`]): ten times the last correction, over
+    /// one minus the factor by which a refinement shrinks errors. Infinite where no digit is known.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -63,11 +64,16 @@ pub(crate) struct Spread {
     pub(crate) norms: f64,
     /// What the units of the state bring, where these were balanced.
     pub(crate) units: f64,
+    /// The error as refinement measured it, relative to the solution in the units of the computation, where rounding decides the separation.
+    pub(crate) refined: Option<f64>,
 }
 
 /// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where `||defect|| <= residual * 2 weight ||P||`, and where the
 /// defect itself is known up to the rounding of n products. A bound beyond one says that rounding decides the separation too: then there is none.
 pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: Spread) -> f64 {
+    if let Some(error) = spread.refined {
+        return of_exact(error * spread.units);
+    }
     let bound = 2.0 * condition * (residual + n as f64 * f64::EPSILON) * spread.norms;
     if bound < 1.0 { of_exact(bound * spread.units) } else { f64::INFINITY }
 }
@@ -110,7 +116,8 @@ impl LyapunovEquation {
     /// The solution for the symmetric n x n matrix `q`.
     /// # Errors
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow).
+    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow);
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Lyapunov> {
         shaped("q", q, self.0.order(), self.0.order())?;
         self.solve_symmetric(symmetric("q", q)?)
@@ -179,8 +186,9 @@ impl LyapunovEquation {
 /// Hurwitz at most 22 n^3 more for the separation. For several `q` see [`LyapunovEquation`], for `Q = C'C` see [`lyapunov_factor`](crate::lyapunov_factor).
 ///
 /// # Errors
-/// [`LinalgError::NearlySingular`](crate::LinalgError::NearlySingular) names the two eigenvalues whose sum is nearest to zero, when the separation is not above
-/// `n eps ||A||`, in the units of `a` nor in units of the state that balance it: a change of `A` within its own rounding makes the equation singular.
+/// [`LinalgError::SingularEquation`](crate::LinalgError::SingularEquation) names two eigenvalues that add to zero: the determinant of the equation is zero for `a` as stored, computed in integers.
+/// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above `n eps ||A||`, in the units of `a` nor in units of the state that balance it (a change of
+/// `A` within its own rounding makes the equation singular), and refinement with the defect in twice the working precision does not converge. Where it does, it is part of the solution.
 /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry of `q` that differs from its mirror image;
 /// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare), [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
 /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), [`LinalgError::Overflow`](crate::LinalgError::Overflow), and those of [`schur()`](crate::schur()).

@@ -8,10 +8,12 @@
 use crate::argument::{shaped, square, symmetric, symmetric_into, unit_scale};
 use crate::balance::{Balance, sizes};
 use crate::compensated;
-use crate::lyapunov::Spread;
+use crate::doubt::{self, DIGIT, RATE, Standing};
+use crate::exactly_singular::{Regularity, regularity};
+use crate::lyapunov::{Spread, forward_error};
 use crate::product::{mirror, multiply, multiply_upper, view, view_mut};
 use crate::schur::block_eigenvalues;
-use crate::separation::{nearly_singular, relative, rescale, separation};
+use crate::separation::{relative, rescale, separation};
 use crate::triangular::{self, Coefficient, Equation};
 use crate::{LinalgError, Result, Schur, SchurWorkspace, schur_into};
 use faer::Accum;
@@ -91,6 +93,14 @@ pub(crate) struct SchurEquation {
     stable: bool,
     /// `min ||operator(X)|| / ||X||`, see the head of this file; in these units.
     separation: f64,
+    /// Where solutions are refined because rounding might decide them: by how much a step shrinks their error.
+    contraction: Option<f64>,
+    /// Whether the separation is rounding.
+    rounding: bool,
+    /// What is certain of the equation, asked where the separation is small.
+    regularity: Regularity,
+    /// The error of the last solution that was refined for this reason, relative to it, in these units.
+    refined: Option<f64>,
     work: Work,
 }
 
@@ -127,15 +137,27 @@ impl Work {
     }
 }
 
-fn is_nearly_singular<T>(found: &Result<T>) -> bool {
-    matches!(found, Err(LinalgError::NearlySingular { .. }))
-}
-
 impl SchurEquation {
     fn vacant(kind: Kind) -> Self {
         let (size, units, separation) = (0.0, f64::NAN, f64::NAN);
         let (a, schur, work) = (DMatrix::default(), Schur::default(), Work::default());
-        Self { kind, a, size, units, balance: None, schur, stable: false, separation, work }
+        let (balance, stable, contraction, refined) = (None, false, None, None);
+        let (rounding, regularity) = (false, Regularity::Unknown);
+        Self {
+            kind,
+            a,
+            size,
+            units,
+            balance,
+            schur,
+            stable,
+            separation,
+            contraction,
+            rounding,
+            regularity,
+            refined,
+            work,
+        }
     }
 
     pub(crate) fn new(kind: Kind, a: &DMatrix<f64>) -> Result<Self> {
@@ -165,20 +187,61 @@ impl SchurEquation {
         if self.kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
-        if let Some((balance, balanced)) = Balance::worthwhile(a) {
-            let done = self.factor_and_test(&balanced, Some(balance));
-            return if is_nearly_singular(&done) { self.factor_and_test(a, None) } else { done };
-        }
-        let plain = self.factor_and_test(a, None);
-        if !is_nearly_singular(&plain) {
-            return plain;
-        }
         // Units of the state decades apart look like a singular equation.
-        let balance = Balance::of(&sizes(a), None);
-        if balance.is_trivial() {
-            return plain;
+        let (first, other) = if let Some((balance, balanced)) = Balance::worthwhile(a) {
+            let standing = self.factor_and_test(&balanced, Some(balance))?;
+            (standing, (standing == Standing::Rounding).then_some(None))
+        } else {
+            let standing = self.factor_and_test(a, None)?;
+            let balance = (standing == Standing::Rounding).then(|| Balance::of(&sizes(a), None));
+            (standing, balance.filter(|balance| !balance.is_trivial()).map(Some))
+        };
+        if first == Standing::Clear {
+            return Ok(());
         }
-        self.factor_and_test(&balance.similar(a), Some(balance)).or(plain)
+        let known = regularity(self.kind.equation(), a, a, true);
+        self.regularity = known;
+        if known == Regularity::Singular {
+            return Err(self
+                .kind
+                .equation()
+                .closest(&self.eigenvalues(), &self.eigenvalues())
+                .singular(self.kind.name()));
+        }
+        if self.contracts() || first == Standing::Doubtful {
+            return Ok(());
+        }
+        let refused = self.undecided();
+        let Some(balance) = other else { return Err(refused) };
+        let matrix = balance.as_ref().map(|balance| balance.similar(a));
+        let standing = self.factor_and_test(matrix.as_ref().unwrap_or(a), balance)?;
+        self.regularity = known;
+        if standing == Standing::Clear || self.contracts() || standing == Standing::Doubtful {
+            return Ok(());
+        }
+        Err(refused)
+    }
+
+    /// The equation has one solution, or may have, and rounding decides it.
+    fn undecided(&self) -> LinalgError {
+        let values = self.eigenvalues();
+        let n = self.order() as f64;
+        self.kind.equation().closest(&values, &values).undecided(
+            self.kind.name(),
+            self.regularity,
+            self.separation(),
+            self.condition(),
+            2.0 * n * self.norms(),
+        )
+    }
+
+    /// Whether refinement converges; then it is part of each solution.
+    fn contracts(&mut self) -> bool {
+        self.contraction = Some(RATE);
+        let n = self.order();
+        let rate = doubt::contraction((n, n), true, |q, p| self.correction(q, p));
+        self.contraction = (rate <= RATE).then_some(rate);
+        self.contraction.is_some()
     }
 
     fn factor(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<()> {
@@ -195,11 +258,13 @@ impl SchurEquation {
         schur_into(&self.a, &mut self.schur, &mut self.work.schur)?;
         self.stable = self.kind.is_stable_form(&self.schur);
         (self.balance, self.separation) = (balance, f64::NAN);
+        (self.contraction, self.refined, self.regularity) = (None, None, Regularity::Unknown);
         Ok(())
     }
 
-    fn factor_and_test(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<()> {
+    fn factor_and_test(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Standing> {
         self.factor(a, balance)?;
+        self.rounding = false;
         let (n, kind) = (a.nrows(), self.kind);
         let (separation, regular) = if self.stable {
             let Work { half: h, scratch, .. } = &mut self.work;
@@ -214,12 +279,16 @@ impl SchurEquation {
         };
         self.separation = separation;
         let floor = kind.rounding(n, self.size) / (n as f64).sqrt();
-        if n > 0 && (!regular || separation.is_nan() || separation <= floor) {
-            let values = self.eigenvalues();
-            let gap = |x, y| kind.equation().gap(x, y);
-            return Err(nearly_singular(kind.name(), &values, &values, separation / self.units, gap));
+        if n == 0 {
+            return Ok(Standing::Clear);
         }
-        Ok(())
+        if !regular || separation.is_nan() || separation <= floor {
+            self.rounding = true;
+            return Ok(Standing::Rounding);
+        }
+        let spread = Spread { norms: self.norms(), units: 1.0, refined: None };
+        let bound = forward_error(0.0, self.condition(), n, spread);
+        Ok(if bound <= DIGIT { Standing::Clear } else { Standing::Doubtful })
     }
 
     /// `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form), from above; and whether every pivot is regular.
@@ -286,6 +355,17 @@ impl SchurEquation {
         let size_q = p.norm();
         self.work.defect.copy_from(p);
         self.substitute(p);
+        if let Some(rate) = self.contraction {
+            let weight = self.work.defect.clone();
+            let substituted = p.clone();
+            self.refined = doubt::refined(p, rate, |p| self.correction(&weight, p));
+            if self.refined.is_none() {
+                if self.rounding {
+                    return Err(self.undecided());
+                }
+                p.copy_from(&substituted);
+            }
+        }
         // A'P + PA + Q or A'PA - P + Q, its upper triangle.
         let Work { half: image, defect, .. } = &mut self.work;
         multiply(view_mut(image), Accum::Replace, 1.0, view(p), view(&self.a));
@@ -331,8 +411,7 @@ impl SchurEquation {
         let units_q = unit_scale(&weight);
         weight *= units_q;
         rescale(&mut x, units_q, self.units);
-        let mut correction = self.precise_defect(&weight, &x);
-        self.substitute(&mut correction);
+        let correction = self.correction(&weight, &x);
         let moved = relative(correction.norm(), x.norm());
         if moved >= 1.0 {
             return Ok(moved);
@@ -347,6 +426,13 @@ impl SchurEquation {
         }
         p.copy_from(&x);
         Ok(moved)
+    }
+
+    /// What `p` lacks for `q`: the solution for its defect.
+    fn correction(&mut self, q: &DMatrix<f64>, p: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut correction = self.precise_defect(q, p);
+        self.substitute(&mut correction);
+        correction
     }
 
     /// `A'P + PA + Q` or `A'PA - P + Q`, each entry rounded once.
@@ -369,9 +455,14 @@ impl SchurEquation {
 
     /// For the solution `p`.
     pub(crate) fn spread(&self, p: &DMatrix<f64>) -> Spread {
+        let units = self.balance.as_ref().map_or(1.0, |balance| balance.growth(p));
+        Spread { norms: self.norms(), units, refined: self.refined }
+    }
+
+    /// The factor from the norm of the separation to Frobenius'.
+    fn norms(&self) -> f64 {
         let n = self.order() as f64;
-        let norms = if self.stable { n.sqrt() } else { 3.0 * n };
-        Spread { norms, units: self.balance.as_ref().map_or(1.0, |balance| balance.growth(p)) }
+        if self.stable { n.sqrt() } else { 3.0 * n }
     }
 
     /// From the symmetric right-hand side `q` in `p` to the symmetric solution. True if the equation is regular.
@@ -383,7 +474,7 @@ impl SchurEquation {
         multiply_upper(view_mut(p), Accum::Replace, -1.0, u.transpose(), view(half));
         let regular = triangular::solve_symmetric(
             self.kind.equation(),
-            Coefficient::plain(t),
+            Coefficient::plain(t).exact(self.contraction.is_some()),
             view_mut(p),
             scratch.as_mut_slice(),
         );

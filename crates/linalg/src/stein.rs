@@ -83,7 +83,8 @@ impl SteinEquation {
     /// The solution for the symmetric n x n matrix `q`.
     /// # Errors
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow).
+    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow);
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
         shaped("q", q, self.0.order(), self.0.order())?;
         self.solve_symmetric(symmetric("q", q)?)
@@ -133,8 +134,9 @@ impl SteinEquation {
 /// allowed. Where it makes the largest entry of `a` a thousand times smaller, or where `P` seems not to exist otherwise, the equation is solved in units of the state (powers of two) in which rows and columns of `a` are of equal size. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
 ///
 /// # Errors
-/// [`LinalgError::NearlySingular`](crate::LinalgError::NearlySingular) names the two eigenvalues whose product is nearest to one, when a pivot of the substitution
-/// vanishes against its rounding or the separation is not above `n eps max(1, ||A||)`;
+/// [`LinalgError::SingularEquation`](crate::LinalgError::SingularEquation) names two eigenvalues that multiply to one: the determinant of the equation is zero for `a` as stored, computed in integers;
+/// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) when a pivot of the substitution vanishes against its rounding or the separation is not above `n eps max(1, ||A||)`,
+/// and refinement does not converge (see [`lyapunov()`](crate::lyapunov()));
 /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry of `q` that differs from its mirror image;
 /// [`LinalgError::Overflow`](crate::LinalgError::Overflow) if `a` has entries beyond 2^250, whose products leave the range, or `P` does;
 /// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare), [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), and those of [`schur()`](crate::schur()).

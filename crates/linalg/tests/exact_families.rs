@@ -2,7 +2,7 @@
 //! Working Notes 1999-6 and 1999-7), built in integers. The data are exactly what binary64 holds, so that the error of a solution is a number and not an estimate.
 
 use luenberger_linalg::{
-    DiscreteSylvesterEquation, LyapunovEquation, SteinEquation, SylvesterEquation, discrete_sylvester,
+    DiscreteSylvesterEquation, LinalgError, LyapunovEquation, SteinEquation, SylvesterEquation, discrete_sylvester,
     generalized_lyapunov, generalized_stein, lyapunov, stein, sylvester,
 };
 use nalgebra::{DMatrix, dmatrix};
@@ -126,7 +126,10 @@ fn lyapunov_errors_are_bounded_and_refined_away() {
     let (mut worst, mut solved, mut refined) = (0.0_f64, 0, 0);
     for known in &families {
         let Ok(mut equation) = LyapunovEquation::new(&known.a) else { continue };
-        let found = equation.solve(&known.q).unwrap();
+        let found = match equation.solve(&known.q) {
+            Err(LinalgError::UndecidedEquation { regular: true, .. }) => continue,
+            found => found.unwrap(),
+        };
         let error = known.error(&found.p);
         assert!(error <= found.forward_error(), "{}: {error:e} > {:e}", known.name, found.forward_error());
         solved += 1;
@@ -154,7 +157,10 @@ fn stein_errors_are_bounded_and_refined_away() {
     let (mut worst, mut refined) = (0.0_f64, 0);
     for known in &families {
         let Ok(mut equation) = SteinEquation::new(&known.a) else { continue };
-        let found = equation.solve(&known.q).unwrap();
+        let found = match equation.solve(&known.q) {
+            Err(LinalgError::UndecidedEquation { regular: true, .. }) => continue,
+            found => found.unwrap(),
+        };
         let error = known.error(&found.p);
         assert!(error <= found.forward_error(), "{}: {error:e} > {:e}", known.name, found.forward_error());
         if found.condition <= 1e11 {
@@ -288,7 +294,9 @@ fn the_discrete_generalised_family_has_the_matrix_of_ones() {
                 (solved, bounded) = (solved + 1, bounded + usize::from(found.forward_error() <= 1e-3));
             }
             // The smallest eigenvalues approach one, and their product with themselves.
-            Err(luenberger_linalg::LinalgError::NearlySingular { gap, .. }) => assert!(gap <= 1e-3, "{n} {t} {gap:e}"),
+            Err(LinalgError::UndecidedEquation { gap, .. }) => {
+                assert!(gap <= 1e-3, "{n} {t} {gap:e}");
+            }
             Err(other) => panic!("{other}"),
         }
     }
@@ -390,7 +398,7 @@ fn companions_of_wilkinsons_polynomial() {
                 assert!(error <= bound, "{}: {error:e} > {bound:e}, condition {:e}", known.name, found.condition);
                 assert!(n > 6 || bound.is_finite(), "{}", known.name);
             }
-            Err(luenberger_linalg::LinalgError::NearlySingular { separation, .. }) => {
+            Err(LinalgError::UndecidedEquation { regular: true, separation, .. }) => {
                 assert!(n >= 8 && separation <= n as f64 * f64::EPSILON * known.a.norm(), "{n} {separation:e}");
             }
             Err(other) => panic!("{other}"),

@@ -37,7 +37,7 @@ impl Problem {
     /// [`LmiError::CertificateFile`] for an answer that is undecided, or that of another problem; what [`solve`](Self::solve) says of a problem that is not well-posed.
     pub fn certificate_file(&self, title: &str, solution: &Solution) -> Result<CertificateFile, LmiError> {
         let offsets = standard_form(self, Anchor::Middle)?.offsets;
-        let inequalities = self.multiplied_out(&offsets);
+        let inequalities = self.multiplied_out(&offsets)?;
         let file = if let Verdict::Refuted { witness } = &solution.verdict {
             let multipliers = self.multipliers(witness);
             CertificateFile::prove(title, InequalityRefuted { inequalities, multipliers })
@@ -60,10 +60,11 @@ impl Problem {
     }
 
     /// The symmetric part of every constraint, exactly.
-    fn multiplied_out(&self, offsets: &[usize]) -> MatrixInequality {
+    fn multiplied_out(&self, offsets: &[usize]) -> Result<MatrixInequality, LmiError> {
         let unknowns = self.variables.iter().map(crate::Variable::unknowns).sum();
         let constraints = self.constraints.iter().map(|(name, inequality)| {
-            let m = expand::<Exact>(&inequality.positive, offsets);
+            let m = expand::<Exact>(&inequality.positive, offsets)
+                .map_err(|fault| LmiError::Malformed { place: name.clone(), fault })?;
             let order = m.rows();
             let mut entries = Vec::new();
             for row in 0..order {
@@ -83,9 +84,9 @@ impl Problem {
                     }
                 }
             }
-            Constraint { name: name.clone(), order, entries: merged(entries) }
+            Ok(Constraint { name: name.clone(), order, entries: merged(entries) })
         });
-        MatrixInequality { unknowns, strict: true, constraints: constraints.collect() }
+        Ok(MatrixInequality { unknowns, strict: true, constraints: constraints.collect::<Result<_, LmiError>>()? })
     }
 
     /// The exact multiplier of every constraint, zeros where it takes no part, all scaled by one power of two to integers.

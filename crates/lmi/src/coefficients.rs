@@ -7,6 +7,7 @@
 use luenberger_proof::{Matrix, Ring};
 use nalgebra::DMatrix;
 
+use crate::error::Fault;
 use crate::expression::{Expression, Node};
 use crate::variable::Variable;
 
@@ -75,77 +76,93 @@ impl<R: Ring> Entry<R> {
     }
 }
 
-/// A number of the user's as an element of the ring. Constants were found finite when the expression was checked.
-fn number<R: Ring>(x: f64) -> R {
-    R::from_f64(x).unwrap_or_else(R::zero)
+/// A number of the user's, or of a solver's, as an element of the ring. One that is not finite is none.
+fn number<R: Ring>(value: f64) -> Result<R, Fault> {
+    R::from_f64(value).ok_or(Fault::NotFinite { row: 0, column: 0, value })
 }
 
-/// The matrix of entries of `e`; the unknowns of the variable declared k-th start at `offsets[k]`. The expression has no fault.
-pub(crate) fn expand<R: Ring>(e: &Expression, offsets: &[usize]) -> Matrix<Entry<R>> {
-    let (rows, columns) = e.shape();
-    match e.node() {
-        Node::Constant(m) => {
-            Matrix::from_fn(rows, columns, |i, j| Entry { constant: number(m[(i, j)]), terms: Vec::new() })
+/// The same of a matrix.
+fn embed<R: Ring>(m: &DMatrix<f64>) -> Result<Matrix<R>, Fault> {
+    let (rows, columns) = m.shape();
+    let mut embedded = Matrix::from_fn(rows, columns, |_, _| R::zero());
+    for row in 0..rows {
+        for column in 0..columns {
+            let value = m[(row, column)];
+            embedded[(row, column)] = R::from_f64(value).ok_or(Fault::NotFinite { row, column, value })?;
         }
+    }
+    Ok(embedded)
+}
+
+/// The matrix of entries of `e`, which fits together; the unknowns of the variable declared k-th start at `offsets[k]`.
+///
+/// # Errors
+/// [`Fault::NotFinite`] names a constant that no ring has.
+pub(crate) fn expand<R: Ring>(e: &Expression, offsets: &[usize]) -> Result<Matrix<Entry<R>>, Fault> {
+    let (rows, columns) = e.shape();
+    let one = number::<R>(1.0)?;
+    Ok(match e.node() {
+        Node::Constant(m) => embed(m)?.map(|constant: &R| Entry { constant: constant.clone(), terms: Vec::new() }),
         Node::Variable(v) => Matrix::from_fn(rows, columns, |i, j| Entry {
             constant: R::zero(),
-            terms: v.unknown_at(i, j).map(|k| (offsets[v.position()] + k, number(1.0))).into_iter().collect(),
+            terms: v.unknown_at(i, j).map(|k| (offsets[v.position()] + k, one.clone())).into_iter().collect(),
         }),
         Node::Sum(left, right) => {
-            let (left, right) = (expand::<R>(left, offsets), expand::<R>(right, offsets));
-            let one = number(1.0);
+            let (left, right) = (expand::<R>(left, offsets)?, expand::<R>(right, offsets)?);
             Matrix::from_fn(rows, columns, |i, j| {
                 let mut sum = left[(i, j)].clone();
                 sum.accumulate(&one, &right[(i, j)]);
                 sum.merge()
             })
         }
-        Node::Negation(inner) => multiple(&number(-1.0), &expand(inner, offsets)),
-        Node::Multiple(factor, inner) => multiple(&number(*factor), &expand(inner, offsets)),
+        Node::Negation(inner) => multiple(&one.neg(), &expand(inner, offsets)?),
+        Node::Multiple(factor, inner) => multiple(&number(*factor)?, &expand(inner, offsets)?),
         Node::LeftProduct(m, inner) => {
-            let inner = expand::<R>(inner, offsets);
+            let (m, inner) = (embed::<R>(m)?, expand::<R>(inner, offsets)?);
             Matrix::from_fn(rows, columns, |i, j| {
                 let mut sum = Entry::zero();
                 for k in 0..inner.rows() {
-                    sum.accumulate(&number(m[(i, k)]), &inner[(k, j)]);
+                    sum.accumulate(&m[(i, k)], &inner[(k, j)]);
                 }
                 sum.merge()
             })
         }
         Node::RightProduct(inner, m) => {
-            let inner = expand::<R>(inner, offsets);
+            let (inner, m) = (expand::<R>(inner, offsets)?, embed::<R>(m)?);
             Matrix::from_fn(rows, columns, |i, j| {
                 let mut sum = Entry::zero();
                 for k in 0..inner.cols() {
-                    sum.accumulate(&number(m[(k, j)]), &inner[(i, k)]);
+                    sum.accumulate(&m[(k, j)], &inner[(i, k)]);
                 }
                 sum.merge()
             })
         }
         Node::Scaling(inner, m) => {
-            let inner = expand::<R>(inner, offsets);
+            let (inner, m) = (expand::<R>(inner, offsets)?, embed::<R>(m)?);
             Matrix::from_fn(rows, columns, |i, j| {
                 let mut scaled = Entry::zero();
-                scaled.accumulate(&number(m[(i, j)]), &inner[(0, 0)]);
+                scaled.accumulate(&m[(i, j)], &inner[(0, 0)]);
                 scaled.merge()
             })
         }
-        Node::Transpose(inner) => expand(inner, offsets).transpose(),
+        Node::Transpose(inner) => expand(inner, offsets)?.transpose(),
         Node::Trace(inner) => {
-            let inner = expand::<R>(inner, offsets);
+            let inner = expand::<R>(inner, offsets)?;
             let mut sum = Entry::zero();
             for k in 0..inner.rows() {
-                sum.accumulate(&number(1.0), &inner[(k, k)]);
+                sum.accumulate(&one, &inner[(k, k)]);
             }
             let sum = sum.merge();
             Matrix::from_fn(1, 1, |_, _| sum.clone())
         }
         Node::Blocks(blocks) => {
-            let expanded: Vec<Vec<_>> =
-                blocks.iter().map(|row| row.iter().map(|e| expand(e, offsets)).collect()).collect();
+            let expanded: Vec<Vec<_>> = blocks
+                .iter()
+                .map(|row| row.iter().map(|e| expand(e, offsets)).collect())
+                .collect::<Result<_, Fault>>()?;
             assemble(rows, columns, &expanded)
         }
-    }
+    })
 }
 
 fn multiple<R: Ring>(factor: &R, m: &Matrix<Entry<R>>) -> Matrix<Entry<R>> {
@@ -174,45 +191,49 @@ fn assemble<T: Clone>(rows: usize, columns: usize, blocks: &[Vec<Matrix<T>>]) ->
 
 /// The value of `e` when the variable declared k-th has the value `values[k]`, computed over the ring from the user's constants as they
 /// were written.
-pub(crate) fn evaluate<R: Ring>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Matrix<R> {
+///
+/// # Errors
+/// [`Fault::NotFinite`] names a constant, or an entry of a value, that no ring has.
+pub(crate) fn evaluate<R: Ring>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Result<Matrix<R>, Fault> {
     let (rows, columns) = e.shape();
-    let embed = |m: &DMatrix<f64>| Matrix::from_fn(m.nrows(), m.ncols(), |i, j| number::<R>(m[(i, j)]));
-    match e.node() {
-        Node::Constant(m) => embed(m),
-        Node::Variable(v) => embed(&values[v.position()].1),
+    Ok(match e.node() {
+        Node::Constant(m) => embed(m)?,
+        Node::Variable(v) => embed(&values[v.position()].1)?,
         Node::Sum(left, right) => {
-            let (left, right) = (evaluate::<R>(left, values), evaluate::<R>(right, values));
+            let (left, right) = (evaluate::<R>(left, values)?, evaluate::<R>(right, values)?);
             Matrix::from_fn(rows, columns, |i, j| left[(i, j)].add(&right[(i, j)]))
         }
-        Node::Negation(inner) => evaluate::<R>(inner, values).map(R::neg),
+        Node::Negation(inner) => evaluate::<R>(inner, values)?.map(R::neg),
         Node::Multiple(factor, inner) => {
-            let factor = number::<R>(*factor);
-            evaluate::<R>(inner, values).map(|x| factor.mul(x))
+            let factor = number::<R>(*factor)?;
+            evaluate::<R>(inner, values)?.map(|x| factor.mul(x))
         }
         Node::LeftProduct(m, inner) => {
-            let (left, right) = (embed(m), evaluate::<R>(inner, values));
+            let (left, right) = (embed::<R>(m)?, evaluate::<R>(inner, values)?);
             Matrix::from_fn(rows, columns, |i, j| dot(right.rows(), |k| (&left[(i, k)], &right[(k, j)])))
         }
         Node::RightProduct(inner, m) => {
-            let (left, right) = (evaluate::<R>(inner, values), embed(m));
+            let (left, right) = (evaluate::<R>(inner, values)?, embed::<R>(m)?);
             Matrix::from_fn(rows, columns, |i, j| dot(right.rows(), |k| (&left[(i, k)], &right[(k, j)])))
         }
         Node::Scaling(inner, m) => {
-            let factor = evaluate::<R>(inner, values)[(0, 0)].clone();
-            embed(m).map(|x| factor.mul(x))
+            let factor = evaluate::<R>(inner, values)?[(0, 0)].clone();
+            embed::<R>(m)?.map(|x| factor.mul(x))
         }
-        Node::Transpose(inner) => evaluate::<R>(inner, values).transpose(),
+        Node::Transpose(inner) => evaluate::<R>(inner, values)?.transpose(),
         Node::Trace(inner) => {
-            let inner = evaluate::<R>(inner, values);
+            let inner = evaluate::<R>(inner, values)?;
             let sum = (0..inner.rows()).fold(R::zero(), |sum, k| sum.add(&inner[(k, k)]));
             Matrix::from_fn(1, 1, |_, _| sum.clone())
         }
         Node::Blocks(blocks) => {
-            let evaluated: Vec<Vec<_>> =
-                blocks.iter().map(|row| row.iter().map(|e| evaluate(e, values)).collect()).collect();
+            let evaluated: Vec<Vec<_>> = blocks
+                .iter()
+                .map(|row| row.iter().map(|e| evaluate(e, values)).collect())
+                .collect::<Result<_, Fault>>()?;
             assemble(rows, columns, &evaluated)
         }
-    }
+    })
 }
 
 fn dot<'a, R: Ring + 'a>(length: usize, factors: impl Fn(usize) -> (&'a R, &'a R)) -> R {
@@ -276,13 +297,30 @@ mod tests {
         let x: Vec<f64> = (0..offset).map(|k| 0.37 * k as f64 - 1.1).collect();
         let values: Vec<_> =
             lmi.variables.iter().zip(&offsets).map(|(v, &o)| (v.clone(), v.assemble(&x[o..]))).collect();
-        let direct = evaluate::<Exact>(&whole, &values);
-        let expanded = expand::<Exact>(&whole, &offsets).map(|entry| {
+        let direct = evaluate::<Exact>(&whole, &values).unwrap();
+        let expanded = expand::<Exact>(&whole, &offsets).unwrap().map(|entry| {
             entry
                 .terms
                 .iter()
                 .fold(entry.constant.clone(), |sum, (k, c)| sum.add(&c.mul(&Exact::from_f64(x[*k]).unwrap())))
         });
         assert_eq!(direct, expanded);
+    }
+
+    /// A value that is no number is an error, whatever stands around it, and not the number 0.
+    #[test]
+    fn what_is_not_a_number_is_not_zero() {
+        let mut lmi = Problem::new();
+        let p = lmi.symmetric("P", 2);
+        let positive = Expression::from(&p) + DMatrix::<f64>::identity(2, 2);
+        for bad in [f64::NAN, f64::INFINITY] {
+            let values = [(p.clone(), DMatrix::from_row_slice(2, 2, &[0.0, 0.0, bad, 0.0]))];
+            let found = evaluate::<Exact>(&positive, &values);
+            assert!(matches!(found, Err(Fault::NotFinite { row: 1, column: 0, .. })), "{found:?}");
+            assert!(evaluate::<Rounded>(&positive, &values).is_err());
+            let constant = Expression::from(&p) + DMatrix::from_element(2, 2, bad);
+            assert!(matches!(expand::<Exact>(&constant, &[0]), Err(Fault::NotFinite { row: 0, column: 0, .. })));
+            assert!(matches!(expand::<Exact>(&(bad * &positive), &[0]), Err(Fault::NotFinite { .. })));
+        }
     }
 }

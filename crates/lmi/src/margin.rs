@@ -172,7 +172,8 @@ fn improve(
     solution: &mut Solution,
 ) -> Result<(), LmiError> {
     let Some(objective) = &problem.objective else { return Ok(()) };
-    let expanded = expand::<Rounded>(&objective.expression, &standard.offsets);
+    let expanded = expand::<Rounded>(&objective.expression, &standard.offsets)
+        .map_err(|fault| LmiError::Malformed { place: "objective".to_owned(), fault })?;
     let entry = &expanded[(0, 0)];
     if !entry.constant.0.is_finite() || entry.terms.iter().any(|(_, c)| !c.0.is_finite()) {
         return Err(LmiError::Overflow { place: "objective".to_owned() });

@@ -35,15 +35,16 @@ struct ExactConstraints {
 }
 
 impl ExactConstraints {
-    fn new(problem: &Problem) -> Self {
+    /// `None` for a constraint with a constant that is no number.
+    fn new(problem: &Problem) -> Option<Self> {
         let mut offsets = Vec::with_capacity(problem.variables.len());
         let mut unknowns = 0;
         for variable in &problem.variables {
             offsets.push(unknowns);
             unknowns += variable.unknowns();
         }
-        let blocks = problem.constraints.iter().map(|(_, inequality)| expand(&inequality.positive, &offsets)).collect();
-        Self { blocks, unknowns }
+        let expanded = problem.constraints.iter().map(|(_, inequality)| expand(&inequality.positive, &offsets).ok());
+        Some(Self { blocks: expanded.collect::<Option<_>>()?, unknowns })
     }
 
     /// `sum_k tr(F_ki Z_k)` for every unknown i, and last for the constants.
@@ -76,7 +77,7 @@ pub(crate) fn refute(
     standard: &Standard,
     multipliers: &[DMatrix<f64>],
 ) -> Option<Infeasibility> {
-    let constraints = ExactConstraints::new(problem);
+    let constraints = ExactConstraints::new(problem)?;
     let mut attempted: Vec<Vec<Vec<bool>>> = Vec::new();
     for guess in ZERO_GUESSES {
         let active = active_rows(multipliers, guess);
@@ -285,7 +286,7 @@ impl Problem {
         if !witness.multipliers.iter().all(known) {
             return false;
         }
-        let traces = ExactConstraints::new(self).traces(&present);
-        is_contradiction(&traces, &present)
+        let Some(constraints) = ExactConstraints::new(self) else { return false };
+        is_contradiction(&constraints.traces(&present), &present)
     }
 }

@@ -60,7 +60,8 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor) -> Result<Standar
     let mut blocks = Vec::with_capacity(problem.constraints.len() + 1);
     let mut homogeneous = true;
     for (name, inequality) in &problem.constraints {
-        let matrix = expand::<Rounded>(&inequality.positive, &offsets);
+        let matrix = expand::<Rounded>(&inequality.positive, &offsets)
+            .map_err(|fault| LmiError::Malformed { place: name.clone(), fault })?;
         require_symmetric(name, &matrix)?;
         let block = symmetric_part(&matrix);
         let finite = |e: &BlockEntry| e.constant.is_finite() && e.terms.iter().all(|(_, c)| c.is_finite());

@@ -34,24 +34,24 @@ pub(crate) fn verify(problem: &Problem, values: &[(Variable, DMatrix<f64>)]) -> 
 /// A rigorous positive lower bound on the smallest eigenvalue, if there is one in this arithmetic.
 fn proved_margin<R: Ring + Entry>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Option<f64> {
     // F + F', twice the symmetric part, has no rounding error from a division; halving its margin has none either, unless it underflows.
-    let twice: Matrix<R> = evaluate::<R>(e, values).plus_transpose().ok()?;
+    let twice: Matrix<R> = evaluate::<R>(e, values).ok()?.plus_transpose().ok()?;
     match positive_definite(&twice) {
         Ok(Verdict::Proved { margin }) if margin > 2.0 * f64::MIN_POSITIVE => Some(0.5 * margin),
         _ => None,
     }
 }
 
-fn rounded(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> DMatrix<f64> {
-    let m = evaluate::<Rounded>(e, values);
-    DMatrix::from_fn(m.rows(), m.cols(), |i, j| 0.5 * m[(i, j)].0 + 0.5 * m[(j, i)].0)
+/// `None` for values that are no numbers.
+fn rounded(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Option<DMatrix<f64>> {
+    let m = evaluate::<Rounded>(e, values).ok()?;
+    Some(DMatrix::from_fn(m.rows(), m.cols(), |i, j| 0.5 * m[(i, j)].0 + 0.5 * m[(j, i)].0))
 }
 
 fn size(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> f64 {
-    rounded(e, values).amax()
+    rounded(e, values).map_or(0.0, |m| m.amax())
 }
 
 /// The smallest eigenvalue in floating point; minus infinity if it cannot be computed.
 fn smallest_eigenvalue(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> f64 {
-    let m = rounded(e, values);
-    luenberger_linalg::lambda_min(&m).unwrap_or(f64::NEG_INFINITY)
+    rounded(e, values).and_then(|m| luenberger_linalg::lambda_min(&m).ok()).unwrap_or(f64::NEG_INFINITY)
 }

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --example certificate > observer.json && cargo run -p luenberger-proof --bin luenberger-verify observer.json`
 
-use luenberger::design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+use luenberger::design::{Certified, Correction, CubicDesign, Decrease, LinearDesign, Wish};
 use luenberger::plants::DynamicPlant;
 use luenberger::proof::certificate::verify;
 use nalgebra::dmatrix;

@@ -48,9 +48,9 @@ pub use luenberger_sim as sim;
 /// What most programs need: `use luenberger::prelude::*;`.
 pub mod prelude {
     pub use luenberger_design::{
-        Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, KklCandidate, KklDesign, KklPebDesign,
-        LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, NumericalKklDesign, Region, SampledCubicDesign,
-        Sector, Wish, joint_design,
+        Certificate, Certified, Correction, CubicDesign, Decrease, FeedbackDesign, KklCandidate, KklDesign,
+        KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, NumericalKklDesign, Region,
+        SampledCubicDesign, Sector, Wish, joint_design,
     };
     pub use luenberger_observers::{
         CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainMap, HighGainObserver, Immersion,

@@ -73,6 +73,16 @@ pub enum ProofError {
         /// The largest number of the format.
         largest: f64,
     },
+    /// A matrix that would take more memory than the checker allows itself.
+    #[error("{what} would be of order {order}; at most {allowed} are formed")]
+    TooLarge {
+        /// The matrix.
+        what: &'static str,
+        /// Its order.
+        order: usize,
+        /// The largest order.
+        allowed: usize,
+    },
     /// A bound or a scalar that must not be negative (or must be positive) is, or is not finite.
     #[error("{what} is {value}")]
     Sign {

@@ -73,7 +73,7 @@ fn design(study: &Study, threads: usize) -> (String, String) {
     let results = execute(study, Step::Design, &options).unwrap();
     assert_eq!(results.failures(), Vec::<String>::new());
     let designed = luenberger_study::design::design(study, &study.observers[0], &AtomicBool::new(false)).unwrap();
-    (results.to_json().unwrap(), designed.proof.unwrap().file("rod").unwrap())
+    (results.to_json().unwrap(), designed.certificate.unwrap().file("rod").unwrap().to_json())
 }
 
 #[test]

@@ -14,29 +14,40 @@ pub(super) struct Solution {
     x: Vec<Vec<f64>>,
     residual: f64,
     condition: f64,
+    /// A bound of the relative error of x; none where no digit is known.
+    forward_error: Option<f64>,
 }
 
 /// `A X + X A' + Q = 0`.
 pub(crate) fn lyap(source: &Source) -> Result<Answer, Failure> {
     let [a, q] = json::matrices(source, ["a", "q"])?;
     let found = luenberger_linalg::lyapunov(&a.transpose(), &q).map_err(from(source))?;
-    solution("A X + X A' + Q = 0", &found.p, found.residual, found.condition)
+    solution("A X + X A' + Q = 0", &found.p, found.residual, found.condition, found.forward_error())
 }
 
 /// `A X A' - X + Q = 0`.
 pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
     let [a, q] = json::matrices(source, ["a", "q"])?;
     let found = luenberger_linalg::stein(&a.transpose(), &q).map_err(from(source))?;
-    solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition)
+    solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition, found.forward_error())
 }
 
 /// The answer of an equation with one unknown.
-pub(super) fn solution(equation: &str, x: &DMatrix<f64>, residual: f64, condition: f64) -> Result<Answer, Failure> {
+pub(super) fn solution(
+    equation: &str,
+    x: &DMatrix<f64>,
+    residual: f64,
+    condition: f64,
+    forward_error: f64,
+) -> Result<Answer, Failure> {
+    let forward_error = Some(forward_error).filter(|bound| *bound < 1.0);
+    let error = forward_error
+        .map_or("not a digit is known".to_owned(), |bound| format!("error at most {}", numbers::size(bound)));
     let text = format!(
-        "{equation}\n{}residual {} (relative), condition {}\n",
+        "{equation}\n{}residual {} (relative), condition {}, {error}\n",
         numbers::matrix("X", x),
         numbers::size(residual),
         numbers::size(condition)
     );
-    Ok(Answer::new(text, &Solution { x: written::rows(x), residual, condition })?)
+    Ok(Answer::new(text, &Solution { x: written::rows(x), residual, condition, forward_error })?)
 }

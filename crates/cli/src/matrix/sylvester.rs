@@ -18,5 +18,5 @@ pub(crate) fn sylv(source: &Source) -> Result<Answer, Failure> {
             other => other,
         })
     })?;
-    lyapunov::solution("A X + X B + Q = 0", &found.x, found.residual, found.condition)
+    lyapunov::solution("A X + X B + Q = 0", &found.x, found.residual, found.condition, found.forward_error())
 }

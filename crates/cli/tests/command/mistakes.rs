@@ -131,10 +131,15 @@ const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "lyap",
         r#"{"a": [[1, 0], [0, -1]], "q": [[1, 0], [0, 1]]}"#,
         1,
-        "the Lyapunov equation is singular to working precision: eigenvalues 1+0i and -1+0i miss by 0e0",
+        "the Lyapunov equation is singular for the numbers as stored: the eigenvalues 1+0i and -1+0i meet",
     ),
-    ("dlyap", r#"{"a": [[1]], "q": [[1]]}"#, 1, "the Stein equation is singular to working precision"),
-    ("sylv", r#"{"a": [[1]], "b": [[-1]], "q": [[1]]}"#, 1, "the Sylvester equation is singular to working precision"),
+    ("dlyap", r#"{"a": [[1]], "q": [[1]]}"#, 1, "the Stein equation is singular for the numbers as stored"),
+    (
+        "sylv",
+        r#"{"a": [[1]], "b": [[-1]], "q": [[1]]}"#,
+        1,
+        "the Sylvester equation is singular for the numbers as stored",
+    ),
     (
         "care",
         r#"{"a": [[1]], "b": [[0]], "q": [[1]], "r": [[1]]}"#,

@@ -32,6 +32,7 @@ struct Script {
     answers: Vec<bool>,
     next: usize,
     undefined: Option<Undefined>,
+    steered: bool,
 }
 
 thread_local! {
@@ -69,6 +70,20 @@ pub(super) fn open_comparison() -> bool {
         }
         script.answers[at]
     })
+}
+
+/// Notes that an open comparison has operands that vary along the direction of the evaluation.
+pub(super) fn note_steered() {
+    SCRIPT.with(|cell| {
+        if let Some(script) = cell.borrow_mut().as_mut() {
+            script.steered = true;
+        }
+    });
+}
+
+/// Whether the way that this run takes may depend on the coordinate along which it is evaluated. Where it does not, a result with the slope 0 does not depend on it either.
+pub(crate) fn steered() -> bool {
+    SCRIPT.with(|cell| cell.borrow().as_ref().is_none_or(|script| script.steered))
 }
 
 /// Notes that an operation has no result on this box.

@@ -14,7 +14,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use luenberger_proof::{Interval, Ring};
 
-use super::paths::{note_undefined, open_comparison};
+use super::paths::{note_steered, note_undefined, open_comparison};
 use crate::real_field::{Real, real_field};
 
 /// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
@@ -78,6 +78,14 @@ impl IntervalDual {
         }
     }
 
+    /// The answer to a comparison that the values leave open.
+    fn undecided(&self, other: &Self) -> bool {
+        if !(self.slope.is_zero() && other.slope.is_zero()) {
+            note_steered();
+        }
+        open_comparison()
+    }
+
     /// Either of the two.
     fn either(value: Interval, x: &Self, y: &Self) -> Self {
         Self { value, slope: x.slope.hull(&y.slope) }
@@ -135,7 +143,7 @@ impl PartialEq for IntervalDual {
         } else if self.value.hi() < other.value.lo() || self.value.lo() > other.value.hi() {
             false
         } else {
-            open_comparison()
+            self.undecided(other)
         }
     }
 }
@@ -157,7 +165,7 @@ impl PartialOrd for IntervalDual {
         } else if self.value.lo() >= other.value.hi() {
             false
         } else {
-            open_comparison()
+            self.undecided(other)
         }
     }
 

@@ -10,10 +10,17 @@
 //!
 //! [`Collected`] is a scalar, so that a map that is written once for every scalar is collected by evaluating it. What cannot be (a branch, an absolute value, too
 //! many terms) is noted, and there is no result. A polynomial encloses the function wherever all atoms are defined.
+//!
+//! The sheet of an evaluation belongs to its thread, and every value carries the number of its sheet. A value of another sheet (kept from an earlier evaluation) or of none
+//! (made on another thread) has no polynomial here: an operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison
+//! cannot be answered, leaves the evaluation that it belongs to without a result. What is not noticed: a map that lets a thread work for it which is itself in the middle of
+//! another evaluation, if that thread compares constants only.
 
 use core::cell::RefCell;
 use core::ops::{Add, Mul, Sub};
-use std::collections::HashMap;
+use core::sync::atomic::{AtomicU64, Ordering};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use luenberger_proof::{Interval, Ring};
 
@@ -27,12 +34,19 @@ const POWER: u32 = 32;
 /// Below this a product of numbers may have lost digits that its rounding error does not show.
 const UNDERFLOW: f64 = 1e-250;
 
-/// A value on the current sheet: a polynomial in atoms. Plants and maps see it as their scalar `T`.
+/// What leaves an evaluation without a result when one of its values is used on another sheet, or one of another sheet on its own.
+pub(super) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
+
+/// A value on a sheet: a polynomial in atoms. Plants and maps see it as their scalar `T`.
 #[derive(Clone, Copy, Debug)]
-pub struct Collected(usize);
+pub struct Collected {
+    /// The number of its sheet; 0 for a value that was made where there is none.
+    sheet: u64,
+    at: usize,
+}
 
 /// Powers of atoms, by the atom; negative ones come from divisions by a single monomial, so that x/x is 1.
-type Monomial = Vec<(usize, i32)>;
+pub(super) type Monomial = Vec<(usize, i32)>;
 
 /// Monomials in order, each once, none with the coefficient 0.
 pub(super) type Polynomial = Vec<(Monomial, Interval)>;
@@ -51,6 +65,15 @@ pub(super) enum Function {
 }
 
 impl Function {
+    /// -1 for an odd function, 1 for an even one, 0 for others.
+    fn parity(self) -> i8 {
+        match self {
+            Self::Sin | Self::Atan | Self::Tanh => -1,
+            Self::Cos => 1,
+            Self::Recip | Self::Exp | Self::Ln | Self::Sqrt => 0,
+        }
+    }
+
     fn at(self, x: &Interval) -> Option<Interval> {
         match self {
             Self::Recip => reciprocal(x),
@@ -81,9 +104,8 @@ struct Argument {
 impl PartialEq for Argument {
     /// Whether both are the same function for sure.
     fn eq(&self, other: &Self) -> bool {
-        let exact = || self.polynomial.iter().all(|(_, coefficient)| coefficient.is_point());
         let same_value = self.value.is_some() && self.value == other.value;
-        same_value || (self.polynomial == other.polynomial && exact())
+        same_value || (self.polynomial == other.polynomial && is_exact(&self.polynomial))
     }
 }
 
@@ -93,6 +115,7 @@ type Origin = (u8, u64, u64);
 /// The polynomials of one evaluation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sheet {
+    number: u64,
     values: Vec<Polynomial>,
     origins: HashMap<Origin, usize>,
     atoms: Vec<Atom>,
@@ -104,39 +127,80 @@ thread_local! {
     static SHEET: RefCell<Option<Sheet>> = const { RefCell::new(None) };
 }
 
-/// Puts the previous sheet back when it is dropped.
-struct Restore(Option<Sheet>);
+/// The number of the last sheet. None has the number 0.
+static LAST: AtomicU64 = AtomicU64::new(0);
 
-impl Drop for Restore {
+/// The sheets being written on all threads, and whether a value of theirs was used elsewhere.
+static WRITTEN: Mutex<BTreeMap<u64, bool>> = Mutex::new(BTreeMap::new());
+
+fn written() -> MutexGuard<'static, BTreeMap<u64, bool>> {
+    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A sheet being written. It puts the previous one back when it is dropped.
+struct Writing {
+    number: u64,
+    previous: Option<Sheet>,
+}
+
+impl Writing {
+    fn begin() -> Self {
+        let number = LAST.fetch_add(1, Ordering::Relaxed) + 1;
+        written().insert(number, false);
+        let previous = SHEET.with(|cell| cell.replace(Some(Sheet { number, ..Sheet::default() })));
+        Self { number, previous }
+    }
+}
+
+impl Drop for Writing {
     fn drop(&mut self) {
-        SHEET.with(|cell| cell.replace(self.0.take()));
+        SHEET.with(|cell| cell.replace(self.previous.take()));
+        written().remove(&self.number);
     }
 }
 
 /// What `f` computes on a sheet of its own, with the sheet; or what it did that has no polynomial.
 pub(super) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Sheet), &'static str> {
-    let restore = Restore(SHEET.with(|cell| cell.replace(Some(Sheet::default()))));
+    let writing = Writing::begin();
     let result = f();
     let sheet = SHEET.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
-    drop(restore);
+    let elsewhere = written().get(&writing.number).is_none_or(|elsewhere| *elsewhere);
+    drop(writing);
     match sheet.failed {
         Some(what) => Err(what),
+        None if elsewhere => Err(ELSEWHERE),
         None => Ok((result, sheet)),
     }
 }
 
-/// The value of this origin on the current sheet; without a sheet (a thread of the map's own) nothing is computed.
-fn on_sheet(origin: Option<Origin>, f: impl FnOnce(&mut Sheet) -> Polynomial) -> Collected {
+/// The evaluations that these values belong to have no result, unless they are of the sheet `here`.
+fn used_elsewhere(values: &[Collected], here: u64) {
+    for value in values.iter().filter(|value| value.sheet != here && value.sheet != 0) {
+        if let Some(elsewhere) = written().get_mut(&value.sheet) {
+            *elsewhere = true;
+        }
+    }
+}
+
+/// The value of this origin on the current sheet, made of `operands`; without a sheet (a thread of the map's own) a value of none.
+fn on_sheet(
+    origin: Option<Origin>,
+    operands: &[Collected],
+    f: impl FnOnce(&mut Sheet) -> Option<Polynomial>,
+) -> Collected {
     SHEET.with(|cell| {
         let mut cell = cell.borrow_mut();
-        let Some(sheet) = cell.as_mut() else { return Collected(usize::MAX) };
-        if let Some(&known) = origin.as_ref().and_then(|origin| sheet.origins.get(origin)) {
-            return Collected(known);
+        used_elsewhere(operands, cell.as_ref().map_or(0, |sheet| sheet.number));
+        let Some(sheet) = cell.as_mut() else { return Collected { sheet: 0, at: 0 } };
+        if operands.iter().any(|operand| operand.sheet != sheet.number) {
+            sheet.fail(ELSEWHERE);
+        } else if let Some(&at) = origin.as_ref().and_then(|origin| sheet.origins.get(origin)) {
+            return Collected { sheet: sheet.number, at };
         }
-        let value = if sheet.failed.is_some() { Vec::new() } else { f(sheet) };
+        let value = if sheet.failed.is_some() { Vec::new() } else { f(sheet).unwrap_or_else(|| sheet.fail(ELSEWHERE)) };
         let kept = sheet.keep(value);
         if let Some(origin) = origin {
-            sheet.origins.insert(origin, kept.0);
+            sheet.origins.insert(origin, kept.at);
         }
         kept
     })
@@ -144,17 +208,23 @@ fn on_sheet(origin: Option<Origin>, f: impl FnOnce(&mut Sheet) -> Polynomial) ->
 
 /// Notes what has no polynomial.
 pub(super) fn fail(what: &'static str) -> Collected {
-    on_sheet(None, |sheet| sheet.fail(what))
+    on_sheet(None, &[], |sheet| Some(sheet.fail(what)))
 }
 
-/// A comparison that depends on more than constants. The answers alternate, so that loops end.
-pub(super) fn open_question() -> bool {
-    fail("a comparison");
+/// An answer is asked for that these values do not have: a comparison that depends on more than constants, a conversion to a number. The evaluation has no result. Where
+/// the answer is a choice it alternates, so that loops end.
+pub(super) fn open_question(what: &'static str, operands: &[Collected]) -> bool {
     SHEET.with(|cell| {
-        cell.borrow_mut().as_mut().is_some_and(|sheet| {
-            sheet.questions += 1;
-            sheet.questions % 2 == 0
-        })
+        let mut cell = cell.borrow_mut();
+        used_elsewhere(operands, cell.as_ref().map_or(0, |sheet| sheet.number));
+        let Some(sheet) = cell.as_mut() else {
+            // Nobody knows which evaluation is being answered.
+            written().values_mut().for_each(|elsewhere| *elsewhere = true);
+            return false;
+        };
+        sheet.fail(what);
+        sheet.questions += 1;
+        sheet.questions % 2 == 0
     })
 }
 
@@ -162,28 +232,41 @@ impl Collected {
     /// A number: the same one wherever the interval is a point, another one each time where it is not.
     pub(super) fn constant(value: Interval) -> Self {
         let origin = value.is_point().then(|| (0, value.lo().to_bits(), 0));
-        on_sheet(origin, |_| constant(value))
+        on_sheet(origin, &[], |_| Some(constant(value)))
     }
 
     /// A number with a name, which is one number whenever it is asked for.
     pub(super) fn named(name: u64, value: Interval) -> Self {
-        on_sheet(Some((1, name, 0)), |_| constant(value))
+        on_sheet(Some((1, name, 0)), &[], |_| Some(constant(value)))
     }
 
     pub(super) fn variable(k: usize) -> Self {
-        on_sheet(Some((2, k as u64, 0)), |sheet| sheet.atom(Atom::Variable(k)))
+        on_sheet(Some((2, k as u64, 0)), &[], |sheet| Some(sheet.atom(Atom::Variable(k))))
     }
 
     pub(super) fn of(self, function: Function) -> Self {
-        on_sheet(Some((3, function as u64, self.0 as u64)), |sheet| {
-            let argument = Argument { polynomial: sheet.value(self), value: Some(self.0) };
-            sheet.apply(function, argument)
+        on_sheet(Some((3, function as u64, self.at as u64)), &[self], |sheet| {
+            let argument = Argument { polynomial: sheet.value(self)?, value: Some(self.at) };
+            Some(sheet.apply(function, argument))
         })
     }
 
     /// The number, where it is one.
     pub(super) fn as_constant(self) -> Option<Interval> {
-        SHEET.with(|cell| cell.borrow().as_ref().and_then(|sheet| number(&sheet.value(self))))
+        SHEET.with(|cell| cell.borrow().as_ref().and_then(|sheet| number(&sheet.value(self)?)))
+    }
+
+    /// The operation with this number.
+    fn with(
+        self,
+        rhs: Self,
+        operation: u8,
+        f: impl FnOnce(&mut Sheet, &Polynomial, &Polynomial) -> Polynomial,
+    ) -> Self {
+        on_sheet(Some((operation, self.at as u64, rhs.at as u64)), &[self, rhs], |sheet| {
+            let (x, y) = (sheet.value(self)?, sheet.value(rhs)?);
+            Some(f(sheet, &x, &y))
+        })
     }
 }
 
@@ -191,7 +274,7 @@ impl Add for Collected {
     type Output = Self;
 
     fn add(self, rhs: Self) -> Self {
-        on_sheet(Some((4, self.0 as u64, rhs.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(rhs), false))
+        self.with(rhs, 4, |_, x, y| sum(x, y, false))
     }
 }
 
@@ -199,7 +282,7 @@ impl Sub for Collected {
     type Output = Self;
 
     fn sub(self, rhs: Self) -> Self {
-        on_sheet(Some((5, self.0 as u64, rhs.0 as u64)), |sheet| sum(&sheet.value(self), &sheet.value(rhs), true))
+        self.with(rhs, 5, |_, x, y| sum(x, y, true))
     }
 }
 
@@ -207,10 +290,7 @@ impl Mul for Collected {
     type Output = Self;
 
     fn mul(self, rhs: Self) -> Self {
-        on_sheet(Some((6, self.0 as u64, rhs.0 as u64)), |sheet| {
-            let (x, y) = (sheet.value(self), sheet.value(rhs));
-            sheet.product(&x, &y)
-        })
+        self.with(rhs, 6, Sheet::product)
     }
 }
 
@@ -250,6 +330,11 @@ fn number(p: &Polynomial) -> Option<Interval> {
     }
 }
 
+/// Whether every coefficient is one number.
+pub(super) fn is_exact(p: &Polynomial) -> bool {
+    p.iter().all(|(_, coefficient)| coefficient.is_point())
+}
+
 /// `p + q`, or `p - q`.
 pub(super) fn sum(p: &Polynomial, q: &Polynomial, negated: bool) -> Polynomial {
     let mut result = p.clone();
@@ -270,12 +355,13 @@ pub(super) fn sum(p: &Polynomial, q: &Polynomial, negated: bool) -> Polynomial {
 
 impl Sheet {
     fn keep(&mut self, value: Polynomial) -> Collected {
-        if self.values.len() >= VALUES {
+        let at = self.values.len();
+        if at >= VALUES {
             self.failed.get_or_insert("too many operations");
-            return Collected(usize::MAX);
+        } else {
+            self.values.push(value);
         }
-        self.values.push(value);
-        Collected(self.values.len() - 1)
+        Collected { sheet: self.number, at }
     }
 
     fn fail(&mut self, what: &'static str) -> Polynomial {
@@ -283,9 +369,42 @@ impl Sheet {
         Vec::new()
     }
 
-    /// The polynomial of a value of this sheet.
-    pub(super) fn value(&self, value: Collected) -> Polynomial {
-        self.values.get(value.0).cloned().unwrap_or_default()
+    /// The polynomial of a value of this sheet; none for a value of another or of no sheet.
+    pub(super) fn value(&self, value: Collected) -> Option<Polynomial> {
+        (value.sheet == self.number).then(|| self.values.get(value.at).cloned())?
+    }
+
+    /// The polynomials of these values.
+    ///
+    /// # Errors
+    /// [`ELSEWHERE`] where one is of another or of no sheet.
+    pub(super) fn polynomials(&self, values: &[Collected]) -> Result<Vec<Polynomial>, &'static str> {
+        values.iter().map(|value| self.value(*value)).collect::<Option<_>>().ok_or(ELSEWHERE)
+    }
+
+    /// The variables that p depends on, through the arguments of functions too. Of others it does not depend, wherever the atoms are defined.
+    pub(super) fn variables(&self, p: &Polynomial) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        for atom in p.iter().flat_map(|(monomial, _)| monomial.iter().map(|(atom, _)| *atom)) {
+            match &self.atoms[atom] {
+                Atom::Variable(k) => {
+                    found.insert(*k);
+                }
+                // An argument holds older atoms only, so that this ends.
+                Atom::Of(_, argument) => found.append(&mut self.variables(&argument.polynomial)),
+            }
+        }
+        found
+    }
+
+    /// Whether every root of the sheet that depends on one of these variables is of what is above 0 at these values of the atoms, so that it has a derivative.
+    pub(super) fn roots_are_smooth(&self, variables: impl Fn(usize) -> bool, atoms: &[Interval]) -> bool {
+        self.atoms.iter().all(|atom| match atom {
+            Atom::Of(Function::Sqrt, argument) if self.variables(&argument.polynomial).into_iter().any(&variables) => {
+                evaluate(&argument.polynomial, atoms).is_some_and(|argument| argument.lo() > 0.0)
+            }
+            _ => true,
+        })
     }
 
     fn atom(&mut self, atom: Atom) -> Polynomial {
@@ -313,8 +432,20 @@ impl Sheet {
                     None => self.fail("a division by a constant that may be 0"),
                 }
             }
-            None => self.atom(Atom::Of(function, argument)),
+            None => self.function(function, argument),
         }
+    }
+
+    /// The atom of a function. That of `-p` is the one of p where the function is odd or even.
+    fn function(&mut self, function: Function, argument: Argument) -> Polynomial {
+        let parity = function.parity();
+        let negative = argument.polynomial.first().is_some_and(|(_, leading)| leading.hi() < 0.0);
+        if parity == 0 || !negative || !is_exact(&argument.polynomial) {
+            return self.atom(Atom::Of(function, argument));
+        }
+        let polynomial = sum(&Vec::new(), &argument.polynomial, true);
+        let own = self.atom(Atom::Of(function, Argument { polynomial, value: None }));
+        sum(&Vec::new(), &own, parity < 0)
     }
 
     pub(super) fn product(&mut self, p: &Polynomial, q: &Polynomial) -> Polynomial {
@@ -495,7 +626,7 @@ mod tests {
             let dual = explore(|| functions(IntervalDual::new(x, Interval::ONE))).unwrap().remove(0);
             let (values, mut sheet) = collect(|| functions(Collected::variable(0))).unwrap();
             for (k, (value, dual)) in values.into_iter().zip(dual).enumerate() {
-                let polynomial = sheet.value(value);
+                let polynomial = sheet.value(value).unwrap();
                 let slope = sheet.along(&polynomial, &[constant(Interval::ONE)]);
                 let atoms = sheet.atoms_over(&[x]).unwrap();
                 for (found, expected) in [
@@ -514,7 +645,7 @@ mod tests {
     fn what_is_equal_cancels_and_what_only_looks_equal_does_not() {
         let difference = |f: fn(Collected) -> Collected| {
             let (value, sheet) = collect(|| f(Collected::variable(0))).unwrap();
-            sheet.value(value)
+            sheet.value(value).unwrap()
         };
         assert!(difference(|x| (x + Collected::one()).powi(2) - x * x - x - x - Collected::one()).is_empty());
         assert!(difference(|x| x.sin() * x.exp() - x.exp() * x.sin()).is_empty());
@@ -525,7 +656,7 @@ mod tests {
         // The same bounds, and perhaps another number between them.
         let decimal = |x: Collected| (x * Collected::from_str_radix("0.1", 10).unwrap()).sin();
         let (value, sheet) = collect(|| decimal(Collected::variable(0)) - decimal(Collected::variable(0))).unwrap();
-        assert_eq!(sheet.value(value).len(), 2);
+        assert_eq!(sheet.value(value).unwrap().len(), 2);
         // In the open, an interval coefficient leaves its width.
         let left = difference(|x| x / convert(3.0) - x / convert(3.0));
         assert!(left.len() == 1 && left[0].1.contains(0.0) && left[0].1.width() < 1e-15, "{left:?}");
@@ -556,22 +687,57 @@ mod tests {
     #[test]
     fn what_cancels_has_to_be_defined() {
         let (value, sheet) = collect(|| Collected::variable(0) / Collected::variable(0)).unwrap();
-        assert_eq!(number(&sheet.value(value)), Some(Interval::ONE));
+        assert_eq!(number(&sheet.value(value).unwrap()), Some(Interval::ONE));
         assert!(sheet.atoms_over(&[Interval::new(0.5, 1.0).unwrap()]).is_some());
         assert!(sheet.atoms_over(&[Interval::new(-1.0, 1.0).unwrap()]).is_none());
     }
 
     #[test]
-    fn sheets_nest_and_values_without_one_do_no_harm() {
+    fn odd_and_even_functions_know_their_sign() {
+        let cancels = |f: fn(Collected) -> Collected| {
+            let (value, sheet) = collect(|| f(Collected::variable(0))).unwrap();
+            sheet.value(value).unwrap().is_empty()
+        };
+        assert!(cancels(|x| x.sin() + (-x).sin()) && cancels(|x| x.cos() - (-x).cos()));
+        assert!(cancels(|x| (x * x - x).atan() + (x - x * x).atan()) && cancels(|x| x.tanh() + (-x).tanh()));
+        assert!(!cancels(|x| x.exp() - (-x).exp()) && !cancels(|x| x.sin() - (-x).sin()));
+    }
+
+    #[test]
+    fn values_of_other_sheets_and_of_none_are_refused() {
         let stray = Collected::one() + Collected::variable(3);
         assert!(stray.as_constant().is_none());
+        let (kept, _) = collect(|| Collected::variable(0)).unwrap();
+        for foreign in [stray, kept] {
+            assert_eq!(collect(|| Collected::variable(0) + foreign).unwrap_err(), ELSEWHERE);
+            assert_eq!(collect(|| foreign.sin()).unwrap_err(), ELSEWHERE);
+            assert!(collect(|| foreign > Collected::one()).is_err());
+            // Handed on without an operation.
+            let (value, sheet) = collect(|| foreign).unwrap();
+            assert!(sheet.value(value).is_none() && sheet.polynomials(&[value]) == Err(ELSEWHERE));
+        }
+        // A value of this sheet in an operation on another one, or in a thread without one: neither has a result.
+        let inner = collect(|| {
+            let outer = Collected::variable(0);
+            collect(|| outer + Collected::one()).unwrap_err()
+        });
+        assert_eq!(inner.unwrap_err(), ELSEWHERE);
+        let thread = collect(|| {
+            let x = Collected::variable(0);
+            std::thread::scope(|scope| scope.spawn(move || x + x).join()).is_ok()
+        });
+        assert_eq!(thread.unwrap_err(), ELSEWHERE);
+    }
+
+    #[test]
+    fn sheets_nest() {
         let ((outer, inner), sheet) = collect(|| {
             let outer = Collected::variable(0);
             let inner = collect(|| Collected::variable(1).abs()).is_err();
             (outer + Collected::one(), inner)
         })
         .unwrap();
-        assert!(inner && sheet.value(outer).len() == 2);
+        assert!(inner && sheet.value(outer).unwrap().len() == 2);
         assert_eq!(sheet.atoms_over(&[]), None);
     }
 }

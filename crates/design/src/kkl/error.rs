@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use thiserror::Error;
 
 use crate::enclosure::Axis;
-use crate::kkl::{TwoStates, Worst};
+use crate::kkl::{CommonImage, Obstacle, Reading, TwoStates, Worst};
 
 /// Why a candidate was refused. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -88,7 +88,16 @@ pub enum KklError {
     },
     /// Two states with one image.
     #[error("(phi, h) is not injective on the box: {0}")]
-    NotInjective(TwoStates),
+    NotInjective(CommonImage),
+    /// Two states that no left inverse in binary64 tells apart, where injectivity is undecided.
+    #[error("it is undecided whether (phi, h) is injective on the box, and it is not to eight digits: {0}")]
+    Indistinct(TwoStates),
+    /// B reads an entry of xi that is not before its own.
+    #[error("B is to read earlier entries of xi only: {0}")]
+    ReadsItself(Reading),
+    /// It was not shown that B leaves the decay of the errors to Lambda.
+    #[error("it is undecided whether the error of xi decays as that of Lambda alone: {0}")]
+    CouplingUndecided(Obstacle),
     /// A run without two samples, or whose tables do not fit together.
     #[error("a run needs two samples or more of x and u: {times} times, {states} rows of x, {inputs} rows of u")]
     Samples {

@@ -1,8 +1,11 @@
-//! Whether (phi, h) tells the states of the box apart: measured over pairs, refuted by two states, proved by one matrix.
+//! Whether (phi, h) tells the states of the box apart: measured over pairs, refuted by two states with one image, proved by one matrix.
 //!
 //! The proof: over a box of states, which is convex, `Phi(x) - Phi(x') = J (x - x')` with J, the mean of Jacobians over the segment, in the enclosure of DPhi over the box. If for one matrix M
 //! `M J + J'M' > 0` for every J of the enclosure, `(x - x')'M (Phi(x) - Phi(x')) > 0` for all x, x' of the box that differ, and their images differ too.
-//! M is the pseudo-inverse of the middle of the enclosure, with states in half-widths of the box; it is not the only matrix that could do it.
+//! M is the pseudo-inverse of the middle of the enclosure, with states in half-widths of the box; it is not the only matrix that could do it. It is asked for only where Phi is known to be
+//! continuous: where it has a collected form, or leaves no comparison open on the box.
+//!
+//! The refutation: [`common_image`](super::common_image). Two images that are only close refute nothing, and are reported as a near collision.
 
 use core::fmt;
 
@@ -10,14 +13,16 @@ use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Doubt, Interval, Matrix, Ring, Verdict, positive_definite};
 use nalgebra::{DMatrix, DVector};
 
-use super::KklError;
+use super::collected::Collected;
+use super::common_image::{CommonImage, Form, by_box, by_symmetry};
 use super::pieces::Pieces;
+use super::{KklError, still};
 use crate::enclosure::paths::explore;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::separation::{DISTANT, Ratios, ratios, second_preimage};
 
-/// Two states whose images under (phi, h) are as good as one.
+/// Two states whose images under (phi, h) are close. This is no proof that any two are equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwoStates {
     /// One.
@@ -52,24 +57,49 @@ pub struct Injectivity {
     pub flattest: Vec<f64>,
     /// Samples.
     pub points: usize,
-    /// Proved: the smallest eigenvalue of `M J + J'M'` is at least twice the margin for every J of the enclosure, with M J = I in the middle, so that a
-    /// margin of 1 is that of an affine Phi. Refuted: two states, a quarter of a half-width apart or more, whose images are apart less than `sqrt(EPSILON)` of the largest ratio
-    /// times their distance. A map that is injective in exact arithmetic and not to eight digits is refuted here too: no left inverse of it is of use.
-    pub verdict: Verdict<TwoStates>,
+    /// Two states, a quarter of a half-width apart or more, whose images are apart less than `sqrt(EPSILON)` of the largest ratio times their distance: no left inverse
+    /// computed in binary64 tells them apart well. The closest that were found; none where none were.
+    pub near_collision: Option<TwoStates>,
+    /// Whether phi and h are known to be continuous on the box: they have a collected form, or leave no comparison open.
+    pub continuous: bool,
+    /// Proved, at every time of the region: the smallest eigenvalue of `M J + J'M'` is at least twice the margin for every J of the enclosure, with M J = I in the middle, so that a
+    /// margin of 1 is that of an affine Phi. Refuted: two states have one image, verified.
+    pub verdict: Verdict<CommonImage>,
 }
 
 /// `Phi = (phi, h)` as the outputs of a plant, whose Jacobian the enclosure then is. Its states are the candidate's.
-struct Images<'a, C> {
+pub(super) struct Images<'a, C> {
     candidate: &'a C,
     size: Dimensions,
 }
 
 impl<C: Pieces<IntervalDual>> Images<'_, C> {
+    /// Rows of Phi.
+    pub(super) fn rows(&self) -> usize {
+        self.size.outputs
+    }
+
+    /// Phi over a box at a time, with its derivative along a coordinate; none where a comparison is left open.
+    pub(super) fn over(&self, t: f64, x: &[Interval], along: Option<usize>) -> Option<Vec<IntervalDual>> {
+        let moving = |k| if Some(k) == along { Interval::ONE } else { Interval::zero() };
+        let x: Vec<IntervalDual> = x.iter().enumerate().map(|(k, x)| IntervalDual::new(*x, moving(k))).collect();
+        let t = IntervalDual::new(Interval::from_f64(t)?, Interval::zero());
+        let mut ways = explore(|| self.at(t, &x)).ok()?;
+        let way = ways.pop().filter(|way| way.len() == self.size.outputs);
+        if ways.is_empty() { way } else { None }
+    }
+
     fn at(&self, t: IntervalDual, x: &[IntervalDual]) -> Vec<IntervalDual> {
         let y = self.candidate.output(t, x);
         let mut image = self.candidate.image(t, x, &y);
         image.extend_from_slice(&y);
         image
+    }
+
+    /// Whether no comparison is left open over the whole box (states, inputs, time), so that Phi is continuous there.
+    fn is_unbranched_over(&self, axes: &[Interval]) -> bool {
+        let (x, _, t) = still(axes, Dimensions { inputs: axes.len() - 1 - self.size.states, ..self.size });
+        explore(|| self.at(t, &x)).is_ok_and(|ways| ways.len() == 1)
     }
 
     /// Phi and DPhi at a point, by intervals around single numbers; the numbers in their middles.
@@ -123,13 +153,13 @@ impl<C: Pieces<IntervalDual>> Plant<IntervalDual> for Images<'_, C> {
 }
 
 /// The numbers over `points`, and the verdict over the box `axes` (states, inputs, time).
-pub(super) fn injectivity<C: Pieces<IntervalDual>>(
+pub(super) fn injectivity<C: Pieces<IntervalDual> + Pieces<Collected>>(
     candidate: &C,
     order: usize,
     (points, axes): (&[Vec<Interval>], &[Interval]),
     subdivisions: usize,
 ) -> Result<Injectivity, DesignError> {
-    let size = candidate.plant_dimensions();
+    let size = Pieces::<IntervalDual>::plant_dimensions(candidate);
     let n = size.states;
     let images = Images { candidate, size: Dimensions { states: n, inputs: 0, outputs: order + size.outputs } };
     let bound = |bound: fn(&Interval) -> f64| DVector::from_iterator(n, axes[..n].iter().map(bound));
@@ -167,7 +197,8 @@ pub(super) fn injectivity<C: Pieces<IntervalDual>>(
     let Ratios { smallest: (smallest_ratio, i, j), largest: largest_ratio, suspects } = ratios(&samples, &half);
     let of = |k: usize| samples.get(k).map_or_else(Vec::new, |(x, _)| x.iter().copied().collect());
     let limit = f64::EPSILON.sqrt() * largest_ratio;
-    let mut refuted = None;
+    let mut near_collision: Option<TwoStates> = None;
+    let mut pairs = Vec::with_capacity(suspects.len());
     for (_, i, j) in suspects {
         let (x, z) = &samples[i];
         let map = |x: &DVector<f64>| images.with_jacobian(time, x).ok_or_else(|| undefined(x));
@@ -183,16 +214,28 @@ pub(super) fn injectivity<C: Pieces<IntervalDual>>(
             continue;
         };
         let distance = apart.norm();
-        if gap.hi() <= limit * distance {
+        let closer = |other: &TwoStates| gap.hi() / distance < other.gap / other.distance;
+        if gap.hi() <= limit * distance && near_collision.as_ref().is_none_or(closer) {
             let state = |x: &DVector<f64>| x.iter().copied().collect();
-            refuted = Some(TwoStates { first: state(x), second: state(&second), distance, gap: gap.hi() });
-            break;
+            near_collision = Some(TwoStates { first: state(x), second: state(&second), distance, gap: gap.hi() });
+        }
+        pairs.push((x.clone(), second));
+    }
+    let form = Form::of(candidate);
+    let continuous = form.is_some() || images.is_unbranched_over(axes);
+    let unknown = Verdict::Undecided { why: Doubt::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
+    let mut verdict = if continuous { proof(&images, &varying, &half, axes, subdivisions)? } else { unknown };
+    if !verdict.is_proved() {
+        // On the border of the box a solution has no box around it: the same pairs, nearer to the middle, too.
+        let centre = (&lower + &upper) * 0.5;
+        let shrunk = |x: &DVector<f64>| &centre + (x - &centre) * 0.875;
+        let inner: Vec<_> = pairs.iter().map(|(x, z)| (shrunk(x), shrunk(z))).collect();
+        let solved =
+            || pairs.iter().chain(&inner).find_map(|(x, z)| by_box(&images, form.as_ref(), (x, z), (time, axes)));
+        if let Some(witness) = by_symmetry(candidate, (points, axes)).or_else(solved) {
+            verdict = Verdict::Refuted { witness };
         }
     }
-    let verdict = match refuted {
-        Some(witness) => Verdict::Refuted { witness },
-        None => proof(&images, &varying, &half, axes, subdivisions)?,
-    };
     Ok(Injectivity {
         smallest_ratio,
         pair: (of(i), of(j)),
@@ -200,6 +243,8 @@ pub(super) fn injectivity<C: Pieces<IntervalDual>>(
         smallest_singular_value,
         flattest,
         points: samples.len(),
+        near_collision,
+        continuous,
         verdict,
     })
 }
@@ -211,7 +256,7 @@ fn proof<C: Pieces<IntervalDual>>(
     half: &DVector<f64>,
     axes: &[Interval],
     subdivisions: usize,
-) -> Result<Verdict<TwoStates>, DesignError> {
+) -> Result<Verdict<CommonImage>, DesignError> {
     let n = images.size.states;
     let unknown = Verdict::Undecided { why: Doubt::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
     let states: Vec<(f64, f64)> = axes[..n].iter().map(|axis| (axis.lo(), axis.hi())).collect();

@@ -11,11 +11,13 @@
 //! |---|---|---|
 //! | (4) | the largest residual over evenly spread points, beside its terms | bounded on the box by intervals; refuted at a point |
 //! | Lambda Hurwitz | eigenvalues | a Lyapunov matrix for every Lambda over the box, by `luenberger-proof` |
-//! | (phi, h) injective | ratios over pairs, singular values | proved by one matrix for all mean Jacobians; refuted by two states |
+//! | B in cascade | - | proved of the derivatives of B by xi, for all xi; refuted where one that has to be 0 is not |
+//! | (phi, h) injective | ratios over pairs, singular values | proved by one matrix for all mean Jacobians; refuted by two states whose images coincide, verified |
 //! | phi^L(phi(x), h(x)) = x | the largest difference | - |
 //!
 //! What is proved is a statement about real arithmetic with the constants that plant and maps store, about the box, and where both are smooth. phi is what [`KklMap::image`] says it is, of the states that the
-//! map estimates. Lambda may depend on t, u and y; B may read xi in cascade, and is then taken at `xi = phi(x)`.
+//! map estimates. Lambda may depend on t, u and y; B may read xi in cascade, and is taken at `xi = phi(x)` in (4). Maps and plant are supposed to be functions of their arguments: the same
+//! operations for every scalar, and nothing kept from one evaluation to the next.
 //!
 //! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`Collected`], which is to say that they are to be
 //! written once for every scalar.
@@ -26,11 +28,14 @@
 //! | `collected`, `scalar` | polynomials in atoms, in which the two sides of (4) cancel before they are enclosed |
 //! | `residual` | (4) over the box |
 //! | `stability` | Lambda over the box |
-//! | `injectivity` | (phi, h) over the box |
+//! | `coupling` | B as a function of xi |
+//! | `injectivity`, `common_image` | (phi, h) over the box; two states with one image |
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Propositions 1 and 3.
 
 mod collected;
+mod common_image;
+mod coupling;
 mod error;
 mod injectivity;
 mod pieces;
@@ -52,6 +57,8 @@ use crate::error::DesignError;
 use crate::spread::Spread;
 
 pub use collected::Collected;
+pub use common_image::CommonImage;
+pub use coupling::{Coupling, Objection, Obstacle, Reading};
 pub use error::KklError;
 pub use injectivity::{Injectivity, TwoStates};
 pub use pieces::Pieces;
@@ -120,6 +127,8 @@ pub struct KklReport {
     pub residual: Residual,
     /// Of Lambda.
     pub stability: Stability,
+    /// Of B as a function of xi: whether it leaves the decay of the error to Lambda.
+    pub coupling: Coupling,
     /// Of (phi, h).
     pub injectivity: Injectivity,
     /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths of the box, and where; None where phi^L has no
@@ -210,8 +219,16 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
         let (tolerance, budget) = (settings.tolerance, region.budget());
         let residual = residual::residual(self, (&points, &axes), tolerance, budget)?;
         let stability = stability::stability(self.lambda_over(&axes, size))?;
+        let of_lambda = (&stability.lambda, stability.integrated.as_slice());
+        let coupling = coupling::coupling(self, of_lambda, (&points, &axes));
         let injectivity = injectivity::injectivity(self, self.order, (&points, &axes), budget)?;
-        Ok(KklReport { residual, stability, injectivity, left_inverse: self.left_inverse_over(&points, &axes, size) })
+        Ok(KklReport {
+            residual,
+            stability,
+            coupling,
+            injectivity,
+            left_inverse: self.left_inverse_over(&points, &axes, size),
+        })
     }
 
     /// Lambda over a box.
@@ -242,7 +259,7 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
             && let Some(atoms) = sheet.atoms_over(axes)
         {
             for (entry, form) in entries.iter_mut().zip(form) {
-                let form = collected::evaluate(&sheet.value(form), &atoms);
+                let form = sheet.value(form).and_then(|form| collected::evaluate(&form, &atoms));
                 *entry = form.and_then(|form| entry.intersection(&form)).unwrap_or(*entry);
             }
         }
@@ -312,19 +329,20 @@ fn samples(axes: &[Interval], settings: &KklSettings) -> Vec<Vec<Interval>> {
 }
 
 impl KklReport {
-    /// Whether (4), Lambda and the injectivity are all proved, and nothing of Lambda is only integrated: `xi - phi(x)` then decays exponentially as long as the
-    /// plant stays in the box, up to what the tolerance allows.
+    /// Whether (4), Lambda, the cascade of B and the injectivity are all proved, and nothing of Lambda is only integrated. Then `xi - phi(x)` decays exponentially from every start of xi, as long as the
+    /// plant stays in the box and B is defined where xi goes, up to what the residual drives it to.
     pub fn is_proved(&self) -> bool {
         self.residual.verdict.is_proved()
             && self.stability.integrated.is_empty()
             && self.stability.is_proved()
+            && self.coupling.verdict.is_proved()
             && self.injectivity.verdict.is_proved()
     }
 }
 
 impl fmt::Display for KklReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { residual, stability, injectivity, left_inverse } = self;
+        let Self { residual, stability, coupling, injectivity, left_inverse } = self;
         let bounds: Vec<String> = residual.bounds.iter().map(|bound| format!("{bound:.1e}")).collect();
         write!(f, "{:<9}  D phi f = Lambda phi + B (4): ", residual.verdict.word())?;
         match &residual.verdict {
@@ -340,6 +358,17 @@ impl fmt::Display for KklReport {
         if !stability.integrated.is_empty() {
             writeln!(f, "           only integrated: entries {:?} of xi, from 0", stability.integrated)?;
         }
+        write!(
+            f,
+            "{:<9}  B reads earlier entries of xi only, and leaves the decay to Lambda: ",
+            coupling.verdict.word()
+        )?;
+        match (&coupling.verdict, &coupling.obstacle) {
+            (Verdict::Refuted { witness }, _) => writeln!(f, "{witness}")?,
+            (_, Some(obstacle)) => writeln!(f, "{obstacle}")?,
+            (_, None) if coupling.reads.is_empty() => writeln!(f, "it reads none")?,
+            (_, None) => writeln!(f, "entries (of B, of xi), from 0: {:?}", coupling.reads)?,
+        }
         write!(f, "{:<9}  (phi, h) injective: ", injectivity.verdict.word())?;
         match &injectivity.verdict {
             Verdict::Refuted { witness } => writeln!(f, "{witness}")?,
@@ -348,6 +377,12 @@ impl fmt::Display for KklReport {
                 "smallest ratio {:.3e} over {} states, smallest singular value {:.3e}",
                 injectivity.smallest_ratio, injectivity.points, injectivity.smallest_singular_value
             )?,
+        }
+        if !injectivity.continuous {
+            writeln!(f, "           phi or h chooses between branches on the box")?;
+        }
+        if let Some(pair) = &injectivity.near_collision {
+            writeln!(f, "           not to eight digits: {pair}")?;
         }
         match left_inverse {
             Some((missed, place)) if *missed > 0.0 => {
@@ -369,9 +404,9 @@ pub struct KklDesign<K> {
 }
 
 impl<K> KklDesign<K> {
-    /// The observer with these maps, if (4) is proved on the box and Lambda is Hurwitz on it, and no two states with one image were found.
+    /// The observer with these maps, if (4) is proved on the box, Lambda is Hurwitz on it, B reads earlier entries of xi only, and no two states with one image were found.
     ///
-    /// Injectivity that is neither proved nor refuted is accepted: the report has the numbers.
+    /// Injectivity that is neither proved nor refuted is accepted, unless two states were found that eight digits do not tell apart: the report has the numbers.
     ///
     /// `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2`, with phi = x1, and a slip of the hand in Lambda:
     /// ```
@@ -431,7 +466,8 @@ impl<K> KklDesign<K> {
     /// ```
     /// # Errors
     /// [`KklError::NotASolution`] has the point at which (4) fails, [`KklError::ResidualUndecided`]; [`KklError::NotHurwitz`] names the eigenvalue,
-    /// [`KklError::HurwitzUndecided`]; [`KklError::NotInjective`] has the two states; and as [`KklCandidate::check`].
+    /// [`KklError::HurwitzUndecided`]; [`KklError::ReadsItself`] and [`KklError::CouplingUndecided`] name the entries of B and xi; [`KklError::NotInjective`] and [`KklError::Indistinct`] have
+    /// the two states; and as [`KklCandidate::check`].
     pub fn new<S>(
         plant: &S,
         map: K,
@@ -459,8 +495,16 @@ impl<K> KklDesign<K> {
             Verdict::Proved { .. } => {}
         }
         report.stability.required()?;
-        if let Verdict::Refuted { witness } = &report.injectivity.verdict {
-            return Err(KklError::NotInjective(witness.clone()).into());
+        if let Verdict::Refuted { witness } = &report.coupling.verdict {
+            return Err(KklError::ReadsItself(witness.clone()).into());
+        }
+        if let Some(obstacle) = report.coupling.obstacle {
+            return Err(KklError::CouplingUndecided(obstacle).into());
+        }
+        match (&report.injectivity.verdict, &report.injectivity.near_collision) {
+            (Verdict::Refuted { witness }, _) => return Err(KklError::NotInjective(witness.clone()).into()),
+            (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone()).into()),
+            _ => {}
         }
         Ok(Self { observer: KklObserver::new(map), report })
     }

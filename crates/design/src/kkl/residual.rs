@@ -124,16 +124,21 @@ fn collected<C: Pieces<Collected>>(candidate: &C) -> Result<(Vec<Polynomial>, Sh
         Some((candidate.field(t, x, u), phi, sides))
     })?;
     let (field, phi, sides) = found.ok_or("columns of another length")?;
-    let mut along: Vec<Polynomial> = field.iter().map(|f| sheet.value(*f)).collect();
+    let mut along = sheet.polynomials(&field)?;
     along.resize(last, Vec::new());
     along.push(vec![(Vec::new(), Interval::ONE)]);
+    let (phi, sides) = (sheet.polynomials(&phi)?, sheet.polynomials(&sides)?);
     let rows = phi.iter().zip(&sides).map(|(phi, side)| {
-        let (phi, side) = (sheet.value(*phi), sheet.value(*side));
-        let lie = sheet.along(&phi, &along);
-        super::collected::sum(&lie, &side, true)
+        let lie = sheet.along(phi, &along);
+        super::collected::sum(&lie, side, true)
     });
     let rows = rows.collect();
     sheet.failed().map_or(Ok((rows, sheet)), Err)
+}
+
+/// The numbers beside x and those between, as far as they belong to the axis.
+fn neighbours(x: &Interval, axis: &Interval) -> Interval {
+    Interval::new(x.lo().next_down(), x.hi().next_up()).and_then(|around| around.intersection(axis)).unwrap_or(*x)
 }
 
 /// A part of the box, with the bounds of the rows on it.
@@ -153,11 +158,13 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<Collected>>(
     let place = |point: &[Interval]| Place::of(point, size);
     let mut samples = Vec::with_capacity(points.len());
     for point in points {
+        // The residual is continuous where phi is smooth, and a comparison with the very number of a sample tells nothing of the derivative there.
+        let around: Vec<Interval> = point.iter().zip(axes).map(|(x, axis)| neighbours(x, axis)).collect();
         let undefined = |operation| {
             let Place { state, input, .. } = place(point);
             KklError::Undefined { operation, state, input }
         };
-        let rows = over(candidate, point).map_err(|why| match why {
+        let rows = over(candidate, &around).map_err(|why| match why {
             Undefined::Operation(operation) => undefined(operation),
             Undefined::TooManyBranches => undefined("a choice of more than 64 branches"),
         })?;

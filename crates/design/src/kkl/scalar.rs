@@ -35,7 +35,7 @@ impl PartialEq for Collected {
         match difference(*self, *other) {
             Some(d) if d.is_point() => d.is_zero(),
             Some(d) if !d.contains(0.0) => false,
-            _ => open_question(),
+            _ => open_question("a comparison", &[*self, *other]),
         }
     }
 }
@@ -46,7 +46,7 @@ impl PartialOrd for Collected {
             Some(d) if d.lo() > 0.0 => Ordering::Greater,
             Some(d) if d.hi() < 0.0 => Ordering::Less,
             Some(d) if d.is_point() => Ordering::Equal,
-            _ if open_question() => Ordering::Less,
+            _ if open_question("a comparison", &[*self, *other]) => Ordering::Less,
             _ => Ordering::Greater,
         })
     }
@@ -91,7 +91,7 @@ impl Real for Collected {
     fn is_number(&self) -> bool {
         let constant = self.as_constant().is_some_and(|x| x.is_point());
         if !constant {
-            fail("a conversion to a single number");
+            open_question("a conversion to a single number", &[*self]);
         }
         constant
     }

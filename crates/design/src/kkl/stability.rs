@@ -1,4 +1,5 @@
-//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box.
+//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box. That is a statement about `e' = Lambda e`, which is the error of the
+//! observer where B reads no xi; else see [`coupling`](super::coupling).
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov};
 use luenberger_proof::certificate::{Certificate, Certified, Hurwitz};
@@ -41,7 +42,7 @@ impl Stability {
         Matrix::from_fn(rest.len(), rest.len(), |i, j| self.lambda[(rest[i], rest[j])])
     }
 
-    /// Whether the rest of Lambda is proved to forget: `|e|` decays exponentially, however Lambda moves in its enclosure.
+    /// Whether the rest of Lambda is proved to forget: the solutions of `e' = Lambda e` decay exponentially, however Lambda moves in its enclosure.
     pub fn is_proved(&self) -> bool {
         let has_rest = self.integrated.len() < self.lambda.rows();
         !has_rest || self.certificate.is_proved()
@@ -70,7 +71,7 @@ pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
         Ok(solution) => check::symmetric_part(&solution.p),
         // Hurwitz to rounding only.
-        Err(LinalgError::NearlySingular { .. }) => {
+        Err(LinalgError::SingularEquation { .. } | LinalgError::UndecidedEquation { .. }) => {
             return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
         }
         Err(error) => return Err(error.into()),

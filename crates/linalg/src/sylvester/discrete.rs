@@ -24,6 +24,8 @@ pub struct DiscreteSylvester {
     pub separation: f64,
     /// `(||A|| ||B|| + 1) / separation`: about how much `X` may change, relative to its norm, for a unit relative change of the data.
     pub condition: f64,
+    /// The error as refinement measured it, where rounding decides the separation.
+    refined: Option<f64>,
 }
 
 impl DiscreteSylvester {
@@ -39,7 +41,7 @@ impl DiscreteSylvester {
     /// # Ok::<(), luenberger_linalg::LinalgError>(())
     /// ```
     pub fn forward_error(&self) -> f64 {
-        error_bound(self.x.shape(), self.residual, self.condition)
+        error_bound(self.x.shape(), self.residual, self.condition, self.refined)
     }
 }
 
@@ -68,11 +70,18 @@ impl DiscreteSylvesterEquation {
     /// The solution for the n x m matrix `c`.
     /// # Errors
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow).
+    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and refinement does not converge for this `c`.
     pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
-        Ok(DiscreteSylvester { x, residual, separation: self.0.separation(), condition: self.0.condition() })
+        Ok(DiscreteSylvester {
+            x,
+            residual,
+            separation: self.0.separation(),
+            condition: self.0.condition(),
+            refined: self.0.refined(),
+        })
     }
 
     /// As [`solve`](Self::solve), into `x`, and returns the relative residual. Allocates nothing if `x` is n x m already.
@@ -105,8 +114,9 @@ impl DiscreteSylvesterEquation {
 /// (python-control's `dlyap(A, Q, C)`) is `discrete_sylvester(&a, &q.transpose(), &c)`.
 ///
 /// # Errors
-/// [`NearlySingular`](crate::LinalgError::NearlySingular) names the eigenvalues of `a` and `b` whose product is nearest to one, when a pivot of the substitution vanishes against its rounding or
-/// the separation is not above `max(n, m) eps max(1, sqrt(||A|| ||B||))`; [`Overflow`](crate::LinalgError::Overflow) if the largest entries of `a` and `b` multiply to more than 2^500, or `X` leaves the range;
+/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` that multiply to one: the determinant of the equation is zero for the coefficients as stored, computed in integers;
+/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) when a pivot of the substitution vanishes against its rounding or
+/// the separation is not above `max(n, m) eps max(1, sqrt(||A|| ||B||))`, and refinement does not converge (see [`lyapunov()`](crate::lyapunov())); [`Overflow`](crate::LinalgError::Overflow) if the largest entries of `a` and `b` multiply to more than 2^500, or `X` leaves the range;
 /// [`NotSquare`](crate::LinalgError::NotSquare), [`DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`NotFinite`](crate::LinalgError::NotFinite), and those of [`schur()`](crate::schur()).
 ///
 /// # Example

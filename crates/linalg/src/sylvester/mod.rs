@@ -31,6 +31,8 @@ pub struct Sylvester {
     pub separation: f64,
     /// `(||A|| + ||B||) / separation`: about how much `X` may change, relative to its norm, for a unit relative change of `A` and `B`.
     pub condition: f64,
+    /// The error as refinement measured it, where rounding decides the separation.
+    refined: Option<f64>,
 }
 
 impl Sylvester {
@@ -46,7 +48,7 @@ impl Sylvester {
     /// # Ok::<(), luenberger_linalg::LinalgError>(())
     /// ```
     pub fn forward_error(&self) -> f64 {
-        error_bound(self.x.shape(), self.residual, self.condition)
+        error_bound(self.x.shape(), self.residual, self.condition, self.refined)
     }
 }
 
@@ -75,11 +77,18 @@ impl SylvesterEquation {
     /// The solution for the n x m matrix `c`.
     /// # Errors
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow).
+    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and refinement does not converge for this `c`.
     pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<Sylvester> {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
-        Ok(Sylvester { x, residual, separation: self.0.separation(), condition: self.0.condition() })
+        Ok(Sylvester {
+            x,
+            residual,
+            separation: self.0.separation(),
+            condition: self.0.condition(),
+            refined: self.0.refined(),
+        })
     }
 
     /// As [`solve`](Self::solve), into `x`, and returns the relative residual. Allocates nothing if `x` is n x m already.
@@ -109,8 +118,9 @@ impl SylvesterEquation {
 /// units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and `3 n m (n + m)` for the separation. For several `c` see [`SylvesterEquation`].
 ///
 /// # Errors
-/// [`NearlySingular`](crate::LinalgError::NearlySingular) names the eigenvalues of `a` and `b` whose sum is nearest to zero, when
-/// the separation is not above `max(n, m) eps (||A|| + ||B||)`; [`NotSquare`](crate::LinalgError::NotSquare),
+/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` that add to zero: the determinant of the equation is zero for the coefficients as stored, computed in integers;
+/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above `max(n, m) eps (||A|| + ||B||)` and refinement does not converge (see
+/// [`lyapunov()`](crate::lyapunov())); [`NotSquare`](crate::LinalgError::NotSquare),
 /// [`DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`NotFinite`](crate::LinalgError::NotFinite),
 /// [`Overflow`](crate::LinalgError::Overflow), and those of [`schur()`](crate::schur()).
 ///

@@ -6,10 +6,12 @@
 
 use crate::argument::{finite, shaped, square, unit_scale};
 use crate::compensated;
+use crate::doubt::{self, Closest, DIGIT, RATE};
+use crate::exactly_singular::{Regularity, regularity};
 use crate::lyapunov::{Spread, forward_error};
 use crate::product::{multiply, view, view_mut};
 use crate::schur::{SchurWorkspace, schur_into};
-use crate::separation::{nearly_singular, relative, rescale, separation, separation_by_three};
+use crate::separation::{relative, rescale, separation, separation_by_three};
 use crate::triangular::{self, Coefficient, Equation};
 use crate::{LinalgError, Result, Schur};
 use faer::Accum;
@@ -37,6 +39,14 @@ pub(super) struct SchurPair {
     right: Schur,
     /// `min ||operator(X)||_1 / ||X||_1`, from above; in these units.
     separation: f64,
+    /// Where solutions are refined because rounding might decide them: by how much a step shrinks their error.
+    contraction: Option<f64>,
+    /// Whether the separation is rounding.
+    rounding: bool,
+    /// What is certain of the equation, asked where the separation is small.
+    regularity: Regularity,
+    /// The error of the last solution that was refined for this reason, relative to it.
+    refined: Option<f64>,
     half: DMatrix<f64>,
     defect: DMatrix<f64>,
 }
@@ -57,6 +67,7 @@ fn substitute(
     left: &Schur,
     right: &Schur,
     side: Side,
+    exact: bool,
     x: &mut DMatrix<f64>,
     work: &mut [f64],
 ) -> bool {
@@ -78,7 +89,8 @@ fn substitute(
     let (s, _, _, _) = s.split_at(rows, rows);
     let (_, _, _, t) = t.split_at(skipped, skipped);
     let (_, corner, _, _) = view_mut(x).split_at_mut(rows, skipped);
-    triangular::solve(equation, Coefficient::plain(s), Coefficient::plain(t), corner, work)
+    let (s, t) = (Coefficient::plain(s).exact(exact), Coefficient::plain(t).exact(exact));
+    triangular::solve(equation, s, t, corner, work)
 }
 
 /// The powers of two that bring A and B to the units of the computation.
@@ -109,10 +121,10 @@ fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64,
 }
 
 impl SchurPair {
-    pub(super) fn new(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Self> {
-        let (n, m) = (square("a", a)?, square("b", b)?);
-        let (units_a, units_b) = units(equation, a, b)?;
-        let (a, b) = (a * units_a, b * units_b);
+    pub(super) fn new(equation: Equation, given_a: &DMatrix<f64>, given_b: &DMatrix<f64>) -> Result<Self> {
+        let (n, m) = (square("a", given_a)?, square("b", given_b)?);
+        let (units_a, units_b) = units(equation, given_a, given_b)?;
+        let (a, b) = (given_a * units_a, given_b * units_b);
         let (mut left, mut right, mut workspace) = (Schur::default(), Schur::default(), SchurWorkspace::new());
         schur_into(&a, &mut left, &mut workspace)?;
         schur_into(&b, &mut right, &mut workspace)?;
@@ -124,24 +136,85 @@ impl SchurPair {
         };
         let floor = n.max(m) as f64 * f64::EPSILON * size;
         let (half, defect, separation) = (DMatrix::zeros(n, m), DMatrix::zeros(n, m), f64::INFINITY);
-        let mut pair = Self { equation, a, b, units_a, units_b, units, weight, left, right, separation, half, defect };
+        let (contraction, unknown, refined) = (None, Regularity::Unknown, None);
+        let mut pair = Self {
+            equation,
+            a,
+            b,
+            units_a,
+            units_b,
+            units,
+            weight,
+            left,
+            right,
+            separation,
+            contraction,
+            rounding: false,
+            regularity: unknown,
+            refined,
+            half,
+            defect,
+        };
         let mut regular = pair.estimate_separation();
         if pair.separation.is_nan() || pair.separation <= DOUBT * floor {
             let (separation, too) = pair.whole_estimate();
             (pair.separation, regular) = (separation, regular && too);
         }
-        if n * m > 0 && (!regular || pair.separation.is_nan() || pair.separation <= floor) {
-            let name = match equation {
-                Equation::Sylvester => "Sylvester",
-                Equation::Stein => "discrete Sylvester",
-            };
-            let values = |form: &Schur, units: f64| -> Vec<Complex<f64>> {
-                form.eigenvalues().iter().map(|lambda| lambda / units).collect()
-            };
-            let (first, second) = (values(&pair.left, pair.units_a), values(&pair.right, pair.units_b));
-            return Err(nearly_singular(name, &first, &second, pair.separation(), |x, y| equation.gap(x, y)));
+        let rounding = !regular || pair.separation.is_nan() || pair.separation <= floor;
+        pair.rounding = n * m > 0 && rounding;
+        if n * m > 0 && (rounding || error_bound((n, m), 0.0, pair.condition(), None) > DIGIT) {
+            pair.regularity = regularity(equation, given_a, given_b, false);
+            if pair.regularity == Regularity::Singular {
+                return Err(pair.closest().singular(pair.name()));
+            }
+            if !pair.contracts() && rounding {
+                return Err(pair.undecided());
+            }
         }
         Ok(pair)
+    }
+
+    fn name(&self) -> &'static str {
+        match self.equation {
+            Equation::Sylvester => "Sylvester",
+            Equation::Stein => "discrete Sylvester",
+        }
+    }
+
+    /// The eigenvalues of A and B given that are nearest to each other.
+    fn closest(&self) -> Closest {
+        let values = |form: &Schur, units: f64| -> Vec<Complex<f64>> {
+            form.eigenvalues().iter().map(|lambda| lambda / units).collect()
+        };
+        self.equation.closest(&values(&self.left, self.units_a), &values(&self.right, self.units_b))
+    }
+
+    /// The equation has one solution, or may have, and rounding decides it.
+    fn undecided(&self) -> LinalgError {
+        let (n, m) = self.shape();
+        let stretch = 2.0 * n.max(m) as f64 * norms((n, m));
+        self.closest().undecided(self.name(), self.regularity, self.separation(), self.condition(), stretch)
+    }
+
+    /// Whether refinement converges; then it is part of each solution.
+    fn contracts(&mut self) -> bool {
+        self.contraction = Some(RATE);
+        let (n, m) = self.shape();
+        let rate = doubt::contraction((n, m), false, |c, x| self.correction(c, x));
+        self.contraction = (rate <= RATE).then_some(rate);
+        self.contraction.is_some()
+    }
+
+    /// What `x` lacks for `c`: the solution for its defect.
+    fn correction(&mut self, c: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut correction = self.precise_defect(c, x);
+        self.substitute(&mut correction);
+        correction
+    }
+
+    /// The error of the last solution relative to it, where refinement measured it.
+    pub(super) fn refined(&self) -> Option<f64> {
+        self.refined
     }
 
     /// By three substitutions; returns whether every pivot is regular.
@@ -149,7 +222,7 @@ impl SchurPair {
         let Self { equation, left, right, half, defect, .. } = self;
         let (work, regular) = (RefCell::new(defect.as_mut_slice()), Cell::new(true));
         let solve = |side: Side, x: &mut DMatrix<f64>| {
-            regular.set(substitute(*equation, left, right, side, x, &mut work.borrow_mut()) && regular.get());
+            regular.set(substitute(*equation, left, right, side, false, x, &mut work.borrow_mut()) && regular.get());
         };
         self.separation = separation_by_three(half, |x| solve(Side::Plain, x), |x| solve(Side::Adjoint, x));
         regular.get()
@@ -161,7 +234,8 @@ impl SchurPair {
         let (work, regular) = (RefCell::new(vec![0.0; n * m]), Cell::new(true));
         let solve = |side: Side, x: &mut DMatrix<f64>| {
             let (left, right) = (&self.left, &self.right);
-            regular.set(substitute(self.equation, left, right, side, x, &mut work.borrow_mut()) && regular.get());
+            regular
+                .set(substitute(self.equation, left, right, side, false, x, &mut work.borrow_mut()) && regular.get());
         };
         let found = separation(n, m, |x| solve(Side::Plain, x), |x| solve(Side::Adjoint, x));
         (found, regular.get())
@@ -196,6 +270,17 @@ impl SchurPair {
         let size_c = x.norm();
         self.defect.copy_from(x);
         self.substitute(x);
+        if let Some(rate) = self.contraction {
+            let c = self.defect.clone();
+            let substituted = x.clone();
+            self.refined = doubt::refined(x, rate, |x| self.correction(&c, x));
+            if self.refined.is_none() {
+                if self.rounding {
+                    return Err(self.undecided());
+                }
+                x.copy_from(&substituted);
+            }
+        }
         // C - A X - X B, or A X B - X + C.
         let Self { a, b, half, defect, .. } = self;
         match self.equation {
@@ -219,13 +304,13 @@ impl SchurPair {
 
     /// From the right-hand side `c` in `x` to the solution, in the units of the coefficients.
     fn substitute(&mut self, x: &mut DMatrix<f64>) {
-        let Self { equation, left, right, half, .. } = self;
+        let Self { equation, left, right, half, contraction, .. } = self;
         let (u, v) = (view(&left.q), view(&right.q));
         // The discrete equation is `S Y T - Y = -U'C V`.
         let sign = if *equation == Equation::Stein { -1.0 } else { 1.0 };
         multiply(view_mut(half), Accum::Replace, 1.0, u.transpose(), view(x));
         multiply(view_mut(x), Accum::Replace, sign, view(half), v);
-        substitute(*equation, left, right, Side::Plain, x, half.as_mut_slice());
+        substitute(*equation, left, right, Side::Plain, contraction.is_some(), x, half.as_mut_slice());
         multiply(view_mut(half), Accum::Replace, 1.0, u, view(x));
         multiply(view_mut(x), Accum::Replace, 1.0, view(half), v.transpose());
     }
@@ -239,8 +324,7 @@ impl SchurPair {
         let units_c = unit_scale(c);
         let (c, mut better) = (c * units_c, x.clone());
         rescale(&mut better, units_c, self.units);
-        let mut correction = self.precise_defect(&c, &better);
-        self.substitute(&mut correction);
+        let correction = self.correction(&c, &better);
         let moved = relative(correction.norm(), better.norm());
         if moved >= 1.0 {
             return Ok(moved);
@@ -274,9 +358,13 @@ impl SchurPair {
     }
 }
 
-/// For the answer to an n x m equation, as [`forward_error`], the separation being in the sum of the entries and an estimate that may be three times too large.
-pub(super) fn error_bound(shape: (usize, usize), residual: f64, condition: f64) -> f64 {
-    let (n, m) = shape;
-    let spread = Spread { norms: 3.0 * ((n * m) as f64).sqrt(), units: 1.0 };
-    forward_error(residual, condition, n.max(m), spread)
+/// The factor from the sum of the entries, and an estimate that may be three times too large, to the Frobenius norm.
+fn norms((n, m): (usize, usize)) -> f64 {
+    3.0 * ((n * m) as f64).sqrt()
+}
+
+/// For the answer to an n x m equation, as [`forward_error`].
+pub(super) fn error_bound(shape: (usize, usize), residual: f64, condition: f64, refined: Option<f64>) -> f64 {
+    let spread = Spread { norms: norms(shape), units: 1.0, refined };
+    forward_error(residual, condition, shape.0.max(shape.1), spread)
 }

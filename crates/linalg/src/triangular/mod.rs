@@ -27,17 +27,24 @@ pub(crate) enum Equation {
 pub(crate) struct Coefficient<'a> {
     t: MatRef<'a, f64>,
     transposed: bool,
+    /// Whether the entries are taken for exact, so that no pivot but zero is rounding.
+    exact: bool,
 }
 
 impl<'a> Coefficient<'a> {
     /// `T`.
     pub(crate) fn plain(t: MatRef<'a, f64>) -> Self {
-        Self { t, transposed: false }
+        Self { t, transposed: false, exact: false }
     }
 
     /// `T'`.
     pub(crate) fn transposed(t: MatRef<'a, f64>) -> Self {
-        Self { t, transposed: true }
+        Self { t, transposed: true, exact: false }
+    }
+
+    /// The same, its entries taken for exact.
+    pub(crate) fn exact(self, exact: bool) -> Self {
+        Self { exact, ..self }
     }
 
     /// `op(T)'`.
@@ -71,11 +78,16 @@ impl<'a> Coefficient<'a> {
 struct Sizes {
     s: f64,
     t: f64,
+    /// Whether the coefficients are taken for exact.
+    exact: bool,
 }
 
 impl Sizes {
     /// The smallest pivot that is not rounding, for two diagonal blocks whose largest entries are `s` and `t`.
     fn floor(self, equation: Equation, s: f64, t: f64) -> f64 {
+        if self.exact {
+            return f64::MIN_POSITIVE / f64::EPSILON;
+        }
         match equation {
             Equation::Sylvester => (f64::EPSILON * self.s.max(self.t)).max(f64::MIN_POSITIVE / f64::EPSILON),
             // The rounding of a coefficient moves a product of two eigenvalues by this much.
@@ -98,7 +110,7 @@ pub(crate) fn solve(
     if d.nrows() * d.ncols() == 0 {
         return true;
     }
-    let sizes = Sizes { s: s.t.norm_max(), t: t.t.norm_max() };
+    let sizes = Sizes { s: s.t.norm_max(), t: t.t.norm_max(), exact: s.exact && t.exact };
     halve(equation, s, t, d, work, sizes)
 }
 
@@ -165,7 +177,8 @@ pub(crate) fn solve_symmetric(
         return true;
     }
     let size = t.t.norm_max();
-    let regular = halve_symmetric(equation, t, d.rb_mut(), work, Sizes { s: size, t: size });
+    let sizes = Sizes { s: size, t: size, exact: t.exact };
+    let regular = halve_symmetric(equation, t, d.rb_mut(), work, sizes);
     mirror(d);
     regular
 }
@@ -286,8 +299,10 @@ mod tests {
             let (s, t) = (quasi_triangular(n, 1), quasi_triangular(m, 2));
             for equation in [Equation::Sylvester, Equation::Stein] {
                 for (left, right) in [(false, false), (false, true), (true, false), (true, true)] {
-                    let (left, right) =
-                        (Coefficient { t: view(&s), transposed: left }, Coefficient { t: view(&t), transposed: right });
+                    let (left, right) = (
+                        Coefficient { transposed: left, ..Coefficient::plain(view(&s)) },
+                        Coefficient { transposed: right, ..Coefficient::plain(view(&t)) },
+                    );
                     let d = right_hand_side(n, m);
                     let mut y = d.clone();
                     assert!(solve(equation, left, right, view_mut(&mut y), &mut vec![0.0; n * m]));
@@ -311,7 +326,7 @@ mod tests {
             let d = &d + d.transpose();
             for equation in [Equation::Sylvester, Equation::Stein] {
                 for transposed in [false, true] {
-                    let t = Coefficient { t: view(&t), transposed };
+                    let t = Coefficient { transposed, ..Coefficient::plain(view(&t)) };
                     let (mut whole, mut half) = (d.clone(), d.clone());
                     // Below the diagonal nothing is read.
                     (0..n).for_each(|j| (j + 1..n).for_each(|i| half[(i, j)] = f64::NAN));

@@ -169,7 +169,7 @@ mod tests {
         #[test]
         fn divisions_do_what_elimination_does(l in block(), r in block(), rhs in prop::array::uniform4(-1.0..1.0_f64)) {
             let rhs = [[rhs[0], rhs[1]], [rhs[2], rhs[3]]];
-            let sizes = Sizes { s: l.largest, t: r.largest };
+            let sizes = Sizes { s: l.largest, t: r.largest, exact: false };
             for equation in [Equation::Sylvester, Equation::Stein] {
                 let (x, regular) = solve(equation, &l, &r, rhs, sizes);
                 let (y, _) = eliminate(equation, &l, &r, rhs, sizes.floor(equation, l.largest, r.largest));
@@ -205,11 +205,11 @@ mod tests {
     fn the_ends_of_the_range_change_nothing() {
         let unit = Block::two(0, [[-1.0, 2.0], [-0.5, -1.0]]);
         let rhs = [[1.0, 0.25], [-0.5, 2.0]];
-        let (x, _) = solve(Equation::Sylvester, &unit, &unit, rhs, Sizes { s: 2.0, t: 2.0 });
+        let (x, _) = solve(Equation::Sylvester, &unit, &unit, rhs, Sizes { s: 2.0, t: 2.0, exact: false });
         for exponent in [-480, 480] {
             let scale = 2.0_f64.powi(exponent);
             let block = Block::two(0, [[-scale, 2.0 * scale], [-0.5 * scale, -scale]]);
-            let sizes = Sizes { s: 2.0 * scale, t: 2.0 * scale };
+            let sizes = Sizes { s: 2.0 * scale, t: 2.0 * scale, exact: false };
             let (y, regular) = solve(Equation::Sylvester, &block, &block, rhs, sizes);
             assert!(regular);
             for (x, y) in x.iter().flatten().zip(y.iter().flatten()) {

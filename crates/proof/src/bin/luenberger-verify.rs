@@ -29,8 +29,8 @@ Example:
   $ luenberger-verify observer.json
   observer.json: Proved
     For the plant x' = Ax + Bu, y = Cx with 2 states, 1 input and 1 output and the observer ...
-    P > 0, margin 5.2e-1
-    (A - LC)'P + P(A - LC) < 0 (12), margin 9.9e0
+    P > 0, margin >= 0.52
+    (A - LC)'P + P(A - LC) < 0 (12), margin >= 9.9
 ";
 
 /// What became of one file.

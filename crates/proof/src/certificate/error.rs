@@ -5,7 +5,7 @@ use core::fmt;
 use thiserror::Error;
 
 use super::Witness;
-use super::json::{DEEPEST, LARGEST_FILE};
+use super::json::{DEEPEST, LARGEST_FILE, MOST_VALUES};
 use super::number::{Number, NumberError};
 use crate::error::ProofError;
 use crate::semidefinite::ProgramError;
@@ -37,6 +37,8 @@ impl FileError {
                 | Fault::Unexpected { .. }
                 | Fault::TooDeep
                 | Fault::TooManyMembers
+                | Fault::TooManyValues
+                | Fault::NotJson { .. }
                 | Fault::Duplicate { .. }
         )
     }
@@ -90,6 +92,15 @@ pub enum Fault {
     /// An object with more members than any certificate has.
     #[error("an object has more than 64 members")]
     TooManyMembers,
+    /// More values than any certificate has.
+    #[error("the file has more than {MOST_VALUES} values")]
+    TooManyValues,
+    /// A text that begins as a number and is none of JSON's.
+    #[error("{text} is no number of JSON (no leading zeros, digits on both sides of a point, digits in an exponent)")]
+    NotJson {
+        /// The text, or its beginning.
+        text: String,
+    },
     /// A name twice in one object.
     #[error("the field \"{name}\" is given twice")]
     Duplicate {
@@ -214,7 +225,7 @@ pub enum Fault {
     #[error("{0}")]
     Program(#[from] ProgramError),
     /// Another version of the format.
-    #[error("version {found} of the format is not known; this checker knows version 1")]
+    #[error("version {found} of the format is not known; this checker knows version {}", super::VERSION)]
     Version {
         /// The version of the file.
         found: String,

@@ -2,7 +2,8 @@
 //!
 //! A reader of its own, because everything that can be wrong with a certificate has to name its line, long after the text was parsed; because the
 //! numbers of a general reader are rounded; and because the checker is to be trusted, so that every line of it should be short reading. It is strict: no duplicate
-//! names, no control characters in strings, no depth beyond [`DEEPEST`], no text after the end, no size beyond [`LARGEST_FILE`].
+//! names, no control characters in strings (escaped or not), no escapes of halves of surrogate pairs, no depth beyond [`DEEPEST`], no text after the end, no byte order mark, no size beyond [`LARGEST_FILE`] and
+//! [`MOST_VALUES`].
 
 use super::error::{Fault, FileError};
 use super::number::quoted;
@@ -12,6 +13,9 @@ pub const LARGEST_FILE: usize = 8 << 20;
 
 /// How deep arrays and objects may be nested: a certificate needs seven.
 pub const DEEPEST: usize = 16;
+
+/// The most values, arrays and objects among them, in a file: what reading takes is proportional to it.
+pub const MOST_VALUES: usize = 1 << 21;
 
 /// A value and the line it begins on, from 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +65,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Node, FileError> {
         let line = good.split(|b| *b == b'\n').count();
         FileError::at(line, Fault::NotUtf8 { byte: error.valid_up_to() })
     })?;
-    let mut parser = Parser { text, at: 0, line: 1 };
+    let mut parser = Parser { text, at: 0, line: 1, values: 0 };
     let node = parser.value(0)?;
     parser.skip();
     if parser.at < text.len() {
@@ -74,6 +78,8 @@ struct Parser<'a> {
     text: &'a str,
     at: usize,
     line: usize,
+    /// How many values were begun.
+    values: usize,
 }
 
 impl<'a> Parser<'a> {
@@ -124,11 +130,15 @@ impl<'a> Parser<'a> {
         if depth > DEEPEST {
             return Err(FileError::at(line, Fault::TooDeep));
         }
+        self.values += 1;
+        if self.values > MOST_VALUES {
+            return Err(FileError::at(line, Fault::TooManyValues));
+        }
         let value = match self.peek() {
             Some(b'{') => self.object(depth)?,
             Some(b'[') => self.array(depth)?,
             Some(b'"') => Value::Text(self.string()?),
-            Some(b'-' | b'0'..=b'9') => self.number(),
+            Some(b'-' | b'0'..=b'9') => self.number()?,
             _ => self.word()?,
         };
         Ok(Node { line, value })
@@ -225,13 +235,17 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn number(&mut self) -> Value {
+    fn number(&mut self) -> Result<Value, FileError> {
         let rest = self.rest();
         let end = rest
             .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E' | '+' | '-')))
             .unwrap_or(rest.len());
+        let text = rest.get(..end).unwrap_or_default();
+        if !is_number(text) {
+            return Err(FileError::at(self.line, Fault::NotJson { text: quoted(text) }));
+        }
         self.at += end;
-        Value::Number(rest.get(..end).unwrap_or_default().into())
+        Ok(Value::Number(text.into()))
     }
 
     fn word(&mut self) -> Result<Value, FileError> {
@@ -243,6 +257,18 @@ impl<'a> Parser<'a> {
         }
         Err(self.unexpected("a value"))
     }
+}
+
+/// RFC 8259, section 6: `-`, an integer without leading zeros, digits after a point, an exponent.
+fn is_number(text: &str) -> bool {
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let text = text.strip_prefix('-').unwrap_or(text);
+    let (text, exponent) = text.split_once(['e', 'E']).map_or((text, None), |(text, rest)| (text, Some(rest)));
+    let (whole, part) = text.split_once('.').map_or((text, None), |(whole, rest)| (whole, Some(rest)));
+    digits(whole)
+        && (whole == "0" || !whole.starts_with('0'))
+        && part.is_none_or(digits)
+        && exponent.is_none_or(|rest| digits(rest.strip_prefix(['+', '-']).unwrap_or(rest)))
 }
 
 /// The canonical form: no white space between tokens, the members of each object in the order of their names, and those of the whole document without

@@ -41,7 +41,7 @@ use crate::wording::at_least;
 pub use error::{Fault, FileError, Rejection};
 pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
-pub use json::{DEEPEST, LARGEST_FILE};
+pub use json::{DEEPEST, LARGEST_FILE, MOST_VALUES};
 pub use number::{Datum, LONGEST_NUMBER, Number, NumberError};
 pub use theorem::*;
 

@@ -56,6 +56,14 @@ pub const REFEREE_ORDER: usize = 64;
 /// The order up to which exact elimination is used to better a margin that floating point has already proved.
 const EXACT_MARGIN_ORDER: usize = 16;
 
+/// What exact elimination may spend on all matrices of one certificate, in words of 64 bits multiplied: a minute.
+const CERTIFICATE_WORK: f64 = 2e10;
+
+/// Runs the checks of one certificate, in bounded time.
+pub(crate) fn of_one_certificate<T>(checks: impl FnOnce() -> T) -> T {
+    referee::within(CERTIFICATE_WORK, checks)
+}
+
 /// Whether `v'Mv > 0` for every `v` other than 0.
 /// # Errors
 /// See [`ProofError`].

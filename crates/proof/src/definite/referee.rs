@@ -11,6 +11,8 @@
 //! A direction w for S is lifted to `v = (-A_II^-1 A_IJ w, w)`, for which `v'Av = w'Sw`; by Cramer's rule v times the minor of the pivots is
 //! an integer vector, found by back substitution without fractions. Every witness is verified against M before it leaves.
 
+use std::cell::Cell;
+
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, Sign};
 
@@ -20,8 +22,25 @@ use crate::exact::{Exact, power_of_two};
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// The elementary operations that the referee may spend, in words of 64 bits multiplied: some seconds.
+/// The elementary operations that the referee may spend on one matrix, in words of 64 bits multiplied: some seconds.
 const BUDGET: f64 = 3e9;
+
+thread_local! {
+    /// What it may spend on all that follow.
+    static ALLOWANCE: Cell<f64> = const { Cell::new(f64::INFINITY) };
+}
+
+/// Runs `work`, in which the referee may spend so much altogether, on this thread; what it is asked beyond stays undecided. The same each time.
+pub(super) fn within<T>(allowance: f64, work: impl FnOnce() -> T) -> T {
+    struct Restore(f64);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            ALLOWANCE.set(self.0);
+        }
+    }
+    let _restore = Restore(ALLOWANCE.replace(allowance));
+    work()
+}
 
 /// What exact elimination found.
 pub(super) enum Finding {
@@ -127,9 +146,11 @@ pub(super) fn judge(m: &Matrix<Exact>) -> Finding {
     }
     let Integers { mut a, exponent } = integers(m);
     let bits = a.as_slice().iter().map(BitTest::bit_len).max().unwrap_or(0);
-    if work(n, bits) > BUDGET {
+    let (cost, left) = (work(n, bits), ALLOWANCE.get());
+    if cost > BUDGET.min(left) {
         return Finding::TooLarge;
     }
+    ALLOWANCE.set(left - cost);
     let mut elimination = Elimination { order: Vec::with_capacity(n), exponent: &exponent };
     let mut remaining: Vec<usize> = (0..n).collect();
     let mut null: Option<usize> = None;

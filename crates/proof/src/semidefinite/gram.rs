@@ -2,6 +2,7 @@
 
 use super::{Block, DualBlock, Entry, Program, position};
 use crate::definite::{proved_eigenvalue_bound, smallest_eigenvalue_above};
+use crate::error::ProofError;
 use crate::exact::power_of_two;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -130,6 +131,9 @@ fn gram(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> Matrix<Int
     g
 }
 
+/// The most unknowns for which the Gram matrix is formed: it takes a gigabyte then.
+pub const LARGEST_GRAM: usize = 4608;
+
 /// What is known of the equations `tr(F_i Y) = c_i` whatever their right-hand sides.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
@@ -139,18 +143,27 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// `None` where the constraints are dependent, or too nearly so. Cost: a few Cholesky factorisations of order m.
-    pub(super) fn of(program: &Program) -> Option<Self> {
+    /// `None` where the constraints are dependent, or too nearly so. Cost: a few Cholesky factorisations of order m, and 48 bytes for each entry of the Gram matrix.
+    /// An error before any of it where m exceeds [`LARGEST_GRAM`] and the circles do not decide.
+    pub(super) fn of(program: &Program) -> Result<Option<Self>, ProofError> {
         let scales = scales(program);
         let all = by_position(program);
         let circles = from_circles(program, &scales, &all);
         let smallest = if circles > GOOD {
             circles
         } else {
+            let order = program.unknowns();
+            if order > LARGEST_GRAM {
+                return Err(ProofError::TooLarge {
+                    what: "the Gram matrix of the constraints",
+                    order,
+                    allowed: LARGEST_GRAM,
+                });
+            }
             let proved = proved_eigenvalue_bound(&gram(program, &scales, &all)).unwrap_or(0.0);
-            Some(proved.max(circles)).filter(|bound| *bound > 0.0)?
+            proved.max(circles)
         };
-        Some(Self { scales, smallest })
+        Ok((smallest > 0.0).then_some(Self { scales, smallest }))
     }
 
     /// An upper bound of the Frobenius distance from Y to the nearest matrix for which every residual vanishes.
@@ -215,7 +228,7 @@ mod tests {
                     g[(*i, *j)] = g[(*i, *j)].add(&exact(weight(x)).mul(&size(*i, x)).mul(&size(*j, y)));
                 }
             }
-            let used = Equations::of(&program).map(|equations| equations.smallest);
+            let used = Equations::of(&program).expect("small").map(|equations| equations.smallest);
             for bound in [Some(from_circles(&program, &scales, &all)), used].into_iter().flatten() {
                 if bound.is_finite() {
                     let lowered = g.difference(&Matrix::scalar(m, &exact(bound))).expect("square");

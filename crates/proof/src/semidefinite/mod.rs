@@ -30,8 +30,11 @@ pub use bounds::{DualBound, PrimalBound};
 
 use std::sync::OnceLock;
 
+pub use gram::LARGEST_GRAM;
+
 use gram::Equations;
 
+use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use thiserror::Error;
@@ -93,7 +96,7 @@ pub struct Program {
     /// F_0, F_1, ..., F_m; entries sorted by position, each position once.
     matrices: Vec<Vec<Entry>>,
     /// What is known of the equations of (D), once it has been asked for: it is the same for every Y.
-    equations: OnceLock<Option<Equations>>,
+    equations: OnceLock<Result<Option<Equations>, ProofError>>,
 }
 
 impl PartialEq for Program {
@@ -236,7 +239,19 @@ impl Program {
     }
 
     fn equations(&self) -> Option<&Equations> {
-        self.equations.get_or_init(|| Equations::of(self)).as_ref()
+        self.solved_equations().as_ref().ok()?.as_ref()
+    }
+
+    fn solved_equations(&self) -> &Result<Option<Equations>, ProofError> {
+        self.equations.get_or_init(|| Equations::of(self))
+    }
+
+    /// Whether bounds by a Y can be had of a program of this size: all that follows from one is `None` otherwise.
+    ///
+    /// # Errors
+    /// [`ProofError::TooLarge`] for more unknowns than [`LARGEST_GRAM`], unless the constraints meet in so few entries that their Gram matrix is not needed.
+    pub fn within_limits(&self) -> Result<(), ProofError> {
+        self.solved_equations().as_ref().map(|_| ()).map_err(Clone::clone)
     }
 
     /// Number of unknowns, m.

@@ -201,8 +201,8 @@ fn race(e0: [f64; 2], input: Signal<'_>, end: f64) -> Result<Trajectory, CheckEr
     Ok(Scenario::new(plant())
         .initial_state(&e0)
         .input(input)
-        .observer("cubic", cubic()?.observer, &[0.0, 0.0])
-        .observer("linear", linear()?.observer, &[0.0, 0.0])
+        .observer("cubic", cubic()?.observer.clone(), &[0.0, 0.0])
+        .observer("linear", linear()?.observer.clone(), &[0.0, 0.0])
         .until(end, 801)
         .run()?)
 }
@@ -220,7 +220,7 @@ fn sweep(context: &Context) -> Result<Arc<Vec<(f64, Trajectory)>>, CheckError> {
             .map(|gamma| {
                 // gamma = 0 is the linear observer, which the design of a cubic one rightly refuses.
                 let mut observer: CubicObserver<f64, Dyn, Dyn, Dyn> =
-                    with_gamma(if gamma > 0.0 { gamma } else { 1.0 })?.observer;
+                    with_gamma(if gamma > 0.0 { gamma } else { 1.0 })?.observer.clone();
                 if gamma == 0.0 {
                     observer.n.fill(0.0);
                 }
@@ -311,7 +311,7 @@ fn input_does_not_matter(context: &Context) -> Result<Outcome, CheckError> {
 
 /// V of both observers at `samples` times of the first `end` seconds: (t, cubic, linear).
 fn lyapunov_functions(context: &Context, end: f64, samples: usize) -> Result<[Vec<f64>; 3], CheckError> {
-    let (run, p) = (example(context)?, linear()?.p);
+    let (run, p) = (example(context)?, linear()?.p.clone());
     let t: Vec<f64> = (0..samples).map(|k| end * k as f64 / (samples - 1) as f64).collect();
     let values = |name| -> Result<Vec<f64>, CheckError> {
         let v = metrics::lyapunov_trace(&run, name, &p)?;

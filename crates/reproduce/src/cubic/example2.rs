@@ -188,7 +188,8 @@ fn cubic(gamma: f64) -> Result<CubicDesign, CheckError> {
 }
 
 fn gain(_: &Context) -> Result<Outcome, CheckError> {
-    let double = LinearDesign::new(&plant(), &Wish::poles(&[-30.0, -5.0, -5.0]), &Decrease::default())?.observer.l;
+    let double =
+        LinearDesign::new(&plant(), &Wish::poles(&[-30.0, -5.0, -5.0]), &Decrease::default())?.observer.l.clone();
     let miss = (&double - printed_gain()).amax();
     Ok(Outcome::new(Evidence::value(&linear()?.observer.l)).note(format!(
         "The printed L belongs to the poles -30, -5, -5, whose gain it meets to {}; the printed P, its eigenvalue and N belong to the stated poles.",
@@ -229,9 +230,9 @@ fn accumulate(scale: f64) -> Result<Trajectory, CheckError> {
     for gamma in GAMMAS {
         let name = gamma.to_string();
         scenario = if gamma == 0.0 {
-            scenario.observer(&name, linear()?.observer, &[0.0; 3])
+            scenario.observer(&name, linear()?.observer.clone(), &[0.0; 3])
         } else {
-            scenario.observer(&name, cubic(gamma)?.observer, &[0.0; 3])
+            scenario.observer(&name, cubic(gamma)?.observer.clone(), &[0.0; 3])
         };
         scenario = scenario
             .integral(&format!("j3_gamma_{gamma}"), Integrand::squared_error_of(&name, 2))
@@ -280,7 +281,7 @@ enum Reading {
 fn perturbed(eps: f64, reading: Reading) -> Result<Trajectory, CheckError> {
     let shift = DMatrix::identity(3, 3) * eps;
     let mut plant = plant();
-    let (mut linear, mut cubic) = (linear()?.observer, cubic(0.1)?.observer);
+    let (mut linear, mut cubic) = (linear()?.observer.clone(), cubic(0.1)?.observer.clone());
     plant.a += &shift;
     let (x0, xhat0) = match reading {
         Reading::Plant => ([500.0; 3], [0.0; 3]),

@@ -186,7 +186,7 @@ fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
             }))
         }
         Err(other) => Err(other.into()),
-        Ok(gain) => Ok(Evidence::holds_by(gain.certificate.is_proved(), gain.p).into()),
+        Ok(gain) => Ok(Evidence::holds_by(gain.certificate.is_proved(), gain.p.clone()).into()),
     }
 }
 

@@ -134,7 +134,7 @@ fn equality(_: &Context) -> Result<Outcome, CheckError> {
     let plant = DynamicPlant::new(-DMatrix::identity(2, 2), DMatrix::zeros(2, 0), dmatrix![1.0, 0.0])?;
     let linear = LinearDesign::new(&plant, &Wish::Gain(DMatrix::zeros(2, 1)), &Decrease::Scaled(2.0))?;
     let bound = theorem5_bound(&linear.p, &linear.q)?;
-    let mut observer = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?.observer;
+    let mut observer = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?.observer.clone();
     observer.a += DMatrix::identity(2, 2) * bound;
     let at_bound = DynamicPlant::new(observer.a.clone(), plant.b, plant.c)?;
     let run = Scenario::new(at_bound).observer("cubic", observer, &[0.0, -1.0]).until(END, 2).run()?;

@@ -349,7 +349,10 @@ fn remark1(_: &Context) -> Result<Outcome, CheckError> {
 
 fn remark2(_: &Context) -> Result<Outcome, CheckError> {
     let (linear, cubic) = (example1::linear()?, example1::cubic()?);
-    let run = Scenario::new(example1::plant()).observer("cubic", cubic.observer, &[0.3, 0.3]).until(4.0, 401).run()?;
+    let run = Scenario::new(example1::plant())
+        .observer("cubic", cubic.observer.clone(), &[0.3, 0.3])
+        .until(4.0, 401)
+        .run()?;
     let zubov: Vec<f64> = metrics::lyapunov(&run, "cubic", &linear.p)?.iter().map(|v| 1.0 - (-v).exp()).collect();
     let holds = zubov.iter().all(|v| 0.0 < *v && *v < 1.0) && zubov.windows(2).all(|pair| pair[1] < pair[0]);
     Ok(Outcome::new(Evidence::holds_by(holds, [zubov[0], zubov[zubov.len() - 1]]))

@@ -275,7 +275,7 @@ where
     let partly = printed(Vector4::from_column_slice(start.e01))?;
     let blind = printed(Vector4::zeros())?;
     let repaired = polytopic.observer(plant, 1.0, Beta, Vector4::zeros())?;
-    let lpv = LpvDesign::new(plant, &Region::everywhere(4), RATE)?.observer;
+    let lpv = LpvDesign::new(plant, &Region::everywhere(4), RATE)?.observer.clone();
     let lipschitz = structured(system)?.observer(plant)?;
     // [16] reads three outputs.
     let sixteen = if P == 3 { Some(luenberger(&sixteen(8.4967))?) } else { None };

@@ -118,11 +118,7 @@ pub(super) fn lipschitz(
         evidence: None,
     };
     let observer = design.observer(model.clone())?;
-    Ok(Designed {
-        runnable: Runnable::Copy(Box::new(observer)),
-        report,
-        certificate: Some(design.certificate.clone()),
-    })
+    Ok(Designed { runnable: Runnable::Copy(Box::new(observer)), report, certificate: Some(design.certificate.clone()) })
 }
 
 pub(super) fn mean_value(

@@ -216,17 +216,31 @@ impl Statement for InequalityRefuted {
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let constraints = &self.inequalities.constraints;
         let mut facts = Vec::new();
-        let mut traces = vec![Exact::zero(); self.inequalities.unknowns + 1];
+        let mut terms = Vec::new();
         let mut all_zero = true;
         for (constraint, z) in constraints.iter().zip(&self.multipliers) {
             z.expect_shape("a multiplier", (constraint.order, constraint.order))?;
             facts.push(Fact::new(format!("Z >= 0 of {}", quoted(&constraint.name)), positive_semidefinite(z)?));
             all_zero &= z.as_slice().iter().all(Ring::is_zero);
-            for entry in &constraint.entries {
-                let (Some(value), Some(trace)) = (entry.value.exact(), traces.get_mut(entry.unknown)) else { continue };
-                let product = value.mul(&z[(entry.row, entry.column)]);
+            terms.extend(constraint.entries.iter().map(|entry| (entry, &z[(entry.row, entry.column)])));
+        }
+        // One trace at a time: each may be as long as the longest number.
+        terms.sort_by_key(|(entry, _)| entry.unknown);
+        let (mut constant, mut unsatisfied) = (Exact::zero(), None);
+        for terms in terms.chunk_by(|x, y| x.0.unknown == y.0.unknown) {
+            let mut trace = Exact::zero();
+            for (entry, z) in terms {
+                let Some(value) = entry.value.exact() else { continue };
+                let product = value.mul(z);
                 // An entry off the diagonal stands for its mirror image too.
-                *trace = trace.add(&if entry.row == entry.column { product } else { product.shifted(1) });
+                trace = trace.add(&if entry.row == entry.column { product } else { product.shifted(1) });
+            }
+            let unknown = terms.first().map_or(0, |(entry, _)| entry.unknown);
+            if unknown == 0 {
+                constant = trace;
+            } else if !trace.is_zero() {
+                unsatisfied = Some((unknown, trace));
+                break;
             }
         }
         let holds = |witness: Option<Witness>, margin: f64| match witness {
@@ -234,11 +248,9 @@ impl Statement for InequalityRefuted {
             None => Verdict::Proved { margin },
         };
         let value = |x: &Exact| if x.signum() < 0 { x.round_down() } else { x.round_up() };
-        let unsatisfied = traces.iter().enumerate().skip(1).find(|(_, trace)| !trace.is_zero());
-        let unsatisfied = unsatisfied.map(|(unknown, trace)| Witness::Equation { unknown, value: value(trace) });
+        let unsatisfied = unsatisfied.map(|(unknown, trace)| Witness::Equation { unknown, value: value(&trace) });
         facts.push(Fact::stated("sum_k tr(F_ki Z_k) = 0 for every unknown x_i", holds(unsatisfied, 0.0)));
         facts.push(Fact::stated("the Z_k are not all zero", holds(all_zero.then_some(Witness::Zero), 0.0)));
-        let constant = traces.first().cloned().unwrap_or_else(Exact::zero);
         let (relation, right_sign) =
             if self.inequalities.strict { ("<=", constant.signum() <= 0) } else { ("<", constant.signum() < 0) };
         let wrong = (!right_sign).then(|| Witness::Equation { unknown: 0, value: value(&constant) });

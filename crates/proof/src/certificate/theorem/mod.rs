@@ -27,6 +27,7 @@ use super::error::{Fault, FileError};
 use super::fields::{Field, Fields};
 use super::number::{Datum, quoted};
 use super::write::Out;
+use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -120,9 +121,9 @@ macro_rules! theorems {
             /// [`ProofError`] for shapes that do not fit and entries that are not finite: what [`CertificateFile::read`](super::CertificateFile::read) lets through
             /// has neither.
             pub fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-                match self {
+                of_one_certificate(|| match self {
                     $(Self::$name(theorem) => Statement::facts(theorem),)*
-                }
+                })
             }
         }
     };

@@ -8,7 +8,7 @@
 //! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors' forms times their multipliers, none of which is negative: see [`sector_decrease`].
 
 use super::super::Fault;
-use super::super::fields::Fields;
+use super::super::fields::{Fields, LARGEST_ORDER};
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, counted, decay, rate_term};
 use crate::error::ProofError;
@@ -85,7 +85,9 @@ impl Statement for SectorObserver {
         let n = a.rows();
         let c = plant.take("C")?.matrix_with_columns(n)?;
         let mut terms = Vec::new();
-        for item in plant.take("sectors")?.items()? {
+        let mut order = n;
+        let sectors = plant.take("sectors")?;
+        for item in sectors.items()? {
             let mut fields = item.object()?;
             let g = fields.take("G")?;
             let g = (g.any_matrix()?, g.matrix_with_rows(n)?).1;
@@ -102,7 +104,15 @@ impl Statement for SectorObserver {
             }
             let tau = fields.take("tau")?.binary64()?;
             fields.finish()?;
+            // The matrix of the S-procedure has a row for each state and each nonlinearity.
+            order += g.cols();
+            if order > LARGEST_ORDER {
+                return Err(sectors.error(Fault::TooManyRows { order, allowed: LARGEST_ORDER }));
+            }
             terms.push(SectorTerm { g, h, low, high, tau });
+        }
+        if terms.is_empty() {
+            return Err(sectors.error(Fault::Empty));
         }
         plant.finish()?;
         let mut observer = file.object("observer")?;

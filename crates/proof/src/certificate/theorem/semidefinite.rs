@@ -144,6 +144,7 @@ impl Statement for SemidefiniteProgram {
         match &self.evidence {
             SemidefiniteEvidence::Bounds { lower, upper } => {
                 if let Some((claimed, y)) = lower {
+                    program.within_limits()?;
                     let holds = program.lower_bound(y).is_some_and(|bound| bound.value >= *claimed);
                     facts.push(fact(format!("the optimum >= {} by Y", shown(*claimed)), holds.then_some(0.0)));
                 }
@@ -156,6 +157,7 @@ impl Statement for SemidefiniteProgram {
                 }
             }
             SemidefiniteEvidence::PrimalInfeasible(y) => {
+                program.within_limits()?;
                 let ray = program.is_primal_infeasible(y);
                 let inequality = "tr(F_i Y) = 0, tr(F_0 Y) > 0, Y >= 0 near Y";
                 facts.push(fact(inequality.to_owned(), ray.map(|ray| ray.value)));
