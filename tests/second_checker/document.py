@@ -14,6 +14,7 @@ from rational import Matrix
 LARGEST_FILE = 8 << 20
 DEEPEST = 16
 MOST_MEMBERS = 64
+MOST_VALUES = 1 << 21
 LONGEST_NUMBER = 20_000
 MOST_HEXADECIMAL_DIGITS = 64
 LARGEST_ORDER = 512
@@ -70,10 +71,15 @@ def parse(data):
 
         return ESCAPE.sub(unescape, found[1]), found.end()
 
+    values = 0
+
     def value(at, depth):
-        at = skip(at)
+        nonlocal values
+        at, values = skip(at), values + 1
         if depth > DEEPEST:
             raise Unreadable(f"nested deeper than {DEEPEST}")
+        if values > MOST_VALUES:
+            raise Unreadable(f"more than {MOST_VALUES} values")
         if text.startswith("{", at):
             return members(at + 1, depth)
         if text.startswith("[", at):

@@ -383,6 +383,8 @@ def sector_observer(file):
                 if low != -high and h.rows != g.columns:
                     fields.take("H").fail(f"has {h.rows} rows, and a sector that is not symmetric asks for {g.columns}")
                 sectors.append((g, h, low, high, fields.take("tau").binary64()))
+        if not sectors or n + sum(g.columns for g, *_ in sectors) > LARGEST_ORDER:
+            plant.take("sectors").fail(f"should not be empty, nor have more than {LARGEST_ORDER} columns with A")
     with file.object("observer") as observer:
         l = observer.take("L").matrix(n, c.rows)
     with file.object("lyapunov") as proof:

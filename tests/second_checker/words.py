@@ -208,16 +208,11 @@ def sector(k, low, high):
 
 def sector_observer(states, outputs, sectors, rate):
     conditions = ", and ".join(sector(k + 1, low, high) for k, (low, high) in enumerate(sectors))
-    increments = (
-        f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}"
-        if sectors
-        else "without nonlinearities"
-    )
     return (
         f"For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, "
-        f"{counted(outputs, 'output')} and "
-        f"{counted(len(sectors), 'nonlinearity', 'nonlinearities')}, {increments}, and the observer xhat' = A xhat + "
-        "sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
+        f"{counted(outputs, 'output')} and {counted(len(sectors), 'nonlinearity', 'nonlinearities')}, "
+        f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}, "
+        "and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
         f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and "
         "xhat are, is a hypothesis."
     )
