@@ -68,6 +68,8 @@ def outcome(data):
         return 1, f"Rejected: {why}"
     except NotShown as why:
         return 1, f"Rejected: not shown: {why}"
+    except ArithmeticError as why:
+        return 1, f"Rejected: not shown: {why} (a number too large for a proposal in floating point)"
 
 
 def read(path):

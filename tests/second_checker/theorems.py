@@ -14,6 +14,7 @@ from equation import Equation
 from equation import check as check_solution
 from program import Entry, Program
 from rational import (
+    DEFINITE,
     INDEFINITE,
     Family,
     Refuted,
@@ -199,7 +200,7 @@ def read_cubic(file):
 def converges(o, p, s, level):
     """Convergence with the stored N, from everywhere or from `e'Pe < level`.
 
-    `e' = F e + (y'theta y) N y`, y = Ce. With `R = P N + C'S`: where `R = 0`, or theta = 0, V = e'Pe does it. Else
+    `e' = F e + (y'theta y) N y`, y = Ce. With `R = P N + C'S`: where `R = 0`, theta = 0, or C = 0, V = e'Pe does it. Else
     another V~ = e'P~e, for which the stored N is exact: with T the orthogonal projector on the range of N, `P~ = C'XC +
     (I - T)(P - C'XC)(I - T)` has `P~ N = C'X C N`, so that `P~ > 0`, `F'P~ + P~F < 0` and `-(X C N + N'C'X) >= 0` imply
     convergence from everywhere, for any symmetric X; it is taken near `(C P^-1 C')^-1`. Else, with `F'P + PF <= -q I`,
@@ -208,7 +209,7 @@ def converges(o, p, s, level):
     """
     residual = p @ o.n + o.c.T @ s
     decrease = lyapunov(o.f, p)
-    if sign(decrease) != 2 or residual.is_zero() or o.theta.is_zero():
+    if sign(decrease) != DEFINITE or residual.is_zero() or o.theta.is_zero() or o.c.is_zero():
         at_least(decrease, 0, strict=True)
         return
     if is_exact_elsewhere(o, p):
@@ -227,16 +228,18 @@ def converges(o, p, s, level):
 
 def is_exact_elsewhere(o, p):
     gram = o.n.T @ o.n
-    if sign(gram) != 2:
+    if sign(gram) != DEFINITE:
         return False
-    metric = symmetric_part(approximate_inverse(o.c @ approximate_inverse(p) @ o.c.T))
-    image = metric @ o.c @ o.n
-    if sign(-image.plus_transpose()) == INDEFINITE:
+    try:
+        metric = symmetric_part(approximate_inverse(o.c @ approximate_inverse(p) @ o.c.T))
+    except (NotShown, OverflowError):
+        return False
+    if sign(-(metric @ o.c @ o.n).plus_transpose()) == INDEFINITE:
         return False
     rest = Matrix.scalar(p.rows, 1) - o.n @ inverse(gram) @ o.n.T
     metric = o.c.T @ metric @ o.c
     other = metric + rest @ (p - metric) @ rest
-    return sign(other) == 2 and sign(lyapunov(o.f, other)) == 2
+    return sign(other) == DEFINITE and sign(lyapunov(o.f, other)) == DEFINITE
 
 
 def symmetric_part(m):
