@@ -219,8 +219,8 @@ class Step:
         """
         o, unit, tiny, largest = self.o, self.format.unit, self.format.tiny, self.format.largest
         w, h, outputs = o.w, o.h, o.outputs
-        lost = self.same(outputs, 4 * tiny * (1 + w) * (1 + size) ** 3)
-        impulse, innovation = z * self.format.gamma(17) + lost, z * self.format.gamma(5) + lost
+        impulse = z * self.format.gamma(17) + self.same(outputs, 4 * tiny * (1 + w) * (1 + size) ** 3)
+        innovation = z * self.format.gamma(5) + self.same(outputs, 4 * tiny * (1 + size))
 
         def rounded(x):
             return x * (1 + unit) + tiny

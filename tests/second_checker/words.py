@@ -289,30 +289,50 @@ def semidefinite_program(unknowns, blocks, claim, lower, upper):
 
 STEPS = {
     "cubic": (
-        "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = "
-        "1/sqrt(1 + 2 w h z'theta z), h the period",
-        "e+ = M e with M = A - LC + g (AN + wL)C for some g between 0 and 1/w",
+        "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, "
+        "r = 1/sqrt(1 + 2 w h max(z'theta z, 0)), h the period",
+        "a plant of the stored A, B and C with v = 0 has e+ = M e with M = A - LC + g (AN + wL)C for some g, "
+        "0 <= g < 1/w, that depends on e",
     ),
-    "joined": ("the observer xhat+ = F xhat + Bu + Ly, F being A - LC rounded", "e+ = F e"),
-    "innovation": ("the observer xhat+ = A xhat + Bu + L(y - C xhat)", "e+ = (A - LC)e with the stored A, L and C"),
+    "joined": (
+        "the observer xhat+ = F xhat + Bu + Ly, F being the exact A - LC of the plant's A and C and the stored L, "
+        "rounded once",
+        "a plant with the stored B, with F + LC in the place of A and with v = 0 has e+ = F e",
+    ),
+    "innovation": (
+        "the observer xhat+ = A xhat + Bu + L z, z = y - C xhat",
+        "a plant of the stored A, B and C with v = 0 has e+ = (A - LC)e",
+    ),
 }
+
+
+def running_claim(step, stored, running):
+    flow, operands = "", "" if stored == running else "the stored numbers entering as they are, "
+    if step == "cubic":
+        flow = (
+            " with i = (((k p)p')s)d and j = p d, s = max |z_k|, d = z/s, q = max(d'theta d, 0), k = (2q)h, "
+            "b = sqrt(w k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a), but p = p' = 1/b where c is larger "
+            f"than {'2^52' if running == 'binary64' else '2^23'}, and i = j = z where s = 0,"
+        )
+    if running.startswith("Q"):
+        rounded = "each product rounded to nearest or each sum of products as a whole"
+    else:
+        rounded = "each operation rounded to nearest, with or without fused multiply-adds"
+    return (
+        f"As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) "
+        f"being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of "
+        "operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most "
+        "running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of "
+        f"{running}."
+    )
 
 
 def deployed_observer(states, inputs, outputs, step, stored, running):
     observer, error = STEPS[step]
-    claim = "Nothing is said of the rounding of its steps."
-    if running:
-        claim = (
-            f"As it runs in {running}, each operation rounded to nearest, in any order of summation and with or "
-            "without fused multiply-adds, on the real plant and while "
-            "|x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - "
-            "xhat never makes sqrt(e'Pe) larger than running.start, "
-            "limsup |e_i| is at most running.limsup[i] (counted from 0), and no intermediate number leaves the format."
-        )
+    claim = running_claim(step, stored, running) if running else "Nothing is said of the rounding of its steps."
     return (
-        f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, with "
-        f"all its matrices stored in {stored}, to nearest: "
-        f"with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = "
-        "e'Pe falls at each step by a factor below 1, "
-        f"and e tends to 0 exponentially, from every e(0). {claim}"
+        f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, "
+        f"with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and "
+        f"in exact arithmetic, for the error e = x - xhat, {error}, V = e'Pe falls at each step at least by a factor "
+        f"below 1 that is the same for all e, and e tends to 0 exponentially, from every e(0). {claim}"
     )

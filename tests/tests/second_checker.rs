@@ -447,7 +447,7 @@ fn both_checkers_prove_the_file_of_the_specification() {
 #[test]
 fn the_second_checker_says_what_is_wrong() {
     let file = of_matrices().swap_remove(0).to_json();
-    let cut = file[..file.len() / 2].to_owned();
+    let cut = file[..file.rfind(',').unwrap()].to_owned();
     let forged = file.replacen("\"sha256\": \"", "\"sha256\": \"0", 1);
     let bad_escape = file.replacen("an equation", "an \\n equation", 1);
     let paths = write(&scratch("command"), &[file, cut, forged, bad_escape]);

@@ -88,8 +88,8 @@ impl LipschitzDesign {
     /// multipliers when the inequality has no solution; [`DesignError::Undecided`].
     pub fn new(plant: &LipschitzPlant, rate: f64) -> Result<Self, DesignError> {
         plant.check(rate)?;
-        check::detectable(&plant.centre(), plant.c(), rate)?;
-        proposed(plant, None, rate)?.certified(plant, None, rate)
+        let nearly = check::detectable(&plant.centre(), plant.c(), rate)?;
+        proposed(plant, None, rate).map_err(|error| error.with_seen(nearly))?.certified(plant, None, rate)
     }
 
     /// What is proved of a gain L of one's own, n x p.
@@ -99,7 +99,7 @@ impl LipschitzDesign {
     pub fn with_gain(plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
         plant.check(rate)?;
         check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
-        check::hurwitz("A - L C in the middle of the sectors", &(plant.centre() - l * plant.c()))?;
+        check::hurwitz("A - L C in the middle of the sectors", (&plant.centre(), l, plant.c()))?;
         proposed(plant, Some(l), rate)?.certified(plant, Some(l), rate)
     }
 
