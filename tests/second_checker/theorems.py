@@ -200,12 +200,12 @@ def read_cubic(file):
 def converges(o, p, s, level):
     """Convergence with the stored N, from everywhere or from `e'Pe < level`.
 
-    `e' = F e + (y'theta y) N y`, y = Ce. With `R = P N + C'S`: where `R = 0`, theta = 0, or C = 0, V = e'Pe does it. Else
-    another V~ = e'P~e, for which the stored N is exact: with T the orthogonal projector on the range of N, `P~ = C'XC +
-    (I - T)(P - C'XC)(I - T)` has `P~ N = C'X C N`, so that `P~ > 0`, `F'P~ + P~F < 0` and `-(X C N + N'C'X) >= 0` imply
-    convergence from everywhere, for any symmetric X; it is taken near `(C P^-1 C')^-1`. Else, with `F'P + PF <= -q I`,
-    `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa`, V' < 0 for `0 < |e| < r`, `r^2 = max(16 q mu^3/(27 t
-    rho^4), q/(2 t rho kappa^3))`: see docs/certificates.md.
+    `e' = F e + (y'theta y) N y`, y = Ce. With `R = P N + C'S`: where `R = 0`, theta = 0, or C = 0, V = e'Pe does it.
+    Else another V~ = e'P~e, for which the stored N is exact: with T the orthogonal projector on the range of N, `P~ =
+    C'XC + (I - T)(P - C'XC)(I - T)` has `P~ N = C'X C N`, so that `P~ > 0`, `F'P~ + P~F < 0` and `-(X C N + N'C'X) >=
+    0` imply convergence from everywhere, for any symmetric X; it is taken near `(C P^-1 C')^-1`. Else, with `F'P + PF
+    <= -q I`, `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa`, V' < 0 for `0 < |e| < r`, `r^2 = max(16 q
+    mu^3/(27 t rho^4), q/(2 t rho kappa^3))`: see docs/certificates.md.
     """
     residual = p @ o.n + o.c.T @ s
     decrease = lyapunov(o.f, p)
