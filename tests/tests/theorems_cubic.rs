@@ -162,7 +162,7 @@ proptest! {
         let exact = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
         prop_assert!((exact - bound).abs() <= 1e-9 * bound * design.p.norm() * design.p.clone().try_inverse().unwrap().norm());
         let n = plant.a.nrows();
-        // Strictly below the bound: at equality the error need not decay (for F = -I and eps = 1 it stands still).
+        // Strictly below the bound: at it the decay need not be exponential (`at_equality_of_theorem_5_..`), and with a singular theta there may be none.
         let shifted = design.error_matrix() + DMatrix::identity(n, n) * (bound * (1.0 - 1e-6));
         prop_assert!(spectral_abscissa(&shifted).unwrap() < 0.0);
         // For this P it is the supremum: proved below it, refuted above it.
@@ -215,6 +215,43 @@ proptest! {
             v = next;
         }
     }
+}
+
+/// The error of an observer with `F + eps I` in the place of F, from `e0`, at these times: a plant at rest, whose observer knows the perturbation.
+fn error_at_equality(f: &DMatrix<f64>, c: &DMatrix<f64>, n: &DMatrix<f64>, theta: &DMatrix<f64>, e0: &[f64], times: &[f64]) -> Vec<f64> {
+    let order = f.nrows();
+    let plant = DynamicPlant::new(f + DMatrix::identity(order, order), DMatrix::zeros(order, 0), c.clone()).unwrap();
+    let observer =
+        luenberger_observers::CubicObserver::of(plant.clone(), DMatrix::zeros(order, c.nrows()), n.clone(), theta.clone()).unwrap();
+    let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
+    let run = Scenario::new(plant).observer("cubic", observer, &xhat0).times(times).run().unwrap();
+    run.observer("cubic").unwrap().error.row_iter().map(|row| row.norm()).collect()
+}
+
+/// Theorem 5 with equality in (23), here eps = 1 for P = I and Q = 2 I: with (A, C) observable, theta > 0 and S + S' > 0 the error tends to 0 (LaSalle), like
+/// 1/sqrt(1 + 3t/4) and not exponentially.
+#[test]
+fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
+    let f = dmatrix![-1.0, 1.0; -1.0, -1.0];
+    assert_eq!(theorem5_bound(&DMatrix::identity(2, 2), &(DMatrix::identity(2, 2) * 2.0)).unwrap(), 1.0);
+    let sizes = |n: f64| error_at_equality(&f, &dmatrix![1.0, 0.0], &dmatrix![n; 0.0], &dmatrix![1.0], &[1.0, 0.0], &[0.0, 60.0, 1e3, 1e4]);
+    for (found, expected) in sizes(-1.0)[1..].iter().zip([0.148, 0.0365, 0.0115]) {
+        // Three digits.
+        assert!((found / expected - 1.0).abs() < 5e-3, "{found}, {expected}");
+    }
+    // S = 0, which (13') admits, leaves an error that turns for ever.
+    assert!((sizes(0.0)[3] - 1.0).abs() < 1e-6, "{:?}", sizes(0.0));
+}
+
+/// Within the printed hypotheses, theta >= 0 among them, equality is not enough: C = I, A - LC = -I, P = I, Q = 2 I, N = -I, theta = diag(1, 0).
+#[test]
+fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
+    let (one, theta) = (DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]);
+    let stays = error_at_equality(&-&one, &one, &-&one, &theta, &[0.0, 1.0], &[0.0, 60.0]);
+    assert_eq!(stays, [1.0, 1.0]);
+    // With theta > 0 it goes: e' = -|e|^2 e, |e| = 1/sqrt(1 + 2t).
+    let goes = error_at_equality(&-&one, &one, &-&one, &one, &[0.0, 1.0], &[0.0, 60.0]);
+    assert!((goes[1] - 1.0 / 121.0_f64.sqrt()).abs() < 1e-9, "{goes:?}");
 }
 
 /// (13) as printed: refuted by a direction that no output sees, for every plant with fewer outputs than states.

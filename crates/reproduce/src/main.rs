@@ -1,7 +1,8 @@
-//! Reproduces the papers: `luenberger-reproduce [OUT]`, with `target/reproduce` for `OUT` if it is not given.
+//! Reproduces the papers: `luenberger-reproduce [OPTIONS] [OUT]`, with `target/reproduce` for `OUT` if it is not given.
 
 use clap::Parser;
-use luenberger_reproduce::terminal;
+use luenberger_reproduce::terminal::{self, Filter};
+use luenberger_reproduce::{Class, Verdict};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,13 +18,19 @@ struct Arguments {
     /// The folder to write, which is made if it is not there
     #[arg(default_value = "target/reproduce")]
     out: PathBuf,
+    /// Show only claims of this class; may be repeated. All claims are checked and written
+    #[arg(long, value_enum, value_name = "CLASS")]
+    class: Vec<Class>,
+    /// Show only claims with this verdict; may be repeated
+    #[arg(long, value_enum, value_name = "VERDICT")]
+    verdict: Vec<Verdict>,
 }
 
 fn main() -> ExitCode {
-    let Arguments { out } = Arguments::parse();
+    let Arguments { out, class: classes, verdict: verdicts } = Arguments::parse();
     match luenberger_reproduce::run(&out) {
         Ok(summary) => {
-            println!("{}", terminal::table(&summary, std::io::stdout().is_terminal()));
+            println!("{}", terminal::table(&summary, &Filter { classes, verdicts }, std::io::stdout().is_terminal()));
             println!("report: {}", out.join("report.html").display());
             if summary.is_complete() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
         }
