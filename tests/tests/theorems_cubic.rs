@@ -234,7 +234,7 @@ fn error_at_equality(f: &DMatrix<f64>, c: &DMatrix<f64>, n: &DMatrix<f64>, theta
 fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
     let f = dmatrix![-1.0, 1.0; -1.0, -1.0];
     assert_eq!(theorem5_bound(&DMatrix::identity(2, 2), &(DMatrix::identity(2, 2) * 2.0)).unwrap(), 1.0);
-    let sizes = |n: f64| error_at_equality(&f, &dmatrix![1.0, 0.0], &dmatrix![n; 0.0], &dmatrix![1.0], &[1.0, 0.0], &[0.0, 60.0, 1e3, 1e4]);
+    let sizes = |n: f64| error_at_equality(&f, &dmatrix![1.0, 0.0], &dmatrix![n; 0.0], &dmatrix![1.0], &[0.0, 1.0], &[0.0, 60.0, 1e3, 1e4]);
     for (found, expected) in sizes(-1.0)[1..].iter().zip([0.148, 0.0365, 0.0115]) {
         // Three digits.
         assert!((found / expected - 1.0).abs() < 5e-3, "{found}, {expected}");

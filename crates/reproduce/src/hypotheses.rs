@@ -22,15 +22,22 @@ fn exact(m: &DMatrix<f64>) -> Result<Matrix<Exact>, ProofError> {
     Matrix::embed(&data(m)?, "the data")
 }
 
-/// `(A, C)` is observable: the Gram matrix of C, CA, .., CA^(n-1) is positive definite.
+/// `(A, C)` is observable.
 pub(crate) fn observable(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Hypothesis, CheckError> {
+    Ok(Hypothesis::proof(OBSERVABLE, &observability(a, c)?))
+}
+
+pub(crate) const OBSERVABLE: &str = "(A, C) is observable";
+
+/// The Gram matrix of C, CA, .., CA^(n-1) is positive definite.
+pub(crate) fn observability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Verdict<Direction>, CheckError> {
     let (a, mut block) = (exact(a)?, exact(c)?);
     let mut gram = block.transpose().product(&block)?;
     for _ in 1..a.rows() {
         block = block.product(&a)?;
         gram = gram.sum(&block.transpose().product(&block)?)?;
     }
-    Ok(Hypothesis::proof("(A, C) is observable", &definite::positive_definite(&gram)?))
+    Ok(definite::positive_definite(&gram)?)
 }
 
 /// `F` is Hurwitz, shown by the solution of `F'P + PF + I = 0`.

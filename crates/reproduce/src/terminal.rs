@@ -49,13 +49,12 @@ pub fn table(summary: &Summary, filter: &Filter, terminal: bool) -> String {
     text
 }
 
-/// The counts of a run: the papers' own claims first, the other classes apart.
+/// The counts of a run: the papers' own claims first, the other classes apart, a line each.
 /// ```text
 /// the papers' own claims: 64 (40 theorem, 24 example): 50 reproduced, 8 refuted, 6 underspecified
-/// apart: 12 misprint (0 reproduced, 11 refuted, 1 underspecified), ..
-/// 95 claims checked, 0 failed (12.3 s)
+/// apart: 12 misprint (0 reproduced, 11 refuted, 1 underspecified), 9 reading (..), 20 ours (..)
 /// ```
-pub fn counts(summary: &Summary) -> String {
+pub fn headline(summary: &Summary) -> String {
     let verdicts = |classes: &[Class]| {
         [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified]
             .map(|verdict| format!("{} {verdict}", summary.count_of(classes, verdict)))
@@ -67,11 +66,15 @@ pub fn counts(summary: &Summary) -> String {
         .filter(|class| !Class::OWN.contains(class))
         .map(|class| format!("{} {class} ({})", summary.of(&[class]), verdicts(&[class])))
         .collect();
+    let all = summary.of(&Class::OWN);
+    format!("the papers' own claims: {all} ({own}): {}\napart: {}\n", verdicts(&Class::OWN), apart.join(", "))
+}
+
+/// [`headline`], and how many claims were checked in what time.
+pub fn counts(summary: &Summary) -> String {
     format!(
-        "the papers' own claims: {} ({own}): {}\napart: {}\n{} claims checked, {} failed ({:.1} s)",
-        summary.of(&Class::OWN),
-        verdicts(&Class::OWN),
-        apart.join(", "),
+        "{}{} claims checked, {} failed ({:.1} s)",
+        headline(summary),
         summary.records.len(),
         summary.failures.len(),
         summary.elapsed.as_secs_f64()

@@ -170,7 +170,7 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-fn seeded(what: &str) -> String {
+pub(super) fn seeded(what: &str) -> String {
     format!("{what} Seed {SEED}.")
 }
 
@@ -190,7 +190,7 @@ fn lyapunov_with_the_chosen_gain(_: &Context) -> Result<Outcome, CheckError> {
 fn strict(_: &Context) -> Result<Outcome, CheckError> {
     let mut verdicts = Vec::new();
     let mut witness = String::new();
-    let [mut positive, mut decrease, mut importance] = [(); 3].map(|()| Vec::new());
+    let [mut observability, mut positive, mut decrease, mut importance] = [(); 4].map(|()| Vec::new());
     for design in random_designs(|random, p| Correction::General(random.accretive(p)))? {
         let o = &design.observer;
         if o.c.nrows() < o.c.ncols() {
@@ -201,6 +201,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
             }
             verdicts.push(truth(&[conditions.strict]));
             let p = data(&design.p)?;
+            observability.push(hypotheses::observability(&o.a, &o.c)?);
             positive.push(statement::positive(&p)?);
             decrease.push(statement::lyapunov_decrease(&data(&o.a)?, &data(&o.l)?, &data(&o.c)?, &p)?);
             importance.push(statement::positive(&data(&o.theta)?)?);
@@ -211,6 +212,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
             "For every v with Cv = 0 the form vanishes, whatever P and N are: (13) can only hold with ≤, which suffices. The last witness: {witness}."
         )))
         .given(vec![
+            in_each(hypotheses::OBSERVABLE, &observability),
             in_each("P = P' > 0", &positive),
             in_each("(12)", &decrease),
             in_each("θ = θ' ≥ 0", &importance),
@@ -218,7 +220,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
 }
 
 /// `None` where the prover stayed undecided.
-fn truth<W>(verdicts: &[Verdict<W>]) -> Option<bool> {
+pub(super) fn truth<W>(verdicts: &[Verdict<W>]) -> Option<bool> {
     if verdicts.iter().any(Verdict::is_refuted) {
         Some(false)
     } else if verdicts.iter().all(Verdict::is_proved) {
@@ -239,7 +241,7 @@ fn certified(certificate: &Certificate) -> Option<bool> {
 }
 
 /// One cubic observer for each size up to 5 and each number of outputs.
-fn random_designs(
+pub(super) fn random_designs(
     mut correction: impl FnMut(&mut Random, usize) -> Correction,
 ) -> Result<Vec<CubicDesign>, CheckError> {
     let mut random = Random::new();

@@ -184,7 +184,7 @@ fn chaotic(_: &Context) -> Result<Outcome, CheckError> {
     let start = System::Chaotic.start();
     let first = start.x.iter().zip(start.xhat).fold(0.0, |sum: f64, (x, xhat)| sum.hypot(x - xhat));
     Ok(Outcome::new(Evidence::holds_by(largest <= 1e-3 * first, largest)).note(
-        "Measured, not proved: no constant gain can be proved for this plant (mvt.repair.ex1-proof), and from other starts no observer converges (mvt.thm1.counterexample-6). \
+        "Measured, not proved: no constant gain can be proved for this plant (mvt.repair.ex1-proof), and from other starts no observer converges (the last witness of mvt.thm1.as-stated). \
          On this trajectory x1 keeps moving, and x1 x3 shows x3.",
     ))
 }
