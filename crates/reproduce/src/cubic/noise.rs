@@ -41,8 +41,8 @@ pub(super) fn claims() -> Vec<Claim> {
             Class::Ours,
             "cubic.noise.example1",
             "beyond the paper: Example 1 under noise",
-            "the cubic observer of Example 1 keeps most of the linear one's accuracy under noise (root mean squares of |e| after 10 s, cubic then linear, for noise of ± 0.01, 0.1, 0.5, 1)",
-            &["noise on y uniform, held 10 ms, the same for both; T = 40 s; the loss is below 1 % up to ± 0.1"],
+            "under small noise the cubic observer of Example 1 is as accurate as the linear one, and under large noise it is not (root mean squares of |e| after 10 s, cubic then linear, for noise of ± 0.01, 0.1, 0.5, 1)",
+            &["noise on y uniform, held 10 ms, the same for both; T = 40 s; small is up to ± 0.1, with a loss below 1 %, large is ± 0.5 and more, with a loss above 10 %"],
             example,
         ),
     ]
@@ -75,8 +75,9 @@ fn bound(_: &Context) -> Result<Outcome, CheckError> {
         // e with C e = -v/4, so that w = 3v/4: the right inverse of C.
         let right = o.c.transpose() * (&o.c * o.c.transpose()).try_inverse().ok_or("C lacks rank")?;
         for _ in 0..50 {
-            let v = random.vector(p);
-            for e in [random.vector(n), random.vector(n) * 0.1, &right * &v * -0.25] {
+            // Large, so that the cubic term is not lost in the linear ones.
+            let v = random.vector(p) * 30.0;
+            for e in [random.vector(n) * 30.0, random.vector(n), &right * &v * -0.25] {
                 let (added, size) = addition(o, &design.p, &e, &v);
                 let most = 27.0 / 128.0 * gamma * v.dot(&(&o.theta * &v)).powi(2);
                 holds &= added <= most + 1e-12 * size;
@@ -84,7 +85,7 @@ fn bound(_: &Context) -> Result<Outcome, CheckError> {
             }
         }
     }
-    Ok(Outcome::new(Evidence::holds_by(holds && share > 0.999, share)).note(seeded(
+    Ok(Outcome::new(Evidence::holds_by(holds && (share - 1.0).abs() < 1e-6, share)).note(seeded(
         "The term is bounded by the noise alone, however large the error is. The proof stands in docs/theory-cubic.md.",
     )))
 }
@@ -124,8 +125,8 @@ fn example(context: &Context) -> Result<Outcome, CheckError> {
             Ok(format!("{} and {}", of("cubic")?.map_or("never".to_owned(), short), of("linear")?.map_or("never".to_owned(), short)))
         })
         .collect::<Result<_, CheckError>>()?;
-    Ok(Outcome::new(Evidence::holds_by(loss[..2].iter().all(|loss| loss.abs() < 0.01), sizes)).note(format!(
-        "The loss is {} %: of third order in the noise, so that it counts only where the noise is of the size of the errors that the cubic term is for. The times (s) from which |e2| stays below 0.5 are, \
+    Ok(Outcome::new(Evidence::holds_by(loss[..2].iter().all(|loss| loss.abs() < 0.01) && loss[2..].iter().all(|loss| *loss > 0.1), sizes)).note(format!(
+        "The loss is {} %: the cubic term is of third order in the noise, and counts where γθ v², with γθ = 20, is of the size of the linear gain. The times (s) from which |e2| stays below 0.5 are, \
          cubic and linear: {}. Seed {SEED}.",
         loss.iter().map(|loss| short(100.0 * loss)).collect::<Vec<_>>().join(", "),
         settling.join("; ")
