@@ -9,7 +9,7 @@
 //! | [`Evidence::Counterexamples`] | never (where truth is printed) | one is valid: violated, and every hypothesis holds there | none is |
 //! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
 //!
-//! A statement is refuted only where its hypotheses hold: a refutation by other evidence is withdrawn, to underspecified, where a hypothesis named with it does not.
+//! A statement says nothing where its hypotheses do not hold: other evidence too is underspecified where a hypothesis named with it fails or stays undecided.
 
 use crate::value::{Printed, PrintedError, Value, short};
 use luenberger_proof::Verdict as ProofVerdict;
@@ -379,7 +379,8 @@ fn remark(example: &Counterexample) -> String {
     let name = if case.is_empty() { String::new() } else { format!(", {case}") };
     let at = witness.as_ref().map_or_else(String::new, |w| format!(" at {w}"));
     let size = short(*violation);
-    if !(*violation > 0.0) {
+    // Not a number violates nothing.
+    if violation.is_nan() || *violation <= 0.0 {
         return format!("No counterexample{name}{at}: {what} is not violated ({size}).");
     }
     match hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true)) {
@@ -394,18 +395,18 @@ fn remark(example: &Counterexample) -> String {
 }
 
 impl Judgement {
-    /// The same judgement where these hypotheses of the statement were evaluated: a refutation outside of them is none.
+    /// The same judgement where these hypotheses of the statement were evaluated: outside of them the statement says nothing.
     #[must_use]
     pub fn under(mut self, hypotheses: &[Hypothesis]) -> Self {
-        let open = hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true));
-        if let (Verdict::Refuted, Some(open)) = (self.verdict, open) {
-            self.verdict = Verdict::Underspecified;
+        if let Some(open) = hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true)) {
             self.remarks.push(format!(
-                "Not refuted, because the hypothesis \"{}\" {} here ({}).",
+                "Not {}, because the hypothesis \"{}\" {} here ({}).",
+                self.verdict,
                 open.hypothesis,
                 if open.holds.is_none() { "stays undecided" } else { "fails" },
                 open.how
             ));
+            self.verdict = Verdict::Underspecified;
         }
         self
     }

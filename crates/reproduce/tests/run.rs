@@ -440,6 +440,15 @@ fn the_readings_of_the_papers_come_out_as_the_docs_say() {
         ("cubic.thm6.lmi", Theorem, Reproduced),
         ("cubic.noise.bound", Ours, Reproduced),
         ("cubic.noise.example1", Ours, Reproduced),
+        ("mvt.fig5", Example, Reproduced),
+        ("kkl.prop1", Theorem, Reproduced),
+        ("kkl.prop2", Theorem, Reproduced),
+        ("kkl.prop3", Theorem, Reproduced),
+        ("kkl.prop4", Theorem, Reproduced),
+        ("kkl.r5", Theorem, Reproduced),
+        ("kkl.r6", Theorem, Reproduced),
+        ("kkl.r9", Theorem, Underspecified),
+        ("kkl.r2", Ours, Reproduced),
     ] {
         let (paper, claim) = papers
             .iter()

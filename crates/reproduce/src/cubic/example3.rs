@@ -153,7 +153,7 @@ fn hypotheses() -> Result<Vec<Hypothesis>, CheckError> {
 fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
     let (plant, l) = (plant(), observer_gain());
     let mut cases = vec![equilibrium()?, blow_up()?];
-    let mut note = String::new();
+    let mut note = "";
     match robust::certify_gain(&plant, &l, &(&l * 10.0)) {
         Err(DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. }) => {
             cases.insert(
@@ -169,7 +169,7 @@ fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
             let opposite = robust::certify_gain(&plant, &l, &(&l * -10.0))
                 .is_ok_and(|gain| gain.certificate.is_proved() && gain.certificate.converges_from_everywhere());
             if opposite {
-                note = "With N = -10 L a P is found, and convergence from every error is proved for the stored gains: the sign is a misprint.".to_owned();
+                note = "With N = -10 L a P is found, and convergence from every error is proved for the stored gains: the sign is a misprint.";
             }
         }
         Err(other) => return Err(other.into()),

@@ -9,6 +9,7 @@ mod prop5;
 mod prop6;
 mod prop7;
 mod propositions;
+mod safety_nets;
 
 use crate::paper::Paper;
 
@@ -20,6 +21,7 @@ pub(crate) fn paper() -> Paper {
         citation: "B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018",
         claims: [
             propositions::claims(),
+            safety_nets::claims(),
             prop5::claims(),
             prop6::claims(),
             prop7::claims(),
