@@ -53,7 +53,9 @@ fn importance() -> impl Strategy<Value = (Vec<i32>, usize)> {
 
 /// The p x p theta of [`importance`].
 fn theta(p: usize, (entries, rank): &(Vec<i32>, usize)) -> DMatrix<f64> {
-    let d = DMatrix::from_fn(p, (*rank).min(p), |i, j| f64::from(if i == 0 && j == 0 { 4 } else { entries[6 * i + j] }) / 4.0);
+    let d = DMatrix::from_fn(p, (*rank).min(p), |i, j| {
+        f64::from(if i == 0 && j == 0 { 4 } else { entries[6 * i + j] }) / 4.0
+    });
     &d * d.transpose()
 }
 
@@ -278,11 +280,23 @@ proptest! {
 }
 
 /// The error of an observer with `F + eps I` in the place of F, from `e0`, at these times: a plant at rest, whose observer knows the perturbation.
-fn error_at_equality(f: &DMatrix<f64>, c: &DMatrix<f64>, n: &DMatrix<f64>, theta: &DMatrix<f64>, e0: &[f64], times: &[f64]) -> Vec<f64> {
+fn error_at_equality(
+    f: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    n: &DMatrix<f64>,
+    theta: &DMatrix<f64>,
+    e0: &[f64],
+    times: &[f64],
+) -> Vec<f64> {
     let order = f.nrows();
     let plant = DynamicPlant::new(f + DMatrix::identity(order, order), DMatrix::zeros(order, 0), c.clone()).unwrap();
-    let observer =
-        luenberger_observers::CubicObserver::of(plant.clone(), DMatrix::zeros(order, c.nrows()), n.clone(), theta.clone()).unwrap();
+    let observer = luenberger_observers::CubicObserver::of(
+        plant.clone(),
+        DMatrix::zeros(order, c.nrows()),
+        n.clone(),
+        theta.clone(),
+    )
+    .unwrap();
     let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
     let run = Scenario::new(plant).observer("cubic", observer, &xhat0).times(times).run().unwrap();
     run.observer("cubic").unwrap().error.row_iter().map(|row| row.norm()).collect()
@@ -294,7 +308,16 @@ fn error_at_equality(f: &DMatrix<f64>, c: &DMatrix<f64>, n: &DMatrix<f64>, theta
 fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
     let f = dmatrix![-1.0, 1.0; -1.0, -1.0];
     assert_eq!(theorem5_bound(&DMatrix::identity(2, 2), &(DMatrix::identity(2, 2) * 2.0)).unwrap(), 1.0);
-    let sizes = |n: f64| error_at_equality(&f, &dmatrix![1.0, 0.0], &dmatrix![n; 0.0], &dmatrix![1.0], &[0.0, 1.0], &[0.0, 60.0, 1e3, 1e4]);
+    let sizes = |n: f64| {
+        error_at_equality(
+            &f,
+            &dmatrix![1.0, 0.0],
+            &dmatrix![n; 0.0],
+            &dmatrix![1.0],
+            &[0.0, 1.0],
+            &[0.0, 60.0, 1e3, 1e4],
+        )
+    };
     for (found, expected) in sizes(-1.0)[1..].iter().zip([0.148, 0.0365, 0.0115]) {
         // Three digits.
         assert!((found / expected - 1.0).abs() < 5e-3, "{found}, {expected}");

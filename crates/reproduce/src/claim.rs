@@ -193,7 +193,9 @@ impl Record {
         match (self.class, &self.quote) {
             (Class::Ours, _) => Some("a claim of ours is refuted"),
             (_, None) => Some("it is refuted and quotes no sentence of the paper"),
-            (Class::Theorem, _) if self.hypotheses.is_empty() => Some("it refutes a theorem and evaluates none of its hypotheses"),
+            (Class::Theorem, _) if self.hypotheses.is_empty() => {
+                Some("it refutes a theorem and evaluates none of its hypotheses")
+            }
             _ => None,
         }
     }

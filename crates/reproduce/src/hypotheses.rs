@@ -1,7 +1,7 @@
 //! Hypotheses of the papers' theorems as statements for `luenberger-proof`, formed from the data without rounding.
 
-use luenberger_design::enclosure::{IntervalDual, enclose};
 use luenberger_design::Region;
+use luenberger_design::enclosure::{IntervalDual, enclose};
 use luenberger_linalg::lyapunov;
 use luenberger_plants::Plant;
 use luenberger_proof::statement::hurwitz;
@@ -76,7 +76,8 @@ pub(crate) fn in_each(what: &str, verdicts: &[Verdict<Direction>]) -> Hypothesis
 pub(crate) fn condition_4(d: &Matrix<Interval>, eta: f64) -> Result<Verdict<Direction>, CheckError> {
     if d.as_slice().iter().all(Interval::is_point) {
         let entry = |i: usize, j: usize| Exact::from_f64(d[(i, j)].lo());
-        let entries: Option<Vec<Exact>> = (0..d.rows()).flat_map(|i| (0..d.cols()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        let entries: Option<Vec<Exact>> =
+            (0..d.rows()).flat_map(|i| (0..d.cols()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
         let d = Matrix::from_row_major(d.rows(), d.cols(), entries.ok_or("D is not finite")?)?;
         let size = |x: &Exact| if x.signum() < 0 { x.neg() } else { x.clone() };
         return Ok(definite::negative_definite(&condition_4_form(&d, size, eta)?)?);
@@ -88,10 +89,9 @@ pub(crate) fn condition_4(d: &Matrix<Interval>, eta: f64) -> Result<Verdict<Dire
 fn condition_4_form<R: Ring>(d: &Matrix<R>, size: impl Fn(&R) -> R, eta: f64) -> Result<Matrix<R>, CheckError> {
     let eta = R::from_f64(eta).ok_or("η is not finite")?;
     let two = R::from_f64(2.0).ok_or("2 is finite")?;
-    let alpha = |k: usize| {
-        (0..d.rows()).fold(R::zero(), |sum, j| sum.add(&size(&d[(k, j)])).add(&size(&d[(j, k)])))
-    };
-    let gain = Matrix::from_fn(d.rows(), d.cols(), |i, j| if i == j { eta.mul(&alpha(i)).mul(&two) } else { R::zero() });
+    let alpha = |k: usize| (0..d.rows()).fold(R::zero(), |sum, j| sum.add(&size(&d[(k, j)])).add(&size(&d[(j, k)])));
+    let gain =
+        Matrix::from_fn(d.rows(), d.cols(), |i, j| if i == j { eta.mul(&alpha(i)).mul(&two) } else { R::zero() });
     Ok(d.plus_transpose()?.difference(&gain)?)
 }
 
@@ -101,9 +101,16 @@ pub(crate) fn differentiable<S: Plant<IntervalDual>>(plant: &S, region: &Region)
     match enclose(plant, region) {
         Ok(found) if found.a.as_slice().iter().all(Interval::is_bounded) => {
             let largest = found.a.as_slice().iter().map(Interval::magnitude).fold(0.0, f64::max);
-            Hypothesis::computed(WHAT, true, format!("its derivative is enclosed, with entries up to {}", short(largest)))
+            Hypothesis::computed(
+                WHAT,
+                true,
+                format!("its derivative is enclosed, with entries up to {}", short(largest)),
+            )
         }
-        Ok(_) => Hypothesis { holds: None, ..Hypothesis::computed(WHAT, false, "an entry of the enclosure of Df is unbounded") },
+        Ok(_) => Hypothesis {
+            holds: None,
+            ..Hypothesis::computed(WHAT, false, "an entry of the enclosure of Df is unbounded")
+        },
         Err(error) => Hypothesis { holds: None, ..Hypothesis::computed(WHAT, false, error.to_string()) },
     }
 }

@@ -7,10 +7,10 @@ use luenberger_reproduce::{
     CheckError, Claim, Class, Context, Dataset, Drawing, Evidence, Figure, Finding, Hypothesis, Outcome, Panel, Paper,
     Plate, Printed, Quote, ReproduceError, Series, Summary, Table, Tolerance, Verdict, run_papers, terminal,
 };
-use terminal::Filter;
 use serde_json::{Value as Json, json};
 use std::fs;
 use std::path::PathBuf;
+use terminal::Filter;
 
 fn right(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::value(1.0 / 3.0)).note("One third."))
@@ -128,7 +128,9 @@ fn bare(_: &Context) -> Result<Outcome, CheckError> {
 /// The headline counts the paper's own claims; misprints, readings and what is ours stand apart, and each can be asked for.
 #[test]
 fn claims_are_counted_and_shown_by_class() {
-    let truth = |class, id, check| Claim::holds(class, id, "Theorem 1", "it converges", &[], check).quoting("e → 0", "as t → ∞");
+    let truth = |class, id, check| {
+        Claim::holds(class, id, "Theorem 1", "it converges", &[], check).quoting("e → 0", "as t → ∞")
+    };
     let claims = vec![
         truth(Class::Theorem, "demo.theorem", refuted),
         truth(Class::Theorem, "demo.outside", refuted_outside),
@@ -153,14 +155,24 @@ fn claims_are_counted_and_shown_by_class() {
     let shown = |classes: &[Class], verdicts: &[Verdict]| {
         let filter = Filter { classes: classes.to_vec(), verdicts: verdicts.to_vec() };
         let table = terminal::table(&summary, &filter, false);
-        summary.records.iter().filter(|record| table.contains(&record.id)).map(|record| record.id.clone()).collect::<Vec<_>>()
+        summary
+            .records
+            .iter()
+            .filter(|record| table.contains(&record.id))
+            .map(|record| record.id.clone())
+            .collect::<Vec<_>>()
     };
     assert_eq!(shown(&[Class::Misprint, Class::Ours], &[]), ["demo.misprint", "demo.ours"]);
     assert_eq!(shown(&Class::OWN, &[Verdict::Underspecified]), ["demo.outside"]);
 
     let ledger: Json = serde_json::from_slice(&fs::read(out.join("claims.json")).unwrap()).unwrap();
     assert_eq!(ledger[0]["hypotheses"], json!([{"case": "", "hypothesis": "η ≥ 1", "holds": true, "how": "η = 1"}]));
-    assert!(ledger[1]["note"].as_str().unwrap().contains("Not refuted, because the hypothesis \"η ≥ 1\" fails here (η = 0)."));
+    assert!(
+        ledger[1]["note"]
+            .as_str()
+            .unwrap()
+            .contains("Not refuted, because the hypothesis \"η ≥ 1\" fails here (η = 0).")
+    );
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     for part in [
         "data-class=\"misprint\"",
@@ -314,7 +326,8 @@ fn the_readme_counts_right() {
         let row = format!("| {class} | {} | {all} |", each.join(" | "));
         assert!(page.contains(&row), "{row}");
     }
-    let own: usize = papers.iter().flat_map(|paper| &paper.claims).filter(|claim| Class::OWN.contains(&claim.class)).count();
+    let own: usize =
+        papers.iter().flat_map(|paper| &paper.claims).filter(|claim| Class::OWN.contains(&claim.class)).count();
     assert!(page.contains(&format!("{own} claims of the papers' own")), "{own}");
     assert!(page.contains(&format!("{figures} figures")), "{figures}");
 }
@@ -449,13 +462,20 @@ fn the_readings_of_the_papers_come_out_as_the_docs_say() {
         ("kkl.r6", Theorem, Reproduced),
         ("kkl.r9", Theorem, Underspecified),
         ("kkl.r2", Ours, Reproduced),
+        ("kkl.cuk.output-feedback", Ours, Reproduced),
     ] {
         let (paper, claim) = papers
             .iter()
             .find_map(|paper| paper.claims.iter().find(|claim| claim.id == id).map(|claim| (paper, claim)))
             .unwrap_or_else(|| panic!("{id}"));
         let record = claim.examine(paper.key, &context);
-        assert_eq!((record.class, record.verdict), (class, Some(verdict)), "{id}: {} {:?}", record.note, record.computed);
+        assert_eq!(
+            (record.class, record.verdict),
+            (class, Some(verdict)),
+            "{id}: {} {:?}",
+            record.note,
+            record.computed
+        );
         assert_eq!(record.owes(), None, "{id}");
         if verdict == Refuted {
             assert!(record.hypotheses.iter().all(|found| found.holds == Some(true)), "{id}: {:?}", record.hypotheses);

@@ -103,11 +103,20 @@ fn a_counterexample_counts_only_if_it_violates_the_statement() {
 /// A case outside of the theorem's hypotheses is none, however far it violates the conclusion; one valid case among several refutes.
 #[test]
 fn a_counterexample_counts_only_within_the_hypotheses() {
-    let positive = |x: f64| Hypothesis::proof("x > 0", &luenberger_proof::positive_definite(&Matrix::from_rows([[x]])).unwrap());
-    let case = |hypotheses| Counterexample { case: "x".to_owned(), what: "|e| <= 1".to_owned(), violation: 1.0, witness: None, hypotheses };
+    let positive =
+        |x: f64| Hypothesis::proof("x > 0", &luenberger_proof::positive_definite(&Matrix::from_rows([[x]])).unwrap());
+    let case = |hypotheses| Counterexample {
+        case: "x".to_owned(),
+        what: "|e| <= 1".to_owned(),
+        violation: 1.0,
+        witness: None,
+        hypotheses,
+    };
     let open = Hypothesis { holds: None, ..positive(1.0) };
     assert_eq!((positive(1.0).word(), positive(0.0).word(), open.word()), ("holds", "fails", "undecided"));
-    let of = |cases: &[&Hypothesis]| Evidence::Counterexamples(cases.iter().map(|found| case(vec![(*found).clone()])).collect());
+    let of = |cases: &[&Hypothesis]| {
+        Evidence::Counterexamples(cases.iter().map(|found| case(vec![(*found).clone()])).collect())
+    };
     let (holds, fails) = (positive(1.0), positive(0.0));
     assert_eq!(on_truth(&of(&[&holds])).0, Refuted);
     assert_eq!(on_truth(&of(&[&fails])).0, Underspecified);

@@ -190,7 +190,10 @@ fn equilibrium() -> Result<Counterexample, CheckError> {
     let stands_still = rate <= 8.0 * f64::EPSILON * f.norm() * v.norm();
     Ok(Counterexample {
         case: "equilibrium".to_owned(),
-        what: format!("(11): at this v the entries of e' are at most {}, their rounding; the violation is |v|", short(rate)),
+        what: format!(
+            "(11): at this v the entries of e' are at most {}, their rounding; the violation is |v|",
+            short(rate)
+        ),
         violation: if stands_still { v.norm() } else { -rate },
         witness: Some(Value::from(&v)),
         hypotheses: hypotheses()?,

@@ -42,7 +42,9 @@ pub(super) fn claims() -> Vec<Claim> {
             "cubic.noise.example1",
             "beyond the paper: Example 1 under noise",
             "under small noise the cubic observer of Example 1 is as accurate as the linear one, and under large noise it is not (root mean squares of |e| after 10 s, cubic then linear, for noise of ± 0.01, 0.1, 0.5, 1)",
-            &["noise on y uniform, held 10 ms, the same for both; T = 40 s; small is up to ± 0.1, with a loss below 1 %, large is ± 0.5 and more, with a loss above 10 %"],
+            &[
+                "noise on y uniform, held 10 ms, the same for both; T = 40 s; small is up to ± 0.1, with a loss below 1 %, large is ± 0.5 and more, with a loss above 10 %",
+            ],
             example,
         ),
     ]
@@ -59,7 +61,9 @@ fn addition(
     linear.n.fill(0.0);
     let u = DVector::zeros(observer.b.ncols());
     // A plant at rest at 0, whose output is the noise; the error is minus the estimate.
-    let slope = |o: &luenberger_observers::CubicObserver<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>| -o.derivative(0.0, &-e, &u, v);
+    let slope = |o: &luenberger_observers::CubicObserver<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>| {
+        -o.derivative(0.0, &-e, &u, v)
+    };
     let (cubic, linear) = (slope(observer), slope(&linear));
     let pe = p * e;
     (2.0 * pe.dot(&(&cubic - &linear)), 2.0 * pe.norm() * (cubic.norm() + linear.norm()))
@@ -122,7 +126,11 @@ fn example(context: &Context) -> Result<Outcome, CheckError> {
         .iter()
         .map(|run| {
             let of = |name| run.error_trace(name, 1).map(|trace| metrics::settling_last(&trace, 0.5));
-            Ok(format!("{} and {}", of("cubic")?.map_or("never".to_owned(), short), of("linear")?.map_or("never".to_owned(), short)))
+            Ok(format!(
+                "{} and {}",
+                of("cubic")?.map_or("never".to_owned(), short),
+                of("linear")?.map_or("never".to_owned(), short)
+            ))
         })
         .collect::<Result<_, CheckError>>()?;
     Ok(Outcome::new(Evidence::holds_by(loss[..2].iter().all(|loss| loss.abs() < 0.01) && loss[2..].iter().all(|loss| *loss > 0.1), sizes)).note(format!(

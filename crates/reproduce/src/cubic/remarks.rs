@@ -149,9 +149,8 @@ fn zubov(_: &Context) -> Result<Outcome, CheckError> {
         }
     }
     // Products of up to five terms, and N that meets P N = -C'S to the rounding of a solve.
-    Ok(Outcome::new(Evidence::holds_by(holds && largest < 1e-12, largest)).note(seeded(
-        "h ≥ e'Qe > 0. It proves what V proves, no more and no less: 1 - V_CZ = exp(-V).",
-    )))
+    Ok(Outcome::new(Evidence::holds_by(holds && largest < 1e-12, largest))
+        .note(seeded("h ≥ e'Qe > 0. It proves what V proves, no more and no less: 1 - V_CZ = exp(-V).")))
 }
 
 fn footnote(_: &Context) -> Result<Outcome, CheckError> {
@@ -189,13 +188,18 @@ fn inequality(_: &Context) -> Result<Outcome, CheckError> {
         let (n, m) = o.b.shape();
         let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m))?.k;
         let (closed, error, coupling) = (&o.a - &o.b * &k, design.error_matrix(), &o.b * &k);
-        for (closed, error, feasible) in [(&closed, &error, true), (&-&closed, &error, false), (&closed, &-&error, false)] {
+        for (closed, error, feasible) in
+            [(&closed, &error, true), (&-&closed, &error, false), (&closed, &-&error, false)]
+        {
             let mut lmi = Problem::new();
             let (p1, p) = (lmi.symmetric("P1", n), lmi.symmetric("P", n));
             lmi.constrain("P1 > 0", &p1 >> 0.0);
             lmi.constrain("P > 0", &p >> 0.0);
             let across = &p1 * &coupling;
-            lmi.constrain("(25)", block!([he(&p1 * closed), across.clone()], [across.transpose(), he(&p * error)]) << 0.0);
+            lmi.constrain(
+                "(25)",
+                block!([he(&p1 * closed), across.clone()], [across.transpose(), he(&p * error)]) << 0.0,
+            );
             let solution = lmi.solve()?;
             let verdict = if solution.verdict.is_proved() {
                 least = least.min(solution.verdict.margin().unwrap_or(f64::NAN));

@@ -155,7 +155,8 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
 fn equality(_: &Context) -> Result<Outcome, CheckError> {
     let [a, c, p, theta] =
         [-DMatrix::identity(2, 2), DMatrix::identity(2, 2), DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]];
-    let (l, n, q) = (DMatrix::<f64>::zeros(2, 2), -DMatrix::<f64>::identity(2, 2), DMatrix::<f64>::identity(2, 2) * 2.0);
+    let (l, n, q) =
+        (DMatrix::<f64>::zeros(2, 2), -DMatrix::<f64>::identity(2, 2), DMatrix::<f64>::identity(2, 2) * 2.0);
     // Small integers: no product below is rounded.
     let f = &a - &l * &c;
     let cubic_form = &p * &n * &c + c.transpose() * n.transpose() * &p;
@@ -167,7 +168,11 @@ fn equality(_: &Context) -> Result<Outcome, CheckError> {
         hypotheses::positive("(12), Q > 0", &q)?,
         hypotheses::positive("(13), as printed: -(P N C + C'N'P) > 0", &-&cubic_form)?,
         hypotheses::nonnegative("θ = θ' ≥ 0, C'θC ≥ 0", &(c.transpose() * &theta * &c))?,
-        Hypothesis::computed("(11)", true, "follows from (12) and (13): at an equilibrium v ≠ 0 of (7) V' would be 0, and it is at most -v'Qv"),
+        Hypothesis::computed(
+            "(11)",
+            true,
+            "follows from (12) and (13): at an equilibrium v ≠ 0 of (7) V' would be 0, and it is at most -v'Qv",
+        ),
         hypotheses::nonnegative("(23) with ε_max = 1: Q - 2 ε_max P ≥ 0", &(&q - &p * (2.0 * eps)))?,
     ];
     let at_bound = DynamicPlant::new(&a + DMatrix::identity(2, 2) * eps, DMatrix::zeros(2, 0), c)?;
@@ -232,7 +237,6 @@ fn tight(_: &Context) -> Result<Outcome, CheckError> {
     // With P fixed: proved just below the bound, refuted just above it.
     let is_tight = at(bound * (1.0 - 1e-9))?.is_proved() && at(bound * (1.0 + 1e-9))?.is_refuted();
     let free = fixed_gain_margin(&example1::plant(), &design.observer.l, &design.observer.n, 1e-4)?.margin;
-    Ok(Outcome::new(Evidence::holds_by(is_tight && free > bound, [bound, free])).note(format!(
-        "Proved below the first and refuted above it, to 1e-9, for this P and Q = ρ I. {FORCING}"
-    )))
+    Ok(Outcome::new(Evidence::holds_by(is_tight && free > bound, [bound, free]))
+        .note(format!("Proved below the first and refuted above it, to 1e-9, for this P and Q = ρ I. {FORCING}")))
 }

@@ -60,7 +60,10 @@ pub(super) fn claims() -> Vec<Claim> {
             &[PLANT, EXCITED, STARTED, "Γ = 2 I"],
             error_equation,
         )
-        .quoting("θ̃' = Γ ψ̂ ψ̂ᵀ θ̃", "θ̃ = θ̂ - θ or θ - θ̂, along the estimator (47): a sign apart, and either way a minus is missing"),
+        .quoting(
+            "θ̃' = Γ ψ̂ ψ̂ᵀ θ̃",
+            "θ̃ = θ̂ - θ or θ - θ̂, along the estimator (47): a sign apart, and either way a minus is missing",
+        ),
         Claim::holds(
             Class::Theorem,
             "kkl.prop7.drem",

@@ -18,8 +18,10 @@ use crate::context::Context;
 use crate::evidence::{Evidence, Hypothesis};
 use crate::value::{Value, short};
 
-const OSCILLATOR: &str = "van der Pol's oscillator, μ = 1, y = x1, from (2, 0); φ_i = λ_i x1 + x2 - μ(x1 - x1³/3), Λ = diag(-1, -2)";
-const CONVERTER: &str = "the Cuk converter of section V.C with the observer of Table I, corrected; 1.2 s, six set-points";
+const OSCILLATOR: &str =
+    "van der Pol's oscillator, μ = 1, y = x1, from (2, 0); φ_i = λ_i x1 + x2 - μ(x1 - x1³/3), Λ = diag(-1, -2)";
+const CONVERTER: &str =
+    "the Cuk converter of section V.C with the observer of Table I, corrected; 1.2 s, six set-points";
 const LAMBDA: [f64; 2] = [-1.0, -2.0];
 const MU: f64 = 1.0;
 const END: f64 = 20.0;
@@ -176,7 +178,8 @@ impl KklMap<f64> for Turned {
 
 /// Points of |x_i| <= 2, and of as many more numbers.
 fn grid() -> impl Iterator<Item = [f64; 4]> {
-    (0..9_usize.pow(4)).map(|index| std::array::from_fn(|axis| -2.0 + 0.5 * (index / 9_usize.pow(axis as u32) % 9) as f64))
+    (0..9_usize.pow(4))
+        .map(|index| std::array::from_fn(|axis| -2.0 + 0.5 * (index / 9_usize.pow(axis as u32) % 9) as f64))
 }
 
 fn oscillate(p: Matrix2<f64>) -> Result<Trajectory, CheckError> {
@@ -201,9 +204,17 @@ fn assumption_1(p: &Matrix2<f64>) -> Vec<Hypothesis> {
         back = back.max((inverse(&(p * image)) - x).amax());
     }
     vec![
-        Hypothesis::computed("(i) the PDE (4)", residual <= ROUNDING, format!("residual {} on |x_i| ≤ 2", short(residual))),
+        Hypothesis::computed(
+            "(i) the PDE (4)",
+            residual <= ROUNDING,
+            format!("residual {} on |x_i| ≤ 2", short(residual)),
+        ),
         Hypothesis::computed("(ii) φᴸ(φ(x), h(x)) = x", back <= ROUNDING, format!("to {} there", short(back))),
-        Hypothesis::computed("λ_i < 0, n_ξ ≥ n - p", LAMBDA.iter().all(|lambda| *lambda < 0.0), "Λ = diag(-1, -2), 2 ≥ 1"),
+        Hypothesis::computed(
+            "λ_i < 0, n_ξ ≥ n - p",
+            LAMBDA.iter().all(|lambda| *lambda < 0.0),
+            "Λ = diag(-1, -2), 2 ≥ 1",
+        ),
     ]
 }
 
@@ -222,7 +233,8 @@ fn proposition_1(_: &Context) -> Result<Outcome, CheckError> {
     }
     let left = found.error.row(found.error.nrows() - 1).norm();
     // A thousand times the tolerance of the run; e^-20 of a start of 2, through a left inverse of slope below 10.
-    Ok(Outcome::new(Evidence::holds_by(apart <= 1e-9 && left <= 1e-7, [apart, left])).given(assumption_1(&Matrix2::identity())))
+    Ok(Outcome::new(Evidence::holds_by(apart <= 1e-9 && left <= 1e-7, [apart, left]))
+        .given(assumption_1(&Matrix2::identity())))
 }
 
 fn remark_5(_: &Context) -> Result<Outcome, CheckError> {
@@ -284,10 +296,26 @@ fn estimated(context: &Context, name: &str) -> Result<Outcome, CheckError> {
     let gone = converter::gone(&run, name)?;
     // The rounding of ten operations on terms of size 1e5, relative; and the tolerance of the run at each of some 1e5 steps.
     let hypotheses = vec![
-        Hypothesis::computed("(i) the PDE (4)", pde <= 64.0 * f64::EPSILON, format!("relative residual {}", short(pde))),
-        Hypothesis::computed("(ii) φᴸ(φ(x), h(x)) = x", back <= 64.0 * f64::EPSILON * 20.0, format!("to {}", short(back))),
-        Hypothesis::computed("θ = φ(x) - ξ is constant", moved <= 1e-6, format!("along the run it moves by {} of ξ", short(moved))),
-        Hypothesis::computed("the estimator is bounded", largest.is_finite(), format!("no entry of its state exceeds {}", short(largest))),
+        Hypothesis::computed(
+            "(i) the PDE (4)",
+            pde <= 64.0 * f64::EPSILON,
+            format!("relative residual {}", short(pde)),
+        ),
+        Hypothesis::computed(
+            "(ii) φᴸ(φ(x), h(x)) = x",
+            back <= 64.0 * f64::EPSILON * 20.0,
+            format!("to {}", short(back)),
+        ),
+        Hypothesis::computed(
+            "θ = φ(x) - ξ is constant",
+            moved <= 1e-6,
+            format!("along the run it moves by {} of ξ", short(moved)),
+        ),
+        Hypothesis::computed(
+            "the estimator is bounded",
+            largest.is_finite(),
+            format!("no entry of its state exceeds {}", short(largest)),
+        ),
     ];
     Ok(Outcome::new(Evidence::holds_by(gone.is_finite(), gone))
         .note("x̂ - x is θ̂ - θ in the entries that are estimated as parameters: that the estimator is consistent is what the run shows.")
@@ -302,7 +330,8 @@ fn proposition_4(context: &Context) -> Result<Outcome, CheckError> {
     let observer = cuk::immersion_invariance(plant, &tuning)?;
     let mut largest = 0.0_f64;
     for [a, b, c, d] in grid() {
-        let (u, x) = (Vector1::new(0.5 + 0.2 * (a + c) / 4.0), Vector4::new(0.2 * a, 17.0 + 2.0 * b, 0.2 * c, -10.0 + 2.0 * d));
+        let (u, x) =
+            (Vector1::new(0.5 + 0.2 * (a + c) / 4.0), Vector4::new(0.2 * a, 17.0 + 2.0 * b, 0.2 * c, -10.0 + 2.0 * d));
         let (y, chi) = (Vector2::new(x[1], x[2]), Vector2::new(0.3 * b, -9.0 + d));
         let (f, slope) = (plant.derivative(0.0, &x, &u), observer.derivative(0.0, &chi, &u, &y));
         let off = observer.estimate(0.0, &chi, &u, &y) - Vector2::new(x[0], x[3]);
@@ -320,7 +349,10 @@ fn proposition_4(context: &Context) -> Result<Outcome, CheckError> {
         Hypothesis::computed(
             "A5 (16) is asymptotically stable",
             largest <= 256.0 * f64::EPSILON,
-            format!("(16) is d_M' = -diag(γ1 w, G/C4 + γ2) d_M, to {} of the size of its terms, with 0 < w < 1", short(largest)),
+            format!(
+                "(16) is d_M' = -diag(γ1 w, G/C4 + γ2) d_M, to {} of the size of its terms, with 0 < w < 1",
+                short(largest)
+            ),
         ),
     ]))
 }

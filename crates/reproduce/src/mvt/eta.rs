@@ -15,24 +15,23 @@ use crate::value::short;
 const ETAS: [f64; 8] = [0.6, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
 pub(super) fn claims() -> Vec<Claim> {
-    vec![
-        Claim::holds(
-            Class::Ours,
-            "mvt.raising-eta",
-            "beyond the paper: Theorem 1, (5)",
-            "from η = 1 to η = 2 the internal error falls faster, and what was not told falls more slowly (rates of x - x̂ - e from e01 for η = 1 and 2: Example 1, then Example 2)",
-            &[
-                "the paper asks for η ≥ 1, takes 1, and says nothing of what more of it does",
-                super::example2::PLANT,
-                "mean rates of x - x̂ - e over 50 s in Example 1 and over 20 s in Example 2; of e over the first 2 s and 30 ms",
-            ],
-            |context| {
-                let rates = rates(context)?;
-                let at = |eta: f64| rates.iter().find(|rates| rates.eta.total_cmp(&eta).is_eq()).ok_or("no such η");
-                let (one, two) = (at(1.0)?, at(2.0)?);
-                let internal = two.internal > one.internal && two.internal_joint > one.internal_joint;
-                let slower = two.error < one.error && two.joint < one.joint;
-                Ok(Outcome::new(Evidence::holds_by(
+    vec![Claim::holds(
+        Class::Ours,
+        "mvt.raising-eta",
+        "beyond the paper: Theorem 1, (5)",
+        "from η = 1 to η = 2 the internal error falls faster, and what was not told falls more slowly (rates of x - x̂ - e from e01 for η = 1 and 2: Example 1, then Example 2)",
+        &[
+            "the paper asks for η ≥ 1, takes 1, and says nothing of what more of it does",
+            super::example2::PLANT,
+            "mean rates of x - x̂ - e over 50 s in Example 1 and over 20 s in Example 2; of e over the first 2 s and 30 ms",
+        ],
+        |context| {
+            let rates = rates(context)?;
+            let at = |eta: f64| rates.iter().find(|rates| rates.eta.total_cmp(&eta).is_eq()).ok_or("no such η");
+            let (one, two) = (at(1.0)?, at(2.0)?);
+            let internal = two.internal > one.internal && two.internal_joint > one.internal_joint;
+            let slower = two.error < one.error && two.joint < one.joint;
+            Ok(Outcome::new(Evidence::holds_by(
                     internal && slower,
                     [one.error, two.error, one.joint, two.joint],
                 ))
@@ -46,9 +45,8 @@ pub(super) fn claims() -> Vec<Claim> {
                     short(-one.printed),
                     short(-two.printed)
                 )))
-            },
-        ),
-    ]
+        },
+    )]
 }
 
 /// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, what was not told: it outlives e, so that x - xhat goes at its rate.

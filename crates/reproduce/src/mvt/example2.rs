@@ -158,11 +158,15 @@ pub(super) fn claims() -> Vec<Claim> {
 /// With 3.33 of the sine in A: how far the link goes.
 fn a44(_: &Context) -> Result<Outcome, CheckError> {
     let largest = |plant: FlexibleJoint<3>| -> Result<f64, CheckError> {
-        let run =
-            Scenario::new(plant).initial_state(System::Printed.start().x).input(Signal::scalar(f64::sin)).until(4.0, 401).run()?;
+        let run = Scenario::new(plant)
+            .initial_state(System::Printed.start().x)
+            .input(Signal::scalar(f64::sin))
+            .until(4.0, 401)
+            .run()?;
         Ok(run.x.amax())
     };
-    let abscissa = |plant: FlexibleJoint<3>| spectral_abscissa(&DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice()));
+    let abscissa =
+        |plant: FlexibleJoint<3>| spectral_abscissa(&DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice()));
     let (printed, corrected) = (flexible_joint::printed(), flexible_joint::corrected());
     let [with, without] = [largest(printed)?, largest(corrected)?];
     Ok(Outcome::new(Evidence::holds_by(with < 100.0, [with, without])).note(format!(

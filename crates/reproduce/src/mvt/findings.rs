@@ -9,10 +9,7 @@ pub(super) fn findings() -> Vec<Finding> {
             statement: "That the internal error e vanishes does not bring x̂ to x. With z = x̂ + e the observer says z' = f(z, u) + [G_m; 0](y - Cz): x - z is injected into the measured rows \
                         only, and nothing makes it vanish. Five plants show it, with every hypothesis evaluated: one is stable, and the gain makes its error grow; on that of Example 1 two starts have the same \
                         output, so that no observer converges from everywhere. In coordinates whose unmeasured block contracts the theorem is true.",
-            claims: &[
-                "mvt.thm1.as-stated",
-                "mvt.eq7",
-            ],
+            claims: &["mvt.thm1.as-stated", "mvt.eq7"],
         },
         Finding {
             title: "In the examples it converges, at the pace of what it was not told",

@@ -112,7 +112,8 @@ fn same_information(context: &Context) -> Result<Outcome, CheckError> {
     let mut decided = [-1.0; 2];
     for system in System::JOINTS {
         let runs = joint(context, system)?;
-        for (k, (table, noise)) in [(&runs.clean, "without noise"), (&runs.noisy, "with noise")].into_iter().enumerate() {
+        for (k, (table, noise)) in [(&runs.clean, "without noise"), (&runs.noisy, "with noise")].into_iter().enumerate()
+        {
             let mut rows = Vec::new();
             for row in &table.rows {
                 let settled = row.outcome.as_ref().ok().and_then(|merits| merits.settling_last);

@@ -100,8 +100,11 @@ where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone,
 {
     let times = (0..=SAMPLES).map(|k| end * f64::from(k) / f64::from(SAMPLES)).collect();
-    let run = Experiment { eta: 1.0, e0: &e0, mean: Theorem::Beta, l: None, times, rtol: 1e-11 }
-        .from(plant.clone(), &x, &xhat)?;
+    let run = Experiment { eta: 1.0, e0: &e0, mean: Theorem::Beta, l: None, times, rtol: 1e-11 }.from(
+        plant.clone(),
+        &x,
+        &xhat,
+    )?;
     along(plant, run)
 }
 
@@ -118,7 +121,11 @@ where
     let (solved, residual) = beta_solves(run);
     vec![
         Hypothesis::computed("C = [I_m 0], rank C = m", first, "by its columns, without rounding"),
-        Hypothesis::computed("η ≥ 1, G by (5), (6)", true, "η = 1; G is formed from D by (5), (6), in the observer and for (4)"),
+        Hypothesis::computed(
+            "η ≥ 1, G by (5), (6)",
+            true,
+            "η = 1; G is formed from D by (5), (6), in the observer and for (4)",
+        ),
         Hypothesis::computed(
             "β_i in [0, 1] with X(β) = 0 (11)",
             solved,
@@ -171,10 +178,17 @@ impl Missed {
         let mut hypotheses = common(plant, run);
         hypotheses.push(hypotheses::differentiable(plant, &region));
         let found = condition_4(&enclose(plant, &region)?.a, 1.0)?;
-        hypotheses.push(Hypothesis::proof(CONDITION_4, &found).only(&format!(
-            "along the run only: for every D on the box {} that holds its segments",
-            region.states().iter().map(|(low, high)| format!("[{}, {}]", short(*low), short(*high))).collect::<Vec<_>>().join(" x ")
-        )));
+        hypotheses.push(
+            Hypothesis::proof(CONDITION_4, &found).only(&format!(
+                "along the run only: for every D on the box {} that holds its segments",
+                region
+                    .states()
+                    .iter()
+                    .map(|(low, high)| format!("[{}, {}]", short(*low), short(*high)))
+                    .collect::<Vec<_>>()
+                    .join(" x ")
+            )),
+        );
         self.of(run, hypotheses)
     }
 }
@@ -184,10 +198,10 @@ const CONDITION_4: &str = "(4), as D + D' - 2G < 0";
 /// The box that holds x̂ and x̂ + e at these samples.
 fn segments<const N: usize>(run: &Run, samples: std::ops::Range<usize>) -> Result<Vec<(f64, f64)>, CheckError> {
     let state = &run.trajectory.observer(OBSERVER)?.state;
-    let ends = |i: usize| {
-        samples.clone().flat_map(move |k| [state[(k, i)], state[(k, i)] + state[(k, N + i)]])
-    };
-    Ok((0..N).map(|i| ends(i).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))).collect())
+    let ends = |i: usize| samples.clone().flat_map(move |k| [state[(k, i)], state[(k, i)] + state[(k, N + i)]]);
+    Ok((0..N)
+        .map(|i| ends(i).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x))))
+        .collect())
 }
 
 fn as_stated(_: &Context) -> Result<Outcome, CheckError> {
