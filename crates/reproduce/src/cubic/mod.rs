@@ -6,7 +6,9 @@ mod example1;
 mod example2;
 mod example3;
 mod findings;
+mod noise;
 mod random;
+mod remarks;
 mod robustness;
 mod theorems;
 
@@ -22,9 +24,17 @@ pub(crate) fn paper() -> Paper {
         key: "cubic",
         title: "Luenberger-type cubic observers for state estimation of linear systems",
         citation: "M. M. Share Pasand",
-        claims: [example1::claims(), example2::claims(), example3::claims(), theorems::claims(), robustness::claims()]
-            .concat(),
-        figures: [example1::figures(), example2::figures(), example3::figures()].concat(),
+        claims: [
+            example1::claims(),
+            example2::claims(),
+            example3::claims(),
+            theorems::claims(),
+            remarks::claims(),
+            robustness::claims(),
+            noise::claims(),
+        ]
+        .concat(),
+        figures: [example1::figures(), example2::figures(), example3::figures(), noise::figures()].concat(),
         datasets: Vec::new(),
         findings: findings::findings(),
     }
