@@ -178,8 +178,7 @@ impl Missed {
         let mut hypotheses = common(plant, run);
         hypotheses.push(hypotheses::differentiable(plant, &region));
         let found = condition_4(&enclose(plant, &region)?.a, 1.0)?;
-        hypotheses.push(
-            Hypothesis::proof(CONDITION_4, &found).only(&format!(
+        hypotheses.push(Hypothesis::proof(CONDITION_4, &found).only(&format!(
                 "along the run only: for every D on the box {} that holds its segments",
                 region
                     .states()
@@ -187,8 +186,7 @@ impl Missed {
                     .map(|(low, high)| format!("[{}, {}]", short(*low), short(*high)))
                     .collect::<Vec<_>>()
                     .join(" x ")
-            )),
-        );
+            )));
         self.of(run, hypotheses)
     }
 }
