@@ -126,8 +126,8 @@ fn a_counterexample_counts_only_within_the_hypotheses() {
     // The same for other evidence, whichever way it decides.
     for (truth, verdict) in [(false, Refuted), (true, Reproduced)] {
         let judged = || judge(&Printed::Holds(true), Tolerance::AsPrinted, &Evidence::holds(truth)).unwrap();
-        assert_eq!(judged().under(&[holds.clone()]).verdict, verdict);
-        assert_eq!(judged().under(&[fails.clone()]).verdict, Underspecified);
+        assert_eq!(judged().under(std::slice::from_ref(&holds)).verdict, verdict);
+        assert_eq!(judged().under(std::slice::from_ref(&fails)).verdict, Underspecified);
         assert_eq!(judged().under(&[holds.clone(), open.clone()]).verdict, Underspecified);
     }
 }

@@ -55,12 +55,12 @@ struct Integration {
 }
 
 impl Integration {
-    fn seen(self, y: &Vector1<f64>) -> f64 {
+    fn seen(self, y: Vector1<f64>) -> f64 {
         y[0] + self.bias
     }
 
     /// m(y) of what it sees.
-    fn cubic(self, y: &Vector1<f64>) -> f64 {
+    fn cubic(self, y: Vector1<f64>) -> f64 {
         let y = self.seen(y);
         MU * (y - y * y * y / 3.0)
     }
@@ -81,15 +81,15 @@ impl KklMap<f64> for Integration {
     }
 
     fn injection(&self, _t: f64, _xi: &Vector1<f64>, _u: &SVector<f64, 0>, y: &Vector1<f64>) -> Vector1<f64> {
-        Vector1::new(-self.seen(y))
+        Vector1::new(-self.seen(*y))
     }
 
     fn left_inverse(&self, _t: f64, xi: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
-        xi.add_scalar(self.cubic(y))
+        xi.add_scalar(self.cubic(*y))
     }
 
     fn image(&self, _t: f64, xhat: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
-        xhat.add_scalar(-self.cubic(y))
+        xhat.add_scalar(-self.cubic(*y))
     }
 }
 
@@ -102,11 +102,11 @@ impl Regression<f64> for Integration {
     }
 
     fn signal(&self, _t: f64, y: &Vector1<f64>) -> Vector1<f64> {
-        Vector1::new(self.seen(y))
+        Vector1::new(self.seen(*y))
     }
 
     fn known(&self, _t: f64, xi: &Vector1<f64>, _u: &SVector<f64, 0>, y: &Vector1<f64>) -> Vector1<f64> {
-        xi.add_scalar(self.cubic(y))
+        xi.add_scalar(self.cubic(*y))
     }
 
     fn regressor(&self, _t: f64, _xi: &Vector1<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Matrix1<f64> {
