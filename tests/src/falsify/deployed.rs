@@ -77,7 +77,9 @@ impl Target {
                 let (a, b) = (a as f32, b as f32);
                 if fused { a.mul_add(b, sum) } else { sum + a * b }
             }) as f64,
-            Format::Binary64 => terms.iter().fold(start, |sum, &(a, b)| if fused { a.mul_add(b, sum) } else { sum + a * b }),
+            Format::Binary64 => {
+                terms.iter().fold(start, |sum, &(a, b)| if fused { a.mul_add(b, sum) } else { sum + a * b })
+            }
             Format::Fixed { integer, fraction } => {
                 let whole = |x: f64| (x * 2.0_f64.powi(fraction)) as i128;
                 let nearest = |x: i128| {
@@ -113,8 +115,10 @@ impl Target {
             .iter()
             .enumerate()
             .map(|(i, start)| {
-                let terms: Vec<(f64, f64)> =
-                    parts.iter().flat_map(|(m, sign, x)| x.iter().enumerate().map(move |(j, x)| (sign * m[(i, j)], *x))).collect();
+                let terms: Vec<(f64, f64)> = parts
+                    .iter()
+                    .flat_map(|(m, sign, x)| x.iter().enumerate().map(move |(j, x)| (sign * m[(i, j)], *x)))
+                    .collect();
                 self.dot(*start, &terms)
             })
             .collect()
@@ -184,7 +188,10 @@ enum Step {
     Cubic64(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
 }
 
-fn cubic<T: RealField + Copy>(stored: &Value, convert: impl Fn(f64) -> T) -> Option<SampledCubicObserver<T, Dyn, Dyn, Dyn>> {
+fn cubic<T: RealField + Copy>(
+    stored: &Value,
+    convert: impl Fn(f64) -> T,
+) -> Option<SampledCubicObserver<T, Dyn, Dyn, Dyn>> {
     let read = |name: &str| float_matrix(&stored[name]).map(&convert);
     let a = read("A");
     let b = if a.nrows() > 0 && stored["B"][0].as_array().is_some_and(Vec::is_empty) {
@@ -193,7 +200,8 @@ fn cubic<T: RealField + Copy>(stored: &Value, convert: impl Fn(f64) -> T) -> Opt
         read("B")
     };
     let scalar = |name: &str| Some(convert(float(stored[name].as_str()?)?));
-    SampledCubicObserver::new(a, b, read("C"), read("L"), read("N"), read("theta"), scalar("w")?, scalar("period")?).ok()
+    SampledCubicObserver::new(a, b, read("C"), read("L"), read("N"), read("theta"), scalar("w")?, scalar("period")?)
+        .ok()
 }
 
 fn stepped<T: RealField + Copy>(
@@ -220,7 +228,8 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
     ensure(p.is_positive(), || "false: P > 0".to_owned())?;
     // What is stored.
     let read = |name: &str| float_matrix(&stored[name]);
-    let itself = |name: &str, random: &mut Random| all_nearest(holds, &read(name), &matrix(&stored[name], random), name);
+    let itself =
+        |name: &str, random: &mut Random| all_nearest(holds, &read(name), &matrix(&stored[name], random), name);
     itself("L", random)?;
     if inputs > 0 {
         all_nearest(holds, &read("B"), &matrix(&plant["B"], random), "B")?;
@@ -233,7 +242,9 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
         all_nearest(holds, &read("C"), &c, "C")?;
         matrix(&stored["A"], random).minus(&l.times(&matrix(&stored["C"], random)))
     };
-    ensure(f.is_schur() && p.minus(&f.congruent(&p)).is_positive(), || "the stored observer does not contract".to_owned())?;
+    ensure(f.is_schur() && p.minus(&f.congruent(&p)).is_positive(), || {
+        "the stored observer does not contract".to_owned()
+    })?;
     let (a, c) = (float_matrix(&plant["A"]), float_matrix(&plant["C"]));
     let b = if inputs == 0 { DMatrix::zeros(n, 0) } else { float_matrix(&plant["B"]) };
     let mut observer = match step {
@@ -242,9 +253,12 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
         _ => {
             itself("N", random)?;
             itself("theta", random)?;
-            let (w, h) = (float(stored["w"].as_str().unwrap_or_default()), float(stored["period"].as_str().unwrap_or_default()));
+            let (w, h) =
+                (float(stored["w"].as_str().unwrap_or_default()), float(stored["period"].as_str().unwrap_or_default()));
             let (w, h) = (w.ok_or("no w")?, h.ok_or("no period")?);
-            ensure(w > 0.0 && h > 0.0 && holds.round(w) == w && holds.round(h) == h, || "w and h of the format".to_owned())?;
+            ensure(w > 0.0 && h > 0.0 && holds.round(w) == w && holds.round(h) == h, || {
+                "w and h of the format".to_owned()
+            })?;
             let [a, c, n] = ["A", "C", "N"].map(|name| matrix(&stored[name], random));
             sampled_falls(&a, &c, &l, &n, &Exact::number(w), &p)?;
             match runs {
@@ -291,10 +305,16 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
         ensure(energy <= start + 1e-12 * scale, || format!("sqrt(e'Pe) = {energy:e} above {start:e} at step {k}"))?;
         // The limit is that of all times: what the first error has left of itself is counted apart. For the cubic observer the map is another one while the error is large.
         if k > STEPS / 2 && !matches!(observer, Step::Cubic32(_) | Step::Cubic64(_)) || k + 1 == STEPS {
-            let left = transient.abs().row_iter().map(|row| row.iter().zip(errors).map(|(f, e)| f * e).sum::<f64>()).collect::<Vec<_>>();
+            let left = transient
+                .abs()
+                .row_iter()
+                .map(|row| row.iter().zip(errors).map(|(f, e)| f * e).sum::<f64>())
+                .collect::<Vec<_>>();
             let small = left.iter().zip(&limits).all(|(left, limit)| *left <= 1e-9 * limit);
             for (i, limit) in limits.iter().enumerate().filter(|_| small) {
-                ensure(e[i].abs() <= limit * (1.0 + 1e-6), || format!("|e_{}| = {:e} above {limit:e} at step {k}", i + 1, e[i].abs()))?;
+                ensure(e[i].abs() <= limit * (1.0 + 1e-6), || {
+                    format!("|e_{}| = {:e} above {limit:e} at step {k}", i + 1, e[i].abs())
+                })?;
             }
         }
         transient = &transient * &float_f;
@@ -304,7 +324,11 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
             let u: Vec<f64> = input_bounds
                 .iter()
                 .map(|bound| {
-                    let wished = if attempt == 3 { 0.0 } else { bound * if random.once_in(3) { random.unit() } else { random.sign() } };
+                    let wished = if attempt == 3 {
+                        0.0
+                    } else {
+                        bound * if random.once_in(3) { random.unit() } else { random.sign() }
+                    };
                     let rounded = runs.round(wished);
                     if rounded.abs() <= *bound { rounded } else { 0.0 }
                 })

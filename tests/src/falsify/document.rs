@@ -84,7 +84,8 @@ pub(super) fn matrix(value: &Value, random: &mut Random) -> Exact {
 pub(super) fn matrix_with_columns(value: &Value, columns: usize, random: &mut Random) -> Exact {
     let rows = value.as_array().expect("a matrix");
     let columns = rows.first().map_or(columns, |row| row.as_array().expect("a row").len());
-    let entries: Vec<Exact> = rows.iter().flat_map(|row| row.as_array().expect("a row")).map(|x| drawn(x, random)).collect();
+    let entries: Vec<Exact> =
+        rows.iter().flat_map(|row| row.as_array().expect("a row")).map(|x| drawn(x, random)).collect();
     Exact::from_numbers(rows.len(), columns, &entries)
 }
 

@@ -102,7 +102,6 @@ impl Exact {
         Self::rational(self.entries[i * self.cols + j].clone(), self.exponent, self.denominator.clone())
     }
 
-
     /// The sign of the only entry.
     pub(super) fn sign(&self) -> i32 {
         assert_eq!(self.entries.len(), 1);
@@ -140,7 +139,8 @@ impl Exact {
         let mut entries = Vec::with_capacity(self.rows * other.cols);
         for i in 0..self.rows {
             for j in 0..other.cols {
-                let terms = (0..self.cols).map(|k| &self.entries[i * self.cols + k] * &other.entries[k * other.cols + j]);
+                let terms =
+                    (0..self.cols).map(|k| &self.entries[i * self.cols + k] * &other.entries[k * other.cols + j]);
                 entries.push(terms.sum());
             }
         }
@@ -263,12 +263,8 @@ impl Exact {
         } else {
             down = shifted(&down, -self.exponent);
         }
-        let coefficients: Vec<IBig> = self
-            .polynomial()
-            .iter()
-            .enumerate()
-            .map(|(k, c)| c * up.pow(k) * down.pow(n - k))
-            .collect();
+        let coefficients: Vec<IBig> =
+            self.polynomial().iter().enumerate().map(|(k, c)| c * up.pow(k) * down.pow(n - k)).collect();
         let mut transformed = vec![IBig::ZERO; n + 1];
         for (k, c) in coefficients.iter().enumerate() {
             // c z^(n-k) becomes c (1 + s)^(n-k) (1 - s)^k, coefficients of falling powers.

@@ -51,9 +51,11 @@ pub fn kinds() -> &'static [&'static str] {
 /// # Panics
 /// For a theorem that the table does not have: it needs a generator and an adversary.
 fn of_kind<T: Copy>(table: &[(&str, T)], kind: &str) -> T {
-    table.iter().find(|(name, _)| *name == kind).map(|(_, found)| *found).unwrap_or_else(|| {
-        panic!("the theorem {kind} has no generator in seeds.rs, or no adversary in adversary.rs")
-    })
+    table
+        .iter()
+        .find(|(name, _)| *name == kind)
+        .map(|(_, found)| *found)
+        .unwrap_or_else(|| panic!("the theorem {kind} has no generator in seeds.rs, or no adversary in adversary.rs"))
 }
 
 /// At least this many mutants of certificates of one theorem.

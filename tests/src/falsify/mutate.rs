@@ -192,7 +192,15 @@ fn matrix(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
         (0..height).map(|i| (0..width).map(|j| rows[row(i)][col(j)].clone()).collect()).collect()
     };
     let (from, to) = (random.below(height.max(width)), random.below(height.max(width)));
-    let swap = |k: usize| if k == from { to } else if k == to { from } else { k };
+    let swap = |k: usize| {
+        if k == from {
+            to
+        } else if k == to {
+            from
+        } else {
+            k
+        }
+    };
     let same = |k: usize| k;
     let row_of = |k: usize| swap(k).min(height - 1);
     let col_of = |k: usize| swap(k).min(width - 1);
@@ -264,7 +272,8 @@ fn word(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
     places.extend(map.numbers.iter().filter(|path| path.ends_with("converges_from")));
     let path = *pick(&places, random)?;
     let found = document.pointer(path)?.as_str()?;
-    let family = if path.ends_with("converges_from") { WORDS.get(5) } else { WORDS.iter().find(|words| words.contains(&found)) };
+    let family =
+        if path.ends_with("converges_from") { WORDS.get(5) } else { WORDS.iter().find(|words| words.contains(&found)) };
     let next = pick(family?, random)?;
     *document.pointer_mut(path)? = Value::String((*next).to_owned());
     Some(())

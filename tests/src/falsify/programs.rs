@@ -63,7 +63,11 @@ pub(super) fn refuted(document: &Value, random: &mut Random) -> Found {
     for _ in 0..12 {
         let size = 2.0_f64.powi(random.integer(-20, 20));
         let x: Vec<Exact> = (0..unknowns)
-            .map(|_| Exact::number(size * [random.unit(), random.sign(), 0.0, f64::from(random.integer(-3, 3))][random.below(4)]))
+            .map(|_| {
+                Exact::number(
+                    size * [random.unit(), random.sign(), 0.0, f64::from(random.integer(-3, 3))][random.below(4)],
+                )
+            })
             .collect();
         let feasible = constraints.iter().all(|matrices| is_satisfied(&combined(matrices, &x), strict));
         ensure(!feasible, || format!("a feasible point: {x:?}"))?;
@@ -172,7 +176,9 @@ impl Program {
         let unknowns = self.costs.len();
         let mut best = vec![0.0; unknowns];
         for x in starts {
-            if self.slack(&x) > self.slack(&best) || (self.slack(&x) >= 0.0 && self.guide_cost(&x) < self.guide_cost(&best)) {
+            if self.slack(&x) > self.slack(&best)
+                || (self.slack(&x) >= 0.0 && self.guide_cost(&x) < self.guide_cost(&best))
+            {
                 best = x;
             }
         }
@@ -183,7 +189,11 @@ impl Program {
                 let step = size * 2.0_f64.powi(exponent);
                 let x: Vec<f64> = best.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
                 let (here, there) = (self.slack(&best), self.slack(&x));
-                let better = if here < 0.0 { there > here } else { there >= 0.0 && self.guide_cost(&x) < self.guide_cost(&best) };
+                let better = if here < 0.0 {
+                    there > here
+                } else {
+                    there >= 0.0 && self.guide_cost(&x) < self.guide_cost(&best)
+                };
                 if better {
                     best = x;
                 }
@@ -201,12 +211,15 @@ pub(super) fn semidefinite(document: &Value, random: &mut Random) -> Found {
     let program = Program::of(&document["program"], random);
     let unknowns = program.costs.len();
     let read = |value: &Value| -> Vec<Exact> { items(value).iter().map(single).collect() };
-    let mut starts: Vec<Vec<f64>> = (-2..12).map(|k| (0..unknowns).map(|i| if i == 0 { 4.0_f64.powi(k) } else { 0.0 }).collect()).collect();
+    let mut starts: Vec<Vec<f64>> =
+        (-2..12).map(|k| (0..unknowns).map(|i| if i == 0 { 4.0_f64.powi(k) } else { 0.0 }).collect()).collect();
     match document["claim"].as_str().unwrap_or_default() {
         "bounds" => {
             if let Some(upper) = document.get("upper") {
                 let x = read(&upper["x"]);
-                ensure(x.len() == unknowns && program.is_feasible(&x, true), || "the point of the upper bound is not feasible".to_owned())?;
+                ensure(x.len() == unknowns && program.is_feasible(&x, true), || {
+                    "the point of the upper bound is not feasible".to_owned()
+                })?;
                 let excess = program.cost(&x).minus(&single(&upper["bound"]));
                 ensure(excess.sign() <= 0, || "the upper bound is below the value of its point".to_owned())?;
                 starts.push(floats(&upper["x"]));

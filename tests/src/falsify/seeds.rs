@@ -150,7 +150,15 @@ fn theorem1(random: &mut Random) -> Option<CertificateFile> {
         DMatrix::from_fn(rows, cols, |_, _| f64::from(random.integer(-2, 2)))
     };
     let full = integers(random, n, n);
-    let unit = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else if i < j { full[(i, j)] } else { 0.0 });
+    let unit = DMatrix::from_fn(n, n, |i, j| {
+        if i == j {
+            1.0
+        } else if i < j {
+            full[(i, j)]
+        } else {
+            0.0
+        }
+    });
     let lyapunov = unit.transpose() * &unit;
     let inverse = lyapunov.clone().try_inverse()?.map(f64::round);
     let k = integers(random, n, n);
@@ -241,7 +249,10 @@ fn polytope(random: &mut Random) -> Option<CertificateFile> {
 fn jacobians(random: &mut Random) -> Option<CertificateFile> {
     let Theorem::PlantPolytope(theorem) = polytope(random)?.theorem().clone() else { return None };
     let luenberger_proof::certificate::PlantPolytope { vertices, l, p, rate } = theorem;
-    written(CertificateFile::prove("jacobians", luenberger_proof::certificate::JacobianPolytope { vertices, l, p, rate }))
+    written(CertificateFile::prove(
+        "jacobians",
+        luenberger_proof::certificate::JacobianPolytope { vertices, l, p, rate },
+    ))
 }
 
 fn sector(random: &mut Random) -> Option<CertificateFile> {
@@ -270,7 +281,9 @@ fn contracting(random: &mut Random) -> Option<CertificateFile> {
     let middle = random.matrix(n, n) - DMatrix::identity(n, n) * random.between(0.0, 1.5);
     let step = random.matrix(n, n) * random.between(0.01, 0.3);
     let rate = random.between(0.0, 0.5);
-    written(RepairedDesign::new(&[&middle - &step, &middle + &step], outputs, rate).ok()?.certificate_file("contracting"))
+    written(
+        RepairedDesign::new(&[&middle - &step, &middle + &step], outputs, rate).ok()?.certificate_file("contracting"),
+    )
 }
 
 fn definiteness(random: &mut Random) -> Option<CertificateFile> {
@@ -341,7 +354,16 @@ fn program(random: &mut Random) -> Option<CertificateFile> {
         if matrix > 0 {
             // c = tr F_i, or of the wrong sign: then x grows without bound.
             let trace = a + c + d + e;
-            costs.push(if kind == 1 && matrix == 1 { -trace } else if kind == 0 { 1.0 } else { trace }.to_string());
+            costs.push(
+                if kind == 1 && matrix == 1 {
+                    -trace
+                } else if kind == 0 {
+                    1.0
+                } else {
+                    trace
+                }
+                .to_string(),
+            );
         }
         for (block, row, column, value) in [(1, 1, 1, a), (1, 1, 2, b), (1, 2, 2, c), (2, 1, 1, d), (2, 2, 2, e)] {
             text.push_str(&format!("{matrix} {block} {row} {column} {value}\n"));
