@@ -23,18 +23,20 @@ fn main() -> ExitCode {
         }
     }
     println!("seed {seed}\n");
-    println!("| theorem | certificates | mutants | accepted | refused | wrong | s |");
-    println!("|---|---:|---:|---:|---:|---:|---:|");
+    println!("| theorem | certificates | mutants | accepted | refused | of these tried | contradicted | wrong | s |");
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
     let mut wrong = 0;
     for kind in kinds().iter().filter(|known| kind.is_none_or(|kind| kind == **known)) {
         let start = Instant::now();
         let tally = falsify(kind, mutants, seed);
         println!(
-            "| {kind} | {} | {} | {} | {} | {} | {:.0} |",
+            "| {kind} | {} | {} | {} | {} | {} | {} | {} | {:.0} |",
             tally.certificates,
             tally.mutants,
             tally.accepted,
             tally.refused,
+            tally.tried,
+            tally.convicted,
             tally.wrong.len(),
             start.elapsed().as_secs_f64()
         );

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, sampled_falls};
-use super::document::{float, float_matrix, floats, matrix};
+use super::document::{binary64, float_matrix, floats, matrix};
 use super::exact::Exact;
 use super::random::Random;
 
@@ -199,7 +199,7 @@ fn cubic<T: RealField + Copy>(
     } else {
         read("B")
     };
-    let scalar = |name: &str| Some(convert(float(stored[name].as_str()?)?));
+    let scalar = |name: &str| Some(convert(binary64(&stored[name])));
     SampledCubicObserver::new(a, b, read("C"), read("L"), read("N"), read("theta"), scalar("w")?, scalar("period")?)
         .ok()
 }
@@ -253,8 +253,7 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
         _ => {
             itself("N", random)?;
             itself("theta", random)?;
-            let (w, h) =
-                (float(stored["w"].as_str().unwrap_or_default()), float(stored["period"].as_str().unwrap_or_default()));
+            let (w, h) = (Some(binary64(&stored["w"])), Some(binary64(&stored["period"])));
             let (w, h) = (w.ok_or("no w")?, h.ok_or("no period")?);
             ensure(w > 0.0 && h > 0.0 && holds.round(w) == w && holds.round(h) == h, || {
                 "w and h of the format".to_owned()
@@ -274,7 +273,7 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
     }
     // An observer that refuses its numbers does not run.
     let Some(observer) = observer.take() else { return Ok(()) };
-    let start = float(running["start"].as_str().unwrap_or_default()).ok_or("no start")?;
+    let start = Some(binary64(&running["start"])).ok_or("no start")?;
     let limits = floats(&running["limsup"]);
     let bounds = ["x", "u", "v", "e(0)"].map(|name| floats(&operation[name]));
     let [states, input_bounds, noises, errors] = &bounds;

@@ -51,8 +51,18 @@ pub(super) fn hexadecimal(x: f64) -> Value {
     Value::String(format!("{sign}0x{:x}p{exponent}", digits >> zeros))
 }
 
+/// The binary64 number that a text stands for, be it written as a fraction.
+pub(super) fn binary64(value: &Value) -> f64 {
+    let text = value.as_str().unwrap_or_default();
+    let fraction = || {
+        let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+        Some(numerator.parse::<f64>().ok()? / denominator.parse::<f64>().ok()?)
+    };
+    float(text).or_else(fraction).unwrap_or(f64::NAN)
+}
+
 pub(super) fn floats(value: &Value) -> Vec<f64> {
-    value.as_array().into_iter().flatten().map(|x| float(x.as_str().unwrap_or_default()).unwrap_or(f64::NAN)).collect()
+    value.as_array().into_iter().flatten().map(binary64).collect()
 }
 
 /// A matrix of single numbers, row by row.

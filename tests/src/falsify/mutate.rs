@@ -251,7 +251,17 @@ fn two_matrices(document: &mut Value, map: &Map, random: &mut Random) -> Option<
 }
 
 fn list(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
-    let items = document.pointer_mut(pick(&map.lists, random)?)?.as_array_mut()?;
+    let path = pick(&map.lists, random)?;
+    if random.once_in(3) {
+        // All numbers below, by the same power of two.
+        let factor = random.sign() * 2.0_f64.powi(random.integer(-20, 20));
+        for below in map.numbers.iter().filter(|below| below.starts_with(&format!("{path}/"))) {
+            let x = number_at(document, below)?;
+            *document.pointer_mut(below)? = hexadecimal(finite(factor * x)?);
+        }
+        return Some(());
+    }
+    let items = document.pointer_mut(path)?.as_array_mut()?;
     let (one, other) = (random.below(items.len()), random.below(items.len()));
     match random.below(3) {
         0 => {
@@ -306,12 +316,16 @@ fn dimension(document: &mut Value, map: &Map, random: &mut Random) -> Option<()>
     for path in map.matrices.iter().filter(|path| whole || *path == chosen) {
         let (rows, cols) = shape(document, path)?;
         let matrix = document.pointer_mut(path)?.as_array_mut()?;
-        if rows == order {
+        // A list of matrices may look like a matrix of bounds: what is gone from it is not taken twice.
+        if rows == order && at < matrix.len() {
             matrix.remove(at);
         }
         if cols == order {
             for row in matrix {
-                row.as_array_mut()?.remove(at);
+                let row = row.as_array_mut()?;
+                if at < row.len() {
+                    row.remove(at);
+                }
             }
         }
     }
@@ -342,12 +356,12 @@ pub(super) fn mutant(document: &Value, other: &Value, random: &mut Random) -> Op
     let mut next = document.clone();
     for _ in 0..[1, 1, 1, 2, 3][random.below(5)] {
         let map = Map::of(&next);
-        match random.below(20) {
+        match random.below(21) {
             0..=7 => number(&mut next, &map, random)?,
             8..=12 => matrix(&mut next, &map, random)?,
             13 => bounds(&mut next, &map, random)?,
             14 => two_matrices(&mut next, &map, random)?,
-            15 => list(&mut next, &map, random)?,
+            15 | 20 => list(&mut next, &map, random)?,
             16 => word(&mut next, &map, random)?,
             17 => dimension(&mut next, &map, random)?,
             18 => count(&mut next, &map, random)?,

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, margin_of};
-use super::document::{drawn, float, floats, number};
+use super::document::{binary64, drawn, floats, number};
 use super::exact::Exact;
 use super::random::Random;
 
@@ -95,16 +95,7 @@ pub(super) fn refuted(document: &Value, random: &mut Random) -> Found {
 
 /// A number to be guided by.
 fn approximate(value: &Value) -> f64 {
-    let text = |value: &Value| {
-        let text = value.as_str().unwrap_or_default();
-        float(text).or_else(|| {
-            let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
-            Some(numerator.parse::<f64>().ok()? / denominator.parse::<f64>().ok()?)
-        })
-    };
-    let ends = items(value);
-    let found = if ends.is_empty() { text(value) } else { ends.first().and_then(text) };
-    found.unwrap_or(f64::NAN)
+    binary64(items(value).first().unwrap_or(value))
 }
 
 /// A semidefinite program with numbers drawn from between its bounds; blocks that are diagonal are so by their entries.

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
-use luenberger_design::mean_value::RepairedDesign;
+use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
     Certified, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, SampledCubicDesign,
@@ -282,7 +282,9 @@ fn contracting(random: &mut Random) -> Option<CertificateFile> {
     let step = random.matrix(n, n) * random.between(0.01, 0.3);
     let rate = random.between(0.0, 0.5);
     written(
-        RepairedDesign::new(&[&middle - &step, &middle + &step], outputs, rate).ok()?.certificate_file("contracting"),
+        ContractingCoordinates::new(&[&middle - &step, &middle + &step], outputs, rate)
+            .ok()?
+            .certificate_file("contracting"),
     )
 }
 
