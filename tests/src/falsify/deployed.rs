@@ -253,8 +253,7 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
         _ => {
             itself("N", random)?;
             itself("theta", random)?;
-            let (w, h) = (Some(binary64(&stored["w"])), Some(binary64(&stored["period"])));
-            let (w, h) = (w.ok_or("no w")?, h.ok_or("no period")?);
+            let (w, h) = (binary64(&stored["w"]), binary64(&stored["period"]));
             ensure(w > 0.0 && h > 0.0 && holds.round(w) == w && holds.round(h) == h, || {
                 "w and h of the format".to_owned()
             })?;
@@ -273,7 +272,7 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
     }
     // An observer that refuses its numbers does not run.
     let Some(observer) = observer.take() else { return Ok(()) };
-    let start = Some(binary64(&running["start"])).ok_or("no start")?;
+    let start = binary64(&running["start"]);
     let limits = floats(&running["limsup"]);
     let bounds = ["x", "u", "v", "e(0)"].map(|name| floats(&operation[name]));
     let [states, input_bounds, noises, errors] = &bounds;
