@@ -188,8 +188,10 @@ fn matrix(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
         let entry = |x: &Value| Some(hexadecimal(finite(factor * float(x.as_str()?)?)?));
         rows.iter().map(|row| row.iter().map(entry).collect()).collect()
     };
-    let rearranged = |row: &dyn Fn(usize) -> usize, col: &dyn Fn(usize) -> usize| -> Vec<Vec<Value>> {
-        (0..height).map(|i| (0..width).map(|j| rows[row(i)][col(j)].clone()).collect()).collect()
+    // What looks like a matrix of bounds may be a list of matrices, with rows of several lengths.
+    let at = |i: usize, j: usize| rows.get(i)?.get(j);
+    let rearranged = |row: &dyn Fn(usize) -> usize, col: &dyn Fn(usize) -> usize| -> Option<Vec<Vec<Value>>> {
+        (0..height).map(|i| (0..width).map(|j| at(row(i), col(j)).cloned()).collect()).collect()
     };
     let (from, to) = (random.below(height.max(width)), random.below(height.max(width)));
     let swap = |k: usize| {
@@ -209,10 +211,10 @@ fn matrix(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
         1 => scaled(2.0_f64.powi(random.integer(-2, 2)))?,
         2 | 3 => scaled(1.0 + random.sign() * 2.0_f64.powi(-random.integer(1, 50)))?,
         4 => scaled(-1.0)?,
-        5 => (0..width).map(|j| (0..height).map(|i| rows[i][j].clone()).collect()).collect(),
-        6 => rearranged(&row_of, &same),
-        7 => rearranged(&same, &col_of),
-        8 => rearranged(&row_of, &col_of),
+        5 => (0..width).map(|j| (0..height).map(|i| at(i, j).cloned()).collect()).collect::<Option<_>>()?,
+        6 => rearranged(&row_of, &same)?,
+        7 => rearranged(&same, &col_of)?,
+        8 => rearranged(&row_of, &col_of)?,
         // A multiple of the identity added, or a rank of one taken away.
         9 | 10 => {
             let size = rows.iter().flatten().filter_map(|x| float(x.as_str()?)).fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -221,7 +223,7 @@ fn matrix(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
             let is_shift = random.once_in(2);
             let entry = |i: usize, j: usize| {
                 let by = if is_shift { f64::from(u8::from(i == j)) } else { v[i] * v[j] };
-                Some(hexadecimal(finite(float(rows[i][j].as_str()?)? + step * by)?))
+                Some(hexadecimal(finite(float(at(i, j)?.as_str()?)? + step * by)?))
             };
             (0..height).map(|i| (0..width).map(|j| entry(i, j)).collect()).collect::<Option<_>>()?
         }
@@ -230,7 +232,7 @@ fn matrix(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
             let (low, seed) = (2.0_f64.powi(-random.integer(4, 52)), random.next());
             let entry = |i: usize, j: usize| {
                 let noise = Random::new(seed, "noise", (i.min(j) * 64 + i.max(j)) as u64).unit();
-                Some(hexadecimal(finite(float(rows[i][j].as_str()?)? * (1.0 + low * noise))?))
+                Some(hexadecimal(finite(float(at(i, j)?.as_str()?)? * (1.0 + low * noise))?))
             };
             (0..height).map(|i| (0..width).map(|j| entry(i, j)).collect()).collect::<Option<_>>()?
         }
