@@ -330,12 +330,22 @@ fn simulated(document: &Value, random: &mut Random) -> Found {
         let start = energy(&e);
         for _ in 0..4000 {
             let q = e.dot(&(&theta * &e)).abs();
-            let h = 0.1 / (f.norm() + 3.0 * q * nc.norm());
-            let k1 = slope(&e);
-            let k2 = slope(&(&e + &k1 * (h / 2.0)));
-            let k3 = slope(&(&e + &k2 * (h / 2.0)));
-            let k4 = slope(&(&e + &k3 * h));
-            e += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
+            let mut h = 0.1 / (f.norm() + 3.0 * q * nc.norm());
+            let before = energy(&e);
+            // Where y is small and e is not, the cubic term awakes within a step: that step is too long.
+            for _ in 0..60 {
+                let k1 = slope(&e);
+                let k2 = slope(&(&e + &k1 * (h / 2.0)));
+                let k3 = slope(&(&e + &k2 * (h / 2.0)));
+                let k4 = slope(&(&e + &k3 * h));
+                let next = &e + (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
+                let v = energy(&next);
+                if v <= 1.01 * before && v >= 0.5 * before {
+                    e = next;
+                    break;
+                }
+                h /= 2.0;
+            }
             let v = energy(&e);
             if !v.is_finite() || start < 1e-280 {
                 return ensure(start < 1e-280 || !h.is_normal(), || {

@@ -73,10 +73,10 @@ impl Target {
         }
         let fused = self.order >= 2;
         let found = match self.format {
-            Format::Binary32 => terms.iter().fold(start as f32, |sum, &(a, b)| {
+            Format::Binary32 => f64::from(terms.iter().fold(start as f32, |sum, &(a, b)| {
                 let (a, b) = (a as f32, b as f32);
                 if fused { a.mul_add(b, sum) } else { sum + a * b }
-            }) as f64,
+            })),
             Format::Binary64 => {
                 terms.iter().fold(start, |sum, &(a, b)| if fused { a.mul_add(b, sum) } else { sum + a * b })
             }

@@ -284,7 +284,9 @@ impl Exact {
             return false;
         }
         if sign(&transformed[0]) < 0 {
-            transformed.iter_mut().for_each(|c| *c = -&*c);
+            for c in &mut transformed {
+                *c = -&*c;
+            }
         }
         is_hurwitz(&transformed)
     }

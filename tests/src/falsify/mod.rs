@@ -55,11 +55,10 @@ pub fn kinds() -> &'static [&'static str] {
 /// # Panics
 /// For a theorem that the table does not have: it needs a generator and an adversary.
 fn of_kind<T: Copy>(table: &[(&str, T)], kind: &str) -> T {
-    table
-        .iter()
-        .find(|(name, _)| *name == kind)
-        .map(|(_, found)| *found)
-        .unwrap_or_else(|| panic!("the theorem {kind} has no generator in seeds.rs, or no adversary in adversary.rs"))
+    let Some((_, found)) = table.iter().find(|(name, _)| *name == kind) else {
+        panic!("the theorem {kind} has no generator in seeds.rs, or no adversary in adversary.rs");
+    };
+    *found
 }
 
 /// At least this many mutants of certificates of one theorem.
@@ -71,7 +70,7 @@ pub fn falsify(kind: &'static str, mutants: u64, seed: u64) -> Tally {
     let mut other = run.design();
     while run.tally.mutants < mutants {
         let design = run.design();
-        run.descend(design.clone(), &other, (mutants - run.tally.mutants).min(MUTANTS_OF_A_DESIGN));
+        run.descend(&design, &other, (mutants - run.tally.mutants).min(MUTANTS_OF_A_DESIGN));
         other = design;
     }
     run.tally
@@ -100,7 +99,7 @@ impl Run {
         panic!("no certificate of {} from 200 random designs", self.kind);
     }
 
-    fn descend(&mut self, design: Value, other: &Value, mutants: u64) {
+    fn descend(&mut self, design: &Value, other: &Value, mutants: u64) {
         let mut current = design.clone();
         let end = self.tally.mutants + mutants;
         while self.tally.mutants < end {
@@ -110,7 +109,7 @@ impl Run {
                 self.bisect(&current, &next);
             }
             match self.random.below(4) {
-                0 => current.clone_from(&design),
+                0 => current.clone_from(design),
                 1 | 2 if accepted => current = next,
                 _ => {}
             }
@@ -121,7 +120,7 @@ impl Run {
     fn examine(&mut self, mutant: &Value) -> bool {
         self.tally.mutants += 1;
         let resealed = self.random.once_in(8) && self.is_verified_as_it_is(mutant);
-        let accepted = match self.proved(mutant) {
+        let accepted = match Self::proved(mutant) {
             Ok(Some(document)) => {
                 self.hold(&document, "proved");
                 true
@@ -147,7 +146,7 @@ impl Run {
     }
 
     /// The certificate of the mutant's theorem with margins of its own, as it is written.
-    fn proved(&self, mutant: &Value) -> Result<Option<Value>, String> {
+    fn proved(mutant: &Value) -> Result<Option<Value>, String> {
         let Ok(read) = CertificateFile::read(mutant.to_string().as_bytes()) else { return Ok(None) };
         let Ok(file) = CertificateFile::prove("a mutant", read.theorem().clone()) else { return Ok(None) };
         let text = file.to_json();

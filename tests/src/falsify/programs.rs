@@ -79,7 +79,7 @@ pub(super) fn refuted(document: &Value, random: &mut Random) -> Found {
     let mut zero = true;
     for (z, matrices) in multipliers.iter().zip(&constraints) {
         let n = matrices[0].rows;
-        let entries: Vec<Exact> = items(z).iter().flat_map(|row| items(row)).map(single).collect();
+        let entries: Vec<Exact> = items(z).iter().flat_map(items).map(single).collect();
         let z = Exact::from_numbers(n, n, &entries);
         ensure(z.is_semidefinite(), || "a multiplier is indefinite".to_owned())?;
         zero &= z.is_zero();

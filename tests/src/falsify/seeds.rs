@@ -1,6 +1,6 @@
 //! Certificates of random designs, one generator for each theorem.
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Write};
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
@@ -150,14 +150,10 @@ fn theorem1(random: &mut Random) -> Option<CertificateFile> {
         DMatrix::from_fn(rows, cols, |_, _| f64::from(random.integer(-2, 2)))
     };
     let full = integers(random, n, n);
-    let unit = DMatrix::from_fn(n, n, |i, j| {
-        if i == j {
-            1.0
-        } else if i < j {
-            full[(i, j)]
-        } else {
-            0.0
-        }
+    let unit = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        std::cmp::Ordering::Equal => 1.0,
+        std::cmp::Ordering::Less => full[(i, j)],
+        std::cmp::Ordering::Greater => 0.0,
     });
     let lyapunov = unit.transpose() * &unit;
     let inverse = lyapunov.clone().try_inverse()?.map(f64::round);
@@ -258,7 +254,7 @@ fn jacobians(random: &mut Random) -> Option<CertificateFile> {
 fn sector(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let n = plant.a.nrows();
-    let sectors = (0..1 + random.below(2))
+    let sectors = (0..=random.below(2))
         .map(|_| {
             let q = 1 + random.below(2);
             let (g, h) = (random.matrix(n, q), random.matrix(q, n));
@@ -368,7 +364,7 @@ fn program(random: &mut Random) -> Option<CertificateFile> {
             );
         }
         for (block, row, column, value) in [(1, 1, 1, a), (1, 1, 2, b), (1, 2, 2, c), (2, 1, 1, d), (2, 2, 2, e)] {
-            text.push_str(&format!("{matrix} {block} {row} {column} {value}\n"));
+            writeln!(text, "{matrix} {block} {row} {column} {value}").ok()?;
         }
     }
     let text = format!("{unknowns}\n2\n2 -2\n{}\n{text}", costs.join(" "));
