@@ -560,7 +560,7 @@ fn every_kind() -> Vec<CertificateFile> {
         ("cubic-observer-theorem-1", format!("{plant}, {with_n}, {lyapunov}")),
         (
             "sampled-cubic-observer",
-            format!("{sampled}, {}, {lyapunov}", with_s.replace("\"S\"", "\"period\": \"0x1p-3\", \"S\"")),
+            format!("{sampled}, {}, {lyapunov}", with_n.replace("\"theta\"", "\"w\": \"1\", \"period\": \"0x1p-3\", \"theta\"")),
         ),
         ("feedback-loop", format!("{cubic}, \"feedback\": {{\"K\": [[\"0\"]], \"P1\": [[\"1\"]]}}")),
         ("polytope-of-plants", vertices.clone()),
