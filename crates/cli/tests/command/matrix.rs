@@ -74,9 +74,9 @@ fn answers_have_the_keys_they_are_documented_with() {
     let pair = json!({ "a": [[-1, 1], [0, -2]], "q": [[1, 0], [0, 1]] });
     let riccati = json!({ "a": [[0.5]], "b": [[1]], "q": [[1]], "r": [[1]] });
     let cases = [
-        ("lyap", pair.clone(), vec!["x", "residual", "condition"]),
-        ("dlyap", json!({ "a": [[0.5]], "q": [[1]] }), vec!["x", "residual", "condition"]),
-        ("sylv", json!({ "a": [[1]], "b": [[2]], "q": [[1]] }), vec!["x", "residual", "condition"]),
+        ("lyap", pair.clone(), vec!["x", "residual", "condition", "forward_error"]),
+        ("dlyap", json!({ "a": [[0.5]], "q": [[1]] }), vec!["x", "residual", "condition", "forward_error"]),
+        ("sylv", json!({ "a": [[1]], "b": [[2]], "q": [[1]] }), vec!["x", "residual", "condition", "forward_error"]),
         ("care", riccati.clone(), vec!["x", "k", "poles", "residual"]),
         ("dare", riccati, vec!["x", "k", "poles", "residual"]),
         ("place", json!({ "a": [[1]], "b": [[1]], "poles": [-1] }), vec!["k", "poles", "condition"]),
