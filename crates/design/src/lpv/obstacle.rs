@@ -3,7 +3,7 @@
 use core::fmt;
 
 use luenberger_linalg::detectability;
-use luenberger_lmi::{Infeasibility, Problem};
+use luenberger_lmi::{Infeasibility, Problem, Settings};
 use luenberger_proof::Verdict;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -72,7 +72,12 @@ impl fmt::Display for Conflict {
 }
 
 /// What is said when no gain was proved for the polytope at this rate.
-pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
+pub(super) fn explain(
+    polytope: &Polytope,
+    rate: f64,
+    verdict: Verdict<Infeasibility>,
+    settings: &Settings,
+) -> DesignError {
     let candidates = |weights: Option<&[f64]>| -> Option<HiddenMode> {
         let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
         let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
@@ -98,7 +103,7 @@ pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibi
                 .collect();
             match candidates(Some(&weights)) {
                 Some(mode) => DesignError::HiddenMode(Box::new(mode)),
-                None => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights))),
+                None => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
             }
         }
         Verdict::Undecided { why, best } => match candidates(None) {
@@ -146,7 +151,13 @@ impl Conflict {
 }
 
 /// Two of the vertices that take part, if two are infeasible by themselves; else all of them.
-fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f64]) -> Conflict {
+fn conflict(
+    polytope: &Polytope,
+    rate: f64,
+    witness: Infeasibility,
+    weights: &[f64],
+    settings: &Settings,
+) -> Conflict {
     let mut involved: Vec<usize> = (0..weights.len()).filter(|k| weights[*k] > 0.0).collect();
     // The heaviest first: they carry the contradiction.
     involved.sort_by(|i, j| weights[*j].total_cmp(&weights[*i]));
@@ -154,7 +165,7 @@ fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f
     let pair = pairs.map(|(i, j)| [involved[i], involved[j]]).find_map(|pair| {
         let mut lmi = Problem::new();
         gain_lmi::pose(&mut lmi, pair.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c)), rate);
-        match lmi.solve().ok()?.verdict {
+        match lmi.solve_with(settings).ok()?.verdict {
             Verdict::Refuted { witness } => Some((pair.to_vec(), witness)),
             _ => None,
         }
@@ -205,7 +216,7 @@ mod tests {
     fn three_vertices_of_which_no_two_exclude_each_other() {
         assert!(verdict(&turned(1.9)).is_proved());
         let polytope = turned(2.1);
-        let error = explain(&polytope, 0.0, verdict(&polytope));
+        let error = explain(&polytope, 0.0, verdict(&polytope), &Settings::default());
         let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
         assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
         assert!(error.to_string().starts_with("these vertices together exclude each other at the rate 0: 1 ("));
