@@ -6,6 +6,7 @@ mod example1;
 mod example2;
 mod example3;
 mod findings;
+mod lmis;
 mod random;
 mod robustness;
 mod theorems;
@@ -22,8 +23,15 @@ pub(crate) fn paper() -> Paper {
         key: "cubic",
         title: "Luenberger-type cubic observers for state estimation of linear systems",
         citation: "M. M. Share Pasand",
-        claims: [example1::claims(), example2::claims(), example3::claims(), theorems::claims(), robustness::claims()]
-            .concat(),
+        claims: [
+            example1::claims(),
+            example2::claims(),
+            example3::claims(),
+            theorems::claims(),
+            robustness::claims(),
+            lmis::claims(),
+        ]
+        .concat(),
         figures: [example1::figures(), example2::figures(), example3::figures()].concat(),
         datasets: Vec::new(),
         findings: findings::findings(),
