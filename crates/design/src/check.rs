@@ -3,10 +3,12 @@
 use luenberger_linalg::{LinalgError, detectability, lambda_min, spectral_abscissa};
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{DynamicPlant, PlantError};
+use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum};
+use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
-use crate::error::DesignError;
+use crate::error::{DesignError, NearlyHidden};
 
 /// Shape and finiteness.
 pub(crate) fn matrix(what: &'static str, m: &DMatrix<f64>, expected: (usize, usize)) -> Result<(), DesignError> {
@@ -78,10 +80,42 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), DesignError
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(DesignError::NotPositive { what, value }) }
 }
 
-/// All eigenvalues in the open left half plane; returns the spectral abscissa.
-pub(crate) fn hurwitz(what: &'static str, m: &DMatrix<f64>) -> Result<f64, DesignError> {
-    let abscissa = spectral_abscissa(m)?;
-    if abscissa < 0.0 { Ok(abscissa) } else { Err(DesignError::NotHurwitz { what, abscissa }) }
+/// The matrix in exact arithmetic; its entries are finite.
+pub(crate) fn exactly(m: &DMatrix<f64>) -> Result<Matrix<Exact>, DesignError> {
+    Ok(Matrix::embed(&stored(m)?, "a matrix")?)
+}
+
+/// The same numbers for the prover, which reads rows first.
+fn stored(m: &DMatrix<f64>) -> Result<Matrix<f64>, DesignError> {
+    Ok(Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())?)
+}
+
+/// `A - L C` without rounding.
+pub(crate) fn exact_closed_loop(
+    a: &DMatrix<f64>,
+    l: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+) -> Result<Matrix<Exact>, DesignError> {
+    let lc = exactly(l)?.product(&exactly(c)?)?;
+    let a = exactly(a)?;
+    Ok(Matrix::from_fn(a.rows(), a.cols(), |i, j| a[(i, j)].sub(&lc[(i, j)])))
+}
+
+/// `A - L C` (or `A - B K`) has all eigenvalues in the open left half plane; returns the spectral abscissa in floating point, which rounding can make 0 or more. Where floating point finds it so, the
+/// error is said of the matrix multiplied out exactly.
+pub(crate) fn hurwitz(
+    what: &'static str,
+    (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+) -> Result<f64, DesignError> {
+    let abscissa = spectral_abscissa(&(a - l * c))?;
+    if abscissa < 0.0 {
+        return Ok(abscissa);
+    }
+    match hurwitz_spectrum(&exact_closed_loop(a, l, c)?) {
+        Some(true) => Ok(abscissa),
+        Some(false) => Err(DesignError::NotHurwitz { what, abscissa }),
+        None => Err(DesignError::StabilityUndecided { what, abscissa }),
+    }
 }
 
 /// `P^-1 B` for a P that must be positive definite.
@@ -125,16 +159,16 @@ pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
     if rate >= 0.0 && rate.is_finite() { Ok(()) } else { Err(DesignError::BadRate { rate }) }
 }
 
-/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`.
-pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<(), DesignError> {
+/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`. The error is decided exactly for the numbers as stored; a mode that is hidden to working precision only is
+/// returned.
+pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<Option<NearlyHidden>, DesignError> {
     let n = a.nrows();
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;
-    match pair.offending.first() {
-        None => Ok(()),
-        Some(mode) => Err(LinalgError::NotDetectable {
-            eigenvalue: mode.eigenvalue - Complex::new(rate, 0.0),
-            margin: mode.margin,
-        }
-        .into()),
+    let Some(mode) = pair.offending.first() else { return Ok(None) };
+    let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
+    let hidden = hidden_motion(&stored(a)?, &stored(c)?)?;
+    if hidden.and_then(|hidden| hidden.decays_at(rate)) == Some(false) {
+        return Err(LinalgError::NotDetectable { eigenvalue, margin }.into());
     }
+    Ok(Some(NearlyHidden { place: None, eigenvalue, margin }))
 }

@@ -185,7 +185,7 @@ pub enum DesignError {
         abscissa: f64,
     },
     /// Neither a solution nor a refutation was found.
-    #[error("{what} stayed undecided: {why} (best margin {best:e})")]
+    #[error("{what} stayed undecided: {why} (best margin {best:e}){}", seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}")))]
     Undecided {
         /// The inequality.
         what: &'static str,
@@ -193,19 +193,73 @@ pub enum DesignError {
         why: Doubt,
         /// The best margin seen.
         best: f64,
+        /// A mode that to working precision no output sees, which may be what stands in the way.
+        seen: Option<Box<NearlyHidden>>,
+    },
+    /// Multipliers refute the inequality with intermediate results as rounded, which says nothing of it with the numbers as stored.
+    #[error("{what} stayed undecided: it is refuted only with {rounded} as rounded ({witness})")]
+    RefutedAsRounded {
+        /// The inequality.
+        what: &'static str,
+        /// What was rounded.
+        rounded: &'static str,
+        /// The multipliers, verified for the rounded numbers.
+        witness: Infeasibility,
+    },
+    /// Floating point finds an eigenvalue that is not stable, and exact arithmetic does not confirm it.
+    #[error("whether {what} is Hurwitz stayed undecided: its spectral abscissa is {abscissa:e}, up to rounding")]
+    StabilityUndecided {
+        /// Which matrix.
+        what: &'static str,
+        /// Its spectral abscissa in floating point.
+        abscissa: f64,
     },
 }
 
+/// A mode that floating point calls hidden, and exact arithmetic does not: an observation, not a proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NearlyHidden {
+    /// Which pair (A, C), if there are several.
+    pub place: Option<String>,
+    /// The eigenvalue, to rounding.
+    pub eigenvalue: Complex<f64>,
+    /// The smallest singular value of `[A - lambda I; C]`, relative, in units that suit the pair.
+    pub margin: f64,
+}
+
+impl core::fmt::Display for NearlyHidden {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("to working precision")?;
+        if let Some(place) = &self.place {
+            write!(f, ", at {place},")?;
+        }
+        write!(f, " no output sees the eigenvalue {} (PBH margin {:e})", self.eigenvalue, self.margin)
+    }
+}
+
 impl DesignError {
+    /// The same, undecided with what was seen.
+    pub(crate) fn with_seen(self, nearly: Option<NearlyHidden>) -> Self {
+        match self {
+            Self::Undecided { what, why, best, seen: None } => {
+                Self::Undecided { what, why, best, seen: nearly.map(Box::new) }
+            }
+            other => other,
+        }
+    }
+
     /// The error behind the verdict on the inequality `what`, where a proof was wanted and there is none: not even a verdict, or one that was not enough.
     pub(crate) fn not_proved(what: &'static str, verdict: Option<Verdict<Infeasibility>>) -> Self {
         match verdict {
             Some(Verdict::Refuted { witness }) => Self::Infeasible { what, reason: Obstruction::Dual(witness) },
-            Some(Verdict::Undecided { why, best }) => Self::Undecided { what, why, best },
+            Some(Verdict::Undecided { why, best }) => Self::Undecided { what, why, best, seen: None },
             Some(Verdict::Proved { margin }) => {
-                Self::Undecided { what, why: Doubt::ProposalNotProved { estimate: margin }, best: margin }
+                Self::Undecided { what, why: Doubt::ProposalNotProved { estimate: margin }, best: margin, seen: None }
             }
-            None => Self::Undecided { what, why: Doubt::NoProposal { status: "nothing was tried" }, best: 0.0 },
+            None => {
+                let why = Doubt::NoProposal { status: "nothing was tried" };
+                Self::Undecided { what, why, best: 0.0, seen: None }
+            }
         }
     }
 }
@@ -223,7 +277,8 @@ pub enum Obstruction {
     /// Multipliers of the inequalities, verified exactly.
     #[error("{0}")]
     Dual(Infeasibility),
-    /// The largest real part of an eigenvalue of `C N`. If `P N = -C'S` with `P > 0` and `S + S' >= 0`, it is not positive.
+    /// The largest real part of an eigenvalue of `C N`, to rounding; that an eigenvalue has at least half of it was decided exactly. If `P N = -C'S` with `P > 0` and `S + S' >= 0`,
+    /// none is positive.
     #[error("C N has an eigenvalue of real part {0:e} > 0, but P N = -C'S with S + S' >= 0 and P > 0 makes it <= 0")]
     SignOfCn(f64),
 }

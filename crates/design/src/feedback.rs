@@ -55,7 +55,7 @@ impl FeedbackDesign {
         let (n, m) = o.b.shape();
         check::matrix("K", k, (m, n))?;
         let closed = &o.a - &o.b * k;
-        check::hurwitz("A - B K", &closed)?;
+        check::hurwitz("A - B K", (&o.a, &o.b, k))?;
         let p0 = lyapunov(&closed, &DMatrix::identity(n, n))?.p;
         let coupling = &p0 * &o.b * k;
         let coupling_squared = lambda_max(&(coupling.transpose() * &coupling))?;

@@ -30,15 +30,16 @@ pub(crate) fn solve(
 ) -> Result<(Gain, Solution), DesignError> {
     check::plant(plant)?;
     check::rate(rate)?;
+    let mut nearly = None;
     for a in vertices {
-        check::detectable(a, &plant.c, rate)?;
+        nearly = check::detectable(a, &plant.c, rate)?.or(nearly);
     }
     pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate);
     let solution = lmi.solve_with(settings)?;
     if solution.verdict.is_proved() {
         Ok((gain_of(&solution)?, solution))
     } else {
-        Err(DesignError::not_proved(WHAT, Some(solution.verdict)))
+        Err(DesignError::not_proved(WHAT, Some(solution.verdict)).with_seen(nearly))
     }
 }
 

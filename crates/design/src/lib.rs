@@ -49,7 +49,7 @@ pub use conditions::Theorem1;
 pub use cubic::{Correction, CubicDesign};
 pub use deployed::{DeployedLinear, deployed_linear};
 pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
-pub use error::{DesignError, Obstruction};
+pub use error::{DesignError, NearlyHidden, Obstruction};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use joint::{joint_design, joint_design_with};

@@ -119,7 +119,7 @@ impl LinearDesign {
     /// # Errors
     /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode that no gain
     /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite)
-    /// and its kin for Q, W, V; [`DesignError::Infeasible`] when no gain reaches the decay rate.
+    /// and its kin for Q, W, V; [`DesignError::Infeasible`] with verified multipliers when no gain reaches the decay rate.
     pub fn new(plant: &DynamicPlant, wish: &Wish, decrease: &Decrease) -> Result<Self, DesignError> {
         Self::new_with(plant, wish, decrease, &Settings::default())
     }
@@ -165,7 +165,7 @@ impl LinearDesign {
             }
         };
         let f = &plant.a - &l * &plant.c;
-        check::hurwitz("A - L C", &f)?;
+        check::hurwitz("A - L C", (&plant.a, &l, &plant.c))?;
         if *decrease == Decrease::Information {
             return Err(DesignError::NoCovariance);
         }

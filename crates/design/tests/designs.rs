@@ -170,3 +170,79 @@ fn the_joint_design_of_twenty_states_and_three_outputs_is_proved() {
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     assert!(design.certificate.converges_from_everywhere(), "{}", design.certificate);
 }
+
+/// `N = T J T^-1` with T of integers and determinant 1, J a Jordan block with the eigenvalue `eigenvalue`: no rounding. The plant is `x' = 0`, `y = x`.
+fn defective(n: usize, seed: usize, eigenvalue: f64) -> (DynamicPlant, DMatrix<f64>, DMatrix<f64>) {
+    let entry = |i: usize, j: usize| ((7919 * (i + 1) * (j + 2) + 104_729 * seed) % 5) as f64 - 2.0;
+    let lower = DMatrix::from_fn(n, n, |i, j| {
+        if i == j {
+            1.0
+        } else if i > j {
+            entry(i, j)
+        } else {
+            0.0
+        }
+    });
+    let upper = DMatrix::from_fn(n, n, |i, j| {
+        if i == j {
+            1.0
+        } else if i < j {
+            entry(i, j)
+        } else {
+            0.0
+        }
+    });
+    // Triangular with a unit diagonal: substitution has no divisions.
+    let inverse = upper
+        .clone()
+        .solve_upper_triangular(&lower.clone().solve_lower_triangular(&DMatrix::identity(n, n)).unwrap())
+        .unwrap();
+    let j = DMatrix::from_fn(n, n, |i, k| {
+        if i == k {
+            eigenvalue
+        } else if i + 1 == k {
+            1.0
+        } else {
+            0.0
+        }
+    });
+    let plant = DynamicPlant::new(DMatrix::zeros(n, n), DMatrix::zeros(n, 0), DMatrix::identity(n, n)).unwrap();
+    (plant, DMatrix::identity(n, n) * 5.0, &lower * &upper * j * inverse)
+}
+
+/// For the eigenvalue -2^-24 a P exists (a Lyapunov matrix of N, as F = -5 I serves every P), although the eigenvalues of N as computed have positive real parts; for 2^-24 none does.
+#[test]
+fn a_defective_gain_is_called_infeasible_only_where_it_is() {
+    let mut misleading = 0;
+    for n in 2..=4 {
+        for seed in 0..5 {
+            let (plant, l, gain) = defective(n, seed, -(2f64.powi(-24)));
+            misleading += usize::from(spectral_abscissa(&gain).unwrap() > 0.0);
+            let infeasible = |error| matches!(error, Some(luenberger_design::DesignError::Infeasible { .. }));
+            assert!(!infeasible(certify_gain(&plant, &l, &gain).err()), "{n} {seed}");
+            if n < 4 {
+                assert!(!infeasible(fixed_gain_margin(&plant, &l, &gain, 0.5).err()), "{n} {seed}");
+            }
+            let (plant, l, gain) = defective(n, seed, 2f64.powi(-24));
+            assert!(certify_gain(&plant, &l, &gain).is_err(), "{n} {seed}");
+        }
+    }
+    assert!(misleading >= 3, "{misleading}");
+}
+
+/// An entry of 1e-30 or 1e-320 is no zero: what floating point calls hidden is not called undetectable, and where the output sees all of the rest a gain is found.
+#[test]
+fn tiny_entries_make_no_plant_undetectable() {
+    for tiny in [1e-30, 1e-150, 1e-320] {
+        let a = dmatrix![0.5, 1.0; tiny, 0.5];
+        let plant = |c| DynamicPlant::new(a.clone(), DMatrix::zeros(2, 0), c).unwrap();
+        let design = joint_design(&plant(dmatrix![1.0, 0.0]), &dmatrix![1.0], 0.1, 1.0);
+        let design = design.unwrap_or_else(|error| panic!("{tiny:e}: {error}"));
+        assert!(design.certificate.is_proved(), "{tiny:e}: {}", design.certificate);
+        // Through the tiny entry alone, which no arithmetic of sixteen digits can use.
+        if let Err(error) = joint_design(&plant(dmatrix![0.0, 1.0]), &dmatrix![1.0], 0.1, 1.0) {
+            let undecided = matches!(&error, luenberger_design::DesignError::Undecided { seen: Some(_), .. });
+            assert!(undecided, "{tiny:e}: {error}");
+        }
+    }
+}

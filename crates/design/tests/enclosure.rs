@@ -475,3 +475,90 @@ fn the_flexible_joint_is_bounded_everywhere() {
         enclose(&flexible_joint::printed(), &Region::everywhere(4).inputs(&[(-1e300, 1e300)])).unwrap()
     );
 }
+
+// A kink at x1 = -0.5 and a jump of 0.5 at x1 = 0.5: a search that follows one place of change to its end finds the kink.
+scalar_plant!(KinkAndJump, |x, _t| {
+    let kink = if x[0] < convert(-0.5) { x[0] + convert(0.5) } else { T::zero() };
+    let jump = if x[0] > convert(0.5) { convert(0.5) } else { T::zero() };
+    kink + jump - x[1]
+});
+
+// The jump lies in a branch of a branch, vanishes at x2 = -1, and what the branches have in common varies by far more.
+scalar_plant!(NestedJump, |x, _t| {
+    let common = convert::<f64, T>(40.0) * x[1].sin() + convert::<f64, T>(25.0) * x[0];
+    if x[0] < x[1] {
+        common
+    } else if x[0] - x[1] < convert(0.75) {
+        common + x[0] - x[1]
+    } else {
+        common + convert::<f64, T>(0.75) + convert::<f64, T>(0.01) * (x[1] + T::one())
+    }
+});
+
+// Continuous: two kinks that cross, one of them inside a branch.
+scalar_plant!(CrossingKinks, |x, _t| {
+    let a = if x[0] < T::zero() { -x[0] } else { x[0] };
+    let b = if x[1] < x[0] { x[0] - x[1] } else { convert::<f64, T>(3.0) * (x[1] - x[0]) };
+    if a < b { b } else { a }
+});
+
+/// Four states and an input without bounds: kinks in three states and, where x4 is large as well, a jump.
+struct ManyKinks {
+    jump: f64,
+}
+
+impl<T: RealField + Copy> Plant<T> for ManyKinks {
+    type State = SVector<T, 4>;
+    type Input = Vector1<T>;
+    type Output = Vector1<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 4, inputs: 1, outputs: 1 }
+    }
+
+    fn derivative(&self, _t: T, x: &SVector<T, 4>, u: &Vector1<T>) -> SVector<T, 4> {
+        let kink = |x: T| if x > convert(-0.25) { x + convert(0.25) } else { T::zero() };
+        let jump = if x[3] > convert(0.5) {
+            if x[0] > convert(0.125) { convert(self.jump) } else { T::zero() }
+        } else {
+            T::zero()
+        };
+        SVector::from([x[1], x[2], x[3] + u[0], kink(x[0]) + kink(x[1]) + kink(x[2]) + jump + u[0]])
+    }
+
+    fn output(&self, _t: T, x: &SVector<T, 4>) -> Vector1<T> {
+        Vector1::new(x[0])
+    }
+}
+
+/// All branches are searched, and not one way into them.
+#[test]
+fn a_jump_beside_a_kink_is_found() {
+    let region = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]);
+    let error = enclose(&KinkAndJump, &region).unwrap_err();
+    assert!(matches!(error, EnclosureError::Undefined { side: "f", .. }), "{error}");
+    assert!((at(&error)[0] - 0.5).abs() < 1e-8, "{error}");
+    let error = enclose(&NestedJump, &region).unwrap_err();
+    let EnclosureError::Undefined { place, .. } = &error else { panic!("{error}") };
+    let point: Vec<f64> = place.part.iter().map(|part| f64::midpoint(part.0, part.1)).collect();
+    assert!((point[0] - point[1] - 0.75).abs() < 1e-6, "{error}");
+    for jump in [0.5, 1e-3] {
+        let error = enclose(&ManyKinks { jump }, &Region::new(&[(-1.0, 1.0); 4])).unwrap_err();
+        assert!(matches!(error, EnclosureError::Undefined { side: "f", .. }), "{jump}: {error}");
+    }
+}
+
+/// What is continuous stays without an error, with a bound of the jumps that were not found; what does not branch has no such hypothesis.
+#[test]
+fn branches_that_meet_are_a_hypothesis_with_a_number() {
+    let region = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]);
+    let found = enclose(&CrossingKinks, &region).unwrap();
+    let branches = found.branches.unwrap();
+    assert!(branches.parts > 0 && branches.jump < 0.25, "{branches:?}");
+    assert!(branches.to_string().contains("continuous where they change branches"), "{branches}");
+    let branches = enclose(&ManyKinks { jump: 0.0 }, &Region::new(&[(-1.0, 1.0); 4])).unwrap().branches.unwrap();
+    assert!(branches.jump <= 4.0, "{branches:?}");
+    assert!(enclose(&Square, &region).unwrap().branches.is_none());
+    // To one side of its branch a plant has none.
+    assert!(enclose(&Guarded, &Region::new(&[(-3.0, 0.4), (-1.0, 1.0)])).unwrap().branches.is_none());
+}

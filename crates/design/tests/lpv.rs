@@ -290,3 +290,190 @@ fn bad_numbers_are_refused() {
         assert!(matches!(LpvDesign::new(plant, &region, 1.0).unwrap_err(), DesignError::Enclosure(_)));
     }
 }
+
+// A spring without a linear part: at rest its stiffness is 0, of which an outward rounding leaves 1.5e-323.
+plant!(CubicSpring {}, 2, 1, |s, x| Vector2::new(x[1], -x[0].powi(3)), Vector1::new(x[0]));
+
+/// The rate 1 is possible, and so is more with a gain of one's own.
+#[test]
+fn an_entry_that_is_0_up_to_rounding_hides_nothing() {
+    let region = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]);
+    let design = LpvDesign::new(CubicSpring {}, &region, 1.0).unwrap();
+    assert!(design.certificate.is_proved(), "{design}");
+    let end = design.polytope.enclosure.a[(1, 0)].hi();
+    assert!((0.0..1e-300).contains(&end), "{end:e}");
+    let design = LpvDesign::certify(CubicSpring {}, &region, &dmatrix![7.0; 12.0]).unwrap();
+    assert!(design.certificate.is_proved() && design.rate > 2.8, "{design}");
+}
+
+/// The witness of a hidden mode is exact, and checked against the pair it speaks of.
+#[test]
+fn a_hidden_mode_carries_its_subspace() {
+    let error = LpvDesign::new(Slow {}, &Region::everywhere(2), 2.5).unwrap_err();
+    let DesignError::HiddenMode(mode) = &error else { panic!("{error}") };
+    let stored =
+        |m: &DMatrix<f64>| luenberger_proof::Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
+    assert!(mode.witness.is_of(&stored(&mode.a), &stored(&mode.c)).unwrap());
+    assert_eq!((mode.witness.decays_at(2.5), mode.witness.decays_at(1.9)), (Some(false), Some(true)));
+}
+
+/// Numbers in [-1, 1) from a fixed seed (Knuth's multiplier).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// `x' = M x + R sin x` in units `d`, component by component: entry (i, j) of Df is anything between `m - r` and `m + r`, times `d_i / d_j`. The first state is measured.
+#[derive(Debug, Clone)]
+struct Hull {
+    m: DMatrix<f64>,
+    r: DMatrix<f64>,
+}
+
+impl<T: RealField + Copy> Plant<T> for Hull {
+    type State = SVector<T, 3>;
+    type Input = SVector<T, 0>;
+    type Output = Vector1<T>;
+
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 3, inputs: 0, outputs: 1 }
+    }
+
+    fn derivative(&self, _t: T, x: &SVector<T, 3>, _u: &SVector<T, 0>) -> SVector<T, 3> {
+        SVector::from_fn(|i, _| {
+            (0..3).fold(T::zero(), |sum, j| {
+                let (m, r) = (self.m[(i, j)], self.r[(i, j)]);
+                let linear = if m == 0.0 { sum } else { sum + number::<T>(m) * x[j] };
+                if r == 0.0 { linear } else { linear + number::<T>(r) * x[j].sin() }
+            })
+        })
+    }
+
+    fn output(&self, _t: T, x: &SVector<T, 3>) -> Vector1<T> {
+        Vector1::new(x[0])
+    }
+}
+
+/// A hull whose unmeasured block decays by itself faster than `exp(-0.1 t)` for P = I, if `decays`: then a large gain on the measured state serves all of it. Else its last state is not seen where an entry is 0,
+/// and grows. Units between 1e-12 and 1e12, entries down to 1e-320.
+fn hull(random: &mut Random, decays: bool) -> Hull {
+    let (mut m, mut r) = (DMatrix::zeros(3, 3), DMatrix::zeros(3, 3));
+    for k in 0..9 {
+        m[(k / 3, k % 3)] = random.next();
+    }
+    for k in [0, 1, 2, 3, 5] {
+        if random.next() > 0.0 {
+            r[(k / 3, k % 3)] = random.next().abs();
+        }
+    }
+    if random.next() > 0.0 {
+        m[(1, 2)] = 1e-320;
+        r[(1, 2)] = 0.0;
+    }
+    for i in 1..3 {
+        let across = m[(1, 2)].abs() + r[(1, 2)] + m[(2, 1)].abs() + r[(2, 1)];
+        m[(i, i)] = -0.2 - across - random.next().abs();
+        r[(i, i)] = 0.0;
+    }
+    if !decays {
+        // Seen through (0, 2) and (1, 2) only, whose intervals contain 0.
+        (m[(2, 0)], m[(2, 1)], m[(2, 2)], r[(2, 0)]) = (0.0, 0.0, 0.5 * random.next().abs(), 0.0);
+        for i in 0..2 {
+            (m[(i, 2)], r[(i, 2)]) = (0.0, random.next().abs() * if random.next() > 0.5 { 1e-310 } else { 1.0 });
+        }
+    }
+    let units: Vec<f64> = (0..3).map(|_| 10f64.powf(12.0 * random.next())).collect();
+    let scaled = |x: &DMatrix<f64>| DMatrix::from_fn(3, 3, |i, j| x[(i, j)] * (units[i] / units[j]));
+    Hull { m: scaled(&m), r: scaled(&r) }
+}
+
+/// No gain is said not to exist where one does, and none is proved where a mode is hidden, whatever the units and however small the entries.
+#[test]
+fn what_is_known_by_construction_is_not_contradicted() {
+    let mut random = Random(20_260_101);
+    let mut proved = 0;
+    for case in 0..80 {
+        let plant = hull(&mut random, true);
+        match LpvDesign::new(plant.clone(), &Region::everywhere(3), 0.1) {
+            Ok(design) => proved += usize::from(design.certificate.is_proved()),
+            Err(DesignError::Undecided { .. } | DesignError::Linalg(_)) => {}
+            Err(error) => panic!("case {case}: {error}\n{plant:?}"),
+        }
+        let plant = hull(&mut random, false);
+        match LpvDesign::new(plant.clone(), &Region::everywhere(3), 0.1) {
+            Ok(design) => assert!(!design.certificate.is_proved(), "case {case}: {design}\n{plant:?}"),
+            Err(
+                DesignError::HiddenMode(_)
+                | DesignError::Conflict(_)
+                | DesignError::Undecided { .. }
+                | DesignError::Linalg(_),
+            ) => {}
+            Err(error) => panic!("case {case}: {error}\n{plant:?}"),
+        }
+    }
+    assert!(proved >= 60, "{proved} of 80");
+}
+
+// A spring with a kink at x1 = -0.5 and, beyond x1 = 0.5, a push: with it f jumps, without it f is continuous.
+plant!(
+    KinkedSpring { push },
+    2,
+    1,
+    |s, x| {
+        let kink = if x[0] < number(-0.5) { x[0] + number(0.5) } else { T::zero() };
+        let push = if x[0] > number(0.5) { number::<T>(s.push) } else { T::zero() };
+        Vector2::new(x[1], push - kink - x[0] - x[1] * number(0.1))
+    },
+    Vector1::new(x[0])
+);
+
+/// The bound holds for the plant without a jump, simulated from many starts; the plant with one, for which it fails, gets no bound.
+#[test]
+fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
+    let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0)]);
+    for push in [0.5, 1e-3] {
+        let error = LpvDesign::new(KinkedSpring { push }, &region, 1.0).unwrap_err();
+        assert!(matches!(error, DesignError::Enclosure(_)), "{push}: {error}");
+    }
+    let plant = KinkedSpring { push: 0.0 };
+    let design = LpvDesign::new(plant, &region, 1.0).unwrap();
+    assert!(design.certificate.is_proved());
+    assert!(
+        design.statement().contains("provided that f and h are continuous where they change branches"),
+        "{}",
+        design.statement()
+    );
+    // The observer of the plant that jumps, with the same gain: the bound of the continuous one is not its.
+    let run = |push: f64, x0: Vector2<f64>, z0: Vector2<f64>| {
+        let (plant, l) = (KinkedSpring { push }, design.observer.l());
+        let none = SVector::<f64, 0>::zeros();
+        let slope = |x: &Vector2<f64>, z: &Vector2<f64>| {
+            (plant.derivative(0.0, x, &none), plant.derivative(0.0, z, &none) + l * (x[0] - z[0]))
+        };
+        let (mut x, mut z, h, mut worst) = (x0, z0, 1e-3, 0.0f64);
+        for step in 1..=8000 {
+            let (a, b) = slope(&x, &z);
+            let (c, d) = slope(&(x + a * (0.5 * h)), &(z + b * (0.5 * h)));
+            (x, z) = (x + c * h, z + d * h);
+            let inside = x.amax() <= 2.0 && z.amax() <= 2.0;
+            if !inside {
+                break;
+            }
+            let bound = design.overshoot * (x0 - z0).norm() * (-design.rate * h * f64::from(step)).exp();
+            worst = worst.max((x - z).norm() / bound);
+        }
+        worst
+    };
+    let mut random = Random(7);
+    for _ in 0..40 {
+        let mut start = || Vector2::new(random.next(), random.next());
+        let (x0, z0) = (start(), start());
+        let worst = run(0.0, x0, z0);
+        assert!(worst <= 1.0 + 1e-3, "{worst} from {x0} and {z0}");
+    }
+    assert!(run(0.5, Vector2::new(0.5 + 1e-9, 0.0), Vector2::new(0.5 - 1e-9, 0.0)) > 1e4);
+}

@@ -12,7 +12,7 @@ use crate::coefficients::expand;
 use crate::error::LmiError;
 use crate::problem::Problem;
 use crate::solution::{Infeasibility, Solution};
-use crate::standard::{Anchor, standard_form};
+use crate::standard::{Anchor, Small, standard_form};
 
 impl Problem {
     /// The certificate file of an answer to this problem: of the values, where they are proved, or of the multipliers that refute it.
@@ -36,7 +36,7 @@ impl Problem {
     /// # Errors
     /// [`LmiError::CertificateFile`] for an answer that is undecided, or that of another problem; what [`solve`](Self::solve) says of a problem that is not well-posed.
     pub fn certificate_file(&self, title: &str, solution: &Solution) -> Result<CertificateFile, LmiError> {
-        let offsets = standard_form(self, Anchor::Middle)?.offsets;
+        let offsets = standard_form(self, Anchor::Middle, Small::Kept)?.offsets;
         let inequalities = self.multiplied_out(&offsets)?;
         let file = if let Verdict::Refuted { witness } = &solution.verdict {
             let multipliers = self.multipliers(witness);

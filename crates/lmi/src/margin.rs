@@ -23,7 +23,7 @@ use crate::interior::Path;
 use crate::problem::{Problem, Settings};
 use crate::refute::refute;
 use crate::solution::{Effort, Margin, Optimum, Solution};
-use crate::standard::{Anchor, Standard, power, standard_form};
+use crate::standard::{Anchor, Small, Standard, power, standard_form};
 use crate::variable::Variable;
 use crate::verify::verify;
 
@@ -32,18 +32,28 @@ const HOPELESS: f64 = 1e-5;
 
 /// Solves a problem: margin first, then the objective, each proposal verified.
 pub(crate) fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
-    let first = attempt(problem, settings, Anchor::Middle)?;
+    let standard = standard_form(problem, Anchor::Middle, Small::Kept)?;
+    let first = attempt(problem, settings, &standard)?;
     let mut effort = first.effort;
     if !matches!(first.verdict, Verdict::Undecided { .. }) {
         return Ok(first);
     }
-    let standard = standard_form(problem, Anchor::Middle)?;
-    for anchor in [Anchor::Largest, Anchor::Smallest] {
-        // Another scale of the constants is worth a try only if it is another.
-        if standard_form(problem, anchor)?.unknown_scale.last() == standard.unknown_scale.last() {
+    let choices = [
+        (Anchor::Largest, Small::Kept),
+        (Anchor::Smallest, Small::Kept),
+        (Anchor::Middle, Small::LeftOutAsGiven),
+        (Anchor::Middle, Small::LeftOutAsScaled),
+    ];
+    let mut tried = vec![(standard.unknown_scale, standard.left_out)];
+    for (anchor, small) in choices {
+        // Other scales are worth a try only if they are others.
+        let standard = standard_form(problem, anchor, small)?;
+        let scales = (standard.unknown_scale.clone(), standard.left_out);
+        if tried.contains(&scales) {
             continue;
         }
-        let mut next = attempt(problem, settings, anchor)?;
+        tried.push(scales);
+        let mut next = attempt(problem, settings, &standard)?;
         effort.iterations += next.effort.iterations;
         if !matches!(next.verdict, Verdict::Undecided { .. }) {
             next.effort.iterations = effort.iterations;
@@ -53,31 +63,30 @@ pub(crate) fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, 
     Ok(Solution { effort, ..first })
 }
 
-/// Solves with one choice for the scale of the constants.
-fn attempt(problem: &Problem, settings: &Settings, anchor: Anchor) -> Result<Solution, LmiError> {
-    let standard = standard_form(problem, anchor)?;
+/// Solves with one choice of the scales.
+fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Result<Solution, LmiError> {
     if standard.homogeneous && problem.objective.is_some() {
         return Err(LmiError::HomogeneousObjective);
     }
-    let path = settings.solver.propose(&margin_program(&standard), settings.iterations, None)?;
+    let path = settings.solver.propose(&margin_program(standard), settings.iterations, None)?;
     let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) else {
-        return Ok(no_proposal(problem, &standard));
+        return Ok(no_proposal(problem, standard));
     };
     let effort = Effort { iterations: path.iterations, status: path.status };
-    let centre = unscale(&standard, &last.unknowns);
-    let values = assemble(problem, &standard, &centre);
+    let centre = unscale(standard, &last.unknowns);
+    let values = assemble(problem, standard, &centre);
     let margins = verify(problem, &values);
     if let Some(margin) = smallest_proved(&margins) {
         let mut solution = Solution { verdict: Verdict::Proved { margin }, margins, objective: None, effort, values };
         if problem.objective.is_some() {
-            improve(problem, settings, &standard, &centre, &mut solution)?;
+            improve(problem, settings, standard, &centre, &mut solution)?;
         }
         return Ok(solution);
     }
     let best = margins.iter().map(|margin| margin.estimate).fold(f64::INFINITY, f64::min);
     let reached = last.unknowns.last().copied().unwrap_or_default();
     let multipliers = &last.multipliers[..standard.blocks.len()];
-    let witness = if reached < HOPELESS { refute(problem, settings, &standard, multipliers) } else { None };
+    let witness = if reached < HOPELESS { refute(problem, settings, standard, multipliers) } else { None };
     let verdict = match witness {
         Some(witness) => Verdict::Refuted { witness },
         None => Verdict::Undecided { why: doubt(&margins, path), best },

@@ -21,7 +21,7 @@ use crate::equations::{Row, solve_near};
 use crate::problem::{Problem, Settings};
 use crate::rational::near_rational;
 use crate::solution::{Infeasibility, Multiplier};
-use crate::standard::{Anchor, Standard, standard_form};
+use crate::standard::{Anchor, Small, Standard, standard_form};
 
 /// Relative sizes below which a part of the solver's multipliers is taken for zero, tried in this order. A wrong guess costs time and
 /// cannot produce a wrong witness.
@@ -271,7 +271,7 @@ impl Problem {
     ///
     /// `false` says only that this is no witness. Cost: one exact multiplication per coefficient, and one exact elimination per multiplier.
     pub fn is_refuted_by(&self, witness: &Infeasibility) -> bool {
-        if standard_form(self, Anchor::Middle).is_err() {
+        if standard_form(self, Anchor::Middle, Small::Kept).is_err() {
             return false;
         }
         let mut present = Vec::with_capacity(self.constraints.len());

@@ -5,8 +5,10 @@
 //! told from the others, and infeasibility always has the same form of witness.
 //!
 //! Scaling: unknown i is replaced by `2^s_i` times another, and constraint k by `D_k F_k D_k` with D_k diagonal of powers of two,
-//! so that the coefficients are as near 1 as scaling can bring them. Powers of two make
+//! so that the coefficients are as near 1 as scaling can bring them. Coefficients that no scaling brings near the others can be left out of the proposal ([`Small`]). Powers of two make
 //! the scaling exact, and congruence leaves definiteness as it is: a plant in microvolts and megawatts becomes an ordinary one.
+
+use std::collections::HashSet;
 
 use luenberger_proof::Matrix;
 
@@ -31,6 +33,8 @@ pub(crate) struct Standard {
     pub(crate) unknown_scale: Vec<i32>,
     /// The exponents of the diagonal of D_k.
     pub(crate) row_scale: Vec<Vec<i32>>,
+    /// How many small coefficients were left out.
+    pub(crate) left_out: usize,
 }
 
 impl Standard {
@@ -54,8 +58,19 @@ pub(crate) enum Anchor {
     Smallest,
 }
 
+/// What becomes of coefficients far below all others, such as the 1e-323 that an outward rounding leaves of 0: they pull the scales apart by hundreds of binary digits, and no solver gets along
+/// with that. What is proposed without them is verified with them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Small {
+    Kept,
+    /// Those far below the largest of their constraint, in the units given.
+    LeftOutAsGiven,
+    /// Those far below the others at the scales that suit them best.
+    LeftOutAsScaled,
+}
+
 /// Checks the problem and brings it to standard form.
-pub(crate) fn standard_form(problem: &Problem, anchor: Anchor) -> Result<Standard, LmiError> {
+pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> Result<Standard, LmiError> {
     let (offsets, unknowns) = check(problem)?;
     let mut blocks = Vec::with_capacity(problem.constraints.len() + 1);
     let mut homogeneous = true;
@@ -82,15 +97,18 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor) -> Result<Standar
         blocks.push(Block { order: 1, entries: vec![entry] });
     }
     let count = unknowns + usize::from(!homogeneous);
-    let (unknown_scale, row_scale) = equilibrate(&blocks, unknowns, count, anchor);
-    for (block, scale) in blocks.iter_mut().zip(&row_scale) {
+    let Equilibrium { unknown_scale, row_scale, left_out } = equilibrate(&blocks, unknowns, count, anchor, small);
+    for (k, (block, scale)) in blocks.iter_mut().zip(&row_scale).enumerate() {
         for entry in &mut block.entries {
+            let place = |unknown: usize| (k, entry.row, entry.column, unknown);
+            entry.terms.retain(|(unknown, _)| !left_out.contains(&place(*unknown)));
             for (unknown, c) in &mut entry.terms {
                 *c *= power(scale[entry.row] + scale[entry.column] + unknown_scale[*unknown]);
             }
         }
     }
-    Ok(Standard { offsets, unknowns, homogeneous, blocks, unknown_scale, row_scale })
+    let left_out = left_out.len();
+    Ok(Standard { offsets, unknowns, homogeneous, blocks, unknown_scale, row_scale, left_out })
 }
 
 /// Everything that can be wrong before coefficients are known; returns where each variable's unknowns start, and their number.
@@ -246,6 +264,12 @@ struct Coefficient {
     size: f64,
 }
 
+impl Coefficient {
+    fn place(&self) -> (usize, usize, usize, usize) {
+        (self.block, self.row, self.column, self.unknown)
+    }
+}
+
 /// Scales as exponents of two, in the making.
 struct Scales {
     unknowns: Vec<f64>,
@@ -266,7 +290,7 @@ impl Scales {
 /// coefficients 1, it is the answer. Coefficients that are small by accident are held back by weights that fall off beyond
 /// eight binary digits. Then `x_0`, and last the rows, by their largest coefficient: where a constant dwarfs an unknown or
 /// the other way round, the smaller of the two does not matter.
-fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor) -> (Vec<i32>, Vec<Vec<i32>>) {
+fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, small: Small) -> Equilibrium {
     let mut scales =
         Scales { unknowns: vec![0.0; count], rows: blocks.iter().map(|block| vec![0.0; block.order]).collect() };
     let (mut coefficients, mut constants) = (Vec::new(), Vec::new());
@@ -278,7 +302,29 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor) 
             }
         }
     }
+    let all: Vec<(usize, usize, usize, usize)> = coefficients.iter().map(Coefficient::place).collect();
+    if small == Small::LeftOutAsGiven {
+        let mut largest = vec![f64::NEG_INFINITY; blocks.len()];
+        for c in &coefficients {
+            largest[c.block] = c.size.max(largest[c.block]);
+        }
+        coefficients.retain(|c| c.size > largest[c.block] - ROUNDED_AWAY);
+    }
     fit(&mut scales, &coefficients);
+    if small == Small::LeftOutAsScaled {
+        // The worst half first: what is left may fit once they are gone.
+        for _ in 0..ROUNDS {
+            let least = coefficients.iter().map(|c| scales.of(c)).fold(0.0, f64::min);
+            if least > -NEGLIGIBLE {
+                break;
+            }
+            coefficients.retain(|c| scales.of(c) > 0.5 * least);
+            scales.unknowns.iter_mut().chain(scales.rows.iter_mut().flatten()).for_each(|scale| *scale = 0.0);
+            fit(&mut scales, &coefficients);
+        }
+    }
+    let kept: HashSet<_> = coefficients.iter().map(Coefficient::place).collect();
+    let left_out = all.into_iter().filter(|place| !kept.contains(place)).collect();
     // The last constant is the coefficient of `x_0` in its own block, which asks for nothing.
     let own = constants.len().saturating_sub(1);
     let mut wanted: Vec<f64> = constants[..own].iter().map(|c| -scales.of(c)).collect();
@@ -295,10 +341,27 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor) 
     coefficients.append(&mut constants);
     level_rows(&mut scales, &coefficients);
     let rounded = |x: &f64| x.round() as i32;
-    (
-        scales.unknowns.iter().map(rounded).collect(),
-        scales.rows.iter().map(|rows| rows.iter().map(rounded).collect()).collect(),
-    )
+    Equilibrium {
+        unknown_scale: scales.unknowns.iter().map(rounded).collect(),
+        row_scale: scales.rows.iter().map(|rows| rows.iter().map(rounded).collect()).collect(),
+        left_out,
+    }
+}
+
+/// A coefficient that stays this many binary digits below 1 at the best scales may be left out. The scales go half of the way towards it, so that it is twice as many digits below the others.
+const NEGLIGIBLE: f64 = 16.0;
+
+/// Binary digits below the largest coefficient of a constraint.
+const ROUNDED_AWAY: f64 = 60.0;
+
+/// How often coefficients are left out and the scales fitted again.
+const ROUNDS: usize = 8;
+
+/// The exponents of the scales, and the coefficients (block, row, column, unknown) that were left out.
+struct Equilibrium {
+    unknown_scale: Vec<i32>,
+    row_scale: Vec<Vec<i32>>,
+    left_out: HashSet<(usize, usize, usize, usize)>,
 }
 
 /// Rounds of relaxation; the scales need be right to a digit, not to sixteen.

@@ -180,7 +180,8 @@ where
     let direction = innovation / size;
     // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
     let q = quadratic(theta, &direction).max(zero);
-    let root = (two * w.max(zero) * q * t).sqrt();
+    let drive = two * q * t;
+    let root = if w > zero { (w * drive).sqrt() } else { zero };
     let reach = root * size;
     // hypot(1, reach), then size/hypot and size/(1 + hypot).
     let large = one / T::default_epsilon();
@@ -191,7 +192,7 @@ where
         (one / root, one / root)
     };
     let bound = T::max_value().map_or(large, nalgebra::ComplexField::sqrt);
-    let pull = (two * q * t * left * right * size).min(bound);
+    let pull = (drive * left * right * size).min(bound);
     Flow { innovation: &direction * left, impulse: direction * pull }
 }
 

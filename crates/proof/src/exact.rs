@@ -91,6 +91,33 @@ impl Exact {
         Interval::new(self.round_down(), self.round_up()).unwrap_or(Interval::UNBOUNDED)
     }
 
+    /// The integer nearest to `self / 2^quantum`, ties to even, for `|self| < 2^(quantum + 53)`: such an integer is a binary64 number.
+    pub(crate) fn nearest_multiple(&self, quantum: i64) -> f64 {
+        let cut = quantum - self.exponent;
+        let magnitude = self.mantissa.clone().into_parts().1;
+        let (truncated, rest) = match usize::try_from(cut) {
+            Err(_) => (magnitude << cut.unsigned_abs() as usize, Ordering::Less),
+            Ok(cut) => {
+                // The mantissa is odd: what is cut off is a half only if it is a single bit.
+                let rest = match cut {
+                    0 => Ordering::Less,
+                    1 => Ordering::Equal,
+                    _ if magnitude.bit(cut - 1) => Ordering::Greater,
+                    _ => Ordering::Less,
+                };
+                (magnitude >> cut, rest)
+            }
+        };
+        let floor = u64::try_from(truncated).unwrap_or(u64::MAX);
+        let up = match rest {
+            Ordering::Less => false,
+            Ordering::Equal => floor & 1 == 1,
+            Ordering::Greater => true,
+        };
+        let nearest = (floor + u64::from(up)) as f64;
+        if self.signum() < 0 { -nearest } else { nearest }
+    }
+
     /// The neighbouring binary64 numbers below and above |self|, equal when |self| is one.
     fn magnitude_bounds(&self) -> (f64, f64) {
         let Some(top) = self.magnitude_exponent() else { return (0.0, 0.0) };

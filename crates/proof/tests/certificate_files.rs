@@ -5,11 +5,14 @@ use std::process::{Command, Output, Stdio};
 
 use luenberger_proof::certificate::{
     CertificateFile, Claim, ClaimedBall, Coefficient, Constraint, Definiteness, DeployedObserver, Equation, Hurwitz,
-    InequalityHolds, InequalityRefuted, LARGEST_FILE, LinearObserver, MatrixInequality, Number, PlantWithin, Rejection,
-    Schur, SemidefiniteEvidence, SemidefiniteProgram, Sign, SolutionWithin, Theorem, VERSION, digest, verify,
+    InequalityHolds, InequalityRefuted, LARGEST_FILE, LinearObserver, MatrixInequality, Number, Plant, PlantWithin,
+    Rejection, SampledCubicObserver, Schur, SemidefiniteEvidence, SemidefiniteProgram, Sign, SolutionWithin, Theorem,
+    VERSION, digest, verify,
 };
 use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
-use luenberger_proof::statement::{Format, Operation, SampledPlant, Step, deployed_linear};
+use luenberger_proof::statement::{
+    CubicGains, Format, Operation, SampledPlant, Step, deployed_linear, deployed_sampled_cubic,
+};
 use luenberger_proof::{Exact, Interval, Matrix};
 use proptest::prelude::*;
 
@@ -900,5 +903,49 @@ fn the_file_of_the_documentation_is_proved() {
     assert_eq!(shown, CertificateFile::prove("a double integrator", integrator()).expect("proved").to_json());
     for theorem in Theorem::NAMES {
         assert!(page.contains(&format!("`{theorem}`")), "{theorem} is not on the page");
+    }
+}
+
+/// The words of a deployed observer have the operations that run, and no number but counts and powers of two; where a formula has no maximum, an indefinite weight is refused.
+#[test]
+fn weights_and_words_are_those_of_the_formula() {
+    let number = |x: f64| Matrix::from_rows([[x]]);
+    let none = || Matrix::from_fn(1, 0, |_, _| 0.0);
+    let operation = Operation { state: vec![1.0], input: vec![], noise: vec![0.1], error: vec![1.0] };
+    let formats = Format::Binary32.into();
+    let plant = SampledPlant { a: number(0.5), b: none(), c: number(1.0) };
+    let gains = CubicGains { n: number(-2.0), theta: number(-1.0), w: 2.0, h: 0.125 };
+    let (l, p) = (number(0.25), number(1.0));
+    let found = deployed_sampled_cubic(&plant, &l, &gains, &p, formats, &operation).expect("fits");
+    let ball = found.ball().map(ClaimedBall::from);
+    assert!(ball.is_some(), "{found:?}");
+    let step = Step::Innovation;
+    let theorem = DeployedObserver { plant, stored: found.stored, step, formats, operation, p, ball };
+    let words = verify(file(theorem.into()).to_json().as_bytes()).expect("proved").statement;
+    for operation in ["1/sqrt(1 + 2 w h max(z'theta z, 0))", "q = max(d'theta d, 0), k = (2q)h, b = sqrt(w k)", "2^23"]
+    {
+        assert!(words.contains(operation), "{words}");
+    }
+    let joined = file(deployed(Step::Joined, Format::Binary64).into());
+    let joined = verify(joined.to_json().as_bytes()).expect("proved").statement;
+    assert!(joined.contains("F being the exact A - LC of the plant's A and C and the stored L, rounded once"));
+    for words in [&words, &joined] {
+        let digits = words.as_bytes().windows(3);
+        let is_decimal = |w: &[u8]| w[0].is_ascii_digit() && w[1] == b'.' && w[2].is_ascii_digit();
+        assert!(!digits.into_iter().any(is_decimal), "{words}");
+    }
+    // The sampled observer in exact arithmetic computes the same maximum: any theta will do, and the words say why.
+    for theta in [1.0, -1.0] {
+        let sampled = SampledCubicObserver {
+            plant: Plant { a: number(0.5), b: none(), c: number(1.0) },
+            l: number(0.25),
+            n: number(-2.0),
+            theta: number(theta),
+            w: 2.0,
+            period: 0.125,
+            p: number(1.0),
+        };
+        let file = CertificateFile::prove("a weight", sampled).expect("proved");
+        assert!(file.statement().contains("q = max(z'theta z, 0)"), "{}", file.statement());
     }
 }

@@ -4,7 +4,7 @@ use luenberger_proof::statement::{
     CubicGains, Deployed, Format, Formats, Obstacle, Operation, Running, SampledPlant, Step, deployed_linear,
     deployed_sampled_cubic, saturated_decrease,
 };
-use luenberger_proof::{Matrix, ProofError};
+use luenberger_proof::{Exact, Matrix, ProofError, Ring};
 use proptest::prelude::*;
 
 fn identity(n: usize) -> Matrix<f64> {
@@ -458,4 +458,84 @@ fn bad_data_are_errors_with_their_numbers() {
     let nothing = SampledPlant { a: empty.clone(), b: empty.clone(), c: empty.clone() };
     let none = Operation { state: vec![], input: vec![], noise: vec![], error: vec![] };
     assert!(deployed_linear(&nothing, &empty, &empty, Step::Joined, byte.into(), &none).expect("fits").is_stable());
+}
+
+/// The multiple of 2^quantum nearest to `x 2^-scale`, ties to even, by integers: the oracle of the next test.
+fn nearest(x: i128, scale: u32, quantum: i32) -> f64 {
+    let cut = scale.cast_signed() + quantum;
+    let unit = 1_i128 << cut;
+    let (floor, rest) = (x.div_euclid(unit), x.rem_euclid(unit));
+    let up = 2 * rest > unit || (2 * rest == unit && floor & 1 == 1);
+    (floor + i128::from(up)) as f64 * 2.0_f64.powi(quantum)
+}
+
+#[test]
+fn the_joined_matrix_is_rounded_once() {
+    // A - LC = (1/2 + 2^-tie) + k 2^-scale with L = -1, C = k 2^-scale: just below, at and above the ties of each format, closer than binary64 can tell.
+    let fixed = |integer_bits, fraction_bits| Format::Fixed { integer_bits, fraction_bits };
+    let formats = [
+        (Format::Binary64, -53),
+        (Format::Binary32, -24),
+        (fixed(4, 4), -4),
+        (fixed(2, 14), -14),
+        (fixed(8, 24), -24),
+        (fixed(2, 51), -51),
+        (fixed(1, 52), -52),
+    ];
+    let number = |x: f64| Matrix::from_rows([[x]]);
+    let mut twice = 0;
+    for (format, quantum) in formats {
+        for (tie, scale) in [(None, 57_u32), (Some(quantum - 1), 57), (Some(quantum - 1), 90), (Some(quantum), 90)] {
+            for k in (1..64).flat_map(|k| [k, -k]) {
+                // Numbers that A, in binary64, cannot be.
+                if tie.is_some_and(|tie| tie < -53) {
+                    continue;
+                }
+                let a = 0.5 + tie.map_or(0.0, |tie| 2.0_f64.powi(tie));
+                let half = 1_i128 << (scale - 1);
+                let exact = half + tie.map_or(0, |tie| 1_i128 << (scale.cast_signed() + tie)) + k;
+                // Floating-point numbers below 1/2 are twice as close.
+                let finer = i32::from(exact < half && !matches!(format, Format::Fixed { .. }));
+                let expected = nearest(exact, scale, quantum - finer);
+                let plant = SampledPlant {
+                    a: number(a),
+                    b: Matrix::from_fn(1, 0, |_, _| 0.0),
+                    c: number(k as f64 * 2.0_f64.powi(-scale.cast_signed())),
+                };
+                let meets = promise(&plant, 0.25);
+                let found = deployed_linear(&plant, &number(-1.0), &number(1.0), Step::Joined, format.into(), &meets)
+                    .expect("fits");
+                assert_eq!(found.stored.a[(0, 0)], expected, "{format}, tie {tie:?}, k = {k} of 2^-{scale}");
+                twice += usize::from(format.round(a + plant.c[(0, 0)]) != Some(expected));
+            }
+        }
+    }
+    assert!(twice > 100, "by way of binary64 {twice} would have been the same");
+}
+
+proptest! {
+    /// In one rounding or by the casts of the language: a binary64 number has one nearest.
+    #[test]
+    fn roundings_of_binary64_numbers_agree(
+        x in prop_oneof![any::<u64>().prop_map(f64::from_bits), any::<u32>().prop_map(|x| f64::from(f32::from_bits(x))), -9.0..9.0_f64, (-4000..4000_i32).prop_map(|k| f64::from(k) / 512.0)],
+        y in -9.0..9.0_f64,
+        formats in (1..12_u32, 1..41_u32),
+    ) {
+        let fixed = Format::Fixed { integer_bits: formats.0, fraction_bits: formats.1 };
+        for format in [Format::Binary32, Format::Binary64, fixed] {
+            let exact = Exact::from_f64(x);
+            prop_assert_eq!(exact.as_ref().and_then(|x| format.round_exact(x)), format.round(x));
+            // Between two neighbours, the nearest of a sum is never further away than either rounding of its halves.
+            let Some(sum) = exact.map(|x| x.add(&Exact::from_f64(y).expect("finite"))) else { continue };
+            if let Some(nearest) = format.round_exact(&sum) {
+                let distance = |z: f64| {
+                    let difference = sum.sub(&Exact::from_f64(z).expect("finite"));
+                    if difference.signum() < 0 { difference.neg() } else { difference }
+                };
+                for other in [sum.round_down(), sum.round_up()].into_iter().filter_map(|z| format.round(z)) {
+                    prop_assert!(distance(nearest) <= distance(other), "{nearest:e} and {other:e}");
+                }
+            }
+        }
+    }
 }

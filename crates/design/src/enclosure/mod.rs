@@ -10,12 +10,14 @@
 //!
 //! # What is enclosed
 //! The Jacobians of f and h in real arithmetic, with the constants that the plant stores. Where a right-hand side branches, all branches that the box leaves open are
-//! taken. That f and h are continuous where they change branches is a hypothesis and not a result: the places of change are searched for values that are apart, which is an
-//! error, but the search ends in finitely many places. About the library's elementary functions see [`luenberger_proof::interval`].
+//! taken. That f and h are continuous where they change branches is a hypothesis and not a result; see [`Branches`]. The difference of two branches is enclosed over every part
+//! that leaves both open, in mean value form, so that what the branches have in common cancels. Parts are halved, the largest difference first: a difference that cannot vanish
+//! leads to the error that names the point, and the largest that is left bounds every jump that was not found. About the library's elementary functions see [`luenberger_proof::interval`].
 //!
 //! Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 5, 6 and 11; A. Griewank and A. Walther, Evaluating Derivatives,
 //! SIAM 2008, ch. 3.
 
+mod branches;
 mod linear;
 pub(crate) mod paths;
 mod region;
@@ -30,6 +32,7 @@ use thiserror::Error;
 
 use crate::number::significant;
 
+pub use branches::Branches;
 pub use paths::Undefined;
 pub use region::{Axis, Region};
 pub use scalar::IntervalDual;
@@ -46,6 +49,8 @@ pub struct JacobianEnclosure {
     /// By how much it exceeds what samples of the Jacobians show to be needed: the largest excess of an entry at one end, relative to the
     /// size of that entry. Not a bound of the overestimation: samples need not hit the extremes.
     pub excess: f64,
+    /// Where comparisons stay open, what is known of the jumps there. `None` where none does: then there is no such hypothesis.
+    pub branches: Option<Branches>,
 }
 
 /// Why there is no enclosure.
@@ -187,10 +192,10 @@ struct Evaluation<'a, S> {
     size: Dimensions,
 }
 
-/// Df row by row, then Dh row by row, over one box; and whether the box left a branch open.
+/// Df row by row, then Dh row by row, over one box; and what is known of jumps where the box left a branch open.
 struct Jacobians {
     entries: Vec<Interval>,
-    branched: bool,
+    gap: Option<branches::Gap>,
 }
 
 /// Why one box has no result.
@@ -222,7 +227,8 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
                 entries[i * n + j] = slope;
             }
         }
-        Ok(Jacobians { entries, branched })
+        let gap = if branched { Some(self.gap(cell)?) } else { None };
+        Ok(Jacobians { entries, gap })
     }
 }
 

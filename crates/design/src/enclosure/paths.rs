@@ -27,12 +27,52 @@ pub enum Undefined {
     TooManyBranches,
 }
 
+/// The longest way that is written down. What takes more comparisons cannot be followed at another point.
+const MAX_TRACE: usize = 4096;
+
 #[derive(Default)]
 struct Script {
     answers: Vec<bool>,
     next: usize,
     undefined: Option<Undefined>,
     steered: bool,
+    /// The answers to all comparisons of this run, also to those that the operands decide.
+    trace: Vec<bool>,
+    /// The answers to all comparisons, whatever the operands are.
+    forced: Option<Vec<bool>>,
+}
+
+impl Script {
+    /// The next answer; `decided` is that of the operands, if they have one.
+    fn answer(&mut self, decided: Option<bool>) -> bool {
+        let answer = match (&self.forced, decided) {
+            (Some(forced), _) => forced.get(self.trace.len()).copied(),
+            (None, Some(answer)) => Some(answer),
+            (None, None) => Some(self.open()),
+        };
+        // More questions than on the way that is followed: it is another way.
+        let answer = answer.unwrap_or_else(|| {
+            self.undefined = Some(Undefined::TooManyBranches);
+            self.trace.len().is_multiple_of(2)
+        });
+        if self.trace.len() <= MAX_TRACE {
+            self.trace.push(answer);
+        }
+        answer
+    }
+
+    fn open(&mut self) -> bool {
+        let at = self.next;
+        self.next += 1;
+        if at >= MAX_DECISIONS {
+            self.undefined = Some(Undefined::TooManyBranches);
+            return at.is_multiple_of(2);
+        }
+        if at == self.answers.len() {
+            self.answers.push(true);
+        }
+        self.answers[at]
+    }
 }
 
 thread_local! {
@@ -51,24 +91,14 @@ impl Drop for Restore {
     }
 }
 
-/// The answer to a comparison that the operands leave open.
-pub(super) fn open_comparison() -> bool {
-    SCRIPT.with(|cell| {
-        let mut cell = cell.borrow_mut();
-        let Some(script) = cell.as_mut() else {
+/// The answer to a comparison; `decided` is that of the operands, none if they leave it open.
+pub(super) fn comparison(decided: Option<bool>) -> bool {
+    SCRIPT.with(|cell| match cell.borrow_mut().as_mut() {
+        Some(script) => script.answer(decided),
+        None => decided.unwrap_or_else(|| {
             STRAYS.fetch_add(1, Ordering::SeqCst);
-            return false;
-        };
-        let at = script.next;
-        script.next += 1;
-        if at >= MAX_DECISIONS {
-            script.undefined = Some(Undefined::TooManyBranches);
-            return at % 2 == 0;
-        }
-        if at == script.answers.len() {
-            script.answers.push(true);
-        }
-        script.answers[at]
+            false
+        }),
     })
 }
 
@@ -102,23 +132,20 @@ pub(super) fn note_undefined(operation: &'static str) {
 ///
 /// # Errors
 /// The first operation without a result on the box, or too many runs.
-pub(crate) fn explore<R>(mut f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
+pub(crate) fn explore<R>(f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
+    Ok(explore_ways(f)?.into_iter().map(|(result, _)| result).collect())
+}
+
+/// A way through the comparisons of a right-hand side: the answers to all of them.
+pub(super) struct Way(Vec<bool>);
+
+/// As [`explore`], each result with its way.
+pub(super) fn explore_ways<R>(mut f: impl FnMut() -> R) -> Result<Vec<(R, Way)>, Undefined> {
     let mut answers = Vec::new();
     let mut results = Vec::new();
     loop {
-        let script = Script { answers, ..Script::default() };
-        let restore = Restore(SCRIPT.with(|cell| cell.replace(Some(script))));
-        let strays = STRAYS.load(Ordering::SeqCst);
-        let result = f();
-        let script = SCRIPT.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
-        drop(restore);
-        if let Some(undefined) = script.undefined {
-            return Err(undefined);
-        }
-        if STRAYS.load(Ordering::SeqCst) != strays {
-            return Err(Undefined::Operation("a comparison in another thread"));
-        }
-        results.push(result);
+        let (result, script) = run(Script { answers, ..Script::default() }, &mut f)?;
+        results.push((result, Way(script.trace)));
         answers = script.answers;
         // A run that asked fewer questions than its script has answers did not depend on the rest.
         answers.truncate(script.next);
@@ -133,9 +160,49 @@ pub(crate) fn explore<R>(mut f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> 
     }
 }
 
+/// The result of `f` on this way, at whatever point: the formula of one branch, on either side. `None` where it has no value there, or where the way is not
+/// known to its end.
+pub(super) fn follow<R>(way: &Way, mut f: impl FnMut() -> R) -> Option<R> {
+    if way.0.len() > MAX_TRACE {
+        return None;
+    }
+    let script = Script { forced: Some(way.0.clone()), ..Script::default() };
+    Some(run(script, &mut f).ok()?.0)
+}
+
+/// One run with a script, and the script after it.
+fn run<R>(script: Script, f: &mut impl FnMut() -> R) -> Result<(R, Script), Undefined> {
+    let restore = Restore(SCRIPT.with(|cell| cell.replace(Some(script))));
+    let strays = STRAYS.load(Ordering::SeqCst);
+    let result = f();
+    let script = SCRIPT.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
+    drop(restore);
+    if let Some(undefined) = script.undefined {
+        return Err(undefined);
+    }
+    if STRAYS.load(Ordering::SeqCst) != strays {
+        return Err(Undefined::Operation("a comparison in another thread"));
+    }
+    Ok((result, script))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn open_comparison() -> bool {
+        comparison(None)
+    }
+
+    #[test]
+    fn a_way_is_followed_whatever_the_operands_say() {
+        let ways = explore_ways(|| (comparison(Some(false)), comparison(None))).unwrap();
+        let [(first, way), (second, _)] = ways.as_slice() else { panic!("{}", ways.len()) };
+        assert_eq!((*first, *second), ((false, true), (false, false)));
+        assert_eq!(follow(way, || (comparison(Some(true)), comparison(Some(false)))), Some((false, true)));
+        // A third question belongs to another way.
+        assert_eq!(follow(way, || (0..3).filter(|_| comparison(None)).count()), None);
+    }
 
     #[test]
     fn every_way_is_taken_once() {

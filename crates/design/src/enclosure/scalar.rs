@@ -14,7 +14,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use luenberger_proof::{Interval, Ring};
 
-use super::paths::{note_steered, note_undefined, open_comparison};
+use super::paths::{comparison, note_steered, note_undefined};
 use crate::real_field::{Real, real_field};
 
 /// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
@@ -78,12 +78,12 @@ impl IntervalDual {
         }
     }
 
-    /// The answer to a comparison that the values leave open.
-    fn undecided(&self, other: &Self) -> bool {
-        if !(self.slope.is_zero() && other.slope.is_zero()) {
+    /// The answer to a comparison; `decided` is that of the values, if they have one.
+    fn compared(&self, other: &Self, decided: Option<bool>) -> bool {
+        if decided.is_none() && !(self.slope.is_zero() && other.slope.is_zero()) {
             note_steered();
         }
-        open_comparison()
+        comparison(decided)
     }
 
     /// Either of the two.
@@ -138,13 +138,14 @@ impl Neg for IntervalDual {
 
 impl PartialEq for IntervalDual {
     fn eq(&self, other: &Self) -> bool {
-        if self.value.is_point() && self.value == other.value {
-            true
+        let decided = if self.value.is_point() && self.value == other.value {
+            Some(true)
         } else if self.value.hi() < other.value.lo() || self.value.lo() > other.value.hi() {
-            false
+            Some(false)
         } else {
-            self.undecided(other)
-        }
+            None
+        };
+        self.compared(other, decided)
     }
 }
 
@@ -160,13 +161,14 @@ impl PartialOrd for IntervalDual {
     }
 
     fn lt(&self, other: &Self) -> bool {
-        if self.value.hi() < other.value.lo() {
-            true
+        let decided = if self.value.hi() < other.value.lo() {
+            Some(true)
         } else if self.value.lo() >= other.value.hi() {
-            false
+            Some(false)
         } else {
-            self.undecided(other)
-        }
+            None
+        };
+        self.compared(other, decided)
     }
 
     fn gt(&self, other: &Self) -> bool {

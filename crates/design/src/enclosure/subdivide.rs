@@ -3,6 +3,7 @@
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix};
 
+use super::branches::{Branches, Gap};
 use super::paths::Undefined;
 use super::region::{Axis, Region};
 use super::{EnclosureError, Entry, Evaluation, Failure, IntervalDual, JacobianEnclosure, Jacobians, Place};
@@ -62,7 +63,7 @@ impl Cell {
 }
 
 /// A number inside: the middle, or twice the finite end of a half line, so that 48 halvings reach 1e14.
-fn middle(axis: &Interval) -> f64 {
+pub(super) fn middle(axis: &Interval) -> f64 {
     match (axis.lo().is_finite(), axis.hi().is_finite()) {
         (true, true) => axis.lo() / 2.0 + axis.hi() / 2.0,
         (true, false) => (2.0 * axis.lo()).clamp(1.0, f64::MAX),
@@ -78,7 +79,7 @@ type Ranked<T> = ((usize, u32), T);
 struct Leaf {
     cell: Cell,
     entries: Vec<Interval>,
-    branched: bool,
+    gap: Option<Gap>,
 }
 
 /// The enclosure over the whole box.
@@ -89,8 +90,8 @@ pub(super) fn enclose<S: Plant<IntervalDual>>(
     let size = evaluation.size;
     let axes = region.axes(size)?;
     let whole = Cell { halvings: vec![0; axes.len()], axes };
-    let mut leaves = finite_parts(evaluation, &whole)?;
-    search_jumps(evaluation, &whole, &leaves)?;
+    let mut leaves = finite_parts(evaluation, &whole, &whole)?;
+    let branches = search_jumps(evaluation, &whole, &leaves)?;
     let seen = refine(evaluation, &whole, &mut leaves, region.budget());
     let (n, p) = (size.states, size.outputs);
     let hull = united(&leaves);
@@ -100,6 +101,7 @@ pub(super) fn enclose<S: Plant<IntervalDual>>(
         c: Matrix::from_fn(p, n, |i, j| hull[(n + i) * n + j]),
         parts: leaves.len(),
         excess,
+        branches,
     })
 }
 
@@ -136,18 +138,19 @@ fn examine<S: Plant<IntervalDual>>(
     }
 }
 
-/// Halves the box until every part has a finite enclosure, depth first, so that a point without one is found soon.
+/// Halves a part of the whole box until every part of it has a finite enclosure, depth first, so that a point without one is found soon.
 fn finite_parts<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     whole: &Cell,
+    part: &Cell,
 ) -> Result<Vec<Leaf>, EnclosureError> {
     let mut leaves = Vec::new();
     let mut examined = 1;
-    let mut open = vec![(whole.clone(), examine(evaluation, &whole.axes)?)];
+    let mut open = vec![(part.clone(), examine(evaluation, &part.axes)?)];
     while let Some((cell, outcome)) = open.pop() {
         let failure = match outcome {
-            Outcome::Finite(Jacobians { entries, branched }) => {
-                leaves.push(Leaf { cell, entries, branched });
+            Outcome::Finite(Jacobians { entries, gap }) => {
+                leaves.push(Leaf { cell, entries, gap });
                 continue;
             }
             failure => failure,
@@ -178,50 +181,84 @@ fn finite_parts<S: Plant<IntervalDual>>(
     Ok(leaves)
 }
 
-/// How many places of change between branches are searched for a jump.
-const SEARCHES: usize = 4;
+/// How many parts that leave a branch open are halved in search of a jump, those with the largest possible jump first.
+const SEARCHES: usize = 400;
 
-/// How often each coordinate is halved there: a jump is seen when it is larger than what f varies over a 2^-32 of the box.
-const SEARCH_HALVINGS: u32 = 32;
+/// How many of the parts that are left then are searched to the end, down to a point where branches meet.
+const DIVES: usize = 24;
 
-/// Halves parts that leave a branch open, each time keeping a half that does, down to a point where the branches meet. If f jumps there, the values on
-/// the two branches come apart on the way, and stay so.
+/// How often each coordinate is halved there: a jump at that point is seen when it is larger than what the branches' difference varies over a 2^-32 of the box.
+const DIVE_HALVINGS: u32 = 32;
+
+/// A coordinate is not halved this much more often than another for the sake of the bound alone: where the branches meet has to come out as well.
+const AHEAD: u32 = 8;
+
+/// Halves parts that leave a branch open, all of them, the largest possible jump first, and then some down to a point. Where two branches cannot meet, although the comparison stays open
+/// down to a point, that point is the error.
 fn search_jumps<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     whole: &Cell,
     leaves: &[Leaf],
-) -> Result<(), EnclosureError> {
-    let branched: Vec<&Leaf> = leaves.iter().filter(|leaf| leaf.branched).collect();
-    for leaf in branched.iter().step_by(branched.len().div_ceil(SEARCHES).max(1)) {
-        let mut cell = leaf.cell.clone();
-        let mut failure = None;
-        // Each coordinate in turn, the least halved first.
-        while let Some(k) = (0..cell.axes.len())
-            .filter(|&k| cell.halvings[k] < SEARCH_HALVINGS && cell.halves(k).is_some())
-            .min_by_key(|&k| cell.halvings[k])
-        {
-            let Some(halves) = cell.halves(k) else { break };
-            let mut next = None;
-            for half in halves {
-                match examine(evaluation, &half.axes)? {
-                    Outcome::Finite(Jacobians { branched: false, .. }) => {}
-                    Outcome::Finite(_) | Outcome::Unbounded(_) => {
-                        next.get_or_insert((half, None));
-                    }
-                    // Where values are apart is where to look further.
-                    undefined @ Outcome::Undefined(..) => next = Some((half, Some(undefined))),
+) -> Result<Option<Branches>, EnclosureError> {
+    let mut open: Vec<(Cell, Gap)> = leaves.iter().filter_map(|leaf| Some((leaf.cell.clone(), leaf.gap?))).collect();
+    if open.is_empty() {
+        return Ok(None);
+    }
+    // Parts that cannot be halved further.
+    let mut done: Vec<(Cell, Gap)> = Vec::new();
+    for _ in 0..SEARCHES {
+        let Some(at) = (0..open.len()).max_by(|&i, &j| open[i].1.bound.total_cmp(&open[j].1.bound)) else { break };
+        if open[at].1.bound == 0.0 {
+            break;
+        }
+        let (cell, gap) = open.swap_remove(at);
+        match least_halved(&cell, HALVINGS) {
+            None => done.push((cell, gap)),
+            Some(other) => {
+                let main = gap.axis.filter(|&k| cell.halvings[k] < cell.halvings[other] + AHEAD);
+                let halves = main.and_then(|k| cell.halves(k)).or_else(|| cell.halves(other));
+                for half in halves.into_iter().flatten() {
+                    open.extend(branched_parts(evaluation, whole, half)?);
                 }
             }
-            failure = None;
-            let Some((half, undefined)) = next else { break };
-            cell = half;
-            failure = undefined;
-        }
-        if let Some(failure) = failure {
-            return Err(located(evaluation, whole, &cell, &failure));
         }
     }
-    Ok(())
+    open.append(&mut done);
+    let jump = open.iter().map(|(_, gap)| gap.bound).fold(0.0, f64::max);
+    let parts = open.len();
+    for (start, _) in open.into_iter().step_by(parts.div_ceil(DIVES).max(1)) {
+        let mut next = Some(start);
+        while let Some((cell, k)) = next.and_then(|cell| Some((cell.clone(), least_halved(&cell, DIVE_HALVINGS)?))) {
+            let mut parts = Vec::new();
+            for half in cell.halves(k).into_iter().flatten() {
+                parts.extend(branched_parts(evaluation, whole, half)?);
+            }
+            next = parts.into_iter().max_by(|x, y| x.1.bound.total_cmp(&y.1.bound)).map(|(cell, _)| cell);
+        }
+    }
+    Ok(if parts == 0 { None } else { Some(Branches { parts, jump }) })
+}
+
+/// The coordinate that was halved least, among those that can be halved.
+fn least_halved(cell: &Cell, limit: u32) -> Option<usize> {
+    (0..cell.axes.len())
+        .filter(|&k| cell.halvings[k] < limit && cell.halves(k).is_some())
+        .min_by_key(|&k| cell.halvings[k])
+}
+
+/// What of a part leaves a branch open, in parts with a finite enclosure.
+fn branched_parts<S: Plant<IntervalDual>>(
+    evaluation: &Evaluation<'_, S>,
+    whole: &Cell,
+    part: Cell,
+) -> Result<Vec<(Cell, Gap)>, EnclosureError> {
+    Ok(match examine(evaluation, &part.axes)? {
+        Outcome::Finite(Jacobians { gap, .. }) => gap.map(|gap| (part, gap)).into_iter().collect(),
+        _ => finite_parts(evaluation, whole, &part)?
+            .into_iter()
+            .filter_map(|leaf| Some((leaf.cell, leaf.gap?)))
+            .collect(),
+    })
 }
 
 /// The error for a part that stays without a finite enclosure. A coordinate makes no difference if there is none at other values of it either.
@@ -312,7 +349,7 @@ fn refine<S: Plant<IntervalDual>>(
             }
             let Some(halves) = leaves[at].cell.halves(k) else { continue };
             let [Some(first), Some(second)] = halves.map(|cell| match examine(evaluation, &cell.axes) {
-                Ok(Outcome::Finite(Jacobians { entries, branched })) => Some(Leaf { cell, entries, branched }),
+                Ok(Outcome::Finite(Jacobians { entries, gap })) => Some(Leaf { cell, entries, gap }),
                 _ => None,
             }) else {
                 continue;

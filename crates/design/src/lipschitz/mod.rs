@@ -101,13 +101,15 @@ impl LipschitzDesign {
         settings: &Settings,
     ) -> Result<Self, DesignError> {
         plant.check(rate)?;
-        if let Some(l) = l {
+        let nearly = if let Some(l) = l {
             check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
-            check::hurwitz("A - L C in the middle of the sectors", &(plant.centre() - l * plant.c()))?;
+            check::hurwitz("A - L C in the middle of the sectors", (&plant.centre(), l, plant.c()))?;
+            None
         } else {
-            check::detectable(&plant.centre(), plant.c(), rate)?;
-        }
-        proposed(plant, l, rate, settings)?.certified(plant, l, rate, settings)
+            check::detectable(&plant.centre(), plant.c(), rate)?
+        };
+        let proposal = proposed(plant, l, rate, settings).map_err(|error| error.with_seen(nearly))?;
+        proposal.certified(plant, l, rate, settings)
     }
 
     /// What is proved of a gain L of one's own, n x p.

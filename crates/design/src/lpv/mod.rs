@@ -14,7 +14,8 @@
 //! around the vertices, so that a proved certificate covers every point of the box and not only samples of it.
 //!
 //! The hull forgets that entries of a Jacobian vary together; a refutation is one of the method and not of observers in general. Where (1) is infeasible
-//! the error says what stands in the way: a direction that no output sees at some point of the polytope, or vertices that exclude each other.
+//! the error says what stands in the way, with a witness: a direction that no output sees at some point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each
+//! other (multipliers). Without a witness it is undecided.
 //!
 //! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to H-infinity performance analysis, Systems and Control Letters 57,
 //! 2008 (the mean value theorem and the polytope); S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory, SIAM 1994, section 5.1.
@@ -24,7 +25,7 @@ mod polytope;
 
 use core::fmt;
 
-use luenberger_linalg::{lambda_max, spectral_abscissa};
+use luenberger_linalg::lambda_max;
 use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parameter_with, he};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
@@ -108,8 +109,8 @@ where
     /// ```
     /// # Errors
     /// [`DesignError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point; [`DesignError::TooManyVertices`]; [`DesignError::BadRate`];
-    /// [`DesignError::HiddenMode`] names a direction that no output sees, [`DesignError::Conflict`] the vertices that exclude each other;
-    /// [`DesignError::Undecided`].
+    /// [`DesignError::HiddenMode`] names a direction that no output sees, with an exact witness, [`DesignError::Conflict`] the vertices that exclude each other, with verified
+    /// multipliers; [`DesignError::Undecided`] with what was seen.
     pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, DesignError> {
         Self::new_with(plant, region, rate, &Settings::default())
     }
@@ -195,14 +196,18 @@ where
         check::matrix("L", l, (n, outputs))?;
         let mut high = f64::INFINITY;
         for (vertex, pair) in polytope.vertices.iter().enumerate() {
-            let abscissa = spectral_abscissa(&(&pair.a - l * &pair.c))?;
-            if abscissa >= 0.0 {
-                return Err(DesignError::UnstableVertex { vertex, place: pair.to_string(), abscissa });
-            }
-            high = high.min(-abscissa);
+            let abscissa = match check::hurwitz("A - L C", (&pair.a, l, &pair.c)) {
+                Err(DesignError::NotHurwitz { abscissa, .. }) => {
+                    return Err(DesignError::UnstableVertex { vertex, place: pair.to_string(), abscissa });
+                }
+                other => other?,
+            };
+            // Rounding can hide how stable it is.
+            high = high.min((-abscissa).max(0.0));
         }
+        let tolerance = (RELATIVE_RATE * high).max(f64::MIN_POSITIVE);
         let family = |rate| pose_for(&polytope, l, rate, settings);
-        let bisection = greatest_parameter_with(settings, 0.0, high, RELATIVE_RATE * high, family)?;
+        let bisection = greatest_parameter_with(settings, 0.0, high, tolerance, family)?;
         let stopped = bisection.stopped.map(|(rate, verdict)| (rate, for_this_gain(&polytope, rate, verdict)));
         match (bisection.proved, stopped) {
             (Some((rate, solution)), stopped) => {
@@ -276,6 +281,10 @@ where
             "everywhere" => "From every x(0) and xhat(0)".to_owned(),
             bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
         };
+        let hypothesis = match &self.polytope.enclosure.branches {
+            Some(branches) => format!("{hypothesis}, and provided that {branches}"),
+            None => hypothesis,
+        };
         let overshoot = at_most(self.overshoot, 5);
         format!("{hypothesis}, |x(t) - xhat(t)| <= {overshoot} |x(0) - xhat(0)| {}.", decay(self.rate))
     }
@@ -344,8 +353,10 @@ fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64, settings: &Setting
         let p = lmi.symmetric("P", l.nrows());
         lmi.constrain("P > 0", &p >> 0.0);
         for &k in active {
-            let flow = &polytope.vertices[k].a - l * &polytope.vertices[k].c;
-            lmi.constrain(&gain_lmi::decrease_at(k), (he(&p * flow) + (2.0 * rate) * &p) << 0.0);
+            let vertex = &polytope.vertices[k];
+            // The factors one by one: what is refuted is then refuted for exactly these numbers.
+            let half = &p * &vertex.a - &p * l * &vertex.c;
+            lmi.constrain(&gain_lmi::decrease_at(k), (he(half) + (2.0 * rate) * &p) << 0.0);
         }
         lmi
     };

@@ -2,20 +2,21 @@
 
 use core::fmt;
 
-use luenberger_linalg::detectability;
+use luenberger_linalg::{detectability, observability};
 use luenberger_lmi::{Infeasibility, Problem, Settings};
-use luenberger_proof::Verdict;
+use luenberger_proof::statement::{HiddenMotion, hidden_motion};
+use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::polytope::Polytope;
 use crate::enclosure::Entry;
-use crate::error::DesignError;
+use crate::error::{DesignError, NearlyHidden};
 use crate::gain_lmi::{self, decrease_at};
 
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
 
-/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay at the rate asked for.
+/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay faster than the rate asked for, in exact arithmetic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenMode {
     /// The rate asked for.
@@ -28,8 +29,10 @@ pub struct HiddenMode {
     pub c: DMatrix<f64>,
     /// The eigenvalue of A: the rate cannot exceed minus its real part.
     pub eigenvalue: Complex<f64>,
-    /// The direction v, `A v = lambda v`, `C v = 0`, of length 1.
+    /// The direction v, `A v = lambda v`, `C v = 0`, of length 1. Both to rounding.
     pub direction: DVector<Complex<f64>>,
+    /// The unobservable subspace of (A, C) in exact arithmetic, in which not every motion decays faster than `exp(-rate t)`: `witness.is_of` and `witness.decays_at` check it.
+    pub witness: HiddenMotion,
 }
 
 impl fmt::Display for HiddenMode {
@@ -38,7 +41,7 @@ impl fmt::Display for HiddenMode {
         let direction: Vec<String> = self.direction.iter().map(entry).collect();
         write!(
             f,
-            "no gain gives the rate {}: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
+            "no gain gives a rate beyond {} on the whole polytope: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
             self.rate,
             self.place,
             direction.join(", "),
@@ -64,21 +67,26 @@ pub struct Conflict {
 
 impl fmt::Display for Conflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let several = if self.is_pair { "two vertices exclude" } else { "these vertices together exclude" };
+        let several = match self.vertices.len() {
+            1 => "this vertex excludes every P by itself",
+            _ if self.is_pair => "two vertices exclude each other",
+            _ => "these vertices together exclude each other",
+        };
         let names: Vec<String> =
             self.vertices.iter().zip(&self.places).map(|(k, place)| format!("{} ({place})", k + 1)).collect();
-        write!(f, "{several} each other at the rate {}: {}", self.rate, names.join("; "))
+        write!(f, "{several} at the rate {}: {}", self.rate, names.join("; "))
     }
 }
 
-/// What is said when no gain was proved for the polytope at this rate.
+/// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode that floating point calls hidden is told beside an
+/// undecided verdict.
 pub(super) fn explain(
     polytope: &Polytope,
     rate: f64,
     verdict: Verdict<Infeasibility>,
     settings: &Settings,
 ) -> DesignError {
-    let candidates = |weights: Option<&[f64]>| -> Option<HiddenMode> {
+    let candidates = |weights: Option<&[f64]>| -> Seen {
         let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
         let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
             let at = |entry: &Entry| {
@@ -92,7 +100,15 @@ pub(super) fn explain(
         pairs.push(inside(polytope.inner(false)));
         pairs.push(inside(polytope.inner(true)));
         pairs.extend(weights.map(|w| inside(mean(polytope, w))));
-        pairs.into_iter().find_map(|(place, a, c)| hidden_mode(place, a, c, rate))
+        let mut nearly = None;
+        for (place, a, c) in pairs {
+            match hidden_mode(place, a, c, rate) {
+                Seen::Nothing => {}
+                Seen::Nearly(mode) => nearly = nearly.or(Some(mode)),
+                hidden @ Seen::Hidden(_) => return hidden,
+            }
+        }
+        nearly.map_or(Seen::Nothing, Seen::Nearly)
     };
     match verdict {
         Verdict::Refuted { witness } => {
@@ -102,13 +118,16 @@ pub(super) fn explain(
                 })
                 .collect();
             match candidates(Some(&weights)) {
-                Some(mode) => DesignError::HiddenMode(Box::new(mode)),
-                None => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
+                Seen::Hidden(mode) => DesignError::HiddenMode(mode),
+                _ => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
             }
         }
         Verdict::Undecided { why, best } => match candidates(None) {
-            Some(mode) => DesignError::HiddenMode(Box::new(mode)),
-            None => DesignError::Undecided { what: gain_lmi::WHAT, why, best },
+            Seen::Hidden(mode) => DesignError::HiddenMode(mode),
+            Seen::Nearly(mode) => {
+                DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen: Some(Box::new(mode)) }
+            }
+            Seen::Nothing => DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen: None },
         },
         proved @ Verdict::Proved { .. } => DesignError::not_proved(gain_lmi::WHAT, Some(proved)),
     }
@@ -132,12 +151,53 @@ fn mean(polytope: &Polytope, weights: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     (a, c)
 }
 
-fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Option<HiddenMode> {
+/// What is known of the modes of a pair that no output sees, at the rate asked for.
+enum Seen {
+    Nothing,
+    /// In floating point only.
+    Nearly(NearlyHidden),
+    /// In exact arithmetic.
+    Hidden(Box<HiddenMode>),
+}
+
+/// Floating point says where to look, exact arithmetic decides.
+fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Seen {
     let n = a.nrows();
-    let shifted = &a + DMatrix::identity(n, n) * rate;
-    let mode = detectability(&shifted, &c).ok()?.offending.into_iter().next()?;
-    let eigenvalue = mode.eigenvalue - Complex::new(rate, 0.0);
-    Some(HiddenMode { rate, place, a, c, eigenvalue, direction: mode.direction })
+    let Ok(pair) = detectability(&(&a + DMatrix::identity(n, n) * rate), &c) else { return Seen::Nothing };
+    let Some(mode) = pair.offending.into_iter().next() else { return Seen::Nothing };
+    let stored = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice());
+    let exact = stored(&a).and_then(|a| hidden_motion(&a, &stored(&c)?)).ok().flatten();
+    let exact = exact.filter(|motion| motion.decays_at(rate) == Some(false));
+    if let Some(((eigenvalue, direction), witness)) = exact.and_then(|witness| Some((slowest(&witness)?, witness))) {
+        return Seen::Hidden(Box::new(HiddenMode { rate, place, a, c, eigenvalue, direction, witness }));
+    }
+    let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
+    Seen::Nearly(NearlyHidden { place: Some(place), eigenvalue, margin })
+}
+
+/// The eigenvalue of the largest real part of a hidden motion, with its direction, the largest component of which is made positive. In floating point.
+fn slowest(hidden: &HiddenMotion) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
+    let over_divisor =
+        |m: &Matrix<Exact>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| ratio(&m[(i, j)], &hidden.divisor));
+    let (motion, basis) = (over_divisor(&hidden.motion), over_divisor(&hidden.basis));
+    // All its modes are hidden from an output that is 0.
+    let all = observability(&motion, &DMatrix::zeros(1, motion.nrows())).ok()?.unobservable;
+    let mode = all.into_iter().max_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re))?;
+    let direction = basis.map(Complex::from) * mode.direction;
+    let largest = direction.iter().copied().max_by(|x, y| x.norm().total_cmp(&y.norm()))?;
+    let factor = largest.conj() / (largest.norm() * direction.norm());
+    factor.is_finite().then(|| (mode.eigenvalue, direction * factor))
+}
+
+/// `x / d` to rounding, of numbers of any size.
+fn ratio(x: &Exact, d: &Exact) -> f64 {
+    match (x.magnitude_exponent(), d.magnitude_exponent()) {
+        (Some(e), Some(f)) => {
+            let power = i32::try_from((e - f).clamp(-2000, 2000)).unwrap_or(0);
+            x.shifted(-e).round_down() / d.shifted(-f).round_down() * 2f64.powi(power)
+        }
+        _ => 0.0,
+    }
 }
 
 impl Conflict {
@@ -202,7 +262,7 @@ mod tests {
         };
         let a = Matrix::from_fn(3, 3, hull);
         let c = Matrix::from_fn(1, 3, |_, j| Interval::new(vertices[0].c[j], vertices[0].c[j]).unwrap());
-        let enclosure = JacobianEnclosure { a, c, parts: 1, excess: 0.0 };
+        let enclosure = JacobianEnclosure { a, c, parts: 1, excess: 0.0, branches: None };
         Polytope { enclosure, varying: VaryingEntries(Vec::new()), vertices }
     }
 

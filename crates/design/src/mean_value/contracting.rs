@@ -134,7 +134,7 @@ impl ContractingCoordinates {
         }
         let Some((injection, q)) = best else {
             let why = luenberger_proof::Doubt::NotByThisMatrix { name: "Q" };
-            return Err(DesignError::Undecided { what: WHAT, why, best: f64::NAN });
+            return Err(DesignError::Undecided { what: WHAT, why, best: f64::NAN, seen: None });
         };
         let alpha = least_alpha(vertices, &k);
         // alpha is a sum of a few rounded products.

@@ -46,9 +46,12 @@ pub(crate) fn greatest_rate(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option
 /// The margin when N is redesigned for every eps: minus the spectral abscissa of `F = A - L C`.
 ///
 /// # Errors
-/// [`DesignError::NotHurwitz`] when there is no margin at all.
+/// [`DesignError::NotHurwitz`] when there is no margin at all, decided exactly; [`DesignError::StabilityUndecided`] when rounding hides it.
 pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
-    Ok(-check::hurwitz("A - L C", f)?)
+    let what = "A - L C";
+    let nothing = (DMatrix::zeros(f.nrows(), 0), DMatrix::zeros(0, f.ncols()));
+    let abscissa = check::hurwitz(what, (f, &nothing.0, &nothing.1))?;
+    if abscissa < 0.0 { Ok(-abscissa) } else { Err(DesignError::StabilityUndecided { what, abscissa }) }
 }
 
 /// Ultimate bound of the error per unit of forcing: `limsup |e| <= gain * sup |(A(eps) - A) x|`.

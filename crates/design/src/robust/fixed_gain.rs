@@ -4,12 +4,15 @@
 //! away: for C N invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0` (T of n - p rows) and `S = -G C N`, G and Y symmetric.
 //! What is left is linear in G and Y.
 //!
-//! The solver proposes P for F, C N and T as rounded; the answer carries what is then proved for A, L, C and N as stored.
+//! F and C N are multiplied out exactly where it matters; T is exact for one output and for as many as states, and rounded in between. The answer carries what is then proved for A, L, C and N as stored; that
+//! there is no P is said only where all numbers of the inequality are exact and its multipliers are verified, or where exact arithmetic finds an unstable eigenvalue of C N.
 
 use luenberger_linalg::spectral_abscissa;
-use luenberger_lmi::{Expression, Problem, greatest_parameter, he};
+use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
 use luenberger_plants::DynamicPlant;
 use luenberger_proof::certificate::Certificate;
+use luenberger_proof::statement::hurwitz_spectrum;
+use luenberger_proof::{Exact, Matrix, Ring, Verdict};
 use nalgebra::DMatrix;
 
 use crate::certificate::certified;
@@ -47,7 +50,7 @@ pub struct FixedGainMargin {
     pub margin: f64,
     /// The least eps tried that was not; the supremum lies between the two when `refuted`.
     pub stopped_at: Option<f64>,
-    /// Whether the inequality at `stopped_at` was refuted (else it stayed undecided).
+    /// Whether the inequality at `stopped_at` was refuted, by multipliers verified for the numbers as stored (else it stayed undecided).
     pub refuted: bool,
     /// What proves it at `margin`: the certificate is for `A + margin I` as rounded.
     pub at_margin: GainCertificate,
@@ -58,8 +61,8 @@ pub struct FixedGainMargin {
 /// L and N are n x p, C of full row rank. Cost: one SDP of about `n^2/2` unknowns for each of `log2(range / tolerance)` bisection steps.
 ///
 /// # Errors
-/// [`DesignError::NotHurwitz`] when `A - L C` is not; [`DesignError::Infeasible`] when `C N` has an eigenvalue of positive real part, so that no P allows
-/// this N at any eps; [`DesignError::DegenerateGain`] when that real part is zero up to rounding; [`DesignError::DependentOutputs`];
+/// [`DesignError::NotHurwitz`] when `A - L C` is not; [`DesignError::Infeasible`] when `C N` has an eigenvalue of positive real part, decided exactly, so that no P allows
+/// this N at any eps; [`DesignError::DegenerateGain`] when C N is not Hurwitz and that real part is zero up to rounding; [`DesignError::DependentOutputs`];
 /// [`DesignError::Undecided`] when no eps could be proved.
 pub fn fixed_gain_margin(
     plant: &DynamicPlant,
@@ -69,16 +72,16 @@ pub fn fixed_gain_margin(
 ) -> Result<FixedGainMargin, DesignError> {
     check::positive("tolerance", tolerance)?;
     let family = Family::new(plant, l, n_gain)?;
-    let high = -check::hurwitz("A - L C", &family.f)?;
+    let high = -check::hurwitz("A - L C", (&plant.a, l, &plant.c))?;
     let low = family.feasible_below(high)?;
     let bisection = greatest_parameter(low, high, tolerance, |eps| family.at(eps))?;
     let Some((margin, solution)) = bisection.proved else {
-        return Err(DesignError::not_proved(WHAT, bisection.stopped.map(|(_, verdict)| verdict)));
+        return Err(family.not_proved(bisection.stopped.map(|(_, verdict)| verdict)));
     };
     Ok(FixedGainMargin {
         margin,
         stopped_at: bisection.stopped.as_ref().map(|(eps, _)| *eps),
-        refuted: bisection.stopped.is_some_and(|(_, verdict)| verdict.is_refuted()),
+        refuted: bisection.stopped.is_some_and(|(_, verdict)| verdict.is_refuted() && family.exact),
         at_margin: family.certify(margin, |name| solution.named(name).cloned())?,
     })
 }
@@ -86,19 +89,20 @@ pub fn fixed_gain_margin(
 /// A `P > 0` that proves the observer with gains L and N: (12) and (13').
 ///
 /// # Errors
-/// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P.
+/// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P; [`DesignError::RefutedAsRounded`] with such that exclude it only for
+/// T as rounded.
 pub fn certify_gain(
     plant: &DynamicPlant,
     l: &DMatrix<f64>,
     n_gain: &DMatrix<f64>,
 ) -> Result<GainCertificate, DesignError> {
     let family = Family::new(plant, l, n_gain)?;
-    check::hurwitz("A - L C", &family.f)?;
+    check::hurwitz("A - L C", (&plant.a, l, &plant.c))?;
     let solution = family.at(0.0).solve()?;
     if solution.verdict.is_proved() {
         family.certify(0.0, |name| solution.named(name).cloned())
     } else {
-        Err(DesignError::not_proved(WHAT, Some(solution.verdict)))
+        Err(family.not_proved(Some(solution.verdict)))
     }
 }
 
@@ -110,6 +114,8 @@ struct Family<'a> {
     f: DMatrix<f64>,
     cn: DMatrix<f64>,
     t: DMatrix<f64>,
+    /// Whether `T N = 0` without rounding.
+    exact: bool,
 }
 
 impl<'a> Family<'a> {
@@ -122,31 +128,27 @@ impl<'a> Family<'a> {
         check::independent_outputs(c)?;
         let cn = c * n_gain;
         let abscissa = spectral_abscissa(&cn)?;
-        // The rounding of the product and of its eigenvalues.
-        let rounding = 8.0 * n as f64 * f64::EPSILON * c.norm() * n_gain.norm();
-        if abscissa > rounding {
+        let exact_cn = check::exactly(c)?.product(&check::exactly(n_gain)?)?;
+        // Eigenvalues of a defective C N are known to a root of the rounding only: exact arithmetic decides.
+        if abscissa > 0.0 && has_eigenvalue_beyond(&exact_cn, 0.5 * abscissa) {
             return Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::SignOfCn(abscissa) });
         }
-        if abscissa >= -rounding {
+        if hurwitz_spectrum(&exact_cn).map_or(abscissa >= 0.0, |stable| !stable) {
             return Err(DesignError::DegenerateGain { real_part: abscissa });
         }
-        // C N is invertible, so N has full column rank, and the last n - p columns of its full Q factor are orthogonal to it.
-        let full = DMatrix::from_fn(n, n + outputs, |i, j| {
-            if j < outputs {
-                n_gain[(i, j)]
-            } else if i == j - outputs {
-                1.0
-            } else {
-                0.0
+        let t = orthogonal_rows(n_gain);
+        let exact = check::exactly(&t)?.product(&check::exactly(n_gain)?)?.as_slice().iter().all(Ring::is_zero);
+        Ok(Self { plant, l, n_gain, f: &plant.a - l * c, cn, t, exact })
+    }
+
+    /// The error behind a verdict. What is refuted with T as rounded is not refuted.
+    fn not_proved(&self, verdict: Option<Verdict<Infeasibility>>) -> DesignError {
+        match verdict {
+            Some(Verdict::Refuted { witness }) if !self.exact => {
+                DesignError::RefutedAsRounded { what: WHAT, rounded: "T N = 0", witness }
             }
-        });
-        let q = full.qr().q();
-        // An entry that is rounding would be taken for a coefficient in small units.
-        let t = q
-            .columns(outputs, n - outputs)
-            .transpose()
-            .map(|x| if x.abs() < 4.0 * n as f64 * f64::EPSILON { 0.0 } else { x });
-        Ok(Self { plant, l, n_gain, f: &plant.a - l * c, cn, t })
+            other => DesignError::not_proved(WHAT, other),
+        }
     }
 
     fn at(&self, eps: f64) -> Problem {
@@ -159,10 +161,11 @@ impl<'a> Family<'a> {
             let y = lmi.symmetric("Y", n - outputs);
             p = p + self.t.transpose() * &y * &self.t;
         }
-        let shifted = &self.f + DMatrix::identity(n, n) * eps;
+        // The factors one by one: what is refuted is then refuted for exactly these numbers.
+        let half = &p * &self.plant.a - &p * self.l * c;
         lmi.constrain("P > 0", &p >> 0.0);
-        lmi.constrain("decrease", he(&p * &shifted) << 0.0);
-        lmi.constrain("S + S' > 0", he(&g * &self.cn) << 0.0);
+        lmi.constrain("decrease", (he(half) + (2.0 * eps) * &p) << 0.0);
+        lmi.constrain("S + S' > 0", he(&g * c * self.n_gain) << 0.0);
         lmi
     }
 
@@ -179,7 +182,7 @@ impl<'a> Family<'a> {
             }
             last = Some(verdict);
         }
-        Err(DesignError::not_proved(WHAT, last))
+        Err(self.not_proved(last))
     }
 
     fn certify(&self, eps: f64, value: impl Fn(&str) -> Option<DMatrix<f64>>) -> Result<GainCertificate, DesignError> {
@@ -200,6 +203,45 @@ impl<'a> Family<'a> {
         let (l, n) = (self.l.clone(), self.n_gain.clone());
         Ok(GainCertificate { plant: shifted, l, n, p, s, certificate })
     }
+}
+
+/// Whether a matrix has an eigenvalue of real part `bound` or more, decided exactly.
+fn has_eigenvalue_beyond(m: &Matrix<Exact>, bound: f64) -> bool {
+    let Some(bound) = Exact::from_f64(bound) else { return false };
+    let shifted =
+        Matrix::from_fn(m.rows(), m.cols(), |i, j| if i == j { m[(i, j)].sub(&bound) } else { m[(i, j)].clone() });
+    hurwitz_spectrum(&shifted) == Some(false)
+}
+
+/// T of full row rank with `T N = 0`, for N of full column rank. For a single column with entries of N itself, without rounding; else the last columns of the full Q factor of N.
+fn orthogonal_rows(n_gain: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, outputs) = n_gain.shape();
+    if outputs == 1 {
+        // N_k e_j - N_j e_k, with the largest N_k.
+        let k = n_gain.column(0).icamax();
+        return DMatrix::from_fn(n - 1, n, |row, column| {
+            let j = if row < k { row } else { row + 1 };
+            if column == j {
+                n_gain[(k, 0)]
+            } else if column == k {
+                -n_gain[(j, 0)]
+            } else {
+                0.0
+            }
+        });
+    }
+    let full = DMatrix::from_fn(n, n + outputs, |i, j| {
+        if j < outputs {
+            n_gain[(i, j)]
+        } else if i == j - outputs {
+            1.0
+        } else {
+            0.0
+        }
+    });
+    let q = full.qr().q();
+    // An entry that is rounding would be taken for a coefficient in small units.
+    q.columns(outputs, n - outputs).transpose().map(|x| if x.abs() < 4.0 * n as f64 * f64::EPSILON { 0.0 } else { x })
 }
 
 const WHAT: &str = "P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0";

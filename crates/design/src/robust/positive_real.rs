@@ -31,11 +31,11 @@ pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix
     check::matrix("C", c, (1, order))?;
     check::matrix("N", n_gain, (order, 1))?;
     let cn = (c * n_gain)[(0, 0)];
-    if cn == 0.0 {
-        return Err(DesignError::DegenerateGain { real_part: 0.0 });
-    }
-    if cn > 0.0 {
-        return Err(DesignError::Infeasible { what: "(13') for any P", reason: Obstruction::SignOfCn(cn) });
+    // Its sign without rounding.
+    match check::exactly(c)?.product(&check::exactly(n_gain)?)?[(0, 0)].signum() {
+        0 => return Err(DesignError::DegenerateGain { real_part: 0.0 }),
+        1 => return Err(DesignError::Infeasible { what: "(13') for any P", reason: Obstruction::SignOfCn(cn) }),
+        _ => {}
     }
     let mut high = -spectral_abscissa(f)?;
     // G of relative degree one is positive real after a large enough shift; double it until it is.
@@ -51,7 +51,12 @@ pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix
     }
     if !found {
         let why = Doubt::NoProposal { status: "no shift makes the transfer function positive real in floating point" };
-        return Err(DesignError::Undecided { what: "strict positive realness", why, best: f64::NEG_INFINITY });
+        return Err(DesignError::Undecided {
+            what: "strict positive realness",
+            why,
+            best: f64::NEG_INFINITY,
+            seen: None,
+        });
     }
     // 200 halvings exhaust the 53 bits of any interval that fits between two doublings.
     for _ in 0..200 {

@@ -12,6 +12,7 @@ mod deployed;
 mod deployed_cubic;
 mod equation;
 mod feedback;
+mod hidden;
 mod lyapunov;
 mod sector;
 mod spectrum;
@@ -19,12 +20,13 @@ mod spectrum;
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed::{
-    CubicGains, Deployed, ErrorBall, Format, Formats, Obstacle, Operation, Running, SampledPlant, Step, Stored,
-    deployed_linear, deployed_sampled_cubic, saturated_decrease,
+    CubicGains, Deployed, ErrorBall, Format, Formats, Intermediate, Obstacle, Operation, Running, SampledPlant, Step,
+    Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
+pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive, stein_decrease,

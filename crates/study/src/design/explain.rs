@@ -102,8 +102,12 @@ pub(super) fn error(study: &Study, wish: &ObserverWish, error: &DesignError) -> 
             kinds.extend(for_nonlinear(study, kind));
             kinds
         }
-        DesignError::Undecided { .. } => vec!["a smaller `decay_rate` or `region`".to_owned()],
-        DesignError::NotHurwitz { .. } | DesignError::UnstableVertex { .. } => {
+        DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
+            vec!["a smaller `decay_rate` or `region`".to_owned()]
+        }
+        DesignError::NotHurwitz { .. }
+        | DesignError::StabilityUndecided { .. }
+        | DesignError::UnstableVertex { .. } => {
             vec!["poles, decay_rate or lmi in place of a gain of one's own".to_owned()]
         }
         DesignError::NumericalKkl(_) => for_nonlinear(study, kind),

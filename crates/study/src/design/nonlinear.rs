@@ -144,6 +144,10 @@ pub(super) fn mean_value(
         "everywhere" => ", from every x(0) and z(0)".to_owned(),
         bounds => format!(" as long as x(t) and z(t) stay in the box ({bounds})"),
     };
+    let hypothesis = match &polytope.enclosure.branches {
+        Some(branches) => format!("{hypothesis}, provided that {branches}"),
+        None => hypothesis,
+    };
     let report = DesignReport {
         statement: format!(
             "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}{hypothesis}.",

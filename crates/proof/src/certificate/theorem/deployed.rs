@@ -1,4 +1,14 @@
-//! The observer as a target has it: its matrices in f32 or fixed point, and the rounding of every step.
+//! The observer as a target has it: its matrices in f32, f64 or fixed point, and the rounding of every step.
+//!
+//! **Hypotheses.** The stored numbers are those nearest to the plant's, F rounded once from the exact `A - LC`; `P > 0`; `F'PF - P < 0` for the stored F; for the cubic observer also
+//! `(wA + ANC)'P(wA + ANC) - w^2 P < 0`; and, where a ball is claimed, bounds of the running error that are not below the derived ones.
+//!
+//! **Theorem.** With the numbers as stored and in exact arithmetic the error tends to 0 exponentially, from every e(0). Where a ball is claimed, the running error keeps to it from the promised
+//! first errors, rounding of every step counted, and no intermediate number leaves the format.
+//!
+//! **Proof.** At the head of `statement/deployed`. The gains L, N, theta, w and h are what the file says. Nothing is asked of N but the two Stein inequalities, and nothing of theta: the
+//! observer computes `max(z'theta z, 0)`, as the words say, so that theta need not be semidefinite. The ball is derived from the promised bounds, for the operations that the words spell
+//! out; a bound that is claimed smaller by one unit in the last place is rejected.
 
 use super::super::Fault;
 use super::super::Witness;
@@ -16,6 +26,9 @@ use crate::verdict::{Doubt, Verdict};
 
 /// The largest order of a plant in such a file: the powers of the error map are summed with outward rounding, which takes seconds here.
 pub const LARGEST_DEPLOYED: usize = 32;
+
+/// The words where no ball is claimed.
+const NOTHING_RUNNING: &str = "Nothing is said of the rounding of its steps.";
 
 /// The words for the three ways in which a step is computed.
 const STEPS: [&str; 3] = ["joined", "innovation", "cubic"];
@@ -35,11 +48,7 @@ impl From<&ErrorBall> for ClaimedBall {
     }
 }
 
-/// `P > 0`, `F'PF - P < 0` for the stored F, for the cubic observer also the decrease where its flow has done all it can, and the ball of the running error, if one is claimed.
-///
-/// The facts are those of [`deployed_linear`] and [`deployed_sampled_cubic`]; why they imply the statement stands at the head of `statement/deployed`. The checker rounds the plant's
-/// matrices into the format itself and compares: a stored number that the format does not have, or that is not the nearest to the plant's, is rejected. The ball
-/// is derived from the promised bounds, and a bound that is claimed smaller by one unit in the last place is rejected.
+/// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeployedObserver {
     /// The real plant.
@@ -142,6 +151,31 @@ impl DeployedObserver {
         }
     }
 
+    /// The claim about the running observer.
+    fn running_words(&self) -> String {
+        let Formats { stored, running } = self.formats;
+        // 1/epsilon, beyond which the code takes 1 + c^2 for c^2.
+        let large = match running {
+            Format::Binary64 => "2^52",
+            _ => "2^23",
+        };
+        let flow = if self.stored.cubic.is_some() {
+            format!(
+                " with i = (((k p)p')s)d and j = p d, s = max |z_k|, d = z/s, q = max(d'theta d, 0), k = (2q)h, b = sqrt(w k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a), but p = p' = 1/b where c is larger than {large}, and i = j = z where s = 0,"
+            )
+        } else {
+            String::new()
+        };
+        let rounded = match running {
+            Format::Fixed { .. } => "each product rounded to nearest or each sum of products as a whole",
+            _ => "each operation rounded to nearest, with or without fused multiply-adds",
+        };
+        let operands = if stored == running { "" } else { "the stored numbers entering as they are, " };
+        format!(
+            "As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of {running}."
+        )
+    }
+
     /// The stored matrices by their names, in the order of the file.
     fn matrices<'a>(&self, stored: &'a Stored) -> Vec<(&'static str, &'a Matrix<f64>)> {
         let mut matrices = match (&stored.cubic, self.step) {
@@ -201,6 +235,60 @@ fn running_facts(claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
 
 impl Statement for DeployedObserver {
     const NAME: &'static str = "deployed-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let derived = self.derived()?;
+        let nearest: Verdict<Witness> = match self.mismatch(&derived.stored) {
+            None => Verdict::Proved { margin: 0.0 },
+            Some(witness) => Verdict::Refuted { witness },
+        };
+        let decrease = match (&self.stored.cubic, self.step) {
+            (None, Step::Joined) => "F'PF - P < 0 for the stored F",
+            _ => "(A - LC)'P(A - LC) - P < 0 for the stored A, L and C",
+        };
+        let mut facts = vec![
+            Fact::stated(
+                format!("the stored numbers are those of {} nearest to the plant's", self.formats.stored),
+                nearest,
+            ),
+            Fact::new("P > 0", derived.positive),
+            Fact::new(decrease, derived.decrease),
+        ];
+        let saturated: Option<Verdict<Direction>> = derived.saturated;
+        facts.extend(
+            saturated.map(|verdict| Fact::new("(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers", verdict)),
+        );
+        if let Some(claimed) = &self.ball {
+            facts.extend(running_facts(claimed, &derived.running));
+        }
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        let (n, m, p) = (self.plant.a.rows(), self.plant.b.cols(), self.plant.c.rows());
+        let stored = self.formats.stored;
+        let (observer, error) = match (&self.stored.cubic, self.step) {
+            (Some(_), _) => (
+                "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h max(z'theta z, 0)), h the period",
+                "a plant of the stored A, B and C with v = 0 has e+ = M e with M = A - LC + g (AN + wL)C for some g, 0 <= g < 1/w, that depends on e",
+            ),
+            (None, Step::Joined) => (
+                "the observer xhat+ = F xhat + Bu + Ly, F being the exact A - LC of the plant's A and C and the stored L, rounded once",
+                "a plant with the stored B, with F + LC in the place of A and with v = 0 has e+ = F e",
+            ),
+            (None, Step::Innovation) => (
+                "the observer xhat+ = A xhat + Bu + L z, z = y - C xhat",
+                "a plant of the stored A, B and C with v = 0 has e+ = (A - LC)e",
+            ),
+        };
+        let claim = if self.ball.is_some() { self.running_words() } else { NOTHING_RUNNING.to_owned() };
+        format!(
+            "For the sampled plant x+ = Ax + Bu, y = Cx + v with {}, {} and {}, and {observer}, with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and in exact arithmetic, for the error e = x - xhat, {error}, V = e'Pe falls at each step at least by a factor below 1 that is the same for all e, and e tends to 0 exponentially, from every e(0). {claim}",
+            counted(n, "state"),
+            counted(m, "input"),
+            counted(p, "output"),
+        )
+    }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let plant = read_plant(file)?;
@@ -289,61 +377,5 @@ impl Statement for DeployedObserver {
             members.push(("running", Out::Object(running)));
         }
         members
-    }
-
-    fn words(&self) -> String {
-        let (n, m, p) = (self.plant.a.rows(), self.plant.b.cols(), self.plant.c.rows());
-        let Formats { stored, running } = self.formats;
-        let (observer, error) = match (&self.stored.cubic, self.step) {
-            (Some(_), _) => (
-                "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, r = 1/sqrt(1 + 2 w h z'theta z), h the period",
-                "e+ = M e with M = A - LC + g (AN + wL)C for some g between 0 and 1/w",
-            ),
-            (None, Step::Joined) => ("the observer xhat+ = F xhat + Bu + Ly, F being A - LC rounded", "e+ = F e"),
-            (None, Step::Innovation) => {
-                ("the observer xhat+ = A xhat + Bu + L(y - C xhat)", "e+ = (A - LC)e with the stored A, L and C")
-            }
-        };
-        let running = if self.ball.is_some() {
-            format!(
-                "As it runs in {running}, each operation rounded to nearest, in any order of summation and with or without fused multiply-adds, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of operation, u being a number of that format: the error e = x - xhat never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no intermediate number leaves the format."
-            )
-        } else {
-            "Nothing is said of the rounding of its steps.".to_owned()
-        };
-        format!(
-            "For the sampled plant x+ = Ax + Bu, y = Cx + v with {}, {} and {}, and {observer}, with all its matrices stored in {stored}, to nearest: with the numbers exactly as stored and in exact arithmetic, a plant of the stored matrices has {error}, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). {running}",
-            counted(n, "state"),
-            counted(m, "input"),
-            counted(p, "output"),
-        )
-    }
-
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let derived = self.derived()?;
-        let nearest: Verdict<Witness> = match self.mismatch(&derived.stored) {
-            None => Verdict::Proved { margin: 0.0 },
-            Some(witness) => Verdict::Refuted { witness },
-        };
-        let decrease = match (&self.stored.cubic, self.step) {
-            (None, Step::Joined) => "F'PF - P < 0 for the stored F",
-            _ => "(A - LC)'P(A - LC) - P < 0 for the stored A, L and C",
-        };
-        let mut facts = vec![
-            Fact::stated(
-                format!("the stored numbers are those of {} nearest to the plant's", self.formats.stored),
-                nearest,
-            ),
-            Fact::new("P > 0", derived.positive),
-            Fact::new(decrease, derived.decrease),
-        ];
-        let saturated: Option<Verdict<Direction>> = derived.saturated;
-        facts.extend(
-            saturated.map(|verdict| Fact::new("(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers", verdict)),
-        );
-        if let Some(claimed) = &self.ball {
-            facts.extend(running_facts(claimed, &derived.running));
-        }
-        Ok(facts)
     }
 }

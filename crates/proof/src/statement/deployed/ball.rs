@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::disturbance::{Disturbance, StepBound};
+use super::disturbance::{Disturbance, Stage, StepBound};
 use crate::definite::{proved_eigenvalue_bound, solve_approximately};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -35,6 +35,19 @@ pub struct ErrorBall {
     pub entries: Vec<f64>,
     /// The largest share of its range that any intermediate number takes, at most 1.
     pub headroom: f64,
+    /// Every intermediate number of a step, in the order of the code that runs.
+    pub intermediates: Vec<Intermediate>,
+}
+
+/// An intermediate number of the step, or all of those that a sum of products passes through in whatever order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intermediate {
+    /// As the statement of a certificate and the head of the module write it.
+    pub what: &'static str,
+    /// It is never larger in magnitude while the error is in the ball of the start.
+    pub size: f64,
+    /// What it must not exceed.
+    pub limit: f64,
 }
 
 /// Why no ball is proved.
@@ -91,13 +104,18 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
     let n = disturbance.order();
     let metric = embed_symmetric::<Interval>(p, "P", n)?;
     if n == 0 {
+        let intermediates = match in_range(&disturbance.step_bound(&[])?.stages, &[])? {
+            Ok(intermediates) => intermediates,
+            Err(obstacle) => return Ok(Running::Unproved(obstacle)),
+        };
         return Ok(Running::Within(ErrorBall {
             contraction: 0.0,
             relative: 0.0,
             start: 0.0,
             ultimate: 0.0,
             entries: Vec::new(),
-            headroom: 0.0,
+            headroom: headroom(&intermediates),
+            intermediates,
         }));
     }
     let maps = disturbance.maps()?;
@@ -131,26 +149,47 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
             start = 1.01 * ultimate;
             continue;
         }
-        let reach = at(start);
-        let mut headroom = 0.0_f64;
-        for stage in &stages {
-            let size = evaluated(&stage.size, &reach)?.into_iter().fold(0.0, f64::max);
-            if size.is_nan() || size > stage.limit {
-                return Ok(Running::Unproved(Obstacle::Range { what: stage.what, size, limit: stage.limit }));
-            }
-            headroom = headroom.max((size / stage.limit).next_up());
-        }
+        let intermediates = match in_range(&stages, &at(start))? {
+            Ok(intermediates) => intermediates,
+            Err(obstacle) => return Ok(Running::Unproved(obstacle)),
+        };
         let mut entries = at(ultimate);
         for _ in 0..REFINEMENTS {
             let StepBound { added, bend, .. } = disturbance.step_bound(&entries)?;
             let per_step = evaluated(&added.sum(&bend)?, &entries)?;
             series(&maps[0], &per_step, &half_widths, (rho, ultimate), &mut entries)?;
         }
-        let ball =
-            ErrorBall { contraction: rho, relative: kappa, start, ultimate, entries, headroom: headroom.min(1.0) };
+        let ball = ErrorBall {
+            contraction: rho,
+            relative: kappa,
+            start,
+            ultimate,
+            entries,
+            headroom: headroom(&intermediates),
+            intermediates,
+        };
         return Ok(Running::Within(ball));
     }
     unproved(rho, f64::INFINITY)
+}
+
+/// The stages at `|e_i| = reach_i`, or the first that may leave its range.
+fn in_range(stages: &[Stage], reach: &[f64]) -> Result<Result<Vec<Intermediate>, Obstacle>, ProofError> {
+    let mut found = Vec::with_capacity(stages.len());
+    for &Stage { what, ref size, limit } in stages {
+        let size = evaluated(size, reach)?;
+        let size = size.into_iter().fold(0.0_f64, |largest, x| if x.is_nan() { f64::INFINITY } else { largest.max(x) });
+        if size > limit {
+            return Ok(Err(Obstacle::Range { what, size, limit }));
+        }
+        found.push(Intermediate { what, size, limit });
+    }
+    Ok(Ok(found))
+}
+
+fn headroom(intermediates: &[Intermediate]) -> f64 {
+    let shares = intermediates.iter().map(|found| (found.size / found.limit).next_up());
+    shares.fold(0.0, f64::max).min(1.0)
 }
 
 /// The rows of a bound for `|e_i| = reach_i`, rounded up.

@@ -9,8 +9,9 @@ use crate::ring::Ring;
 use crate::statement::EXACT_ORDER;
 use crate::statement::lyapunov::error_matrix;
 
-/// More roundings than the flow of the cubic part has on any path: 21 by the count in the head of the module.
-const FLOW_ROUNDINGS: usize = 24;
+/// Roundings on the way to the impulse of the flow, and to the innovation that it leaves: counted in the head of the module.
+const IMPULSE_ROUNDINGS: usize = 17;
+const INNOVATION_ROUNDINGS: usize = 5;
 
 /// Bounds of absolute values, one row each, acting on `(1, |e_1|, ..., |e_n|)`.
 type Bound = Matrix<Interval>;
@@ -134,6 +135,10 @@ impl Disturbance<'_> {
         let converted = y.scaled(&Interval::of(self.format.unit())).sum(&self.same(outputs, self.format.absolute()))?;
         let measured = y.sum(&converted)?;
         let mut stages = vec![stage("y", &measured), stage("u", &u), stage("xhat", &xhat)];
+        if !matches!(self.format, Format::Fixed { .. }) {
+            // Products with 1 are among the operations of a linear algebra library; coefficients of fixed point may have a format of their own.
+            stages.push(stage("a stored number", &self.same(1, self.stored.largest())));
+        }
         let input = b_size.product(&u)?;
         let input_mismatch = Self::mismatch(&self.plant.b, b)?.product(&u)?;
 
@@ -200,43 +205,78 @@ impl Disturbance<'_> {
         let at_reach =
             Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { Interval::of(reach[i - 1]) });
         let size = z.product(&at_reach)?.as_slice().iter().fold(0.0_f64, |size, x| size.max(x.hi()));
-        let (w, h, tiny) = (Interval::of(cubic.w), Interval::of(cubic.h), Interval::of(self.format.absolute()));
         let size = Interval::of(size);
+        let (w, h, tiny) = (Interval::of(cubic.w), Interval::of(cubic.h), Interval::of(self.format.absolute()));
         let inverse = w.recip().unwrap_or(Interval::UNBOUNDED);
-        let gamma = self.format.gamma(FLOW_ROUNDINGS);
         let bulk = Interval::ONE.add(&size);
-        let lost = Interval::of(8.0).mul(&tiny).mul(&Interval::ONE.add(&h).add(&w)).mul(&bulk.mul(&bulk).mul(&bulk));
-        let error = z.scaled(&gamma).sum(&self.same(outputs, lost.hi()))?;
-        let innovation = z.sum(&error)?;
-        // Every intermediate number of the flow, with room for its roundings (a factor below 2).
-        let theta = cubic.theta.as_slice().iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let form = Interval::of(2.0 * (outputs * outputs) as f64).mul(&Interval::of(theta));
-        let power = Interval::of(2.0).mul(&w).mul(&form).mul(&Interval::ONE.add(&h));
-        let pull = Interval::of(4.0).mul(&form).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&size));
-        let root = power.sqrt().unwrap_or(Interval::UNBOUNDED);
-        // g = (1 - r)/w <= reach^2/(2w), and reach^2 = 2 w h q size^2 up to 6 roundings (a factor below 2, which `form` has) and underflow.
-        let lost = Interval::of(8.0).mul(&tiny).mul(&Interval::ONE.add(&h)).mul(&Interval::ONE.add(&inverse));
-        let strength = h.mul(&form).mul(&size.mul(&size)).add(&lost.mul(&bulk.mul(&bulk)));
+        let underflow = Interval::of(4.0).mul(&tiny);
+        let impulse_lost = underflow.mul(&Interval::ONE.add(&w)).mul(&bulk.mul(&bulk).mul(&bulk));
+        let error =
+            |roundings, lost: Interval| z.scaled(&self.format.gamma(roundings)).sum(&self.same(outputs, lost.hi()));
+        let impulse_error = error(IMPULSE_ROUNDINGS, impulse_lost)?;
+        let innovation_error = error(INNOVATION_ROUNDINGS, underflow.mul(&bulk))?;
+
+        // The intermediate numbers in the order of the code. Rounding to nearest is monotone: what is at most x before it is at most `rounded(x)` after it.
+        let one_more = Interval::ONE.add(&Interval::of(self.format.unit()));
+        let rounded = |x: Interval| x.mul(&one_more).add(&tiny);
+        let product = |x: &Interval, y: &Interval| rounded(x.mul(y));
+        let root = |x: &Interval| x.sqrt().unwrap_or(Interval::UNBOUNDED);
+        // A sum of `outputs` products, none larger than x, in any order.
+        let count = Interval::of(outputs as f64);
+        let gamma = Interval::ONE.add(&self.format.gamma(outputs));
+        let sum = |x: &Interval| count.mul(&gamma).mul(&x.add(&tiny).add(&tiny));
+        let theta = Interval::of(cubic.theta.as_slice().iter().fold(0.0_f64, |largest, x| largest.max(x.abs())));
+        let weighted = sum(&theta);
+        let form = sum(&weighted);
+        let twice = form.add(&form);
+        let drive = product(&twice, &h);
+        let driven = product(&w, &drive);
+        let b = rounded(root(&driven));
+        let c = product(&b, &size);
+        let epsilon = Interval::of(2.0 * self.format.unit());
+        let large = epsilon.recip().unwrap_or(Interval::UNBOUNDED);
+        // The square is formed only where c does not exceed 1/epsilon.
+        let squared = Interval::of(c.hi().min(large.hi()));
+        let squared = rounded(Interval::ONE.add(&product(&squared, &squared)));
+        let a = rounded(root(&squared));
+        let pulled = product(&drive, &size);
+        // w k (s/a) (s/(1 + a)) is at most 1, up to roundings (for which the factor 2 has room) and underflow.
+        let saturated = |x: Interval, y: Interval| Interval::of(x.hi().min(y.hi()));
+        let underflow = Interval::ONE.add(&tiny.mul(&size).mul(&size));
+        let pulled_twice = saturated(
+            product(&pulled, &size),
+            Interval::of(2.0).mul(&inverse).mul(&underflow).add(&Interval::of(64.0).mul(&tiny)),
+        );
+        let pull = product(&pulled_twice, &size);
+        // g = (1 - r)/w <= c^2/(2w), and c^2 is w k |z|^2 up to 6 roundings (a factor below 2) and underflow.
+        let square = size.mul(&size);
+        let strength = drive.mul(&square).add(&tiny.mul(&inverse).mul(&Interval::ONE.add(&square)));
         let strength = Interval::of(strength.hi().min(inverse.hi()));
+
         let largest = self.format.largest();
-        let stage = |what, x: Interval, limit| Stage {
-            what,
-            size: self.same(1, if x.hi() > 0.0 { x.hi() } else { 0.0 }),
-            limit,
-        };
+        let stage = |what, x: Interval, limit: f64| Stage { what, size: self.same(1, x.magnitude()), limit };
         let stages = vec![
-            stage("2 w h z'theta z", power, largest),
-            stage("sqrt(2 w h z'theta z)", Interval::of(2.0).mul(&root).mul(&size), largest),
-            stage("2 h z'theta z", pull, largest),
-            stage("1/w", Interval::of(2.0).mul(&inverse), largest),
-            // The run-time observer caps the impulse at the root of the largest number, which must not happen.
-            stage("z (1 - r)/w", Interval::of(2.0).mul(&inverse).mul(&size), (largest.sqrt() / 2.0).next_down()),
+            stage("d = z/s", Interval::ONE, largest),
+            stage("theta d", weighted, largest),
+            stage("d'theta d", form, largest),
+            stage("2q", twice, largest),
+            stage("k = 2q h", drive, largest),
+            stage("w k", driven, largest),
+            stage("b = sqrt(w k)", b, largest),
+            stage("c = b s", c, largest),
+            stage("1 + c c", squared, largest),
+            stage("1 + a", rounded(Interval::ONE.add(&a)), largest),
+            stage("p = s/a", size, largest),
+            stage("k p", pulled, largest),
+            stage("k p (s/(1 + a))", pulled_twice, largest),
+            // The code caps it at the root of the largest number, which must not happen.
+            stage("k p (s/(1 + a)) s", pull, (largest.sqrt() / 2.0).next_down()),
         ];
         Ok(CubicPart {
-            impulse: innovation.scaled(&inverse),
-            impulse_error: error.scaled(&inverse),
-            innovation_error: error,
-            innovation,
+            impulse: z.sum(&impulse_error)?.scaled(&inverse),
+            impulse_error: impulse_error.scaled(&inverse),
+            innovation: z.sum(&innovation_error)?,
+            innovation_error,
             strength,
             stages,
         })

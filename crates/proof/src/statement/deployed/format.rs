@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::error::ProofError;
-use crate::exact::power_of_two;
+use crate::exact::{Exact, power_of_two};
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
@@ -84,6 +84,40 @@ impl Format {
         rounded.is_finite().then_some(rounded)
     }
 
+    /// The number of the format nearest to `x`, ties to even: **one** rounding, where a binary64 number in between would be a second one.
+    ///
+    /// `None` as for [`round`](Self::round).
+    /// ```
+    /// use luenberger_proof::statement::Format;
+    /// use luenberger_proof::{Exact, Ring};
+    /// // Above a tie of binary32 by less than binary64 can say.
+    /// let tie = Exact::power_of_two(0).add(&Exact::power_of_two(-24));
+    /// let above = tie.add(&Exact::power_of_two(-80));
+    /// assert_eq!(Format::Binary32.round_exact(&tie), Some(1.0));
+    /// assert_eq!(Format::Binary32.round_exact(&above), Some(f64::from(1.0_f32.next_up())));
+    /// assert_eq!(Format::Binary32.round(above.round_down()), Some(1.0));
+    /// ```
+    pub fn round_exact(self, x: &Exact) -> Option<f64> {
+        self.check().ok()?;
+        let Some(top) = x.magnitude_exponent() else { return Some(0.0) };
+        // The spacing of the numbers of the format around x is 2^quantum.
+        let quantum = match self {
+            Self::Binary32 => (top - 23).max(-149),
+            Self::Binary64 => (top - 52).max(-1074),
+            Self::Fixed { fraction_bits, .. } => -i64::from(fraction_bits),
+        };
+        // Fixed-point formats that are supported end at 2^(quantum + 52); |x| is twice that or more.
+        if top - quantum > 52 {
+            return None;
+        }
+        let rounded = x.nearest_multiple(quantum) * power_of_two(quantum);
+        let least = match self {
+            Self::Fixed { integer_bits, .. } => -power_of_two(i64::from(integer_bits) - 1),
+            _ => -self.largest(),
+        };
+        (least..=self.largest()).contains(&rounded).then_some(rounded)
+    }
+
     /// The matrix with every entry rounded into the format: what is stored.
     /// # Errors
     /// [`ProofError::NotFinite`]; [`ProofError::OutOfRange`] for an entry that the format does not reach; [`ProofError::Format`].
@@ -101,6 +135,27 @@ impl Format {
                     row,
                     column,
                     value,
+                    largest: self.largest(),
+                })?;
+            }
+        }
+        Ok(stored)
+    }
+
+    /// The same for entries that need not be binary64 numbers, each rounded once.
+    /// # Errors
+    /// [`ProofError::OutOfRange`] for an entry that the format does not reach; [`ProofError::Format`].
+    pub(super) fn stored_exact(self, m: &Matrix<Exact>, what: &'static str) -> Result<Matrix<f64>, ProofError> {
+        self.check()?;
+        let mut stored = m.map(|_| 0.0);
+        for row in 0..m.rows() {
+            for column in 0..m.cols() {
+                let value = &m[(row, column)];
+                stored[(row, column)] = self.round_exact(value).ok_or_else(|| ProofError::OutOfRange {
+                    what,
+                    row,
+                    column,
+                    value: value.round_up(),
                     largest: self.largest(),
                 })?;
             }

@@ -5,10 +5,11 @@
 //! ```text
 //! joined        xhat+ = F xhat + B~ u + L~ y~
 //! innovation    xhat+ = A~ xhat + B~ u + L~ z,                   z = y~ - C~ xhat
-//! cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,          i = z (1 - r)/w,  j = r z,  r = 1/sqrt(1 + 2 w h z'theta z)
+//! cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,          i = z (1 - r)/w,  j = r z,  r = 1/sqrt(1 + 2 w h max(z'theta z, 0))
 //! ```
 //! where the matrices with a tilde are what the target stores ([`Format::stored`]: to nearest, ties to even), F the rounding of `A - L~ C`, and y~ the
-//! measurement rounded into the format that runs. The input u is a number of that format, and the plant receives that number.
+//! measurement rounded into the format that runs. The input u is a number of that format, and the plant receives that number. F is the exact `A - L~ C` rounded **once**: by way of
+//! binary64 it would be rounded twice, and need not be the nearest number of the format.
 //!
 //! # Stored, in exact arithmetic
 //! Without rounding errors and with the plant's matrices equal to the stored ones, the error `e = x - xhat` obeys `e+ = F e` with `F = A~ - L~ C~`, and
@@ -16,7 +17,8 @@
 //! ```text
 //! e+ = M(g) e,    M(g) = A~ - L~ C~ + g (A~ N~ + w L~) C~,    0 <= g < 1/w,
 //! ```
-//! whatever N~, w, theta and h are (the run-time observer counts a negative `z'theta z` as 0). M is affine in g and `M'PM` convex: if
+//! **whatever N~, theta and h are**: since `2 w h max(z'theta z, 0)` is a number and not negative, r is in (0, 1] and g in [0, 1/w), also for a theta that is not symmetric or not semidefinite, as one
+//! that was may be after rounding. (Without the maximum, a negative `z'theta z` would give an r beyond 1 or none, and V could grow.) M is affine in g and `M'PM` convex: if
 //! `M'PM < P` for `g = 0` and for `g = 1/w`, that is
 //! ```text
 //! F'PF - P < 0    and    (w A~ + A~ N~ C~)' P (w A~ + A~ N~ C~) - w^2 P < 0,
@@ -46,10 +48,25 @@
 //! cubic         e+ = M(g) e + (A - A~) x + (B - B~) u + (g A~ N~ - r L~) zeta + A~ N~ iota - L~ kappa - A~ m - s
 //! ```
 //! with d the rounding of y, `zeta = (C - C~) x + v + d - (error of z)`, s and m the errors of the last sum and of `xhat - N~ i`, and iota, kappa those of i and j
-//! against the exact functions of the *computed* z. The third is M of the exact flow for some g because an error in `z'theta z` only moves g along
-//! `[0, 1/w)`. What remains is that i and j belong to the same r: following the operations of `observers::cubic::flow` in their order, with the computed `reach` as the
-//! definition of r, the relative error of i has at most 21 factors `1 + delta` and that of j at most 6; gamma_24 bounds both, and underflow adds at most
-//! `8 tiny (1 + h + w)(1 + |z|)^3` to `w i` and to j. In `g A~ N~ - r L~`, `0 <= g <= 1/w` and `0 <= r <= 1`.
+//! against the exact functions of the *computed* z. In `g A~ N~ - r L~`, `0 <= g <= 1/w` and `0 <= r <= 1`.
+//!
+//! *The flow.* What `observers::cubic::flow` computes of z, each operation rounded to nearest, is
+//! ```text
+//! s = max |z_k|,   d = z/s,   q = max(d'theta d, 0),   k = 2q h,   b = sqrt(w k),   c = b s,
+//! a = sqrt(1 + c c),   p = s/a,   p' = s/(1 + a)     if c <= 1/epsilon,   epsilon = 2u,
+//! p = p' = 1/b                                       if c > 1/epsilon,
+//! j = p d,   i = (((k p) p') s) d,                   and i = j = z if s = 0.
+//! ```
+//! (`observers::SampledCubicObserver` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g = 0.)
+//! Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q, k and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is
+//! that i and j belong to this r, that is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`, `|delta| <= u`, in numerators or denominators:
+//! a has 2 (the sum and its square, both under the root, then the root: a half, a half and 1), so that p has 3 and p' 4; d has 1, and j, one product more, has **5**. Where c > 1/epsilon, `b s = c` has 1,
+//! 1/b another, and p and p' differ from 1/b by `sqrt(1 + c^-2)` and `c^-1 + sqrt(1 + c^-2)`, which are within 1 and 2 factors: again 3 and 4. In `w k s^2 = c^2` there are 1 for the product under the root, 2
+//! for the root (it is squared) and 2 for c: 5. So i, with three products in the parentheses, has 5 + 3 + 4 + 3, with d and the last product **17**. By Higham's Lemma 3.1, gamma_17 and gamma_5 bound the relative errors.
+//!
+//! A result below tiny is off by tiny at most, instead. Following it to the end, with `0 <= p, 2 p' <= s`, `w k p p' <= 1`: in j by `tiny s` (d) and `2 tiny` (p, j), in `w i` by `tiny (s + w)`
+//! (d, i), `tiny s^3/2` (w k), `tiny s` (c), `2 tiny` (p, p': since b is at most the root of the largest number, they are that small only if s is below 3 tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). With 1 + gamma on top, that
+//! is below `4 tiny (1 + s)` in j and below `4 tiny (1 + w)(1 + s)^3` in `w i`.
 //!
 //! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (bisected, each value proved), `s_i >= sqrt((P^-1)_ii)`, so
 //! that `|e_i| <= s_i |e|_P`; `beta^2 = d'|P|d` for the first column d of D, and `kappa^2 = t'|P|t` for `t = D_rest s`. Then
@@ -58,11 +75,12 @@
 //! ```
 //! and no error leaves the ball `|e|_P <= r` if r is at least that limit. The entries are also bounded by the series
 //! `limsup |e| <= sum_{j<k} |F^j| d + s rho^k limsup |e|_P`, for each k, and the smallest is taken: it does not suffer from the shape of the ball. There d is the bound
-//! D (1, |e|) at the limit; for the cubic observer, whose map is M(g) and not F, with the difference `g (A~ N~ + w L~) C~ e` added to it: g is at most `h z'theta z`, cubically small near 0.
+//! D (1, |e|) at the limit; for the cubic observer, whose map is M(g) and not F, with the difference `g (A~ N~ + w L~) C~ e` added to it: `g = (1 - r)/w <= c^2/(2w)`, about `h z'theta z` and small near 0.
 //! (With the bounds so found a smaller d holds in the limit, and the series is summed again.)
 //!
 //! *No overflow, no saturation.* At `|e|_P <= r` every partial sum of every stage, in any order, is at most the sum of the absolute values of its terms plus the rounding
-//! error; all of them are required to lie in the format. The bound holds for errors that start in the ball.
+//! error. The flow is followed operation by operation: rounding to nearest is monotone, so that `|x| <= m` before it is `|x| <= m (1 + u) + tiny` after it. **Every result of an operation of the step** has such a bound
+//! ([`Intermediate`]), and all of them are required to lie in the format; a test records the operations of the observers' code and finds each one among them. The bounds hold for errors that start in the ball.
 //!
 //! # What is not covered
 //! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal entry might); a flow computed otherwise than
@@ -72,7 +90,7 @@ mod ball;
 mod disturbance;
 mod format;
 
-pub use ball::{ErrorBall, Obstacle, Running};
+pub use ball::{ErrorBall, Intermediate, Obstacle, Running};
 pub use format::{Format, Formats};
 
 use super::{Expression, embed, embed_symmetric, number, positive, stein_decrease};
@@ -112,7 +130,7 @@ pub struct Operation {
 /// How a linear observer computes its step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// `xhat+ = F xhat + B u + L y`, with `F = A - L C` formed in binary64 from the L stored, and then rounded.
+    /// `xhat+ = F xhat + B u + L y`, with F the exact `A - L C` of the plant's A and C and the stored L, rounded once.
     Joined,
     /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearObserver` does.
     Innovation,
@@ -131,6 +149,20 @@ pub struct Stored {
     pub l: Matrix<f64>,
     /// Cubic part.
     pub cubic: Option<CubicGains>,
+}
+
+impl Stored {
+    /// The largest magnitude of a stored number.
+    fn largest(&self) -> f64 {
+        let mut matrices = vec![&self.a, &self.b, &self.c, &self.l];
+        let mut scalars = Vec::new();
+        if let Some(cubic) = &self.cubic {
+            matrices.extend([&cubic.n, &cubic.theta]);
+            scalars.extend([cubic.w, cubic.h]);
+        }
+        let entries = matrices.into_iter().flat_map(|m| m.as_slice().iter().copied());
+        entries.chain(scalars).fold(0.0, |largest, x| largest.max(x.abs()))
+    }
 }
 
 /// The cubic part of a sampled cubic observer.
@@ -213,9 +245,9 @@ pub fn deployed_linear(
     let stored = match step {
         Step::Joined => {
             let lc = Matrix::<Exact>::embed(&l, "L")?.product(&Matrix::embed(&plant.c, "C")?)?;
-            let f = Matrix::<Exact>::embed(&plant.a, "A")?.difference(&lc)?.map(Exact::enclosure);
+            let f = Matrix::<Exact>::embed(&plant.a, "A")?.difference(&lc)?;
             Stored {
-                a: formats.stored.stored(&f.map(|x| f64::midpoint(x.lo(), x.hi())), "A - LC")?,
+                a: formats.stored.stored_exact(&f, "A - LC")?,
                 b: formats.stored.stored(&plant.b, "B")?,
                 c: plant.c.clone(),
                 l,

@@ -1,0 +1,347 @@
+//! Motions that leave no trace in the outputs, found and judged in exact arithmetic.
+//!
+//! The unobservable subspace of `(A, C)` is the kernel of the observability matrix `[C; CA; ..; CA^(n-1)]`. For binary64 data it has a basis of integers, found by
+//! elimination without rounding: `C V = 0`, `A V d = V M` with an integer d > 0. An error in that subspace obeys `z' = (M / d) z` whatever the gain is, so that no gain gives
+//! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. That is decided exactly as well: the characteristic polynomial by the
+//! method of Faddeev and Leverrier, in integers, and Routh's scheme, whose first column is positive iff all roots lie in the open left half plane.
+//!
+//! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus, 1969 (the subspace and its modes).
+
+use dashu_int::IBig;
+use dashu_int::ops::{Gcd, UnsignedAbs};
+
+use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+
+/// The largest order that is examined: the characteristic polynomial costs n^4 multiplications of numbers of about 60 n bits, seconds here.
+pub const HIDDEN_ORDER: usize = 48;
+
+/// What no output sees of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and the motion in it, `C V = 0`, `A V d = V M`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HiddenMotion {
+    /// V, n x k with k > 0, of full column rank.
+    pub basis: Matrix<Exact>,
+    /// M, k x k.
+    pub motion: Matrix<Exact>,
+    /// d > 0.
+    pub divisor: Exact,
+}
+
+impl HiddenMotion {
+    /// Whether every hidden motion decays faster than `exp(-rate t)`: all eigenvalues of `M / d` have real parts below `-rate`. Exact; `None` for a rate that is not finite.
+    pub fn decays_at(&self, rate: f64) -> Option<bool> {
+        let shift = Exact::from_f64(rate)?.mul(&self.divisor);
+        let m = &self.motion;
+        hurwitz_spectrum(&Matrix::from_fn(m.rows(), m.cols(), |i, j| {
+            if i == j { m[(i, j)].add(&shift) } else { m[(i, j)].clone() }
+        }))
+    }
+
+    /// Whether this is a hidden motion of this pair: `C V = 0`, `A V d = V M` and V of full rank, checked exactly from the data.
+    ///
+    /// # Errors
+    /// [`ProofError`] for shapes that do not fit and entries that are not finite.
+    pub fn is_of(&self, a: &Matrix<f64>, c: &Matrix<f64>) -> Result<bool, ProofError> {
+        let n = a.rows();
+        let (a, c) = (super::embed::<Exact>(a, "A", (n, n))?, super::embed::<Exact>(c, "C", (c.rows(), n))?);
+        self.basis.expect_shape("V", (n, self.motion.rows()))?;
+        let motion = a.product(&self.basis)?.scaled(&self.divisor);
+        let trace = c.product(&self.basis)?;
+        let mut space = RowSpace::new(n);
+        let full = (0..self.basis.cols()).all(|j| {
+            let column: Vec<Exact> = (0..n).map(|i| self.basis[(i, j)].clone()).collect();
+            space.insert(integers(&column)).is_some()
+        });
+        Ok(full
+            && self.divisor.signum() > 0
+            && self.basis.cols() > 0
+            && trace.as_slice().iter().all(Ring::is_zero)
+            && motion == self.basis.product(&self.motion)?)
+    }
+}
+
+/// The hidden motion of a pair `(A, C)`, A n x n and C p x n, in exact arithmetic; `None` where the pair is observable, and above [`HIDDEN_ORDER`].
+///
+/// ```
+/// use luenberger_proof::{Matrix, statement::hidden_motion};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // The second state is seen by nothing and decays like exp(-2 t).
+/// let a = Matrix::from_rows([[0.5, 0.0], [1.0, -2.0]]);
+/// let hidden = hidden_motion(&a, &Matrix::from_rows([[1.0, 0.0]]))?.expect("not observable");
+/// assert_eq!((hidden.decays_at(1.5), hidden.decays_at(2.0)), (Some(true), Some(false)));
+/// // An entry of 1e-300 is enough to be seen.
+/// let a = Matrix::from_rows([[0.5, 1e-300], [1.0, -2.0]]);
+/// assert!(hidden_motion(&a, &Matrix::from_rows([[1.0, 0.0]]))?.is_none());
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// [`ProofError`] for shapes that do not fit and entries that are not finite.
+pub fn hidden_motion(a: &Matrix<f64>, c: &Matrix<f64>) -> Result<Option<HiddenMotion>, ProofError> {
+    let n = a.rows();
+    let (a, c) = (super::embed::<Exact>(a, "A", (n, n))?, super::embed::<Exact>(c, "C", (c.rows(), n))?);
+    if n == 0 || n > HIDDEN_ORDER {
+        return Ok(None);
+    }
+    // The smallest space of rows that holds those of C and, with a row r, r A.
+    let mut space = RowSpace::new(n);
+    let mut open: Vec<Vec<IBig>> = (0..c.rows()).map(|i| integers(c.row(i))).collect();
+    let scaled = integers(a.as_slice());
+    while let Some(row) = open.pop() {
+        if let Some(new) = space.insert(row) {
+            open.push((0..n).map(|j| (0..n).map(|i| &new[i] * &scaled[i * n + j]).sum()).collect());
+        }
+        if space.rows.len() == n {
+            return Ok(None);
+        }
+    }
+    let (basis, divisor) = space.kernel();
+    let image = a.product(&basis)?;
+    let free = space.free();
+    let motion = Matrix::from_fn(free.len(), free.len(), |i, j| image[(free[i], j)].clone());
+    Ok(Some(HiddenMotion { basis, motion, divisor }))
+}
+
+/// Whether all eigenvalues of a square matrix lie in the open left half plane, decided exactly. `None` for a matrix that is not square, and above [`HIDDEN_ORDER`].
+///
+/// ```
+/// use luenberger_proof::{Exact, Matrix, Ring, statement::hurwitz_spectrum};
+/// let at = |x: f64| Matrix::from_rows([[x, 1.0], [-1.0, x]]).map(|x| Exact::from_f64(*x).expect("finite"));
+/// assert_eq!((hurwitz_spectrum(&at(-1e-300)), hurwitz_spectrum(&at(0.0)), hurwitz_spectrum(&at(1e-300))), (Some(true), Some(false), Some(false)));
+/// ```
+pub fn hurwitz_spectrum(m: &Matrix<Exact>) -> Option<bool> {
+    let n = m.rows();
+    if n != m.cols() || n > HIDDEN_ORDER {
+        return None;
+    }
+    // A positive factor changes nothing.
+    Some(all_roots_left(&characteristic_polynomial(&integers(m.as_slice()), n)))
+}
+
+/// Numbers in proportion, as integers without a common factor.
+fn integers(numbers: &[Exact]) -> Vec<IBig> {
+    let lowest = numbers.iter().filter(|x| !x.is_zero()).map(Exact::exponent).min().unwrap_or(0);
+    let mut row: Vec<IBig> =
+        numbers.iter().map(|x| x.mantissa() << usize::try_from(x.exponent() - lowest).unwrap_or(0)).collect();
+    make_primitive(&mut row);
+    row
+}
+
+/// Divides by the greatest common divisor.
+fn make_primitive(row: &mut [IBig]) {
+    let zero = IBig::ZERO;
+    let mut entries = row.iter().filter(|x| **x != zero);
+    let Some(first) = entries.next() else { return };
+    let mut divisor = first.clone().unsigned_abs();
+    for x in entries {
+        if divisor.is_one() {
+            return;
+        }
+        divisor = divisor.gcd(x.clone().unsigned_abs());
+    }
+    if !divisor.is_one() {
+        let divisor = IBig::from(divisor);
+        for x in row.iter_mut() {
+            *x /= &divisor;
+        }
+    }
+}
+
+/// Integer rows in reduced echelon form: each has a positive pivot, in whose column all others are 0.
+struct RowSpace {
+    width: usize,
+    rows: Vec<(usize, Vec<IBig>)>,
+}
+
+impl RowSpace {
+    fn new(width: usize) -> Self {
+        Self { width, rows: Vec::new() }
+    }
+
+    /// Adds a row; what is new of it, if anything is.
+    fn insert(&mut self, mut row: Vec<IBig>) -> Option<Vec<IBig>> {
+        for (pivot, other) in &self.rows {
+            eliminate(&mut row, *pivot, other);
+        }
+        let pivot = row.iter().position(|x| *x != IBig::ZERO)?;
+        if row[pivot] < IBig::ZERO {
+            for x in &mut row {
+                *x = -&*x;
+            }
+        }
+        for (_, other) in &mut self.rows {
+            eliminate(other, pivot, &row);
+        }
+        self.rows.push((pivot, row.clone()));
+        Some(row)
+    }
+
+    /// The columns without a pivot.
+    fn free(&self) -> Vec<usize> {
+        (0..self.width).filter(|j| self.rows.iter().all(|(pivot, _)| pivot != j)).collect()
+    }
+
+    /// A basis of the vectors on which every row vanishes, with `d I` in the rows of the free coordinates, and d.
+    fn kernel(&self) -> (Matrix<Exact>, Exact) {
+        let free = self.free();
+        let divisor = self.rows.iter().fold(IBig::ONE, |d, (pivot, row)| {
+            let common = IBig::from((&d).gcd(&row[*pivot]));
+            d / common * &row[*pivot]
+        });
+        let entry = |i: usize, j: usize| match self.rows.iter().find(|(pivot, _)| *pivot == i) {
+            Some((pivot, row)) => -(&divisor / &row[*pivot]) * &row[free[j]],
+            None if i == free[j] => divisor.clone(),
+            None => IBig::ZERO,
+        };
+        let basis = Matrix::from_fn(self.width, free.len(), |i, j| Exact::new(entry(i, j), 0));
+        (basis, Exact::new(divisor.clone(), 0))
+    }
+}
+
+/// Makes the entry at `pivot` of a row 0 by a multiple of another, whose pivot is positive: the row keeps its sign.
+fn eliminate(row: &mut [IBig], pivot: usize, other: &[IBig]) {
+    if row[pivot] == IBig::ZERO {
+        return;
+    }
+    let (own, factor) = (other[pivot].clone(), row[pivot].clone());
+    for (x, y) in row.iter_mut().zip(other) {
+        *x = &*x * &own - &factor * y;
+    }
+    make_primitive(row);
+}
+
+/// The coefficients of `det(s I - A)`, highest power first, by `A_1 = A`, `c_k = -tr(A_k)/k`, `A_(k+1) = A (A_k + c_k I)`. The divisions leave no remainder.
+fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
+    let mut coefficients = vec![IBig::ONE];
+    let mut power = a.to_vec();
+    for k in 1..=n {
+        let trace: IBig = (0..n).map(|i| &power[i * n + i]).sum();
+        let c = -trace / IBig::from(k);
+        for i in 0..n {
+            power[i * n + i] += &c;
+        }
+        // All coefficients of a Hurwitz polynomial are positive.
+        let hopeless = c <= IBig::ZERO;
+        coefficients.push(c);
+        if hopeless {
+            return coefficients;
+        }
+        if k < n {
+            power = (0..n * n).map(|at| (0..n).map(|l| &a[at / n * n + l] * &power[l * n + at % n]).sum()).collect();
+        }
+    }
+    coefficients
+}
+
+/// Routh's scheme for a polynomial with a positive leading coefficient, highest power first.
+fn all_roots_left(coefficients: &[IBig]) -> bool {
+    if coefficients.iter().any(|c| *c <= IBig::ZERO) {
+        return false;
+    }
+    let every_second = |from: usize| coefficients.iter().skip(from).step_by(2).cloned().collect::<Vec<_>>();
+    let (mut above, mut row) = (every_second(0), every_second(1));
+    while let Some(first) = row.first() {
+        if *first <= IBig::ZERO {
+            return false;
+        }
+        // Times the positive first entry of `row`: signs stay.
+        let zero = IBig::ZERO;
+        let mut next: Vec<IBig> =
+            (1..above.len()).map(|j| first * &above[j] - &above[0] * row.get(j).unwrap_or(&zero)).collect();
+        make_primitive(&mut next);
+        above = row;
+        row = next;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn exact(m: &Matrix<f64>) -> Matrix<Exact> {
+        m.map(|x| Exact::from_f64(*x).expect("finite"))
+    }
+
+    #[test]
+    fn a_jordan_block_beside_the_axis() {
+        // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows it: T = I + N with N nilpotent has an integer inverse.
+        let t = Matrix::from_fn(4, 4, |i, j| {
+            if i == j {
+                1.0
+            } else if i < j {
+                (1 + i + j) as f64
+            } else {
+                0.0
+            }
+        });
+        let mut inverse = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 } else { 0.0 });
+        for _ in 0..4 {
+            // X <- I - N X.
+            inverse = Matrix::from_fn(4, 4, |i, j| {
+                let sum: f64 = (i + 1..4).map(|l| t[(i, l)] * inverse[(l, j)]).sum();
+                f64::from(i == j) - sum
+            });
+        }
+        for (sign, expected) in [(-1.0, true), (1.0, false), (0.0, false)] {
+            let j = Matrix::from_fn(4, 4, |i, k| {
+                if i == k {
+                    sign * 2f64.powi(-40)
+                } else if i + 1 == k {
+                    1.0
+                } else {
+                    0.0
+                }
+            });
+            let m = exact(&t).product(&exact(&j)).unwrap().product(&exact(&inverse)).unwrap();
+            assert_eq!(hurwitz_spectrum(&m), Some(expected));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Block triangular by construction, the hidden block `-d I + skew`, turned by an integer matrix of determinant 1: hidden, and decaying exactly below the rate d.
+        #[test]
+        fn what_is_hidden_by_construction_is_found(
+            entries in prop::collection::vec(-9i32..=9, 40), d in 1i32..20, scale in -300i32..300,
+        ) {
+            let n = 4;
+            let number = |k: usize| f64::from(entries[k]);
+            let size = 2f64.powi(scale);
+            let a = Matrix::from_fn(n, n, |i, j| size * match (i < 2, j < 2) {
+                (_, true) => number(4 * i + j),
+                (true, false) => 0.0,
+                (false, false) if i == j => -f64::from(d),
+                (false, false) => if i < j { number(20) } else { -number(20) },
+            });
+            // x = T z with T unit lower triangular: A <- T A T^-1, C <- C T^-1.
+            let t = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 } else if i > j { number(21 + 4 * i + j) } else { 0.0 });
+            let mut inverse = Matrix::from_fn(n, n, |_, _| 0.0);
+            for j in 0..n {
+                for i in 0..n {
+                    let sum: f64 = (0..i).map(|l| t[(i, l)] * inverse[(l, j)]).sum();
+                    inverse = Matrix::from_fn(n, n, |r, s| if (r, s) == (i, j) { f64::from(i == j) - sum } else { inverse[(r, s)] });
+                }
+            }
+            let turned = exact(&t).product(&exact(&a)).unwrap().product(&exact(&inverse)).unwrap();
+            let c = exact(&Matrix::from_fn(1, n, |_, j| if j < 2 { number(38) + j as f64 } else { 0.0 })).product(&exact(&inverse)).unwrap();
+            // Small integers times a power of two: representable.
+            let (a, c) = (turned.map(Exact::round_down), c.map(Exact::round_down));
+            prop_assert_eq!(exact(&a), turned);
+            let hidden = hidden_motion(&a, &c).unwrap().unwrap();
+            prop_assert!(hidden.is_of(&a, &c).unwrap());
+            prop_assert_eq!(hidden.decays_at(f64::from(d) * size), Some(false));
+            if hidden.motion.rows() == 2 {
+                prop_assert_eq!(hidden.decays_at((f64::from(d) * size).next_down()), Some(true));
+            }
+            let mut wrong = hidden.clone();
+            wrong.motion = wrong.motion.scaled(&Exact::from_f64(3.0).unwrap());
+            prop_assert!(!wrong.is_of(&a, &c).unwrap());
+        }
+    }
+}
