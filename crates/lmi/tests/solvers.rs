@@ -112,7 +112,8 @@ mod clarabel {
             let found = agree(&gain(&a, &c, rate))?;
             let is_feasible = slowest.is_none_or(|hidden| hidden < -rate);
             for solution in &found {
-                prop_assert!(if is_feasible { !solution.verdict.is_refuted() } else { !solution.verdict.is_proved() });
+                let is_wrong = if is_feasible { solution.verdict.is_refuted() } else { solution.verdict.is_proved() };
+                prop_assert!(!is_wrong, "{:?}", solution.verdict);
             }
         }
 
