@@ -185,12 +185,7 @@ where
     ///
     /// # Errors
     /// As [`certify`](Self::certify); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
-    pub fn certify_with(
-        plant: S,
-        region: &Region,
-        l: &DMatrix<f64>,
-        settings: &Settings,
-    ) -> Result<Self, DesignError> {
+    pub fn certify_with(plant: S, region: &Region, l: &DMatrix<f64>, settings: &Settings) -> Result<Self, DesignError> {
         let polytope = Polytope::new(enclose(&plant, region)?)?;
         let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
         check::matrix("L", l, (n, outputs))?;

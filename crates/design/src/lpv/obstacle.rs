@@ -211,13 +211,7 @@ impl Conflict {
 }
 
 /// Two of the vertices that take part, if two are infeasible by themselves; else all of them.
-fn conflict(
-    polytope: &Polytope,
-    rate: f64,
-    witness: Infeasibility,
-    weights: &[f64],
-    settings: &Settings,
-) -> Conflict {
+fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f64], settings: &Settings) -> Conflict {
     let mut involved: Vec<usize> = (0..weights.len()).filter(|k| weights[*k] > 0.0).collect();
     // The heaviest first: they carry the contradiction.
     involved.sort_by(|i, j| weights[*j].total_cmp(&weights[*i]));

@@ -178,7 +178,13 @@ mod tests {
     fn both_solvers_answer_every_inequality() {
         for claim in claims() {
             let record = claim.examine("cubic", &Context::new("."));
-            assert_eq!((record.verdict, record.error), (Some(Verdict::Reproduced), None), "{}: {}", record.id, record.note);
+            assert_eq!(
+                (record.verdict, record.error),
+                (Some(Verdict::Reproduced), None),
+                "{}: {}",
+                record.id,
+                record.note
+            );
             for answer in ["interior: ", "clarabel: "] {
                 assert!(record.note.contains(answer), "{}", record.note);
             }

@@ -26,7 +26,7 @@ pub(super) fn lpv(
         // A hundredth of the ceiling is as near as a plan for an observer needs it.
         RateWish::Fastest(ceiling) => {
             LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, settings)
-        },
+        }
         RateWish::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, settings),
     }?;
     let evidence = design
