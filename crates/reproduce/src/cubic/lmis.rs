@@ -103,7 +103,7 @@ fn by_both(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
 
 fn plants() -> Result<Vec<DynamicPlant>, CheckError> {
     let mut random = Random::new();
-    let mut plants = vec![double_integrator().to_dynamic(), third_order().to_dynamic()];
+    let mut plants = vec![double_integrator().to_dynamic(), third_order::example3().to_dynamic()];
     for n in 1..=4 {
         for p in 1..=n {
             plants.push(random.plant(n, p)?);
