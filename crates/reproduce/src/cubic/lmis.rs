@@ -39,7 +39,7 @@ pub(super) fn claims() -> Vec<Claim> {
             "cubic.lmi.feedback",
             "beyond the paper, (25)",
             "in P and P1, (25) has a solution where A - BK is Hurwitz and none where -(A - BK) stands in its place: by two solvers",
-            &[PLANTS, "K by the Riccati equation for Q = I, R = I, and L by its poles"],
+            &[PLANTS, "K and L by their Riccati equations, all weights I"],
             feedback,
         ),
     ]
@@ -149,8 +149,9 @@ fn feedback(_: &Context) -> Result<Outcome, CheckError> {
     for plant in plants()? {
         let (n, inputs) = plant.b.shape();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(inputs, inputs))?.k;
-        let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
-        let design = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+        let outputs = plant.c.nrows();
+        let wish = Wish::Kalman { w: DMatrix::identity(n, n), v: DMatrix::identity(outputs, outputs) };
+        let design = LinearDesign::new(&plant, &wish, &Decrease::Scaled(1.0))?;
         let coupling = &plant.b * &k;
         let loop_ = &plant.a - &coupling;
         for (closed, is_feasible) in [(loop_.clone(), true), (-loop_, false)] {
