@@ -117,7 +117,9 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
 fn test() -> Result<(), Failure> {
     cargo(&["fmt", "--all", "--check"]).step("format")?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
+    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off.
     cargo(&["test", "--workspace"]).step("tests")?;
+    cargo(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
     cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;
     cargo(&["check", "--package", "luenberger-observers", "--no-default-features"]).step("observers without allocator")
 }

@@ -2,7 +2,7 @@
 //!
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver normalises them together.
 
-use luenberger_lmi::{Problem, Solution, he};
+use luenberger_lmi::{Problem, Settings, Solution, he};
 use luenberger_plants::DynamicPlant;
 use nalgebra::DMatrix;
 
@@ -16,8 +16,8 @@ pub(crate) struct Gain {
 }
 
 /// L and P alone.
-pub(crate) fn gain_by_lmi(plant: &DynamicPlant, rate: f64) -> Result<Gain, DesignError> {
-    Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new())?.0)
+pub(crate) fn gain_by_lmi(plant: &DynamicPlant, rate: f64, settings: &Settings) -> Result<Gain, DesignError> {
+    Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new(), settings)?.0)
 }
 
 /// One L and one P for every state matrix in `vertices`, with whatever `lmi` already asks for.
@@ -26,6 +26,7 @@ pub(crate) fn solve(
     vertices: &[DMatrix<f64>],
     rate: f64,
     mut lmi: Problem,
+    settings: &Settings,
 ) -> Result<(Gain, Solution), DesignError> {
     check::plant(plant)?;
     check::rate(rate)?;
@@ -34,7 +35,7 @@ pub(crate) fn solve(
         nearly = check::detectable(a, &plant.c, rate)?.or(nearly);
     }
     pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate);
-    let solution = lmi.solve()?;
+    let solution = lmi.solve_with(settings)?;
     if solution.verdict.is_proved() {
         Ok((gain_of(&solution)?, solution))
     } else {

@@ -4,6 +4,7 @@
 //! on top (the cubic term, robust margins, feedback) does not care where L came from.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, lyapunov, place_observer};
+use luenberger_lmi::Settings;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::DynamicPlant;
 use luenberger_proof::certificate::{self, Certificate, PlantWithin};
@@ -120,6 +121,19 @@ impl LinearDesign {
     /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite)
     /// and its kin for Q, W, V; [`DesignError::Infeasible`] with verified multipliers when no gain reaches the decay rate.
     pub fn new(plant: &DynamicPlant, wish: &Wish, decrease: &Decrease) -> Result<Self, DesignError> {
+        Self::new_with(plant, wish, decrease, &Settings::default())
+    }
+
+    /// [`new`](Self::new), the wishes by LMI granted by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    pub fn new_with(
+        plant: &DynamicPlant,
+        wish: &Wish,
+        decrease: &Decrease,
+        settings: &Settings,
+    ) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let l = match wish {
@@ -144,9 +158,11 @@ impl LinearDesign {
             }
             Wish::DecayRate(rate) => {
                 check::positive("decay rate", *rate)?;
-                return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, *rate)?, *rate);
+                return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, *rate, settings)?, *rate);
             }
-            Wish::Lmi => return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, 0.0)?, 0.0),
+            Wish::Lmi => {
+                return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, 0.0, settings)?, 0.0);
+            }
         };
         let f = &plant.a - &l * &plant.c;
         check::hurwitz("A - L C", (&plant.a, &l, &plant.c))?;

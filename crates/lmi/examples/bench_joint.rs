@@ -1,6 +1,7 @@
 //! Times the joint design of the cubic observer in (P, Y = P L, S with Z = P N = -C'S) on random plants, one JSON line each.
 //!
-//! `cargo run --release -p luenberger-lmi --example bench_joint -- [--write DIR] [--largest N]`. With `--write`, the plants are also
+//! `cargo run --release -p luenberger-lmi --features clarabel --example bench_joint -- [--write DIR] [--largest N]`. Without the feature, only the
+//! solver of this project is timed. With `--write`, the plants are also
 //! written to `DIR/plant-N.json`, for other tools to solve the same ones.
 
 use std::error::Error;
@@ -8,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use luenberger_lmi::{LmiError, Problem, Solution, he};
+use luenberger_lmi::{LmiError, Problem, Settings, Solution, Solver, he};
 use nalgebra::DMatrix;
 
 /// States, outputs, and how often to solve: the fastest run counts.
@@ -34,28 +35,31 @@ fn main() -> Result<(), Box<dyn Error>> {
             let text = format!("{{\"n\":{n},\"p\":{p},\"seed\":{SEED},\"a\":{},\"c\":{}}}\n", nested(&a), nested(&c));
             std::fs::write(folder.join(format!("plant-{n}.json")), text)?;
         }
-        let mut fastest = f64::INFINITY;
-        let mut last = None;
-        for _ in 0..runs {
-            let start = Instant::now();
-            let solution = design(&a, &c)?;
-            fastest = fastest.min(start.elapsed().as_secs_f64() * 1e3);
-            last = Some(solution);
-        }
-        if let Some(solution) = last {
-            let margin = solution.verdict.margin().map_or("null".to_owned(), |margin| format!("{margin:e}"));
-            println!(
-                "{{\"tool\":\"luenberger\",\"n\":{n},\"p\":{p},\"ms\":{fastest:.3},\"iterations\":{},\"verdict\":\"{}\",\"margin\":{margin}}}",
-                solution.effort.iterations,
-                solution.verdict.word()
-            );
+        let solvers = [("luenberger", Solver::Interior), ("luenberger+clarabel", Solver::Clarabel)];
+        for (tool, solver) in solvers.into_iter().filter(|(_, solver)| solver.require().is_ok()) {
+            let mut fastest = f64::INFINITY;
+            let mut last = None;
+            for _ in 0..runs {
+                let start = Instant::now();
+                let solution = design(&a, &c, solver)?;
+                fastest = fastest.min(start.elapsed().as_secs_f64() * 1e3);
+                last = Some(solution);
+            }
+            if let Some(solution) = last {
+                let margin = solution.verdict.margin().map_or("null".to_owned(), |margin| format!("{margin:e}"));
+                println!(
+                    "{{\"tool\":\"{tool}\",\"n\":{n},\"p\":{p},\"ms\":{fastest:.3},\"iterations\":{},\"verdict\":\"{}\",\"margin\":{margin}}}",
+                    solution.effort.iterations,
+                    solution.verdict.word()
+                );
+            }
         }
     }
     Ok(())
 }
 
 /// P > 0, P < I, A'P + PA - YC - C'Y' < 0, S + S' > 0: built, solved and proved, all of it timed.
-fn design(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Solution, LmiError> {
+fn design(a: &DMatrix<f64>, c: &DMatrix<f64>, solver: Solver) -> Result<Solution, LmiError> {
     let (n, m) = (a.nrows(), c.nrows());
     let mut lmi = Problem::new();
     let p = lmi.symmetric("P", n);
@@ -65,7 +69,7 @@ fn design(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Solution, LmiError> {
     lmi.constrain("P < I", &p << 1.0);
     lmi.constrain("decrease", he(&p * a - &y * c) << 0.0);
     lmi.constrain("accretive", he(&s) >> 0.0);
-    lmi.solve()
+    lmi.solve_with(&Settings { solver, ..Settings::default() })
 }
 
 /// A and C with entries uniform in [-1, 1) (splitmix64).

@@ -8,7 +8,7 @@
 use luenberger_proof::Verdict;
 
 use crate::error::LmiError;
-use crate::problem::Problem;
+use crate::problem::{Problem, Settings};
 use crate::solution::{Infeasibility, Solution};
 
 /// Where a family of inequalities stops being provably feasible.
@@ -53,6 +53,20 @@ pub fn greatest_parameter(
     low: f64,
     high: f64,
     tolerance: f64,
+    family: impl FnMut(f64) -> Problem,
+) -> Result<Bisection, LmiError> {
+    greatest_parameter_with(&Settings::default(), low, high, tolerance, family)
+}
+
+/// As [`greatest_parameter`], each problem solved with these settings.
+///
+/// # Errors
+/// As [`greatest_parameter`]; whatever [`Problem::solve_with`] returns.
+pub fn greatest_parameter_with(
+    settings: &Settings,
+    low: f64,
+    high: f64,
+    tolerance: f64,
     mut family: impl FnMut(f64) -> Problem,
 ) -> Result<Bisection, LmiError> {
     let usable = low.is_finite() && high.is_finite() && low <= high && tolerance.is_finite() && tolerance > 0.0;
@@ -61,7 +75,7 @@ pub fn greatest_parameter(
     }
     let mut answer = Bisection { proved: None, stopped: None, solves: 0 };
     let mut examine = |alpha: f64, answer: &mut Bisection| -> Result<bool, LmiError> {
-        let solution = family(alpha).solve()?;
+        let solution = family(alpha).solve_with(settings)?;
         answer.solves += 1;
         let proved = solution.verdict.is_proved();
         if proved {

@@ -1,4 +1,4 @@
-//! The conic program that the layer hands to its solver ([`interior`](crate::interior)).
+//! The conic program that the layer hands to a [`Solver`](crate::Solver).
 
 use nalgebra::DMatrix;
 

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::solver::Solver;
+
 /// A fault inside a matrix expression, kept there until the problem is solved, since operators cannot return errors.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
@@ -115,6 +117,14 @@ pub enum LmiError {
     Overflow {
         /// The constraint's name, or "objective".
         place: String,
+    },
+    /// The solver was left out of this build.
+    #[error("the solver {solver} is not part of this build: it needs the feature `{feature}` of luenberger-lmi")]
+    NotBuiltIn {
+        /// The solver that was asked for.
+        solver: Solver,
+        /// The feature that it needs.
+        feature: &'static str,
     },
     /// The bracket or the tolerance of a bisection is unusable.
     #[error("bisection over [{low}, {high}] with tolerance {tolerance}: needs finite low <= high and tolerance > 0")]

@@ -12,12 +12,16 @@
 //! | `standard`, `margin`, `verify` | what is asked of the solver, and how its answer is proved |
 //! | `refute`, `equations`, `rational` | infeasibility by multipliers that are exact |
 //! | `certificate_file` | an answer as a file that `luenberger-verify` checks |
-//! | `interior` | the solver: a primal-dual interior-point method |
+//! | [`solver`] | which solver proposes |
+//! | `interior` | the house's solver: a primal-dual interior-point method |
+//! | `clarabel` | the second opinion, behind the feature `clarabel` |
 //! | `sequential` | faer's kernels, so that the same program has the same answer to the last bit |
 #![deny(missing_docs)]
 
 pub mod bisection;
 mod certificate_file;
+#[cfg(feature = "clarabel")]
+mod clarabel;
 mod coefficients;
 mod conic;
 mod equations;
@@ -32,14 +36,16 @@ mod refute;
 pub mod sdpa;
 mod sequential;
 pub mod solution;
+pub mod solver;
 mod standard;
 pub mod variable;
 mod verify;
 
-pub use bisection::{Bisection, greatest_parameter};
+pub use bisection::{Bisection, greatest_parameter, greatest_parameter_with};
 pub use error::{Fault, LmiError};
 pub use expression::{Expression, he, identity, trace, zeros};
 pub use inequality::{Bound, Inequality};
 pub use problem::{Problem, Settings};
 pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution};
+pub use solver::Solver;
 pub use variable::{Structure, Variable};

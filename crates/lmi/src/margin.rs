@@ -19,7 +19,7 @@ use nalgebra::DMatrix;
 use crate::coefficients::{Rounded, expand};
 use crate::conic::{Block, BlockEntry, ConicProgram, Ending};
 use crate::error::LmiError;
-use crate::interior::{self, Path};
+use crate::interior::Path;
 use crate::problem::{Problem, Settings};
 use crate::refute::refute;
 use crate::solution::{Effort, Margin, Optimum, Solution};
@@ -68,7 +68,7 @@ fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Resul
     if standard.homogeneous && problem.objective.is_some() {
         return Err(LmiError::HomogeneousObjective);
     }
-    let path = interior::solve(&margin_program(standard), settings.iterations);
+    let path = settings.solver.propose(&margin_program(standard), settings.iterations, None)?;
     let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) else {
         return Ok(no_proposal(problem, standard));
     };
@@ -221,7 +221,7 @@ fn improve(
     let program = ConicProgram { cost, blocks };
     let unbounded = -sign * f64::INFINITY;
     let mut estimate = f64::NAN;
-    let path = interior::solve(&program, settings.iterations);
+    let path = settings.solver.propose(&program, settings.iterations, None)?;
     if let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) {
         solution.effort.iterations += path.iterations;
         solution.effort.status = path.status;

@@ -7,6 +7,7 @@ use crate::error::LmiError;
 use crate::expression::Expression;
 use crate::inequality::Inequality;
 use crate::solution::Solution;
+use crate::solver::Solver;
 use crate::variable::{Structure, Variable};
 
 /// A system of linear matrix inequalities in the making.
@@ -43,9 +44,11 @@ pub(crate) struct Objective {
     pub(crate) maximise: bool,
 }
 
-/// How hard to try.
+/// By whom and how hard it is tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
+    /// The solver that proposes; what it proposes is verified all the same.
+    pub solver: Solver,
     /// The solver stops after this many interior-point iterations, whatever it has.
     pub iterations: u32,
     /// How close to the optimum an objective is taken before the answer is pulled inside the constraints, relative to the
@@ -57,7 +60,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { iterations: 100, closeness: 1e-6, referee: 400 }
+        Self { solver: Solver::default(), iterations: 100, closeness: 1e-6, referee: 400 }
     }
 }
 
@@ -122,7 +125,7 @@ impl Problem {
     /// Solves.
     ///
     /// # Errors
-    /// As [`Problem::solve`].
+    /// As [`Problem::solve`]; [`LmiError::NotBuiltIn`] for a solver that this build does not have.
     pub fn solve_with(&self, settings: &Settings) -> Result<Solution, LmiError> {
         crate::margin::solve(self, settings)
     }

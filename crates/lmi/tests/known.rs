@@ -1,5 +1,6 @@
 //! Small problems whose answers are known in closed form, and the ways a problem can be ill-posed.
 
+use approx::assert_relative_eq;
 use luenberger_lmi::{Fault, LmiError, Problem, block, greatest_parameter, he, identity, trace};
 use nalgebra::{DMatrix, dmatrix};
 
@@ -17,8 +18,9 @@ fn the_least_trace_is_that_of_the_lyapunov_solution() {
     let optimum = solution.objective.unwrap();
     assert!(optimum.achieved > 0.75, "strictly inside is above the infimum: {optimum:?}");
     // The pull inwards costs about 1e-6 of the distance to the centre.
-    assert!(optimum.achieved < 0.7501 && (optimum.estimate - 0.75).abs() < 1e-7, "{optimum:?}");
-    assert!((solution.value(&p).trace() - optimum.achieved).abs() < 1e-12);
+    assert!(optimum.achieved < 0.7501, "{optimum:?}");
+    assert_relative_eq!(optimum.estimate, 0.75, max_relative = 1e-7);
+    assert_relative_eq!(solution.value(&p).trace(), optimum.achieved, max_relative = 1e-12);
 }
 
 /// The largest eigenvalue of M is the least t with tI - M >= 0: for [[2, 1], [1, 2]] it is 3.
@@ -45,7 +47,7 @@ fn the_nuclear_norm_is_dual_to_the_spectral_norm() {
     let optimum = solution.objective.unwrap();
     assert!(solution.verdict.is_proved());
     assert!(optimum.achieved < 2.0 && optimum.achieved > 2.0 - 1e-4, "{optimum:?}");
-    assert!((optimum.estimate - 2.0).abs() < 1e-7);
+    assert_relative_eq!(optimum.estimate, 2.0, max_relative = 5e-8);
 }
 
 #[test]

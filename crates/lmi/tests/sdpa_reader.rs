@@ -188,7 +188,7 @@ proptest! {
             let lines = damaged.split(|b| *b == b'\n').count();
             match read(&damaged[..]) {
                 Ok(program) => {
-                    let found = solve(&program, &Settings { iterations: 40, memory: 1 << 22, time: None });
+                    let found = solve(&program, &Settings { iterations: 40, memory: 1 << 22, ..Settings::default() });
                     prop_assert!(found.lower <= found.upper || found.lower == f64::INFINITY);
                 }
                 Err(ReadError::NotText { line, .. } | ReadError::Truncated { line, .. } | ReadError::Number { line, .. }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use luenberger_lmi::Solver;
 use luenberger_sim::Recording;
 use nalgebra::{Complex, DMatrix};
 
@@ -30,6 +31,8 @@ pub struct Study {
     pub log: Option<Log>,
     /// The observers.
     pub observers: Vec<ObserverWish>,
+    /// Who proposes the solutions of the matrix inequalities of the designs.
+    pub solver: Solver,
     /// What is drawn.
     pub plot: Plot,
     /// What is varied.

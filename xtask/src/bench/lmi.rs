@@ -21,7 +21,8 @@ pub(crate) fn run(largest: Option<usize>) -> Result<(), Failure> {
     let limit: Vec<&str> = limit.iter().flatten().map(String::as_str).collect();
     fs::create_dir_all(&plants).map_err(|source| Failure::io(&plants, source))?;
 
-    let ours = cargo(&["run", "--release", "--package", "luenberger-lmi", "--example", "bench_joint", "--", "--write"])
+    let ours = cargo(&["run", "--release", "--package", "luenberger-lmi", "--features", "clarabel"])
+        .arguments(&["--example", "bench_joint", "--", "--write"])
         .argument(&plants)
         .arguments(&limit)
         .output("ours")?;

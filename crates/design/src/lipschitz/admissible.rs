@@ -2,7 +2,7 @@
 //!
 //! Feasibility falls with the width, because a wide sector contains the narrow one; bisection on the verdict therefore brackets the threshold.
 
-use luenberger_lmi::greatest_parameter;
+use luenberger_lmi::{Settings, greatest_parameter};
 use nalgebra::DMatrix;
 
 use super::sector::LipschitzPlant;
@@ -73,7 +73,7 @@ pub fn greatest_factor(
     };
     let widened = plant.widened(factor);
     let mut design = match Proposal::read(&widened, &solution) {
-        Some(proposal) => proposal.certified(&widened, l, rate),
+        Some(proposal) => proposal.certified(&widened, l, rate, &Settings::default()),
         None => LipschitzDesign::new(&widened, rate),
     };
     // At the edge the rounding of L can cost the proof: step back, twice as far each time.

@@ -24,7 +24,7 @@ mod admissible;
 mod sector;
 mod split;
 
-use luenberger_lmi::{Expression, Problem, Solution, he, zeros};
+use luenberger_lmi::{Expression, Problem, Settings, Solution, he, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::ProofError;
@@ -87,9 +87,29 @@ impl LipschitzDesign {
     /// `NotDetectable` in [`DesignError::Linalg`], of the plant with every phi_k in the middle of its sector; [`DesignError::Infeasible`] with verified
     /// multipliers when the inequality has no solution; [`DesignError::Undecided`].
     pub fn new(plant: &LipschitzPlant, rate: f64) -> Result<Self, DesignError> {
+        Self::new_with(plant, None, rate, &Settings::default())
+    }
+
+    /// [`new`](Self::new), or [`with_gain`](Self::with_gain) where `l` is given, by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As these; [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    pub fn new_with(
+        plant: &LipschitzPlant,
+        l: Option<&DMatrix<f64>>,
+        rate: f64,
+        settings: &Settings,
+    ) -> Result<Self, DesignError> {
         plant.check(rate)?;
-        let nearly = check::detectable(&plant.centre(), plant.c(), rate)?;
-        proposed(plant, None, rate).map_err(|error| error.with_seen(nearly))?.certified(plant, None, rate)
+        let nearly = if let Some(l) = l {
+            check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
+            check::hurwitz("A - L C in the middle of the sectors", (&plant.centre(), l, plant.c()))?;
+            None
+        } else {
+            check::detectable(&plant.centre(), plant.c(), rate)?
+        };
+        let proposal = proposed(plant, l, rate, settings).map_err(|error| error.with_seen(nearly))?;
+        proposal.certified(plant, l, rate, settings)
     }
 
     /// What is proved of a gain L of one's own, n x p.
@@ -97,10 +117,7 @@ impl LipschitzDesign {
     /// # Errors
     /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the middle of its sector.
     pub fn with_gain(plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
-        plant.check(rate)?;
-        check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
-        check::hurwitz("A - L C in the middle of the sectors", (&plant.centre(), l, plant.c()))?;
-        proposed(plant, Some(l), rate)?.certified(plant, Some(l), rate)
+        Self::new_with(plant, Some(l), rate, &Settings::default())
     }
 
     /// The observer of `nonlinear`, the plant itself, with this gain.
@@ -191,6 +208,7 @@ impl Proposal {
         plant: &LipschitzPlant,
         l: Option<&DMatrix<f64>>,
         rate: f64,
+        settings: &Settings,
     ) -> Result<LipschitzDesign, DesignError> {
         let l = match (l, &self.y) {
             (Some(l), _) => l.clone(),
@@ -202,7 +220,7 @@ impl Proposal {
             let plant = plant.clone();
             return Ok(LipschitzDesign { plant, l, p: self.p, tau: self.tau, rate, certificate });
         }
-        let again = proposed(plant, Some(&l), rate)?;
+        let again = proposed(plant, Some(&l), rate, settings)?;
         let certificate = again.certificate(plant, &l, rate)?;
         Ok(LipschitzDesign { plant: plant.clone(), l, p: again.p, tau: again.tau, rate, certificate })
     }
@@ -215,8 +233,13 @@ impl Proposal {
     }
 }
 
-fn proposed(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Result<Proposal, DesignError> {
-    let solution = problem(plant, l, rate).solve()?;
+fn proposed(
+    plant: &LipschitzPlant,
+    l: Option<&DMatrix<f64>>,
+    rate: f64,
+    settings: &Settings,
+) -> Result<Proposal, DesignError> {
+    let solution = problem(plant, l, rate).solve_with(settings)?;
     match Proposal::read(plant, &solution) {
         Some(proposal) if solution.verdict.is_proved() => Ok(proposal),
         _ => Err(DesignError::not_proved(WHAT, Some(solution.verdict))),

@@ -26,7 +26,7 @@ mod polytope;
 use core::fmt;
 
 use luenberger_linalg::lambda_max;
-use luenberger_lmi::{Infeasibility, Problem, Solution, greatest_parameter, he};
+use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parameter_with, he};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::certificate::{Certificate, Certified, Fact, JacobianPolytope, Vertex as Corner};
@@ -112,11 +112,19 @@ where
     /// [`DesignError::HiddenMode`] names a direction that no output sees, with an exact witness, [`DesignError::Conflict`] the vertices that exclude each other, with verified
     /// multipliers; [`DesignError::Undecided`] with what was seen.
     pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, DesignError> {
+        Self::new_with(plant, region, rate, &Settings::default())
+    }
+
+    /// [`new`](Self::new) by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    pub fn new_with(plant: S, region: &Region, rate: f64, settings: &Settings) -> Result<Self, DesignError> {
         check::rate(rate)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
-        let solution = pose(&polytope, rate).solve()?;
+        let solution = pose(&polytope, rate, settings).solve_with(settings)?;
         if !solution.verdict.is_proved() {
-            return Err(obstacle::explain(&polytope, rate, solution.verdict));
+            return Err(obstacle::explain(&polytope, rate, solution.verdict, settings));
         }
         let gain = gain_lmi::gain_of(&solution)?;
         Self::certified(plant, region, polytope, gain, rate, None)
@@ -132,11 +140,27 @@ where
     /// # Errors
     /// As [`new`](Self::new) at the rate 0; a ceiling or tolerance that is not positive and finite.
     pub fn fastest(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, DesignError> {
+        Self::fastest_with(plant, region, ceiling, tolerance, &Settings::default())
+    }
+
+    /// [`fastest`](Self::fastest) by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As [`fastest`](Self::fastest); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    pub fn fastest_with(
+        plant: S,
+        region: &Region,
+        ceiling: f64,
+        tolerance: f64,
+        settings: &Settings,
+    ) -> Result<Self, DesignError> {
         check::positive("ceiling", ceiling)?;
         check::positive("tolerance", tolerance)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
-        let bisection = greatest_parameter(0.0, ceiling, tolerance, |rate| pose(&polytope, rate))?;
-        let stopped = bisection.stopped.map(|(rate, verdict)| (rate, obstacle::explain(&polytope, rate, verdict)));
+        let family = |rate| pose(&polytope, rate, settings);
+        let bisection = greatest_parameter_with(settings, 0.0, ceiling, tolerance, family)?;
+        let stopped =
+            bisection.stopped.map(|(rate, verdict)| (rate, obstacle::explain(&polytope, rate, verdict, settings)));
         match (bisection.proved, stopped) {
             (Some((rate, solution)), stopped) => {
                 let gain = gain_lmi::gain_of(&solution)?;
@@ -154,6 +178,14 @@ where
     /// [`DesignError::Matrix`] for the shape and entries of L; [`DesignError::UnstableVertex`] names a vertex at which `A - L C` is not Hurwitz;
     /// [`DesignError::Conflict`] when no P serves all vertices; the errors of the enclosure.
     pub fn certify(plant: S, region: &Region, l: &DMatrix<f64>) -> Result<Self, DesignError> {
+        Self::certify_with(plant, region, l, &Settings::default())
+    }
+
+    /// [`certify`](Self::certify) by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As [`certify`](Self::certify); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    pub fn certify_with(plant: S, region: &Region, l: &DMatrix<f64>, settings: &Settings) -> Result<Self, DesignError> {
         let polytope = Polytope::new(enclose(&plant, region)?)?;
         let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
         check::matrix("L", l, (n, outputs))?;
@@ -169,7 +201,8 @@ where
             high = high.min((-abscissa).max(0.0));
         }
         let tolerance = (RELATIVE_RATE * high).max(f64::MIN_POSITIVE);
-        let bisection = greatest_parameter(0.0, high, tolerance, |rate| pose_for(&polytope, l, rate))?;
+        let family = |rate| pose_for(&polytope, l, rate, settings);
+        let bisection = greatest_parameter_with(settings, 0.0, high, tolerance, family)?;
         let stopped = bisection.stopped.map(|(rate, verdict)| (rate, for_this_gain(&polytope, rate, verdict)));
         match (bisection.proved, stopped) {
             (Some((rate, solution)), stopped) => {
@@ -294,7 +327,7 @@ where
 }
 
 /// (1) for P and Y at as many vertices as matter.
-fn pose(polytope: &Polytope, rate: f64) -> Problem {
+fn pose(polytope: &Polytope, rate: f64, settings: &Settings) -> Problem {
     let at = |active: &[usize]| {
         let mut lmi = Problem::new();
         let vertices = active.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c));
@@ -305,11 +338,11 @@ fn pose(polytope: &Polytope, rate: f64) -> Problem {
         let (p, y) = (solution.named("P")?, solution.named("Y")?);
         Some(p * &vertex.a - y * &vertex.c + p * rate)
     };
-    growing(polytope, at, half)
+    growing(polytope, at, half, settings)
 }
 
 /// (1) for P, the gain being given.
-fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64) -> Problem {
+fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64, settings: &Settings) -> Problem {
     let at = |active: &[usize]| {
         let mut lmi = Problem::new();
         let p = lmi.symmetric("P", l.nrows());
@@ -326,7 +359,7 @@ fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64) -> Problem {
         let p = solution.named("P")?;
         Some(p * (&vertex.a - l * &vertex.c) + p * rate)
     };
-    growing(polytope, at, half)
+    growing(polytope, at, half, settings)
 }
 
 /// Up to this many vertices, all inequalities are posed at once.
@@ -341,6 +374,7 @@ fn growing(
     polytope: &Polytope,
     at: impl Fn(&[usize]) -> Problem,
     half: impl Fn(&Solution, &Vertex) -> Option<DMatrix<f64>>,
+    settings: &Settings,
 ) -> Problem {
     let count = polytope.vertices.len();
     if count <= AT_ONCE {
@@ -352,7 +386,7 @@ fn growing(
     // Every round adds a vertex, so that there are at most as many rounds as vertices.
     loop {
         let problem = at(&active);
-        let Ok(solution) = problem.solve() else { return problem };
+        let Ok(solution) = problem.solve_with(settings) else { return problem };
         let Some(margin) = solution.verdict.margin() else { return problem };
         let slope = |k: &usize| {
             let half = half(&solution, &polytope.vertices[*k])?;

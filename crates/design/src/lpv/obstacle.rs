@@ -3,7 +3,7 @@
 use core::fmt;
 
 use luenberger_linalg::{detectability, observability};
-use luenberger_lmi::{Infeasibility, Problem};
+use luenberger_lmi::{Infeasibility, Problem, Settings};
 use luenberger_proof::statement::{HiddenMotion, hidden_motion};
 use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -80,7 +80,12 @@ impl fmt::Display for Conflict {
 
 /// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode that floating point calls hidden is told beside an
 /// undecided verdict.
-pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
+pub(super) fn explain(
+    polytope: &Polytope,
+    rate: f64,
+    verdict: Verdict<Infeasibility>,
+    settings: &Settings,
+) -> DesignError {
     let candidates = |weights: Option<&[f64]>| -> Seen {
         let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
         let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
@@ -114,7 +119,7 @@ pub(super) fn explain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibi
                 .collect();
             match candidates(Some(&weights)) {
                 Seen::Hidden(mode) => DesignError::HiddenMode(mode),
-                _ => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights))),
+                _ => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
             }
         }
         Verdict::Undecided { why, best } => match candidates(None) {
@@ -206,7 +211,7 @@ impl Conflict {
 }
 
 /// Two of the vertices that take part, if two are infeasible by themselves; else all of them.
-fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f64]) -> Conflict {
+fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f64], settings: &Settings) -> Conflict {
     let mut involved: Vec<usize> = (0..weights.len()).filter(|k| weights[*k] > 0.0).collect();
     // The heaviest first: they carry the contradiction.
     involved.sort_by(|i, j| weights[*j].total_cmp(&weights[*i]));
@@ -214,7 +219,7 @@ fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f
     let pair = pairs.map(|(i, j)| [involved[i], involved[j]]).find_map(|pair| {
         let mut lmi = Problem::new();
         gain_lmi::pose(&mut lmi, pair.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c)), rate);
-        match lmi.solve().ok()?.verdict {
+        match lmi.solve_with(settings).ok()?.verdict {
             Verdict::Refuted { witness } => Some((pair.to_vec(), witness)),
             _ => None,
         }
@@ -265,7 +270,7 @@ mod tests {
     fn three_vertices_of_which_no_two_exclude_each_other() {
         assert!(verdict(&turned(1.9)).is_proved());
         let polytope = turned(2.1);
-        let error = explain(&polytope, 0.0, verdict(&polytope));
+        let error = explain(&polytope, 0.0, verdict(&polytope), &Settings::default());
         let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
         assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
         assert!(error.to_string().starts_with("these vertices together exclude each other at the rate 0: 1 ("));

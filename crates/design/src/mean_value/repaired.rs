@@ -3,7 +3,7 @@
 //! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean Jacobian between z and x. Where every such
 //! Jacobian lies in a polytope and one P serves all its vertices, `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
 
-use luenberger_lmi::Problem;
+use luenberger_lmi::{Problem, Settings};
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, DynamicPlant, Size};
 use luenberger_proof::ProofError;
@@ -58,11 +58,24 @@ impl RepairedDesign {
     /// # Errors
     /// [`PolytopicDesign::new`](crate::robust::PolytopicDesign::new)'s; [`DesignError::NoVertices`].
     pub fn new(vertices: &[DMatrix<f64>], outputs: usize, rate: f64) -> Result<Self, DesignError> {
+        Self::new_with(vertices, outputs, rate, &Settings::default())
+    }
+
+    /// [`new`](Self::new) by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    pub fn new_with(
+        vertices: &[DMatrix<f64>],
+        outputs: usize,
+        rate: f64,
+        settings: &Settings,
+    ) -> Result<Self, DesignError> {
         let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
         let nominal = DynamicPlant::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
         let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
-        let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new())?;
+        let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), settings)?;
         let Gain { l, p } = gain;
         let c = exact(&nominal.c)?;
         let theorem = JacobianPolytope {

@@ -4,7 +4,7 @@
 //! `N = -P^-1 C'S` decreases `V = e'Pe` for every `A(eps)` of the hull, as far as the error dynamics `e' = (A(eps) - LC) e + ..` go. The forcing
 //! `(A(eps) - A) x` of an observer that runs the nominal A is not covered by the theorem: see [`super`].
 
-use luenberger_lmi::Problem;
+use luenberger_lmi::{Problem, Settings};
 use luenberger_plants::DynamicPlant;
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, PlantPolytope, Vertex};
@@ -45,7 +45,7 @@ impl PolytopicDesign {
             check::matrix("vertex A", a, (n, n))?;
         }
         let all: Vec<_> = std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned()).collect();
-        let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new())?;
+        let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new(), &Settings::default())?;
         let nominal = LinearDesign::with_lyapunov_matrix(nominal, gain, rate)?;
         let c = exact(&nominal.observer.c)?;
         let theorem = PlantPolytope {

@@ -64,12 +64,7 @@ const FINE: f64 = 1e-8;
 /// A ray is believed when its equations hold to this, relative to its size.
 const RAY: f64 = 1e-9;
 
-/// Runs the method. `None` for a program without unknowns or constraints, or if not one step could be taken.
-pub(crate) fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
-    solve_until(program, iterations, None)
-}
-
-/// As [`solve`], with no iteration begun after this moment.
+/// Runs the method, with no iteration begun after `end`. `None` for a program without unknowns or constraints, or if not one step could be taken.
 pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<Instant>) -> Option<Path> {
     if program.cost.is_empty() || program.blocks.is_empty() {
         return None;
@@ -119,6 +114,18 @@ pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<I
 }
 
 impl Path {
+    /// The path of another solver, which has one iterate.
+    #[cfg(feature = "clarabel")]
+    pub(crate) fn of(
+        program: &ConicProgram,
+        iterate: Iterate,
+        ending: Ending,
+        status: &'static str,
+        iterations: u32,
+    ) -> Self {
+        Self { scaled: Scaled::of(program), iterates: vec![iterate], ending, status, iterations }
+    }
+
     /// The last iterate.
     pub(crate) fn last(&self) -> Option<&Iterate> {
         self.iterates.last()
@@ -159,6 +166,10 @@ impl Path {
 mod tests {
     use super::*;
     use crate::conic::{Block, BlockEntry};
+
+    fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
+        solve_until(program, iterations, None)
+    }
 
     /// min x s.t. [[x, c], [c, y]] >= 0 and y <= 1: the optimum is c^2; with x <= 1 too, c = 2 is impossible; without y <= 1 the infimum
     /// 0 is not attained.

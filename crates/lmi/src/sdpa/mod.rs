@@ -30,7 +30,8 @@ use thiserror::Error;
 pub use reader::{LONGEST_LINE, ReadError, read};
 
 use crate::conic::{ConicProgram, Ending};
-use crate::interior::{self, Iterate, Path};
+use crate::interior::{Iterate, Path};
+use crate::solver::Solver;
 use dual::{Equations, Point};
 
 /// What is proved of a program.
@@ -57,6 +58,12 @@ pub enum Doubt {
         expected: f64,
         /// Bytes.
         allowed: usize,
+    },
+    /// The solver was left out of this build.
+    #[error("the solver {solver} is not part of this build")]
+    NotBuiltIn {
+        /// The solver that was asked for.
+        solver: Solver,
     },
     /// The time allowed was over.
     #[error("the time allowed was over")]
@@ -113,9 +120,11 @@ fn is_wide(proposed: f64, proved: f64) -> bool {
     (proposed - proved).abs() > 1e-8 * (1.0 + proposed.abs())
 }
 
-/// How hard to try.
+/// By whom and how hard it is tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
+    /// The solver that proposes; what it proposes is verified all the same.
+    pub solver: Solver,
     /// The solver stops after this many iterations.
     pub iterations: u32,
     /// The largest memory, in bytes, that the solver may be expected to take; it is not started beyond.
@@ -127,7 +136,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { iterations: 200, memory: 8 << 30, time: None }
+        Self { solver: Solver::default(), iterations: 200, memory: 8 << 30, time: None }
     }
 }
 
@@ -170,7 +179,8 @@ impl Run<'_> {
         if self.is_late() {
             return None;
         }
-        let path = interior::solve_until(program, self.settings.iterations, self.end);
+        let Settings { solver, iterations, .. } = *self.settings;
+        let path = solver.propose(program, iterations, self.end).ok().flatten();
         self.solving += start.elapsed();
         self.runs += 1;
         self.iterations += path.as_ref().map_or(0, |path| path.iterations);
@@ -193,6 +203,11 @@ impl Run<'_> {
             solving: Duration::ZERO,
             verifying: Duration::ZERO,
         };
+        let solver = self.settings.solver;
+        if solver.require().is_err() {
+            outcome.why = Some(Doubt::NotBuiltIn { solver });
+            return outcome;
+        }
         let expected = expected_memory(program);
         if expected > self.settings.memory as f64 {
             outcome.why = Some(Doubt::Memory { expected, allowed: self.settings.memory });

@@ -6,6 +6,7 @@ mod example1;
 mod example2;
 mod example3;
 mod findings;
+mod lmis;
 mod noise;
 mod random;
 mod remarks;
@@ -31,6 +32,7 @@ pub(crate) fn paper() -> Paper {
             theorems::claims(),
             remarks::claims(),
             robustness::claims(),
+            lmis::claims(),
             noise::claims(),
         ]
         .concat(),

@@ -3,6 +3,7 @@
 use luenberger_design::number::{decay, significant};
 use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
 use luenberger_linalg::spectral_abscissa;
+use luenberger_lmi::Settings;
 use luenberger_plants::DynamicPlant;
 use nalgebra::DMatrix;
 
@@ -11,12 +12,16 @@ use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
 use crate::study::LinearWish;
 
-fn of(plant: &DynamicPlant, wish: &LinearWish) -> Result<LinearDesign, DesignError> {
-    LinearDesign::new(plant, &wish.wish, &wish.decrease)
+fn of(plant: &DynamicPlant, wish: &LinearWish, settings: &Settings) -> Result<LinearDesign, DesignError> {
+    LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)
 }
 
-pub(super) fn luenberger(plant: &DynamicPlant, wish: &LinearWish) -> Result<Designed, DesignError> {
-    let design = of(plant, wish)?;
+pub(super) fn luenberger(
+    plant: &DynamicPlant,
+    wish: &LinearWish,
+    settings: &Settings,
+) -> Result<Designed, DesignError> {
+    let design = of(plant, wish, settings)?;
     let rate = -spectral_abscissa(&design.error_matrix())?;
     let promised = match wish.wish {
         Wish::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
@@ -46,8 +51,9 @@ pub(super) fn cubic(
     wish: &LinearWish,
     theta: &DMatrix<f64>,
     correction: &Correction,
+    settings: &Settings,
 ) -> Result<Designed, DesignError> {
-    let linear = of(plant, wish)?;
+    let linear = of(plant, wish, settings)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
     let reach = reach(&design.certificate);
     let report = DesignReport {
@@ -81,8 +87,9 @@ pub(super) fn sampled(
     theta: &DMatrix<f64>,
     strength: f64,
     period: f64,
+    settings: &Settings,
 ) -> Result<Designed, DesignError> {
-    let design = SampledCubicDesign::new(&of(plant, wish)?, theta, strength, period)?;
+    let design = SampledCubicDesign::new(&of(plant, wish, settings)?, theta, strength, period)?;
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(

@@ -14,6 +14,7 @@ use std::sync::atomic::AtomicBool;
 use luenberger_design::number::significant;
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{Certificate, DesignError, Fact, ProvedTheorem};
+use luenberger_lmi::Settings;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
 use luenberger_proof::wording::at_least;
@@ -59,6 +60,7 @@ pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result
 /// As [`design`], with the names of the study in all sentences.
 fn in_words(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
+    let settings = Settings { solver: study.solver, ..Settings::default() };
     let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
     let explained = |error| match error {
         DesignError::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
@@ -66,22 +68,22 @@ fn in_words(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<D
     };
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            linear::luenberger(&linear()?, gain).map_err(explained)
+            linear::luenberger(&linear()?, gain, &settings).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
-            linear::cubic(&linear()?, gain, theta, correction).map_err(explained)
+            linear::cubic(&linear()?, gain, theta, correction, &settings).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
-            linear::sampled(&linear()?, gain, theta, *strength, *period).map_err(explained)
+            linear::sampled(&linear()?, gain, theta, *strength, *period, &settings).map_err(explained)
         }
-        ObserverKind::Lpv { region, rate } => nonlinear::lpv(model, region, rate).map_err(explained),
+        ObserverKind::Lpv { region, rate } => nonlinear::lpv(model, region, rate, &settings).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
-            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref())
+            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &settings)
                 .map_err(|error| explain::any(study, wish, error).into())
         }
         ObserverKind::MeanValue { region, rate, eta, internal_error } => {
             explain::first_states_measured(study, wish)?;
-            nonlinear::mean_value(model, region, *rate, *eta, internal_error).map_err(explained)
+            nonlinear::mean_value(model, region, *rate, *eta, internal_error, &settings).map_err(explained)
         }
         ObserverKind::HighGain { r, chains, alpha } => {
             let chains = Chains { model: model.clone(), lengths: chains.clone() };

@@ -4,6 +4,7 @@ use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::number::{decay, significant};
 use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, Region, RepairedDesign, Sector};
+use luenberger_lmi::Settings;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, Noises};
 use nalgebra::{DMatrix, DVector};
 
@@ -14,12 +15,19 @@ use crate::model::Model;
 use crate::results::DesignReport;
 use crate::study::{RateWish, Study};
 
-pub(super) fn lpv(model: &Model, region: &Region, rate: &RateWish) -> Result<Designed, DesignError> {
+pub(super) fn lpv(
+    model: &Model,
+    region: &Region,
+    rate: &RateWish,
+    settings: &Settings,
+) -> Result<Designed, DesignError> {
     let design = match rate {
-        RateWish::Rate(rate) => LpvDesign::new(model.clone(), region, *rate),
+        RateWish::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, settings),
         // A hundredth of the ceiling is as near as a plan for an observer needs it.
-        RateWish::Fastest(ceiling) => LpvDesign::fastest(model.clone(), region, *ceiling, 0.01 * ceiling),
-        RateWish::Gain(gain, _) => LpvDesign::certify(model.clone(), region, gain),
+        RateWish::Fastest(ceiling) => {
+            LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, settings)
+        }
+        RateWish::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, settings),
     }?;
     let evidence = design
         .stopped
@@ -87,6 +95,7 @@ pub(super) fn lipschitz(
     region: &Region,
     rate: f64,
     gain: Option<&DMatrix<f64>>,
+    settings: &Settings,
 ) -> Result<Designed, Misfit> {
     let model = &study.plant.model;
     let (read_a, c, read) = sectors(model, region)?;
@@ -96,10 +105,7 @@ pub(super) fn lipschitz(
     };
     let count = sectors.len();
     let plant = LipschitzPlant::new(a, c, sectors)?;
-    let design = match gain {
-        Some(gain) => LipschitzDesign::with_gain(&plant, gain, rate)?,
-        None => LipschitzDesign::new(&plant, rate)?,
-    };
+    let design = LipschitzDesign::new_with(&plant, gain, rate, settings)?;
     let who = match count {
         1 => "the nonlinearity does within its sector".to_owned(),
         count => format!("the {count} nonlinearities do within their sectors"),
@@ -127,10 +133,11 @@ pub(super) fn mean_value(
     rate: f64,
     eta: f64,
     internal_error: &[f64],
+    settings: &Settings,
 ) -> Result<Designed, DesignError> {
     let polytope = Polytope::new(enclose(model, region)?)?;
     let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
-    let design = RepairedDesign::new(&vertices, model.size().outputs, rate)?;
+    let design = RepairedDesign::new_with(&vertices, model.size().outputs, rate, settings)?;
     let names: Vec<String> = polytope.vertices.iter().map(ToString::to_string).collect();
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
     let hypothesis = match region.to_string().as_str() {

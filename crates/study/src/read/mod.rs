@@ -16,6 +16,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use luenberger_lmi::Solver;
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
@@ -93,6 +94,10 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         simulation: sound(root, "simulation", simulation).ok()?,
         log: sound(root, "log", log).ok()?,
         observers: observers?,
+        solver: match root.get("solver").and_then(Node::text) {
+            Some("clarabel") => Solver::Clarabel,
+            _ => Solver::Interior,
+        },
         plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),

@@ -20,6 +20,11 @@ pub const STUDY: Table = Table {
         optional("$schema", Kind::Text, "The JSON Schema of this file, for editors."),
         optional("title", Kind::Text, "The title of the report; the name of the file without it."),
         optional("about", Kind::Text, "What the study is for; stands below the title."),
+        optional(
+            "solver",
+            Kind::Choice(SOLVERS),
+            "Who proposes the solutions of the designs' matrix inequalities; interior without it. Every answer is proved all the same.",
+        ),
         required("plant", Kind::Table(&PLANT), "What is observed."),
         optional("input", Kind::Table(&INPUT), "What drives the plant; without it the input is 0."),
         optional("simulation", Kind::Table(&SIMULATION), "How the plant and its observers are run."),
@@ -29,6 +34,12 @@ pub const STUDY: Table = Table {
         optional("sweep", Kind::Table(&SWEEP), "A parameter that is varied, and an ensemble."),
     ],
 };
+
+/// The solvers of matrix inequalities.
+const SOLVERS: &[(&str, &str)] = &[
+    ("interior", "The solver of this project."),
+    ("clarabel", "Clarabel, as a second opinion; in builds with the feature clarabel."),
+];
 
 /// The plants that need no equations.
 pub(crate) const BUILTIN: &[(&str, &str)] = &[

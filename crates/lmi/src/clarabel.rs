@@ -1,0 +1,195 @@
+//! Clarabel as a second opinion: the conic program in its standard form, and its last iterate back.
+//!
+//! ```text
+//! minimise q'x   subject to   A x + s = b,   s in K,      z in K*,   A'z + q = 0
+//! ```
+//! with `b` the constants and `-A` the coefficients of the blocks, each the stacked columns of its upper triangle, entries off the diagonal times
+//! the square root of 2; z are the multipliers in the same coordinates.
+//!
+//! One thread and its own factorisation, so that the same program has the same answer. Its decomposition of sparse blocks stays off: with it, `Solved` has
+//! stood at a wrong optimum of SDPLIB's control1.
+//!
+//! Source: P. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic objectives, arXiv:2405.12762, 2024.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+use std::time::Instant;
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+// Defines the BLAS and LAPACK symbols that Clarabel links.
+use luenberger_lapack as _;
+use nalgebra::DMatrix;
+
+use crate::conic::{Block, ConicProgram, Ending};
+use crate::interior::{Iterate, Path};
+
+/// Relative gap and residuals asked for. What it cannot reach it says so of, and its iterate is taken all the same.
+const PRECISE: f64 = 1e-9;
+
+/// Runs Clarabel. `None` for a program without unknowns or constraints, after `end`, or if it has no finite iterate.
+pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<Instant>) -> Option<Path> {
+    if program.cost.is_empty() || program.blocks.is_empty() {
+        return None;
+    }
+    let time_limit = match end.map(|end| end.saturating_duration_since(Instant::now())) {
+        Some(left) if left.is_zero() => return None,
+        left => left.map_or(f64::INFINITY, |left| left.as_secs_f64()),
+    };
+    let settings = DefaultSettings {
+        max_iter: iterations,
+        time_limit,
+        verbose: false,
+        tol_gap_abs: PRECISE,
+        tol_gap_rel: PRECISE,
+        tol_feas: PRECISE,
+        max_threads: 1,
+        direct_solve_method: "qdldl".to_owned(),
+        presolve_enable: false,
+        chordal_decomposition_enable: false,
+        ..DefaultSettings::default()
+    };
+    let count = program.cost.len();
+    let (matrix, constants, cones) = standard(program);
+    let none = CscMatrix::zeros((count, count));
+    let mut solver = DefaultSolver::new(&none, &program.cost, &matrix, &constants, &cones, settings).ok()?;
+    solver.solve();
+    let found = &solver.solution;
+    let (ending, status) = match found.status {
+        SolverStatus::Solved => (Ending::Point, "solved"),
+        SolverStatus::AlmostSolved => (Ending::Point, "almost solved"),
+        SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => (Ending::NoPoint, "infeasible"),
+        SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => (Ending::Unbounded, "unbounded"),
+        SolverStatus::MaxIterations => (Ending::Point, "iteration limit"),
+        SolverStatus::MaxTime => (Ending::Point, "time limit"),
+        SolverStatus::InsufficientProgress => (Ending::Point, "insufficient progress"),
+        SolverStatus::NumericalError | SolverStatus::Unsolved | SolverStatus::CallbackTerminated => {
+            (Ending::Point, "numerical error")
+        }
+    };
+    if !found.x.iter().chain(&found.z).all(|x| x.is_finite()) {
+        return None;
+    }
+    let iterate = Iterate { unknowns: found.x.clone(), multipliers: multipliers(&program.blocks, &found.z) };
+    Some(Path::of(program, iterate, ending, status, found.iterations))
+}
+
+/// The place of an entry of the lower triangle among the stacked columns of the upper one.
+fn place(row: usize, column: usize) -> usize {
+    row * (row + 1) / 2 + column
+}
+
+/// `A`, `b` and the cones.
+fn standard(program: &ConicProgram) -> (CscMatrix<f64>, Vec<f64>, Vec<SupportedConeT<f64>>) {
+    let mut columns: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); program.cost.len()];
+    let (mut constants, mut cones) = (Vec::new(), Vec::new());
+    for block in &program.blocks {
+        let start = constants.len();
+        constants.resize(start + place(block.order, 0), 0.0);
+        for entry in &block.entries {
+            let weight = if entry.row == entry.column { 1.0 } else { SQRT_2 };
+            let at = start + place(entry.row, entry.column);
+            constants[at] += weight * entry.constant;
+            for &(unknown, c) in &entry.terms {
+                *columns[unknown].entry(at).or_insert(0.0) -= weight * c;
+            }
+        }
+        match cones.last_mut() {
+            Some(SupportedConeT::NonnegativeConeT(size)) if block.order == 1 => *size += 1,
+            _ if block.order == 1 => cones.push(SupportedConeT::NonnegativeConeT(1)),
+            _ => cones.push(SupportedConeT::PSDTriangleConeT(block.order)),
+        }
+    }
+    let mut starts = vec![0];
+    let (mut rows, mut values): (Vec<usize>, Vec<f64>) = (Vec::new(), Vec::new());
+    for column in columns {
+        rows.extend(column.keys());
+        values.extend(column.values());
+        starts.push(rows.len());
+    }
+    (CscMatrix::new(constants.len(), program.cost.len(), starts, rows, values), constants, cones)
+}
+
+/// The multiplier of each block.
+fn multipliers(blocks: &[Block], z: &[f64]) -> Vec<DMatrix<f64>> {
+    let mut start = 0;
+    blocks
+        .iter()
+        .map(|block| {
+            let n = block.order;
+            let entry = |i: usize, j: usize| {
+                let weight = if i == j { 1.0 } else { FRAC_1_SQRT_2 };
+                weight * z[start + place(i.max(j), i.min(j))]
+            };
+            let multiplier = DMatrix::from_fn(n, n, entry);
+            start += place(n, 0);
+            multiplier
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::conic::BlockEntry;
+
+    /// minimise tr X over X - F >= 0 of order n, the optimum being tr F: all entries of X are unknowns, and F = [min(i, j)].
+    fn traces(n: usize) -> ConicProgram {
+        let entries = (0..n).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let constant = |row: usize, column: usize| -((row.min(column) + 1) as f64);
+        ConicProgram {
+            cost: entries.clone().map(|(i, j)| f64::from(u8::from(i == j))).collect(),
+            blocks: vec![Block {
+                order: n,
+                entries: entries
+                    .map(|(row, column)| {
+                        let terms = vec![(place(row, column), 1.0)];
+                        BlockEntry { row, column, constant: constant(row, column), terms }
+                    })
+                    .collect(),
+            }],
+        }
+    }
+
+    /// The multiplier of `X >= F` is the identity, entries off the diagonal included, and both costs are tr F.
+    #[test]
+    fn the_multipliers_are_those_of_the_blocks() {
+        for n in [1, 2, 5] {
+            let program = traces(n);
+            let path = solve_until(&program, 100, None).unwrap();
+            let last = path.last().unwrap();
+            assert_eq!((path.ending, path.status), (Ending::Point, "solved"));
+            approx::assert_relative_eq!(last.multipliers[0], DMatrix::identity(n, n), epsilon = 1e-6);
+            let trace = (n * (n + 1) / 2) as f64;
+            approx::assert_relative_eq!(program.dual_cost(&last.multipliers), trace, max_relative = 1e-7);
+        }
+    }
+
+    #[test]
+    fn a_program_without_a_point_or_without_a_bound_is_noticed() {
+        let number = |constant: f64, c: f64| Block::number(constant, vec![(0, c)]);
+        // x >= 1 and x <= 0; minimise -x over x >= 1.
+        let empty = ConicProgram { cost: vec![1.0], blocks: vec![number(-1.0, 1.0), number(0.0, -1.0)] };
+        let open = ConicProgram { cost: vec![-1.0], blocks: vec![number(-1.0, 1.0)] };
+        let ray = solve_until(&empty, 100, None).unwrap();
+        assert_eq!(ray.ending, Ending::NoPoint);
+        let [above, below] = [0, 1].map(|k| ray.last().unwrap().multipliers[k][(0, 0)]);
+        assert!(above > 0.0);
+        approx::assert_relative_eq!(above, below, max_relative = 1e-6);
+        assert_eq!(solve_until(&open, 100, None).unwrap().ending, Ending::Unbounded);
+        assert!(solve_until(&ConicProgram { cost: vec![], blocks: vec![] }, 100, None).is_none());
+    }
+
+    /// The deadline is a time limit of the solver: a program that takes far longer ends within it.
+    #[test]
+    fn the_deadline_is_its_time_limit() {
+        let program = traces(30);
+        let end = Instant::now() + Duration::from_millis(100);
+        let path = solve_until(&program, 100, Some(end)).unwrap();
+        assert_eq!(path.status, "time limit");
+        assert!(solve_until(&program, 100, Some(end)).is_none(), "nothing begins after the deadline");
+        assert_eq!(solve_until(&traces(5), 1, None).unwrap().iterations, 1);
+    }
+}

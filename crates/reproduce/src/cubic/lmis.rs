@@ -1,0 +1,199 @@
+//! (12) with (13), (12) with (13') and (25) as linear matrix inequalities in all of their unknowns, each solved by both solvers.
+//!
+//! Neither solver is believed: an answer counts as feasible when the values that it proposes are proved, and as infeasible when its multipliers are, exactly.
+
+use std::fmt;
+
+use luenberger_design::{Decrease, LinearDesign, Wish};
+use luenberger_linalg::lqr;
+use luenberger_lmi::{Problem, Settings, Solver, block, he};
+use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_proof::Verdict;
+use nalgebra::DMatrix;
+
+use super::random::{Random, SEED};
+use crate::claim::{CheckError, Claim, Class, Outcome};
+use crate::context::Context;
+use crate::evidence::Evidence;
+use crate::value::short;
+
+const PLANTS: &str = "the plants of Examples 1 and 3, and random plants with n = 1..4, p ≤ n";
+
+pub(super) fn claims() -> Vec<Claim> {
+    vec![
+        Claim::holds(
+            Class::Ours,
+            "cubic.lmi.strict",
+            "beyond the paper, (12) and (13)",
+            "in P, Y = PL and Z = PN, (12) and (13) have a solution where C has n rows and none where it has fewer: by two solvers",
+            &[PLANTS],
+            strict,
+        ),
+        Claim::holds(
+            Class::Ours,
+            "cubic.lmi.nonstrict",
+            "beyond the paper, (12) and (13')",
+            "in P, Y = PL and S with PN = -C'S, S + S' > 0, (12) and (13') have a solution for every observable plant: by two solvers",
+            &[PLANTS],
+            nonstrict,
+        ),
+        Claim::holds(
+            Class::Ours,
+            "cubic.lmi.feedback",
+            "beyond the paper, (25)",
+            "in P and P1, (25) has a solution where A - BK is Hurwitz and none where -(A - BK) stands in its place: by two solvers",
+            &[PLANTS, "K and L by their Riccati equations, all weights I"],
+            feedback,
+        ),
+    ]
+}
+
+const SOLVERS: [Solver; 2] = [Solver::Interior, Solver::Clarabel];
+
+/// The answers of one solver, counted.
+#[derive(Default)]
+struct Answers {
+    solver: Solver,
+    feasible: usize,
+    infeasible: usize,
+    undecided: usize,
+    least_margin: Option<f64>,
+    iterations: u32,
+}
+
+impl fmt::Display for Answers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { solver, feasible, infeasible, undecided, iterations, .. } = self;
+        write!(f, "{solver}: {feasible} proved")?;
+        if let Some(margin) = self.least_margin {
+            write!(f, " with margins from {} up", short(margin))?;
+        }
+        write!(f, ", {infeasible} refuted by exact multipliers, {undecided} undecided, {iterations} iterations.")
+    }
+}
+
+/// Whether each solver comes to each expectation, with the answers of both in the note.
+fn by_both(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
+    let mut truths = Vec::new();
+    let mut said = vec![format!("{} inequalities, each solved twice. Seed {SEED}.", problems.len())];
+    for solver in SOLVERS {
+        let settings = Settings { solver, ..Settings::default() };
+        let mut answers = Answers { solver, ..Answers::default() };
+        for (lmi, is_feasible) in problems {
+            let solution = lmi.solve_with(&settings)?;
+            answers.iterations += solution.effort.iterations;
+            let found = match &solution.verdict {
+                Verdict::Proved { margin } => {
+                    answers.feasible += 1;
+                    answers.least_margin = Some(answers.least_margin.map_or(*margin, |least| least.min(*margin)));
+                    Some(true)
+                }
+                Verdict::Refuted { witness } if lmi.is_refuted_by(witness) => {
+                    answers.infeasible += 1;
+                    Some(false)
+                }
+                _ => {
+                    answers.undecided += 1;
+                    None
+                }
+            };
+            truths.push(found.map(|found| found == *is_feasible));
+        }
+        said.push(answers.to_string());
+    }
+    Ok(Outcome::new(Evidence::cases(truths)).note(said.join(" ")))
+}
+
+fn plants() -> Result<Vec<DynamicPlant>, CheckError> {
+    let mut random = Random::new();
+    let mut plants = vec![double_integrator().to_dynamic(), third_order::example3().to_dynamic()];
+    for n in 1..=4 {
+        for p in 1..=n {
+            plants.push(random.plant(n, p)?);
+        }
+    }
+    Ok(plants)
+}
+
+/// `P > 0` and (12) with `Y = PL`.
+fn observer(lmi: &mut Problem, plant: &DynamicPlant) {
+    let (n, outputs) = (plant.a.nrows(), plant.c.nrows());
+    let (p, y) = (lmi.symmetric("P", n), lmi.rectangular("Y", n, outputs));
+    lmi.constrain("P > 0", &p >> 0.0);
+    lmi.constrain("(12)", he(&p * &plant.a - &y * &plant.c) << 0.0);
+}
+
+fn strict(_: &Context) -> Result<Outcome, CheckError> {
+    let pose = |plant: &DynamicPlant| {
+        let (outputs, n) = plant.c.shape();
+        let mut lmi = Problem::new();
+        observer(&mut lmi, plant);
+        let z = lmi.rectangular("Z", n, outputs);
+        lmi.constrain("(13)", he(&z * &plant.c) << 0.0);
+        (lmi, outputs == n)
+    };
+    by_both(&plants()?.iter().map(pose).collect::<Vec<_>>())
+}
+
+fn nonstrict(_: &Context) -> Result<Outcome, CheckError> {
+    let pose = |plant: &DynamicPlant| {
+        let outputs = plant.c.nrows();
+        let mut lmi = Problem::new();
+        observer(&mut lmi, plant);
+        let s = lmi.rectangular("S", outputs, outputs);
+        lmi.constrain("S + S' > 0", he(&s) >> 0.0);
+        (lmi, true)
+    };
+    by_both(&plants()?.iter().map(pose).collect::<Vec<_>>())
+}
+
+fn feedback(_: &Context) -> Result<Outcome, CheckError> {
+    let mut problems = Vec::new();
+    for plant in plants()? {
+        let (n, inputs) = plant.b.shape();
+        let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(inputs, inputs))?.k;
+        let outputs = plant.c.nrows();
+        let wish = Wish::Kalman { w: DMatrix::identity(n, n), v: DMatrix::identity(outputs, outputs) };
+        let design = LinearDesign::new(&plant, &wish, &Decrease::Scaled(1.0))?;
+        let coupling = &plant.b * &k;
+        let loop_ = &plant.a - &coupling;
+        for (closed, is_feasible) in [(loop_.clone(), true), (-loop_, false)] {
+            let mut lmi = Problem::new();
+            let (p1, p) = (lmi.symmetric("P1", n), lmi.symmetric("P", n));
+            lmi.constrain("P1 > 0", &p1 >> 0.0);
+            lmi.constrain("P > 0", &p >> 0.0);
+            let across = &p1 * &coupling;
+            let first = he(&p1 * &closed);
+            let last = he(&p * design.error_matrix());
+            lmi.constrain("(25)", block![[first, across.clone()], [across.transpose(), last]] << 0.0);
+            problems.push((lmi, is_feasible));
+        }
+    }
+    by_both(&problems)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Verdict;
+
+    /// Each solver comes to each expectation, and the ledger shows the answers of both.
+    #[test]
+    fn both_solvers_answer_every_inequality() {
+        for claim in claims() {
+            let record = claim.examine("cubic", &Context::new("."));
+            assert_eq!(
+                (record.verdict, record.error),
+                (Some(Verdict::Reproduced), None),
+                "{}: {}",
+                record.id,
+                record.note
+            );
+            for answer in ["interior: ", "clarabel: "] {
+                assert!(record.note.contains(answer), "{}", record.note);
+            }
+            // Of each solver, and of all cases together.
+            assert_eq!(record.note.matches(", 0 undecided").count(), 3, "{}", record.note);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The solver of matrix inequalities that a study asks for, in every design that poses one.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_lmi::Solver;
+use luenberger_study::design::design;
+use luenberger_study::results::DesignReport;
+use luenberger_study::{Format, Study, StudyError};
+
+const LINEAR: &str = r#"[plant]
+a = [[0, 1], [0, 0]]
+c = [[1, 0]]
+[[observer]]
+name = "by margin"
+kind = "luenberger"
+lmi = true
+[[observer]]
+name = "by rate"
+kind = "luenberger"
+decay_rate = 0.5
+[[observer]]
+kind = "cubic"
+lmi = true
+gamma = 2
+[[observer]]
+kind = "sampled-cubic"
+lmi = true
+gamma = 0.5
+period = 0.05
+"#;
+
+const PENDULUM: &str = r#"[plant]
+f = ["x2", "-sin(x1)"]
+h = ["x1"]
+[[observer]]
+kind = "lpv"
+decay_rate = 0.5
+[[observer]]
+name = "the fastest"
+kind = "lpv"
+fastest = 4
+[[observer]]
+name = "of this gain"
+kind = "lpv"
+gain = [[4], [6]]
+[[observer]]
+kind = "lipschitz"
+decay_rate = 0.5
+[[observer]]
+name = "sector of this gain"
+kind = "lipschitz"
+gain = [[4], [6]]
+[[observer]]
+kind = "mean-value"
+decay_rate = 0.5
+"#;
+
+fn read(text: &str) -> Result<Study, StudyError> {
+    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
+}
+
+fn designs(study: &Study) -> Vec<(String, DesignReport)> {
+    let cancel = AtomicBool::new(false);
+    let one = |wish| match design(study, wish, &cancel) {
+        Ok(designed) => designed.report,
+        Err(failure) => panic!("{failure:?}"),
+    };
+    study.observers.iter().map(|wish| (wish.name.clone(), one(wish))).collect()
+}
+
+/// Another solver proposes another P within the same open set: were the wish lost on its way, the matrices would be the same to the last bit.
+#[test]
+fn it_reaches_every_inequality_of_a_design_and_the_proof_decides() {
+    for text in [LINEAR, PENDULUM] {
+        let ours = read(text).unwrap();
+        assert_eq!(ours.solver, Solver::Interior);
+        assert_eq!(read(&format!("solver = \"interior\"\n{text}")).unwrap().solver, Solver::Interior);
+        let theirs = read(&format!("solver = \"clarabel\"\n{text}")).unwrap();
+        assert_eq!(theirs.solver, Solver::Clarabel);
+        for ((name, ours), (_, theirs)) in designs(&ours).into_iter().zip(designs(&theirs)) {
+            assert_eq!((ours.verdict.as_str(), theirs.verdict.as_str()), ("proved", "proved"), "{name}");
+            assert_ne!(ours.matrices, theirs.matrices, "{name}");
+        }
+    }
+}
+
+#[test]
+fn another_word_is_a_mistake() {
+    let Err(StudyError::File(diagnostics)) = read(&format!("solver = \"claribel\"\n{LINEAR}")) else {
+        panic!("the mistake was not found")
+    };
+    let found = diagnostics.located();
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert_eq!(found[0].line, 1);
+    assert!(found[0].message.contains("claribel"), "{found:#?}");
+    assert!(found[0].expected.contains("expected one of \"interior\", \"clarabel\""), "{found:#?}");
+    assert_eq!(found[0].help.as_deref(), Some("the nearest is `clarabel`"));
+}
