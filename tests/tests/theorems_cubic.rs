@@ -46,6 +46,20 @@ fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
     d * d.transpose() + k - k.transpose() + DMatrix::identity(p, p) * 0.1
 }
 
+/// Any theta = theta' >= 0, the singular ones among them: `D D'` with the first `rank` columns of D in sixteenths, so that no product is rounded and the stored theta is
+/// nonnegative itself. The first diagonal entry is at least 1: theta is not 0.
+fn importance() -> impl Strategy<Value = (Vec<i32>, usize)> {
+    (prop::collection::vec(-4..=4, 36), 1..=6_usize)
+}
+
+/// The p x p theta of [`importance`].
+fn theta(p: usize, (entries, rank): &(Vec<i32>, usize)) -> DMatrix<f64> {
+    let d = DMatrix::from_fn(p, (*rank).min(p), |i, j| {
+        f64::from(if i == 0 && j == 0 { 4 } else { entries[6 * i + j] }) / 4.0
+    });
+    &d * d.transpose()
+}
+
 fn linear(plant: &DynamicPlant, rho: f64) -> LinearDesign {
     let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
     LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::Scaled(rho)).unwrap()
@@ -77,12 +91,12 @@ proptest! {
     /// Theorem 2 with (13'): for every admissible S the conditions are proved, and V never grows.
     #[test]
     fn the_general_cubic_gain_is_admissible(
-        plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6), e0 in matrix(6, 1), size in 0.1..30.0,
+        plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6), e0 in matrix(6, 1), size in 0.1..30.0, weights in importance(),
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, 1.0);
         let s = accretive(p, &d, &k);
-        let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(s)).unwrap();
+        let design = CubicDesign::new(&linear, &theta(p, &weights), &Correction::General(s)).unwrap();
         assert_proved(&design);
         let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 3.0);
@@ -92,15 +106,49 @@ proptest! {
         }
     }
 
+    /// (5) and (14) with every entry of theta: N = -gamma P^-1 C'theta, and the error moves by F e + (y'theta y) N y, both written out entry by entry.
+    #[test]
+    fn the_whole_of_theta_is_in_the_gain_and_in_the_observer(
+        plant in observable_plant(1..=6), weights in importance(), e in matrix(6, 1), size in 0.1..30.0, gamma in 2..160,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        // In sixteenths, so that S = gamma theta is not rounded: a singular S that is fails S + S' >= 0 by its rounding.
+        let gamma = f64::from(gamma) / 16.0;
+        let (linear, theta) = (linear(&plant, 1.0), theta(p, &weights));
+        let design = CubicDesign::new(&linear, &theta, &Correction::Gamma(gamma)).unwrap();
+        assert_proved(&design);
+        let o = &design.observer;
+        let pn = &design.p * &o.n;
+        let rounding = 64.0 * n as f64 * f64::EPSILON * design.p.norm() * o.n.norm();
+        for i in 0..n {
+            for j in 0..p {
+                let expected: f64 = (0..p).map(|k| -gamma * plant.c[(k, i)] * theta[(k, j)]).sum();
+                prop_assert!((pn[(i, j)] - expected).abs() <= rounding, "P N at ({i}, {j}): {} and {expected}", pn[(i, j)]);
+            }
+        }
+        let e = head(&e, n, size);
+        let y: Vec<f64> = (0..p).map(|k| (0..n).map(|i| plant.c[(k, i)] * e[i]).sum()).collect();
+        let weight: f64 = (0..p).flat_map(|j| (0..p).map(move |k| (j, k))).map(|(j, k)| y[j] * theta[(j, k)] * y[k]).sum();
+        // A plant at rest: the error is minus the estimate.
+        let slope = -o.derivative(0.0, &-&e, &DVector::zeros(1), &DVector::zeros(p));
+        let sizes = (plant.a.norm() + o.l.norm() * plant.c.norm()) * e.norm() + theta.norm() * o.n.norm() * (plant.c.norm() * e.norm()).powi(3);
+        for i in 0..n {
+            let along: f64 = (0..n).map(|j| plant.a[(i, j)] * e[j]).sum();
+            let expected = along + (0..p).map(|k| (weight * o.n[(i, k)] - o.l[(i, k)]) * y[k]).sum::<f64>();
+            prop_assert!((slope[i] - expected).abs() <= 64.0 * n as f64 * f64::EPSILON * sizes, "e{}': {} and {expected}", i + 1, slope[i]);
+        }
+    }
+
     /// Theorem B: for Q = rho I the accumulated squared error never exceeds e(0)'Pe(0)/rho, which is the linear observer's.
     #[test]
     fn the_cubic_cost_never_exceeds_the_linear_one(
         plant in observable_plant(1..=5), d in matrix(5, 5), k in matrix(5, 5), e0 in matrix(5, 1), size in 0.1..10.0, rho in 0.1..10.0,
+        weights in importance(),
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, rho);
         let design =
-            CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
+            CubicDesign::new(&linear, &theta(p, &weights), &Correction::General(accretive(p, &d, &k))).unwrap();
         let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 20.0);
         let bound = e0.dot(&(&design.p * &e0)) / rho;
@@ -110,16 +158,20 @@ proptest! {
     /// Theorem 3: at equal error norms V_c' <= V_l', from the right-hand side that runs.
     #[test]
     fn the_derivative_of_v_is_never_above_the_linear_one(
-        plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6), e in matrix(6, 1), size in 0.1..1e3,
+        plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6), e in matrix(6, 1), size in 0.1..1e3, weights in importance(),
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
-        let design =
-            CubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
+        let (s, theta) = (accretive(p, &d, &k), theta(p, &weights));
+        let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &Correction::General(s.clone())).unwrap();
         let e = head(&e, n, size);
         let slope = -design.observer.derivative(0.0, &-&e, &DVector::zeros(1), &DVector::zeros(p));
         let pe = &design.p * &e;
         let rounding = 16.0 * n as f64 * f64::EPSILON * pe.norm() * slope.norm().max((&design.q * &e).norm());
         prop_assert!(2.0 * pe.dot(&slope) <= -e.norm_squared() + rounding);
+        // By exactly -(y'theta y) y'(S + S')y, with every entry of theta and of S.
+        let y = &plant.c * &e;
+        let less = 2.0 * y.dot(&(&theta * &y)) * y.dot(&(&s * &y));
+        prop_assert!((2.0 * pe.dot(&slope) + e.norm_squared() + less).abs() <= rounding, "{} and {less}", 2.0 * pe.dot(&slope) + e.norm_squared());
     }
 
     /// Theorem 4: a common P of the vertices decreases V for every plant between them.
@@ -141,11 +193,11 @@ proptest! {
     /// For S = gamma theta two solutions approach each other in the P norm.
     #[test]
     fn the_error_flow_is_a_contraction(
-        plant in observable_plant(1..=5), first in matrix(5, 1), second in matrix(5, 1), size in 0.1..10.0, gamma in 0.1..10.0,
+        plant in observable_plant(1..=5), first in matrix(5, 1), second in matrix(5, 1), size in 0.1..10.0, gamma in 0.1..10.0, weights in importance(),
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, 1.0);
-        let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::Gamma(gamma)).unwrap();
+        let design = CubicDesign::new(&linear, &theta(p, &weights), &Correction::Gamma(gamma)).unwrap();
         let at = |e: &DMatrix<f64>| head(e, n, size);
         let (one, other) = (race(&design, &linear, &at(&first), 2.0), race(&design, &linear, &at(&second), 2.0));
         let gap = &one.observer("cubic").unwrap().error - &other.observer("cubic").unwrap().error;
@@ -163,7 +215,7 @@ proptest! {
         let exact = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
         prop_assert!((exact - bound).abs() <= 1e-9 * bound * design.p.norm() * design.p.clone().try_inverse().unwrap().norm());
         let n = plant.a.nrows();
-        // Strictly below the bound: at equality the error need not decay (for F = -I and eps = 1 it stands still).
+        // Strictly below the bound: at it the decay need not be exponential (`at_equality_of_theorem_5_..`), and with a singular theta there may be none.
         let shifted = design.error_matrix() + DMatrix::identity(n, n) * (bound * (1.0 - 1e-6));
         prop_assert!(spectral_abscissa(&shifted).unwrap() < 0.0);
         // For this P it is the supremum: proved below it, refuted above it.
@@ -177,45 +229,113 @@ proptest! {
 
     /// Theorem 6: (25) has a P1 for every stabilising K.
     #[test]
-    fn the_loop_is_certified_for_every_stabilising_feedback(plant in observable_plant(1..=5), input in matrix(5, 5)) {
+    fn the_loop_is_certified_for_every_stabilising_feedback(plant in observable_plant(1..=5), input in matrix(5, 5), weights in importance()) {
         let n = plant.a.nrows();
         // A full-rank input, so that every plant is stabilisable by construction.
         let b = input.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 3.0;
         let plant = DynamicPlant::new(plant.a, b, plant.c).unwrap();
         let p = plant.c.nrows();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), &Correction::Gamma(1.0)).unwrap();
+        let observer = CubicDesign::new(&linear(&plant, 1.0), &theta(p, &weights), &Correction::Gamma(1.0)).unwrap();
         let feedback = FeedbackDesign::new(&observer, &k).unwrap();
         prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
     }
 
     /// The joint inequality is feasible for every detectable pair, and its solution is proved.
     #[test]
-    fn the_joint_inequality_is_feasible_for_every_observable_pair(plant in observable_plant(1..=5)) {
+    fn the_joint_inequality_is_feasible_for_every_observable_pair(plant in observable_plant(1..=5), weights in importance()) {
         let p = plant.c.nrows();
-        let design = joint_design(&plant, &DMatrix::identity(p, p), 0.0, 1.0).unwrap();
+        let design = joint_design(&plant, &theta(p, &weights), 0.0, 1.0).unwrap();
         assert_proved(&design);
     }
 
     /// Theorem C: the sampled observer is proved at every period, and its V never grows.
     #[test]
     fn the_sampled_observer_decreases_v_at_every_period(
-        plant in observable_plant(1..=4), e0 in matrix(4, 1), size in 1.0..1e3, period in 1e-3..0.3, w in 0.1..100.0,
+        plant in observable_plant(1..=4), e0 in matrix(4, 1), size in 1.0..1e3, period in 1e-3..0.3, w in 0.1..100.0, weights in importance(),
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
-        let design = SampledCubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), w, period).unwrap();
+        let theta = theta(p, &weights);
+        let design = SampledCubicDesign::new(&linear(&plant, 1.0), &theta, w, period).unwrap();
         prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
         // A plant at rest: the error is minus the estimate.
         let mut xhat = head(&e0, n, size);
         let (u, y) = (DVector::zeros(1), DVector::zeros(p));
         let mut v = xhat.dot(&(&design.p * &xhat));
         for step in 0..50 {
+            // The flow's closed form with every entry of theta, then the linear step: x at rest, so that y~ = -C xhat.
+            let o = &design.observer;
+            let innovation = -(o.c() * &xhat);
+            let w = o.w();
+            let r = 1.0 / (1.0 + 2.0 * w * period * innovation.dot(&(&theta * &innovation))).sqrt();
+            let between = &xhat + o.n() * &innovation * ((r - 1.0) / w);
+            let expected = o.ad() * &between + o.ld() * (&innovation * r);
+            let size = (o.ad().norm() * (xhat.norm() + o.n().norm() * innovation.norm() / w) + o.ld().norm() * innovation.norm()) * 64.0 * n as f64;
             design.observer.step(f64::from(step) * period, &mut xhat, &u, &y);
+            prop_assert!((&xhat - &expected).norm() <= f64::EPSILON * size, "step {step}: {xhat} and {expected}");
             let next = xhat.dot(&(&design.p * &xhat));
             prop_assert!(next <= v * (1.0 + 1e-12), "V grew from {v} to {next}");
             v = next;
         }
     }
+}
+
+/// The error of an observer with `F + eps I` in the place of F, from `e0`, at these times: a plant at rest, whose observer knows the perturbation.
+fn error_at_equality(
+    f: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    n: &DMatrix<f64>,
+    theta: &DMatrix<f64>,
+    e0: &[f64],
+    times: &[f64],
+) -> Vec<f64> {
+    let order = f.nrows();
+    let plant = DynamicPlant::new(f + DMatrix::identity(order, order), DMatrix::zeros(order, 0), c.clone()).unwrap();
+    let observer = luenberger_observers::CubicObserver::of(
+        plant.clone(),
+        DMatrix::zeros(order, c.nrows()),
+        n.clone(),
+        theta.clone(),
+    )
+    .unwrap();
+    let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
+    let run = Scenario::new(plant).observer("cubic", observer, &xhat0).times(times).run().unwrap();
+    run.observer("cubic").unwrap().error.row_iter().map(|row| row.norm()).collect()
+}
+
+/// Theorem 5 with equality in (23), here eps = 1 for P = I and Q = 2 I: with (A, C) observable, theta > 0 and S + S' > 0 the error tends to 0 (LaSalle), like
+/// 1/sqrt(1 + 3t/4) and not exponentially.
+#[test]
+fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
+    let f = dmatrix![-1.0, 1.0; -1.0, -1.0];
+    assert_eq!(theorem5_bound(&DMatrix::identity(2, 2), &(DMatrix::identity(2, 2) * 2.0)).unwrap(), 1.0);
+    let sizes = |n: f64| {
+        error_at_equality(
+            &f,
+            &dmatrix![1.0, 0.0],
+            &dmatrix![n; 0.0],
+            &dmatrix![1.0],
+            &[0.0, 1.0],
+            &[0.0, 60.0, 1e3, 1e4],
+        )
+    };
+    for (found, expected) in sizes(-1.0)[1..].iter().zip([0.148, 0.0365, 0.0115]) {
+        // Three digits.
+        assert!((found / expected - 1.0).abs() < 5e-3, "{found}, {expected}");
+    }
+    // S = 0, which (13') admits, leaves an error that turns for ever.
+    assert!((sizes(0.0)[3] - 1.0).abs() < 1e-6, "{:?}", sizes(0.0));
+}
+
+/// Within the printed hypotheses, theta >= 0 among them, equality is not enough: C = I, A - LC = -I, P = I, Q = 2 I, N = -I, theta = diag(1, 0).
+#[test]
+fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
+    let (one, theta) = (DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]);
+    let stays = error_at_equality(&-&one, &one, &-&one, &theta, &[0.0, 1.0], &[0.0, 60.0]);
+    assert_eq!(stays, [1.0, 1.0]);
+    // With theta > 0 it goes: e' = -|e|^2 e, |e| = 1/sqrt(1 + 2t).
+    let goes = error_at_equality(&-&one, &one, &-&one, &one, &[0.0, 1.0], &[0.0, 60.0]);
+    assert!((goes[1] - 1.0 / 121.0_f64.sqrt()).abs() < 1e-9, "{goes:?}");
 }
 
 /// (13) as printed: refuted by a direction that no output sees, for every plant with fewer outputs than states.

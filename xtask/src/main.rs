@@ -1,5 +1,5 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench linalg`,
-//! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`.
+//! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`, `cargo xtask stress theorems`.
 //!
 //! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
 //! its exit code.
@@ -46,9 +46,15 @@ enum Command {
     /// Try what is claimed on random and adversarial cases, with a table of what came of them
     Stress {
         what: Claimed,
-        /// How many cases
+        /// How many cases (proof)
         #[arg(long, default_value_t = 1_000_000)]
         matrices: u64,
+        /// How many mutants of certificates of each theorem (theorems)
+        #[arg(long, default_value_t = 100_000)]
+        mutants: u64,
+        /// Only the theorem of this name (theorems)
+        #[arg(long)]
+        kind: Option<String>,
         /// Which cases
         #[arg(long, default_value_t = 2019)]
         seed: u64,
@@ -59,6 +65,8 @@ enum Command {
 enum Claimed {
     /// Definiteness of matrices of numbers and of intervals, and the inequalities of Lyapunov, Stein and of feedback
     Proof,
+    /// Certificates of random designs, changed and sealed again: the accepted ones against adversaries
+    Theorems,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -78,7 +86,10 @@ fn main() -> ExitCode {
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
-        Command::Stress { what: Claimed::Proof, matrices, seed } => stress::proof::run(matrices, seed),
+        Command::Stress { what: Claimed::Proof, matrices, seed, .. } => stress::proof::run(matrices, seed),
+        Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
+            stress::theorems::run(mutants, seed, kind.as_deref())
+        }
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -98,7 +109,9 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
         None => step::root().join("target/reproduce"),
     };
     cargo(&["build", "--package", "luenberger-reproduce"]).step("build")?;
-    cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&out).step("reproduce")
+    // The README's counts are those of the run.
+    let run = &["run", "--quiet", "--package", "luenberger-reproduce", "--", "--counted-in", "README.md"];
+    cargo(run).argument(&out).step("reproduce")
 }
 
 fn test() -> Result<(), Failure> {

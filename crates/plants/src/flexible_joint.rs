@@ -1,4 +1,4 @@
-//! The robot link with a flexible joint, Example 2 of the mean-value-theorem paper: classical and as printed there.
+//! The robot link with a flexible joint, Example 2 of the mean-value-theorem paper: with its misprint corrected, as printed, and classical.
 //!
 //! ```text
 //! x1' = x2                                     angle and speed of the motor
@@ -7,8 +7,8 @@
 //! x4' = 19.5 x1 - 19.5 x3 + a44 x4 - 3.33 sin(x3)
 //! ```
 //!
-//! In the classical benchmark `a44 = 0` and the motor is measured, `y = (x1, x2)`. The paper prints `a44 = 3.33`, which makes
-//! the plant unstable, and `y = (x1, x2, x3)`. Both are here, each under its name.
+//! The paper prints `a44 = 3.33`, which makes the plant unstable, and `y = (x1, x2, x3)`. [`corrected`] repairs that misprint and nothing else: it is the plant of the
+//! example. In the classical benchmark `a44 = 0` too, and the motor alone is measured, `y = (x1, x2)`. Each is here under its name.
 //!
 //! Sources: R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018, Example 2; R. Rajamani, Observers for
 //! Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998, for the benchmark.
@@ -32,6 +32,19 @@ pub struct FlexibleJoint<const P: usize> {
 /// assert!((slope - Vector4::new(0.0, 21.6, 2.0, -3.33 * 1f64.sin())).amax() <= 16.0 * f64::EPSILON);
 /// ```
 pub fn classical() -> FlexibleJoint<2> {
+    FlexibleJoint { a44: 0.0 }
+}
+
+/// Example 2 with its misprint corrected: `a44 = 0`, `C = [I3 0]` as printed.
+///
+/// ```
+/// use luenberger_plants::{Plant, flexible_joint};
+/// use nalgebra::Vector4;
+/// let plant = flexible_joint::corrected();
+/// assert_eq!(plant.linear_part(), flexible_joint::classical().linear_part());
+/// assert_eq!(Plant::<f64>::dimensions(&plant).outputs, 3);
+/// ```
+pub fn corrected() -> FlexibleJoint<3> {
     FlexibleJoint { a44: 0.0 }
 }
 

@@ -181,6 +181,30 @@ fn fractions_of_plant_data_are_enclosed() {
     assert!(proved.statement.ends_with("the statement holds for every choice of them."), "{}", proved.statement);
 }
 
+/// 2^-1100, which binary64 does not have, stands for all numbers between its neighbours 0 and 2^-1074: 0 is not positive.
+#[test]
+fn a_power_of_two_below_the_range_of_binary64_is_enclosed_too() {
+    let one = Definiteness::new(&Matrix::from_rows([[1.0]]), Sign::PositiveDefinite).expect("finite");
+    let one = file(one.into()).to_json();
+    let tiny = format!("\"1/{}\"", power_of_two_in_decimal(1100));
+    let tiny = one.replacen("\"0x1p0\"", &tiny, 1).replacen("\"margin\": \"0x1p0\"", "\"margin\": \"0\"", 1);
+    let found = why(&resealed(&tiny));
+    assert!(found.starts_with("M > 0 is not proved: the data are known only up to intervals"), "{found}");
+}
+
+/// In decimal digits.
+fn power_of_two_in_decimal(exponent: usize) -> String {
+    let mut digits = vec![1_u8];
+    for _ in 0..exponent {
+        let mut carry = 0;
+        for digit in &mut digits {
+            (*digit, carry) = ((2 * *digit + carry) % 10, (2 * *digit + carry) / 10);
+        }
+        digits.extend((carry > 0).then_some(carry));
+    }
+    digits.iter().rev().map(|digit| char::from(b'0' + digit)).collect()
+}
+
 #[test]
 fn a_margin_is_believed_up_to_the_last_bit_and_no_further() {
     for theorem in all() {
@@ -536,7 +560,7 @@ fn every_kind() -> Vec<CertificateFile> {
         ("cubic-observer-theorem-1", format!("{plant}, {with_n}, {lyapunov}")),
         (
             "sampled-cubic-observer",
-            format!("{sampled}, {}, {lyapunov}", with_s.replace("\"S\"", "\"period\": \"0x1p-3\", \"S\"")),
+            format!("{sampled}, {}, {lyapunov}", with_n.replace("\"theta\"", "\"w\": \"1\", \"period\": \"0x1p-3\", \"theta\"")),
         ),
         ("feedback-loop", format!("{cubic}, \"feedback\": {{\"K\": [[\"0\"]], \"P1\": [[\"1\"]]}}")),
         ("polytope-of-plants", vertices.clone()),

@@ -4,17 +4,21 @@
 //! [`crate::evidence`].
 //!
 //! # Adding a claim
-//! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`.
+//! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`. The row says of which [`Class`] the claim is. A claim
+//! of the paper that comes out refuted must quote the paper's sentence and say how it is read ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses
+//! as evaluated ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
 //! ```
-//! use luenberger_reproduce::{Claim, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
+//! use luenberger_reproduce::{Claim, Class, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
 //!
 //! const SETTLING: Claim = Claim {
 //!     id: "demo.settling",
+//!     class: Class::Example,
 //!     place: "Example 1, Fig. 4",
 //!     statement: "the error settles to 5% after 2.3 s",
 //!     printed: Printed::Decimals("2.3"),
 //!     tolerance: Tolerance::AsPrinted,
 //!     assumptions: &["xhat(0) = 0", "settling is the last time |e| = 0.05"],
+//!     quote: None,
 //!     check: settling,
 //! };
 //!
@@ -27,18 +31,70 @@
 //! ```
 
 use crate::context::Context;
-use crate::evidence::{Evidence, Tolerance, Verdict, judge};
+use crate::evidence::{Evidence, Hypothesis, Tolerance, Verdict, judge};
 use crate::value::{Printed, Value};
 use serde::Serialize;
+use std::fmt;
 
 /// What a check may fail with: any error of the crates below. It marks the claim as failed and the run as unsuccessful.
 pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Whose claim it is, and of what kind. [`Class::Theorem`] and [`Class::Example`] are the paper's own claims; the others are counted apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Class {
+    /// What the paper says in general: a theorem, a remark, a formula, a sentence of its introduction.
+    Theorem,
+    /// A number or a figure of an example, or what the text says of it.
+    Example,
+    /// A sign, a letter, a digit or a word that the rest of the paper contradicts.
+    Misprint,
+    /// What the text leaves open: the claim says what the choice does, or runs a variant of the example under its name.
+    Reading,
+    /// Not the paper's: what holds instead, a repair, an observer of ours.
+    Ours,
+}
+
+impl Class {
+    /// All of them, in the order of the tables.
+    pub const ALL: [Self; 5] = [Self::Theorem, Self::Example, Self::Misprint, Self::Reading, Self::Ours];
+    /// The paper's own claims.
+    pub const OWN: [Self; 2] = [Self::Theorem, Self::Example];
+
+    /// One word for tables, as in the JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Theorem => "theorem",
+            Self::Example => "example",
+            Self::Misprint => "misprint",
+            Self::Reading => "reading",
+            Self::Ours => "ours",
+        }
+    }
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.word())
+    }
+}
+
+/// A sentence or formula of the paper, and how it is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Quote {
+    /// As it stands in the paper.
+    pub text: &'static str,
+    /// What it is taken to say.
+    pub reading: &'static str,
+}
 
 /// One claim of a paper.
 #[derive(Debug, Clone)]
 pub struct Claim {
     /// Unique name: paper, place, subject, such as `cubic.ex1.gain`.
     pub id: &'static str,
+    /// Whose claim it is.
+    pub class: Class,
     /// Where the paper says it: equation, theorem, figure, example.
     pub place: &'static str,
     /// What the paper says, in one sentence.
@@ -49,6 +105,8 @@ pub struct Claim {
     pub tolerance: Tolerance,
     /// What had to be assumed because the paper does not print it.
     pub assumptions: &'static [&'static str],
+    /// The paper's own words, where the verdict turns on them.
+    pub quote: Option<Quote>,
     /// Computes the evidence.
     pub check: fn(&Context) -> Result<Outcome, CheckError>,
 }
@@ -60,18 +118,27 @@ pub struct Outcome {
     pub evidence: Evidence,
     /// What a reader should know beside it.
     pub note: String,
+    /// The hypotheses of the statement, as evaluated where it was tested; counterexamples bring their own.
+    pub hypotheses: Vec<Hypothesis>,
 }
 
 impl Outcome {
     /// An outcome without a note.
     pub fn new(evidence: Evidence) -> Self {
-        Self { evidence, note: String::new() }
+        Self { evidence, note: String::new(), hypotheses: Vec::new() }
     }
 
     /// The same outcome with a note: full sentences, with the numbers that explain it.
     #[must_use]
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
+        self
+    }
+
+    /// The same outcome with the hypotheses of the statement as evaluated where it was tested.
+    #[must_use]
+    pub fn given(mut self, hypotheses: Vec<Hypothesis>) -> Self {
+        self.hypotheses.extend(hypotheses);
         self
     }
 }
@@ -89,6 +156,8 @@ pub struct Record {
     pub id: String,
     /// The key of the paper.
     pub paper: String,
+    /// Whose claim it is.
+    pub class: Class,
     /// Where the paper says it.
     #[serde(rename = "where")]
     pub place: String,
@@ -104,6 +173,10 @@ pub struct Record {
     pub verdict: Option<Verdict>,
     /// What had to be assumed.
     pub assumptions: Vec<String>,
+    /// The paper's own words and how they are read.
+    pub quote: Option<Quote>,
+    /// The hypotheses of the statement, as evaluated.
+    pub hypotheses: Vec<Hypothesis>,
     /// The note of the check, with what its evidence adds.
     pub note: String,
     /// Why the check failed, if it did.
@@ -111,9 +184,27 @@ pub struct Record {
     pub error: Option<String>,
 }
 
+impl Record {
+    /// What a refutation of the paper's own words still owes its reader, if anything.
+    pub fn owes(&self) -> Option<&'static str> {
+        if self.verdict != Some(Verdict::Refuted) {
+            return None;
+        }
+        match (self.class, &self.quote) {
+            (Class::Ours, _) => Some("a claim of ours is refuted"),
+            (_, None) => Some("it is refuted and quotes no sentence of the paper"),
+            (Class::Theorem, _) if self.hypotheses.is_empty() => {
+                Some("it refutes a theorem and evaluates none of its hypotheses")
+            }
+            _ => None,
+        }
+    }
+}
+
 impl Claim {
     /// A statement that the paper makes without a number: it is printed as true.
     pub const fn holds(
+        class: Class,
         id: &'static str,
         place: &'static str,
         statement: &'static str,
@@ -122,13 +213,22 @@ impl Claim {
     ) -> Self {
         Self {
             id,
+            class,
             place,
             statement,
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions,
+            quote: None,
             check,
         }
+    }
+
+    /// The same claim with the paper's sentence, as it stands there, and how it is read.
+    #[must_use]
+    pub const fn quoting(mut self, text: &'static str, reading: &'static str) -> Self {
+        self.quote = Some(Quote { text, reading });
+        self
     }
 
     /// Runs the check and judges its evidence. A check that fails gives a record without a verdict.
@@ -136,6 +236,7 @@ impl Claim {
         let mut record = Record {
             id: self.id.to_owned(),
             paper: paper.to_owned(),
+            class: self.class,
             place: self.place.to_owned(),
             statement: self.statement.to_owned(),
             printed: None,
@@ -143,15 +244,18 @@ impl Claim {
             tolerance: None,
             verdict: None,
             assumptions: self.assumptions.iter().map(|&a| a.to_owned()).collect(),
+            quote: self.quote,
+            hypotheses: Vec::new(),
             note: String::new(),
             error: None,
         };
         let judged = (self.check)(context).and_then(|outcome| {
-            let judgement = judge(&self.printed, self.tolerance, &outcome.evidence)?;
+            let judgement = judge(&self.printed, self.tolerance, &outcome.evidence)?.under(&outcome.hypotheses);
             Ok((outcome, judgement))
         });
         match judged {
             Ok((outcome, judgement)) => {
+                record.hypotheses = [outcome.hypotheses, outcome.evidence.hypotheses()].concat();
                 let mut sentences = vec![outcome.note];
                 sentences.extend(judgement.remarks);
                 if !judgement.computed.is_finite() {

@@ -6,8 +6,10 @@
 //! | [`Evidence::Holds`] | the truth found is the truth printed | otherwise | never |
 //! | [`Evidence::Readings`] | every admissible reading agrees | none does | some do and some do not |
 //! | [`Evidence::Proof`] | proved (where truth is printed) | refuted | undecided |
-//! | [`Evidence::Counterexample`] | never (where truth is printed) | the violation is positive | it is not |
+//! | [`Evidence::Counterexamples`] | never (where truth is printed) | one is valid: violated, and every hypothesis holds there | none is |
 //! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
+//!
+//! A statement says nothing where its hypotheses do not hold: other evidence too is underspecified where a hypothesis named with it fails or stays undecided.
 
 use crate::value::{Printed, PrintedError, Value, short};
 use luenberger_proof::Verdict as ProofVerdict;
@@ -15,7 +17,7 @@ use serde::Serialize;
 use std::fmt;
 
 /// What became of a claim. Made by [`judge`], nowhere else.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// What is computed agrees with what is printed.
@@ -70,15 +72,8 @@ pub enum Evidence {
     Readings(Vec<(&'static str, Value)>),
     /// A statement handed to `luenberger-proof`.
     Proof(Proof),
-    /// A single case said to violate a statement that the paper makes in general.
-    Counterexample {
-        /// What the violation is, in one line: the inequality and where it is evaluated.
-        what: String,
-        /// By how much the statement is violated; not positive means that it is not violated here.
-        violation: f64,
-        /// The data of the case, for instance an initial error.
-        witness: Option<Value>,
-    },
+    /// Cases said to violate a statement that the paper makes in general. One that is valid refutes it.
+    Counterexamples(Vec<Counterexample>),
     /// A general statement tested on many cases.
     Cases {
         /// How many cases hold.
@@ -88,6 +83,75 @@ pub enum Evidence {
         /// How many could not be decided.
         undecided: usize,
     },
+}
+
+/// A single case said to violate a statement that the paper makes in general.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counterexample {
+    /// The case in a few words, empty where there is only one.
+    pub case: String,
+    /// What the violation is, in one line: the inequality and where it is evaluated.
+    pub what: String,
+    /// By how much the statement is violated; not positive means that it is not violated here.
+    pub violation: f64,
+    /// The data of the case, for instance an initial error.
+    pub witness: Option<Value>,
+    /// Every hypothesis of the statement, evaluated for this case.
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+impl Counterexample {
+    /// Whether the statement is violated and every hypothesis of it holds.
+    pub fn is_valid(&self) -> bool {
+        self.violation > 0.0 && self.hypotheses.iter().all(|hypothesis| hypothesis.holds == Some(true))
+    }
+}
+
+/// A hypothesis of a theorem, evaluated: in JSON with `null` for one that stayed undecided.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Hypothesis {
+    /// The case that it is evaluated for, empty where there is only one.
+    pub case: String,
+    /// What the paper asks for.
+    pub hypothesis: String,
+    /// Whether it holds; absent where that stayed undecided.
+    pub holds: Option<bool>,
+    /// How that was found, and where it holds if not everywhere.
+    pub how: String,
+}
+
+impl Hypothesis {
+    /// Decided by `luenberger-proof`.
+    pub fn proof<W: fmt::Display>(hypothesis: &str, verdict: &ProofVerdict<W>) -> Self {
+        let (holds, how) = match verdict {
+            ProofVerdict::Proved { margin } => (Some(true), format!("proved, with margin {}", short(*margin))),
+            ProofVerdict::Refuted { witness } => (Some(false), format!("refuted by {witness}")),
+            ProofVerdict::Undecided { why, .. } => (None, format!("undecided: {why}")),
+        };
+        Self { case: String::new(), hypothesis: hypothesis.to_owned(), holds, how }
+    }
+
+    /// Decided by numbers that are compared without rounding, or that bear their rounding; `how` names them.
+    pub fn computed(hypothesis: &str, holds: bool, how: impl Into<String>) -> Self {
+        Self { case: String::new(), hypothesis: hypothesis.to_owned(), holds: Some(holds), how: how.into() }
+    }
+
+    /// The same, where it was evaluated on this set only.
+    #[must_use]
+    pub fn only(mut self, domain: &str) -> Self {
+        self.how.push_str(", ");
+        self.how.push_str(domain);
+        self
+    }
+
+    /// `holds`, `fails` or `undecided`.
+    pub fn word(&self) -> &'static str {
+        match self.holds {
+            Some(true) => "holds",
+            Some(false) => "fails",
+            None => "undecided",
+        }
+    }
 }
 
 /// A proof verdict with its witness turned into words.
@@ -124,6 +188,27 @@ impl Evidence {
             ProofVerdict::Refuted { witness } => Proof::Refuted(witness.to_string()),
             ProofVerdict::Undecided { why, .. } => Proof::Undecided(why.to_string()),
         })
+    }
+
+    /// A single counterexample, with every hypothesis of the statement evaluated for it.
+    pub fn counterexample(
+        what: impl Into<String>,
+        violation: f64,
+        witness: Option<Value>,
+        hypotheses: Vec<Hypothesis>,
+    ) -> Self {
+        let case = Counterexample { case: String::new(), what: what.into(), violation, witness, hypotheses };
+        Self::Counterexamples(vec![case])
+    }
+
+    /// The hypotheses that its counterexamples evaluate, each with the name of its case.
+    pub fn hypotheses(&self) -> Vec<Hypothesis> {
+        let Self::Counterexamples(cases) = self else { return Vec::new() };
+        let named = |case: &Counterexample| {
+            let name = case.case.clone();
+            case.hypotheses.clone().into_iter().map(move |found| Hypothesis { case: name.clone(), ..found })
+        };
+        cases.iter().flat_map(named).collect()
     }
 
     /// The cases of a general statement, counted from the truths found (`None` is undecided).
@@ -260,14 +345,9 @@ pub fn judge(printed: &Printed, tolerance: Tolerance, evidence: &Evidence) -> Re
             };
             (decide(found, said?), shown(found), vec![remark])
         }
-        Evidence::Counterexample { what, violation, witness } => {
-            let found = (*violation > 0.0).then_some(false);
-            let at = witness.as_ref().map_or_else(String::new, |w| format!(" at {w}"));
-            let remark = match found {
-                Some(_) => format!("Counterexample{at}: {what}, violated by {}.", short(*violation)),
-                None => format!("No counterexample{at}: {what} is not violated ({}).", short(*violation)),
-            };
-            (decide(found, said?), shown(found), vec![remark])
+        Evidence::Counterexamples(cases) => {
+            let found = cases.iter().any(Counterexample::is_valid).then_some(false);
+            (decide(found, said?), shown(found), cases.iter().map(remark).collect())
         }
         Evidence::Cases { hold, fail, undecided } => {
             let found = match (hold, fail, undecided) {
@@ -291,6 +371,45 @@ pub fn judge(printed: &Printed, tolerance: Tolerance, evidence: &Evidence) -> Re
         _ => Some(Value::Vector(tolerances)),
     };
     Ok(Judgement { printed, computed, tolerance, verdict, remarks })
+}
+
+/// What a counterexample says of itself.
+fn remark(example: &Counterexample) -> String {
+    let Counterexample { case, what, violation, witness, hypotheses } = example;
+    let name = if case.is_empty() { String::new() } else { format!(", {case}") };
+    let at = witness.as_ref().map_or_else(String::new, |w| format!(" at {w}"));
+    let size = short(*violation);
+    // Not a number violates nothing.
+    if violation.is_nan() || *violation <= 0.0 {
+        return format!("No counterexample{name}{at}: {what} is not violated ({size}).");
+    }
+    match hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true)) {
+        None => format!("Counterexample{name}{at}: {what}, violated by {size}."),
+        Some(open) => format!(
+            "No counterexample{name}{at}: {what}, violated by {size}, but the hypothesis \"{}\": {} ({}).",
+            open.hypothesis,
+            open.word(),
+            open.how
+        ),
+    }
+}
+
+impl Judgement {
+    /// The same judgement where these hypotheses of the statement were evaluated: outside of them the statement says nothing.
+    #[must_use]
+    pub fn under(mut self, hypotheses: &[Hypothesis]) -> Self {
+        if let Some(open) = hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true)) {
+            self.remarks.push(format!(
+                "Not {}, because the hypothesis \"{}\" {} here ({}).",
+                self.verdict,
+                open.hypothesis,
+                if open.holds.is_none() { "stays undecided" } else { "fails" },
+                open.how
+            ));
+            self.verdict = Verdict::Underspecified;
+        }
+        self
+    }
 }
 
 fn checked(tolerance: f64) -> Result<f64, JudgeError> {

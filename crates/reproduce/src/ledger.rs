@@ -1,6 +1,6 @@
 //! Runs the claims and figures of the papers and writes what came of them.
 
-use crate::claim::{CheckError, Record};
+use crate::claim::{CheckError, Class, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
 use crate::figure::{Figure, still};
@@ -40,7 +40,7 @@ pub enum ReproduceError {
 pub struct Summary {
     /// Every claim.
     pub records: Vec<Record>,
-    /// What failed: checks, figures and datasets that returned errors, findings that no claim supports.
+    /// What failed: checks, figures and datasets that returned errors, refutations that show no ground, findings that no claim supports.
     pub failures: Vec<Failure>,
     /// Where the output is.
     pub out: PathBuf,
@@ -61,6 +61,17 @@ impl Summary {
     /// How many claims got this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.records.iter().filter(|record| record.verdict == Some(verdict)).count()
+    }
+
+    /// How many claims of these classes got this verdict.
+    pub fn count_of(&self, classes: &[Class], verdict: Verdict) -> usize {
+        let counts = |record: &&Record| classes.contains(&record.class) && record.verdict == Some(verdict);
+        self.records.iter().filter(counts).count()
+    }
+
+    /// How many claims are of these classes.
+    pub fn of(&self, classes: &[Class]) -> usize {
+        self.records.iter().filter(|record| classes.contains(&record.class)).count()
     }
 
     /// Whether every check and figure came to an end. A refuted claim is a success of the run.
@@ -98,8 +109,8 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
         for claim in &paper.claims {
             progress.begin(claim.id);
             let record = claim.examine(paper.key, &context);
-            if let Some(error) = &record.error {
-                summary.failures.push(Failure { id: record.id.clone(), error: error.clone() });
+            if let Some(error) = record.error.clone().or_else(|| record.owes().map(str::to_owned)) {
+                summary.failures.push(Failure { id: record.id.clone(), error });
             }
             progress.end(claim.id, crate::terminal::word(&record));
             summary.records.push(record);
@@ -169,11 +180,15 @@ fn unsupported(claims: &[&str], records: &[Record]) -> Option<String> {
         match records.iter().find(|record| record.id == *id) {
             None => return Some(format!("the finding rests on {id:?}, which is no claim")),
             Some(record) => {
-                supported |= matches!(record.verdict, Some(Verdict::Refuted | Verdict::Underspecified));
+                supported |= match record.verdict {
+                    Some(Verdict::Refuted | Verdict::Underspecified) => true,
+                    Some(Verdict::Reproduced) => record.class == Class::Ours,
+                    None => false,
+                };
             }
         }
     }
-    (!supported).then(|| "no claim that the finding rests on is refuted or underspecified".to_owned())
+    (!supported).then(|| "no claim that the finding rests on is refuted, underspecified or ours".to_owned())
 }
 
 fn unique<'a>(ids: impl Iterator<Item = &'a str>) -> Result<(), ReproduceError> {

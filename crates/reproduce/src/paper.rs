@@ -73,7 +73,7 @@ pub struct Plate {
 }
 
 /// Something that does not hold as printed. Its evidence is the claims it names: the report shows their numbers, and a
-/// finding none of whose claims is refuted or underspecified is an error of the run.
+/// finding none of whose claims is refuted, underspecified or ours is an error of the run.
 #[derive(Debug, Clone, Copy)]
 pub struct Finding {
     /// A headline.

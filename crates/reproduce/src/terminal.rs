@@ -1,24 +1,41 @@
 //! The table of verdicts at the end of a run.
 
-use crate::claim::Record;
+use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
 use crate::ledger::Summary;
 use crate::value::{Value, short};
 use comfy_table::{Cell, Color, ContentArrangement, Table, presets};
 
-/// The verdicts as a table, with their counts below it. Colour and the width of the terminal are used only where
+/// Which claims a table shows. Empty lists exclude nothing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Filter {
+    /// Of these classes.
+    pub classes: Vec<Class>,
+    /// With these verdicts.
+    pub verdicts: Vec<Verdict>,
+}
+
+impl Filter {
+    fn shows(&self, record: &Record) -> bool {
+        let verdict = record.verdict.is_none_or(|verdict| self.verdicts.is_empty() || self.verdicts.contains(&verdict));
+        verdict && (self.classes.is_empty() || self.classes.contains(&record.class))
+    }
+}
+
+/// The verdicts as a table, with the counts of all claims below it. Colour and the width of the terminal are used only where
 /// `terminal` says that there is one.
-pub fn table(summary: &Summary, terminal: bool) -> String {
+pub fn table(summary: &Summary, filter: &Filter, terminal: bool) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY);
     table.set_content_arrangement(if terminal { ContentArrangement::Dynamic } else { ContentArrangement::Disabled });
-    table.set_header(["claim", "where", "printed", "computed", "verdict"]);
-    for record in &summary.records {
+    table.set_header(["claim", "class", "where", "printed", "computed", "verdict"]);
+    for record in summary.records.iter().filter(|record| filter.shows(record)) {
         let cell = |value: Option<&Value>| Cell::new(value.map_or_else(|| "–".to_owned(), brief));
         let verdict = Cell::new(word(record));
         let verdict = if terminal { verdict.fg(colour(record.verdict)) } else { verdict };
         table.add_row([
             Cell::new(&record.id),
+            Cell::new(record.class),
             Cell::new(&record.place),
             cell(record.printed.as_ref()),
             cell(record.computed.as_ref()),
@@ -32,19 +49,34 @@ pub fn table(summary: &Summary, terminal: bool) -> String {
     text
 }
 
-/// `64 claims: 41 reproduced, 19 refuted, 4 underspecified (12.3 s)`.
-pub fn counts(summary: &Summary) -> String {
-    let count = |verdict| summary.count(verdict);
-    let failed = match summary.failures.len() {
-        0 => String::new(),
-        n => format!(", {n} failed"),
+/// The counts of a run: the papers' own claims first, the other classes apart, a line each.
+/// ```text
+/// the papers' own claims: 64 (40 theorem, 24 example): 50 reproduced, 8 refuted, 6 underspecified
+/// apart: 12 misprint (0 reproduced, 11 refuted, 1 underspecified), 9 reading (..), 20 ours (..)
+/// ```
+pub fn headline(summary: &Summary) -> String {
+    let verdicts = |classes: &[Class]| {
+        [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified]
+            .map(|verdict| format!("{} {verdict}", summary.count_of(classes, verdict)))
+            .join(", ")
     };
+    let own = Class::OWN.map(|class| format!("{} {class}", summary.of(&[class]))).join(", ");
+    let apart: Vec<String> = Class::ALL
+        .into_iter()
+        .filter(|class| !Class::OWN.contains(class))
+        .map(|class| format!("{} {class} ({})", summary.of(&[class]), verdicts(&[class])))
+        .collect();
+    let all = summary.of(&Class::OWN);
+    format!("the papers' own claims: {all} ({own}): {}\napart: {}\n", verdicts(&Class::OWN), apart.join(", "))
+}
+
+/// [`headline`], and how many claims were checked in what time.
+pub fn counts(summary: &Summary) -> String {
     format!(
-        "{} claims: {} reproduced, {} refuted, {} underspecified{failed} ({:.1} s)",
+        "{}{} claims checked, {} failed ({:.1} s)",
+        headline(summary),
         summary.records.len(),
-        count(Verdict::Reproduced),
-        count(Verdict::Refuted),
-        count(Verdict::Underspecified),
+        summary.failures.len(),
         summary.elapsed.as_secs_f64()
     )
 }

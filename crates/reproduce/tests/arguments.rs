@@ -16,7 +16,13 @@ fn help_is_help_and_an_unknown_flag_an_error() {
         let help = told(&here, &[flag]);
         let text = String::from_utf8(help.stdout).unwrap();
         assert_eq!((help.status.code(), help.stderr.len()), (Some(0), 0));
-        assert!(text.contains("Usage: luenberger-reproduce [OUT]") && text.contains("target/reproduce"), "{text}");
+        assert!(
+            text.contains("Usage: luenberger-reproduce [OPTIONS] [OUT]") && text.contains("target/reproduce"),
+            "{text}"
+        );
+        for choice in ["--class <CLASS>", "theorem", "misprint", "--verdict <VERDICT>", "underspecified"] {
+            assert!(text.contains(choice), "{choice}: {text}");
+        }
     }
     for wrong in [&["--outt", "here"][..], &["one", "two"], &["-x"]] {
         let refused = told(&here, wrong);

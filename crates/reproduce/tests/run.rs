@@ -4,12 +4,13 @@
 #![allow(clippy::unnecessary_wraps)]
 
 use luenberger_reproduce::{
-    CheckError, Claim, Context, Dataset, Drawing, Evidence, Figure, Finding, Outcome, Panel, Paper, Plate, Printed,
-    ReproduceError, Series, Summary, Table, Tolerance, Verdict, run_papers, terminal,
+    CheckError, Claim, Class, Context, Dataset, Drawing, Evidence, Figure, Finding, Hypothesis, Outcome, Panel, Paper,
+    Plate, Printed, Quote, ReproduceError, Series, Summary, Table, Tolerance, Verdict, run_papers, terminal,
 };
 use serde_json::{Value as Json, json};
 use std::fs;
 use std::path::PathBuf;
+use terminal::Filter;
 
 fn right(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::value(1.0 / 3.0)).note("One third."))
@@ -34,11 +35,13 @@ fn holds(_: &Context) -> Result<Outcome, CheckError> {
 const fn claim(id: &'static str, printed: &'static str, check: fn(&Context) -> Result<Outcome, CheckError>) -> Claim {
     Claim {
         id,
+        class: Class::Example,
         place: "Example 1",
         statement: "a number < its bound",
         printed: Printed::Decimals(printed),
         tolerance: Tolerance::AsPrinted,
         assumptions: &["x(0) = 0"],
+        quote: Some(Quote { text: "e < 5", reading: "in metres" }),
         check,
     }
 }
@@ -86,7 +89,8 @@ fn a_run_writes_the_ledger_the_data_the_figures_and_the_report() {
     assert_eq!(
         ledger[0],
         json!({
-            "id": "demo.right", "paper": "demo", "where": "Example 1", "statement": "a number < its bound",
+            "id": "demo.right", "paper": "demo", "class": "example", "where": "Example 1",
+            "statement": "a number < its bound", "quote": {"text": "e < 5", "reading": "in metres"}, "hypotheses": [],
             "printed": 0.33, "computed": 1.0 / 3.0, "tolerance": 0.005, "verdict": "reproduced",
             "assumptions": ["x(0) = 0"], "note": "One third.",
         })
@@ -103,9 +107,97 @@ fn a_run_writes_the_ledger_the_data_the_figures_and_the_report() {
     assert!(fs::read_to_string(out.join("figures/demo-fig1.svg")).unwrap().starts_with("<svg"));
     assert!(fs::read(out.join("figures/demo-fig1.png")).unwrap().starts_with(b"\x89PNG"));
 
-    let table = terminal::table(&summary, false);
+    let table = terminal::table(&summary, &Filter::default(), false);
     assert!(!table.contains('\u{1b}'), "no colour off the terminal");
-    assert!(table.contains("4 claims: 2 reproduced, 2 refuted, 0 underspecified"), "{table}");
+    let counted = "the papers' own claims: 4 (0 theorem, 4 example): 2 reproduced, 2 refuted, 0 underspecified\n";
+    assert!(table.contains(counted) && table.contains("\n4 claims checked, 0 failed ("), "{table}");
+}
+
+fn refuted(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Outcome::new(Evidence::holds(false)).given(vec![Hypothesis::computed("η ≥ 1", true, "η = 1")]))
+}
+
+fn refuted_outside(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Outcome::new(Evidence::holds(false)).given(vec![Hypothesis::computed("η ≥ 1", false, "η = 0")]))
+}
+
+fn bare(_: &Context) -> Result<Outcome, CheckError> {
+    Ok(Evidence::holds(false).into())
+}
+
+/// The headline counts the paper's own claims; misprints, readings and what is ours stand apart, and each can be asked for.
+#[test]
+fn claims_are_counted_and_shown_by_class() {
+    let truth = |class, id, check| {
+        Claim::holds(class, id, "Theorem 1", "it converges", &[], check).quoting("e → 0", "as t → ∞")
+    };
+    let claims = vec![
+        truth(Class::Theorem, "demo.theorem", refuted),
+        truth(Class::Theorem, "demo.outside", refuted_outside),
+        claim("demo.example", "0.33", right),
+        truth(Class::Misprint, "demo.misprint", bare),
+        truth(Class::Reading, "demo.reading", bare),
+        truth(Class::Ours, "demo.ours", holds),
+    ];
+    let (summary, out) = run("classes", paper(claims, vec![], vec![]));
+    let summary = summary.unwrap();
+    assert!(summary.is_complete(), "{:?}", summary.failures);
+    let own = Verdict::Refuted;
+    assert_eq!((summary.of(&Class::OWN), summary.count_of(&Class::OWN, own), summary.count(own)), (3, 1, 3));
+    let counts = terminal::counts(&summary);
+    for said in [
+        "the papers' own claims: 3 (2 theorem, 1 example): 1 reproduced, 1 refuted, 1 underspecified",
+        "apart: 1 misprint (0 reproduced, 1 refuted, 0 underspecified), 1 reading (0 reproduced, 1 refuted, 0 underspecified), 1 ours (1 reproduced, 0 refuted, 0 underspecified)",
+        "6 claims checked, 0 failed (",
+    ] {
+        assert!(counts.contains(said), "{counts}");
+    }
+    let shown = |classes: &[Class], verdicts: &[Verdict]| {
+        let filter = Filter { classes: classes.to_vec(), verdicts: verdicts.to_vec() };
+        let table = terminal::table(&summary, &filter, false);
+        summary
+            .records
+            .iter()
+            .filter(|record| table.contains(&record.id))
+            .map(|record| record.id.clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(shown(&[Class::Misprint, Class::Ours], &[]), ["demo.misprint", "demo.ours"]);
+    assert_eq!(shown(&Class::OWN, &[Verdict::Underspecified]), ["demo.outside"]);
+
+    let ledger: Json = serde_json::from_slice(&fs::read(out.join("claims.json")).unwrap()).unwrap();
+    assert_eq!(ledger[0]["hypotheses"], json!([{"case": "", "hypothesis": "η ≥ 1", "holds": true, "how": "η = 1"}]));
+    assert!(
+        ledger[1]["note"]
+            .as_str()
+            .unwrap()
+            .contains("Not refuted, because the hypothesis \"η ≥ 1\" fails here (η = 0).")
+    );
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    for part in [
+        "data-class=\"misprint\"",
+        "<option>reading</option>",
+        "<q>e → 0</q>",
+        "<dt>Read as</dt><dd>as t → ∞</dd>",
+        "<td>η ≥ 1</td><td>holds</td><td>η = 1</td>",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+/// A refutation without the paper's sentence, of a theorem without its hypotheses, and of a claim of ours, are failures of the run.
+#[test]
+fn a_refutation_must_show_its_ground() {
+    let truth = |class, id, check| Claim::holds(class, id, "Theorem 1", "it converges", &[], check);
+    let claims = vec![
+        truth(Class::Example, "demo.unquoted", bare),
+        truth(Class::Theorem, "demo.bare", bare).quoting("e → 0", "as t → ∞"),
+        truth(Class::Ours, "demo.ours", bare).quoting("e → 0", "as t → ∞"),
+        truth(Class::Theorem, "demo.grounded", refuted).quoting("e → 0", "as t → ∞"),
+    ];
+    let (summary, _) = run("ground", paper(claims, vec![], vec![]));
+    let failed: Vec<String> = summary.unwrap().failures.into_iter().map(|failure| failure.id).collect();
+    assert_eq!(failed, ["demo.unquoted", "demo.bare", "demo.ours"]);
 }
 
 #[test]
@@ -225,17 +317,18 @@ fn the_data_of_the_converter_have_their_columns_and_times() {
 #[test]
 fn the_readme_counts_right() {
     let papers = luenberger_reproduce::papers();
-    let claims: Vec<usize> = papers.iter().map(|paper| paper.claims.len()).collect();
     let figures: usize = papers.iter().map(|paper| paper.figures.len()).sum();
     let page = include_str!("../../../README.md");
-    let said = format!(
-        "has {} claims, {} of the cubic observer, {} of the mean-value-theorem observer and {} of",
-        claims.iter().sum::<usize>(),
-        claims[0],
-        claims[1],
-        claims[2]
-    );
-    assert!(page.contains(&said), "{said}");
+    let of = |class: Class, paper: &Paper| paper.claims.iter().filter(|claim| claim.class == class).count();
+    for class in Class::ALL {
+        let each: Vec<String> = papers.iter().map(|paper| of(class, paper).to_string()).collect();
+        let all: usize = papers.iter().map(|paper| of(class, paper)).sum();
+        let row = format!("| {class} | {} | {all} |", each.join(" | "));
+        assert!(page.contains(&row), "{row}");
+    }
+    let own: usize =
+        papers.iter().flat_map(|paper| &paper.claims).filter(|claim| Class::OWN.contains(&claim.class)).count();
+    assert!(page.contains(&format!("{own} claims of the papers' own")), "{own}");
     assert!(page.contains(&format!("{figures} figures")), "{figures}");
 }
 
@@ -249,6 +342,8 @@ fn the_claims_of_the_mean_value_theorem_paper_keep_their_names() {
         "mvt.ex1.e01-converges",
         "mvt.ex1.beta-in-unit-interval",
         "mvt.ex1.beta-unique",
+        "mvt.ex2.e0",
+        "mvt.ex2.e01",
         "mvt.ex2.classical-e0",
         "mvt.ex2.classical-e01",
         "mvt.ex2.printed-e01",
@@ -259,11 +354,6 @@ fn the_claims_of_the_mean_value_theorem_paper_keep_their_names() {
         "mvt.thm1.as-stated",
         "mvt.thm1.internal-decrease",
         "mvt.thm1.eta-half",
-        "mvt.thm1.counterexample-1",
-        "mvt.thm1.counterexample-2",
-        "mvt.thm1.counterexample-3",
-        "mvt.thm1.counterexample-4",
-        "mvt.thm1.counterexample-5",
         "mvt.raising-eta",
         "mvt.repair.ex1",
         "mvt.repair.ex2-classical",
@@ -271,7 +361,7 @@ fn the_claims_of_the_mean_value_theorem_paper_keep_their_names() {
     ] {
         assert!(paper.claims.iter().any(|claim| claim.id == id), "{id}");
     }
-    assert_eq!(paper.datasets.len(), 12);
+    assert_eq!(paper.datasets.len(), 16);
 }
 
 /// The pages on the third paper name claims too.
@@ -310,7 +400,8 @@ fn the_examples_of_the_third_paper_come_out_as_the_docs_say() {
         ("kkl.prop6.x2-converges", Reproduced),
         ("kkl.prop6.x3-converges", Reproduced),
         ("kkl.prop6.theta-positive", Underspecified),
-        ("kkl.prop6.psi-start", Refuted),
+        ("kkl.prop6.psi-start", Reproduced),
+        ("kkl.prop6.psi-zero", Reproduced),
         ("kkl.prop6.f3", Underspecified),
         ("kkl.prop7.gradient", Reproduced),
         ("kkl.prop7.error-equation", Refuted),
@@ -323,4 +414,86 @@ fn the_examples_of_the_third_paper_come_out_as_the_docs_say() {
     for id in ["kkl.duffing.numerical", "kkl.duffing.pde-residual"] {
         find(id);
     }
+}
+
+/// How the papers are read decides these; each verdict is computed, and each refutation shows its ground.
+#[test]
+fn the_readings_of_the_papers_come_out_as_the_docs_say() {
+    use Class::{Example, Misprint, Ours, Reading, Theorem};
+    use Verdict::{Refuted, Reproduced, Underspecified};
+    let papers = luenberger_reproduce::papers();
+    let context = Context::new(".");
+    for (id, class, verdict) in [
+        // The plant of Example 2 is a44 = 0 with the printed C; the variants are no claims of the paper.
+        ("mvt.ex2.a44", Misprint, Refuted),
+        ("mvt.ex2.e0", Example, Reproduced),
+        ("mvt.ex2.e01", Example, Reproduced),
+        ("mvt.ex2.classical-e01", Reading, Refuted),
+        ("mvt.ex2.printed-e01", Reading, Refuted),
+        // Equality in (23): a singular theta is within the hypotheses, an unobservable pair is not.
+        ("cubic.thm5.equality", Theorem, Refuted),
+        ("cubic.thm5.equality-observable", Ours, Reproduced),
+        ("cubic.eq9", Theorem, Reproduced),
+        ("cubic.cor1", Theorem, Reproduced),
+        ("cubic.cor1.hypotheses", Misprint, Refuted),
+        ("cubic.thm3.faster", Theorem, Reproduced),
+        ("cubic.ex1.faster-from-every-direction", Ours, Reproduced),
+        ("cubic.ex1.peak-linear", Misprint, Refuted),
+        ("cubic.ex3.sign-of-n", Misprint, Refuted),
+        ("mvt.thm1.as-stated", Theorem, Refuted),
+        ("mvt.eq7", Theorem, Refuted),
+        ("mvt.ex2.beta-continuous", Theorem, Refuted),
+        ("mvt.thm1.eta-half", Ours, Reproduced),
+        ("mvt.lsqnonlin-finds-beta", Ours, Reproduced),
+        ("cubic.thm4", Theorem, Underspecified),
+        // What the papers say in passing.
+        ("cubic.near-zero", Theorem, Reproduced),
+        ("cubic.remark2.zubov", Theorem, Reproduced),
+        ("cubic.thm5.footnote", Theorem, Reproduced),
+        ("cubic.thm6.lmi", Theorem, Reproduced),
+        ("cubic.noise.bound", Ours, Reproduced),
+        ("cubic.noise.example1", Ours, Reproduced),
+        ("mvt.fig5", Example, Reproduced),
+        ("kkl.prop1", Theorem, Reproduced),
+        ("kkl.prop2", Theorem, Reproduced),
+        ("kkl.prop3", Theorem, Reproduced),
+        ("kkl.prop4", Theorem, Reproduced),
+        ("kkl.r5", Theorem, Reproduced),
+        ("kkl.r6", Theorem, Reproduced),
+        ("kkl.r9", Theorem, Underspecified),
+        ("kkl.r2", Ours, Reproduced),
+        ("kkl.cuk.output-feedback", Ours, Reproduced),
+    ] {
+        let (paper, claim) = papers
+            .iter()
+            .find_map(|paper| paper.claims.iter().find(|claim| claim.id == id).map(|claim| (paper, claim)))
+            .unwrap_or_else(|| panic!("{id}"));
+        let record = claim.examine(paper.key, &context);
+        assert_eq!(
+            (record.class, record.verdict),
+            (class, Some(verdict)),
+            "{id}: {} {:?}",
+            record.note,
+            record.computed
+        );
+        assert_eq!(record.owes(), None, "{id}");
+        if verdict == Refuted {
+            assert!(record.hypotheses.iter().all(|found| found.holds == Some(true)), "{id}: {:?}", record.hypotheses);
+        }
+    }
+}
+
+/// Theorem 1 of the mean-value-theorem paper: five cases, each with (4) proved, everywhere where the plant is linear and along the run elsewhere. x' = u, y = x,
+/// where (4) reads 0 < 0, is none of them.
+#[test]
+fn every_counterexample_to_theorem_1_fulfils_condition_4() {
+    let papers = luenberger_reproduce::papers();
+    let claim = papers.iter().flat_map(|paper| &paper.claims).find(|claim| claim.id == "mvt.thm1.as-stated").unwrap();
+    let record = claim.examine("mvt", &Context::new("."));
+    let fourth: Vec<_> = record.hypotheses.iter().filter(|found| found.hypothesis.starts_with("(4)")).collect();
+    let everywhere = fourth.iter().filter(|found| found.how.ends_with("everywhere")).count();
+    let along = fourth.iter().filter(|found| found.how.contains("along the run only")).count();
+    assert_eq!((fourth.len(), everywhere, along), (5, 3, 2), "{fourth:?}");
+    assert!(fourth.iter().all(|found| found.holds == Some(true) && found.how.starts_with("proved")), "{fourth:?}");
+    assert_eq!(record.note.matches("Counterexample, ").count(), 5, "{}", record.note);
 }

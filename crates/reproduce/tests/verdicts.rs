@@ -1,8 +1,8 @@
 //! The rules from evidence to verdict, one by one.
 
-use luenberger_proof::{Doubt, Verdict as Proof};
+use luenberger_proof::{Doubt, Matrix, Verdict as Proof};
 use luenberger_reproduce::evidence::{JudgeError, Judgement, judge};
-use luenberger_reproduce::{Evidence, Printed, Tolerance, Value, Verdict};
+use luenberger_reproduce::{Counterexample, Evidence, Hypothesis, Printed, Tolerance, Value, Verdict};
 
 fn verdict(printed: &Printed, tolerance: Tolerance, evidence: &Evidence) -> Verdict {
     judge(printed, tolerance, evidence).unwrap().verdict
@@ -94,10 +94,42 @@ fn a_proof_decides_and_doubt_does_not() {
 
 #[test]
 fn a_counterexample_counts_only_if_it_violates_the_statement() {
-    let at = |violation| Evidence::Counterexample { what: "|e| <= 1".to_owned(), violation, witness: None };
+    let at = |violation| Evidence::counterexample("|e| <= 1", violation, None, vec![]);
     assert_eq!(on_truth(&at(0.3)).0, Refuted);
     assert_eq!(on_truth(&at(0.0)).0, Underspecified);
     assert_eq!(on_truth(&at(f64::NAN)).0, Underspecified);
+}
+
+/// A case outside of the theorem's hypotheses is none, however far it violates the conclusion; one valid case among several refutes.
+#[test]
+fn a_counterexample_counts_only_within_the_hypotheses() {
+    let positive =
+        |x: f64| Hypothesis::proof("x > 0", &luenberger_proof::positive_definite(&Matrix::from_rows([[x]])).unwrap());
+    let case = |hypotheses| Counterexample {
+        case: "x".to_owned(),
+        what: "|e| <= 1".to_owned(),
+        violation: 1.0,
+        witness: None,
+        hypotheses,
+    };
+    let open = Hypothesis { holds: None, ..positive(1.0) };
+    assert_eq!((positive(1.0).word(), positive(0.0).word(), open.word()), ("holds", "fails", "undecided"));
+    let of = |cases: &[&Hypothesis]| {
+        Evidence::Counterexamples(cases.iter().map(|found| case(vec![(*found).clone()])).collect())
+    };
+    let (holds, fails) = (positive(1.0), positive(0.0));
+    assert_eq!(on_truth(&of(&[&holds])).0, Refuted);
+    assert_eq!(on_truth(&of(&[&fails])).0, Underspecified);
+    assert_eq!(on_truth(&of(&[&open])).0, Underspecified);
+    assert_eq!(on_truth(&of(&[&fails, &holds])).0, Refuted);
+    assert_eq!(on_truth(&of(&[])).0, Underspecified);
+    // The same for other evidence, whichever way it decides.
+    for (truth, verdict) in [(false, Refuted), (true, Reproduced)] {
+        let judged = || judge(&Printed::Holds(true), Tolerance::AsPrinted, &Evidence::holds(truth)).unwrap();
+        assert_eq!(judged().under(std::slice::from_ref(&holds)).verdict, verdict);
+        assert_eq!(judged().under(std::slice::from_ref(&fails)).verdict, Underspecified);
+        assert_eq!(judged().under(&[holds.clone(), open.clone()]).verdict, Underspecified);
+    }
 }
 
 #[test]

@@ -23,7 +23,6 @@ pub mod execute;
 pub mod expression;
 pub mod import;
 pub mod model;
-mod names;
 pub mod plant;
 pub mod read;
 pub mod results;

@@ -1,5 +1,6 @@
 //! The plant of a study, whatever it was made from: one type over every scalar, so that each design takes it.
 
+use luenberger_design::Names;
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Dimensions, DynamicPlant, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing,
     VanDerPol, double_integrator, flexible_joint, third_order,
@@ -26,6 +27,13 @@ pub struct PlantModel {
     pub parameters: Parameters,
     /// Unit of the time, if the study names one.
     pub time_unit: Option<String>,
+}
+
+impl PlantModel {
+    /// The names for sentences.
+    pub fn names(&self) -> Names {
+        Names { states: self.states.clone(), inputs: self.inputs.clone(), outputs: self.outputs.clone() }
+    }
 }
 
 /// A plant.

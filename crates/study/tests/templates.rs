@@ -64,7 +64,7 @@ fn the_report_of_a_linear_plant_shows_its_matrices() {
     let told = body(&page);
     assert!(told.contains("A = [ 0  1 ]\n    [ 0  0 ]\n\nB = [ 0 ]\n    [ 1 ]\n\nC = [ 1  0 ]"), "{told}");
     assert!(told.contains("settles at (s)") && page.contains("time t (s)"));
-    assert!(told.contains("(12) and (13') are their numbers in the paper on the cubic observer."));
+    assert!(told.contains("(12) is its number in the paper on the cubic observer."));
     let seconds = "time_unit = \"s\"\n";
     let text = luenberger_study::template::text("double-integrator").unwrap();
     assert!(text.contains(seconds));

@@ -30,6 +30,7 @@ use luenberger_plants::{Column, Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix, Ring};
 use thiserror::Error;
 
+use crate::names;
 use crate::number::significant;
 
 pub use branches::Branches;
@@ -126,8 +127,7 @@ pub struct Entry {
 
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = if self.of_output { 'h' } else { 'f' };
-        write!(f, "d{name}{}/dx{}", self.row + 1, self.column + 1)
+        f.write_str(&names::derivative(self.of_output, self.row, self.column))
     }
 }
 

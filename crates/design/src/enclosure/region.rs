@@ -6,6 +6,7 @@ use luenberger_plants::Dimensions;
 use luenberger_proof::Interval;
 
 use super::EnclosureError;
+use crate::names;
 
 /// How many bisections are spent on tightening unless [`Region::subdivisions`] says otherwise.
 const SUBDIVISIONS: usize = 400;
@@ -131,8 +132,8 @@ impl Axis {
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::State(k) => write!(f, "x{}", k + 1),
-            Self::Input(k) => write!(f, "u{}", k + 1),
+            Self::State(k) => f.write_str(&names::state(*k)),
+            Self::Input(k) => f.write_str(&names::input(*k)),
             Self::Time => f.write_str("t"),
         }
     }

@@ -34,6 +34,7 @@ use luenberger_plants::{Column, Dimensions, Plant};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
+use crate::names;
 use crate::number::{shortest, significant};
 
 mod field;
@@ -77,7 +78,7 @@ pub enum ObservabilityError {
         value: f64,
     },
     /// A scale that is not positive and finite.
-    #[error("the scale of x{} is {value}; it must be positive and finite", index + 1)]
+    #[error("the scale of {} is {value}; it must be positive and finite", names::state(*index))]
     Scale {
         /// The state, from 0.
         index: usize,
@@ -107,7 +108,7 @@ pub enum ObservabilityError {
         tolerance: f64,
     },
     /// A derivative that does not exist, or overflows.
-    #[error("derivative {order} of y{} by x{} is {value} at t = {t}, x = {x:?}", output + 1, state + 1)]
+    #[error("derivative {order} of {} by {} is {value} at t = {t}, x = {x:?}", names::output(*output), names::state(*state))]
     NotDifferentiable {
         /// Order of the derivative by time.
         order: usize,

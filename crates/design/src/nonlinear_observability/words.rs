@@ -1,5 +1,7 @@
 //! Directions of the state space in words.
 
+use crate::names::state;
+
 /// Entries below this share of the largest are not worth a word.
 const SHARE: f64 = 0.005;
 
@@ -37,7 +39,7 @@ pub fn direction_in_words(direction: &[f64], names: &[&str]) -> String {
             words += number;
             words += " ";
         }
-        words += &names.get(j).map_or_else(|| format!("x{}", j + 1), |&name| name.to_owned());
+        words += &names.get(j).map_or_else(|| state(j), |&name| name.to_owned());
     }
     words
 }

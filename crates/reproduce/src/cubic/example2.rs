@@ -10,7 +10,7 @@ use luenberger_sim::{Integrand, Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
 
 use super::FORCING;
-use crate::claim::{CheckError, Claim, Outcome};
+use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
 use crate::figure::{Bar, Figure, Hue, Panel, Series};
@@ -27,29 +27,21 @@ pub(super) fn claims() -> Vec<Claim> {
     vec![
         Claim {
             id: "cubic.ex2.gain",
+            class: Class::Misprint,
             place: "Example 2",
             statement: "the observer poles -30, -10, -5 give the printed L",
             printed: Printed::Decimals("583.7712; -519.9601; -13.4556"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[],
+            quote: Some(Quote {
+                text: "Locating observer poles at [-30 -10 -5], the linear observer parameters are derived using pole placement technique. [..] L = [583.7712 -519.9601 -13.4556]ᵀ",
+                reading: "L, P and N belong to the poles named",
+            }),
             check: gain,
         },
         Claim {
-            id: "cubic.ex2.gain-poles",
-            place: "Example 2",
-            statement: "the printed L places the eigenvalues of A - L C at -30, -10, -5",
-            printed: Printed::Decimals("-30 -10 -5"),
-            tolerance: Tolerance::AsPrinted,
-            assumptions: &[],
-            check: |_| {
-                let mut poles: Vec<f64> =
-                    eigenvalues(&(plant().a - printed_gain() * plant().c))?.iter().map(|pole| pole.re).collect();
-                poles.sort_by(f64::total_cmp);
-                Ok(Outcome::new(Evidence::value(poles)).note("Real parts of the eigenvalues, sorted."))
-            },
-        },
-        Claim {
             id: "cubic.ex2.lyapunov",
+            class: Class::Example,
             place: "Example 2",
             statement: "P solves (9) for Q = 10 I",
             printed: Printed::Decimals(
@@ -57,6 +49,7 @@ pub(super) fn claims() -> Vec<Claim> {
             ),
             tolerance: Tolerance::Absolute(1e-4),
             assumptions: &[POLES, "digits may be cut off as well as rounded: one unit of the last digit"],
+            quote: None,
             check: |_| {
                 let with_printed = luenberger_linalg::lyapunov(
                     &(plant().a - printed_gain() * plant().c),
@@ -69,38 +62,49 @@ pub(super) fn claims() -> Vec<Claim> {
         },
         Claim {
             id: "cubic.ex2.lambda-max",
+            class: Class::Example,
             place: "Example 2",
             statement: "the largest eigenvalue of P",
             printed: Printed::Decimals("3702.5756"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES],
+            quote: None,
             check: |_| Ok(Evidence::value(lambda_max(&linear()?.p)?).into()),
         },
         Claim {
             id: "cubic.ex2.cubic-gain",
+            class: Class::Example,
             place: "Example 2, (14)",
             statement: "N = -γ P⁻¹ C' θ, printed for γ = 1",
             printed: Printed::Decimals("-.1866; .1748; .0014"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES, "θ = 1"],
+            quote: None,
             check: |_| Ok(Evidence::value(&cubic(1.0)?.observer.n).into()),
         },
         Claim {
             id: "cubic.ex2.epsilon-bound",
+            class: Class::Example,
             place: "Example 2, (23)",
             statement: "Theorem 5 gives ε_max = 0.0014",
             printed: Printed::Decimals(".0014"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES],
+            quote: None,
             check: |_| Ok(Evidence::value(bound()?).into()),
         },
         Claim {
             id: "cubic.ex2.epsilon-bound-holds",
+            class: Class::Misprint,
             place: "Example 2, (23)",
             statement: "the printed ε_max = 0.0014 satisfies (23) (the bound itself)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES],
+            quote: Some(Quote {
+                text: "Recalling Theorem 5, the upper bound for ε is derived as ε_max ≤ .0014",
+                reading: "the bound as four decimals, rounded to the nearest; as a bound it would be rounded down",
+            }),
             check: |_| {
                 let bound = bound()?;
                 Ok(Outcome::new(Evidence::holds_by(0.0014 <= bound, bound))
@@ -109,56 +113,68 @@ pub(super) fn claims() -> Vec<Claim> {
         },
         Claim {
             id: "cubic.ex2.epsilon-margin",
+            class: Class::Example,
             place: "Example 2, Section 3",
             statement: "the bound of Theorem 5 is very conservative (the margin with N fixed and P free)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[POLES, "very conservative is taken as: by a factor of more than 10"],
+            quote: None,
             check: margin,
         },
         Claim {
             id: "cubic.ex2.gamma-best",
+            class: Class::Reading,
             place: "Example 2, Fig. 6",
             statement: "γ = 0.1 gives the smallest J3 (of 0, 0.01, 0.1, 1)",
             printed: Printed::Decimals(".1"),
             tolerance: Tolerance::Absolute(0.0),
             assumptions: &["θ = 1, T = 1 s; x(0) is not printed, so three scales of it are tried"],
+            quote: None,
             check: best_gamma,
         },
         Claim {
             id: "cubic.ex2.epsilon-persists",
+            class: Class::Example,
             place: "Example 2",
             statement: "the advantage in J persists for ε ≤ 0.06 (the ε at which it ends)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[START, "γ = 0.1; the plant has A + ε I and the observers run A"],
+            quote: None,
             check: persists,
         },
         Claim {
             id: "cubic.fig6",
+            class: Class::Example,
             place: "Fig. 6",
             statement: "every γ > 0 gives a smaller J3 than the linear observer (J3 at T for γ = 0, 0.01, 0.1, 1)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[START, POLES],
+            quote: None,
             check: |context| smaller_than_linear(context, "j3"),
         },
         Claim {
             id: "cubic.fig7",
+            class: Class::Example,
             place: "Fig. 7",
             statement: "every γ > 0 gives a smaller J than the linear observer (J at T for γ = 0, 0.01, 0.1, 1)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[START, POLES],
+            quote: None,
             check: |context| smaller_than_linear(context, "j"),
         },
         Claim {
             id: "cubic.fig8",
+            class: Class::Example,
             place: "Fig. 8",
             statement: "with ε = 0.02 and γ = 0.1 the cubic observer has the smaller J (J at T, cubic and linear)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[START, "the plant has A + ε I and the observers run A"],
+            quote: None,
             check: |_| {
                 let run = perturbed(0.02, Reading::Plant)?;
                 let [c, l] = ["cubic", "linear"].map(|name| run.integral_trace(name).map(|trace| trace.last()));
@@ -191,9 +207,14 @@ fn gain(_: &Context) -> Result<Outcome, CheckError> {
     let double =
         LinearDesign::new(&plant(), &Wish::poles(&[-30.0, -5.0, -5.0]), &Decrease::default())?.observer.l.clone();
     let miss = (&double - printed_gain()).amax();
+    let mut placed: Vec<f64> =
+        eigenvalues(&(plant().a - printed_gain() * plant().c))?.iter().map(|pole| pole.re).collect();
+    placed.sort_by(f64::total_cmp);
     Ok(Outcome::new(Evidence::value(&linear()?.observer.l)).note(format!(
-        "The printed L belongs to the poles -30, -5, -5, whose gain it meets to {}; the printed P, its eigenvalue and N belong to the stated poles.",
-        short(miss)
+        "The printed L belongs to the poles -30, -5, -5, whose gain it meets to {} (the real parts of the eigenvalues of A - LC are {}); the printed P, its eigenvalue and N belong to the \
+         stated poles.",
+        short(miss),
+        Value::from(placed)
     )))
 }
 

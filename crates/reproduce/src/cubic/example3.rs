@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use luenberger_design::{DesignError, Obstruction, robust};
-use luenberger_linalg::{kalman_gain, lqr, spectral_abscissa};
+use luenberger_linalg::{kalman_gain, lqr};
 use luenberger_observers::{CubicObserver, LinearObserver, Observer};
 use luenberger_plants::{DynamicPlant, third_order};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, Trajectory};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
-use crate::claim::{CheckError, Claim, Outcome};
+use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
-use crate::evidence::{Evidence, Tolerance};
+use crate::evidence::{Counterexample, Evidence, Hypothesis, Tolerance};
 use crate::figure::{Figure, Panel, Series};
+use crate::hypotheses;
 use crate::paper::{Drawing, Plate};
 use crate::table::Table;
 use crate::value::{Printed, Value, short};
@@ -27,11 +28,13 @@ pub(super) fn claims() -> Vec<Claim> {
     vec![
         Claim {
             id: "cubic.ex3.feedback-gain",
+            class: Class::Reading,
             place: "Example 3",
             statement: "K is the LQR gain for Q = I, R = I",
             printed: Printed::Decimals("-.597 2.004 2.511; -.197 .757 7.510"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &["the paper does not say how K was found"],
+            quote: None,
             check: |_| {
                 let plant = plant();
                 Ok(Evidence::value(&lqr(&plant.a, &plant.b, &DMatrix::identity(3, 3), &DMatrix::identity(2, 2))?.k)
@@ -40,11 +43,13 @@ pub(super) fn claims() -> Vec<Claim> {
         },
         Claim {
             id: "cubic.ex3.observer-gain",
+            class: Class::Reading,
             place: "Example 3",
             statement: "L is a Kalman gain",
             printed: Printed::Decimals(".267; -1.429; 3.904"),
             tolerance: Tolerance::AsPrinted,
             assumptions: &["process noise W = BB', measurement noise R = 100; the paper does not say how L was found"],
+            quote: None,
             check: |_| {
                 let plant = plant();
                 let w = &plant.b * plant.b.transpose();
@@ -53,56 +58,27 @@ pub(super) fn claims() -> Vec<Claim> {
         },
         Claim {
             id: "cubic.ex3.sign-of-n",
+            class: Class::Misprint,
             place: "Example 3",
-            statement: "N = +10 L is admissible: some P > 0 satisfies (12) and (13')",
-            printed: Printed::Holds(true),
-            tolerance: Tolerance::AsPrinted,
-            assumptions: &[PRINTED],
-            check: sign_of_n,
-        },
-        Claim {
-            id: "cubic.ex3.equilibrium",
-            place: "Example 3, (11)",
-            statement: "with N = +10 L the origin is the only equilibrium of the error",
-            printed: Printed::Holds(true),
-            tolerance: Tolerance::AsPrinted,
-            assumptions: &[PRINTED],
-            check: equilibrium,
-        },
-        Claim {
-            id: "cubic.ex3.blow-up-time",
-            place: "Example 3, Fig. 9",
-            statement: "with N = +10 L the loop runs to T = 30 s (the time to which the solution exists)",
+            statement: "N = +10 L fulfils (11) and, for some P > 0, (12) and (13'), and the loop of Fig. 9 runs to T = 30 s",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[PRINTED, START],
-            check: blow_up,
-        },
-        Claim {
-            id: "cubic.ex3.cost-linear",
-            place: "Example 3, Fig. 9",
-            statement: "the regulation cost with the linear observer exceeds that with the cubic one (cost at T)",
-            printed: Printed::Holds(true),
-            tolerance: Tolerance::AsPrinted,
-            assumptions: &[PRINTED, SIGN, START],
-            check: |context| cost(context, "linear"),
-        },
-        Claim {
-            id: "cubic.ex3.cost-cubic",
-            place: "Example 3, Fig. 9",
-            statement: "the regulation cost with the cubic observer is below that with the linear one (cost at T)",
-            printed: Printed::Holds(true),
-            tolerance: Tolerance::AsPrinted,
-            assumptions: &[PRINTED, SIGN, START],
-            check: |context| cost(context, "cubic"),
+            quote: Some(Quote {
+                text: "L = L_c = .1N_c = [.267 -1.429 3.904]ᵀ, N_c = 10L, θ = 10",
+                reading: "the sign as printed; \"This example examines Theorem 6\", which asks for (11)-(13)",
+            }),
+            check: sign_of_n,
         },
         Claim {
             id: "cubic.fig9",
+            class: Class::Example,
             place: "Fig. 9",
             statement: "the cost with the cubic observer is the smaller one at T (costs, cubic and linear)",
             printed: Printed::Holds(true),
             tolerance: Tolerance::AsPrinted,
             assumptions: &[PRINTED, SIGN, START],
+            quote: None,
             check: |context| {
                 let loops = loops(context)?;
                 let (c, l) = (final_cost(&loops.cubic)?, final_cost(&loops.linear)?);
@@ -162,82 +138,98 @@ fn final_cost(run: &Trajectory) -> Result<f64, CheckError> {
     Ok(run.integral_trace("cost")?.last())
 }
 
-fn cost(context: &Context, which: &str) -> Result<Outcome, CheckError> {
-    let loops = loops(context)?;
-    let (c, l) = (final_cost(&loops.cubic)?, final_cost(&loops.linear)?);
-    Ok(Evidence::holds_by(c < l, if which == "cubic" { c } else { l }).into())
+/// What is asked of the pieces of the loop, whatever N is.
+fn hypotheses() -> Result<Vec<Hypothesis>, CheckError> {
+    let plant = plant();
+    Ok(vec![
+        hypotheses::observable(&plant.a, &plant.c)?,
+        hypotheses::positive("θ = θ' ≥ 0", &dmatrix![THETA])?,
+        hypotheses::stable("A - LC", &(&plant.a - observer_gain() * &plant.c))?,
+        hypotheses::stable("A - BK", &(&plant.a - &plant.b * feedback_gain()))?,
+    ])
 }
 
+/// Three witnesses: no P, an equilibrium, a loop that ends.
 fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
     let (plant, l) = (plant(), observer_gain());
+    let mut cases = vec![equilibrium()?, blow_up()?];
+    let mut note = "";
     match robust::certify_gain(&plant, &l, &(&l * 10.0)) {
         Err(DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. }) => {
+            cases.insert(
+                0,
+                Counterexample {
+                    case: "no P".to_owned(),
+                    what: "P N = -C'S with S ≥ 0 gives N'PN = -S C N ≤ 0 as soon as C N > 0, but P > 0".to_owned(),
+                    violation: cn,
+                    witness: Some(Value::Number(cn)),
+                    hypotheses: hypotheses()?,
+                },
+            );
             let opposite = robust::certify_gain(&plant, &l, &(&l * -10.0))
                 .is_ok_and(|gain| gain.certificate.is_proved() && gain.certificate.converges_from_everywhere());
-            Ok(Outcome::new(Evidence::Counterexample {
-                what: "P N = -C'S with S ≥ 0 gives N'PN = -S C N ≤ 0 as soon as C N > 0, but P > 0".to_owned(),
-                violation: cn,
-                witness: Some(Value::Number(cn)),
-            })
-            .note(if opposite {
-                "With N = -10 L a P is found, and convergence from every error is proved for the stored gains: the sign is a misprint."
-            } else {
-                ""
-            }))
+            if opposite {
+                note = "With N = -10 L a P is found, and convergence from every error is proved for the stored gains: the sign is a misprint.";
+            }
         }
-        Err(other) => Err(other.into()),
-        Ok(gain) => Ok(Evidence::holds_by(gain.certificate.is_proved(), gain.p.clone()).into()),
+        Err(other) => return Err(other.into()),
+        Ok(_) => {}
     }
+    Ok(Outcome::new(Evidence::Counterexamples(cases)).note(note))
 }
 
 /// A solution v != 0 of `F v + theta (Cv)^2 N C v = 0`: with `w = F^-1 N`, v = -theta y^3 w and `y = C v`, hence `theta y^2 C w = -1`.
-fn equilibrium(_: &Context) -> Result<Outcome, CheckError> {
+fn equilibrium() -> Result<Counterexample, CheckError> {
     let observer = observer(10.0)?;
     let f = &observer.a - &observer.l * &observer.c;
     let w = f.clone().lu().solve(&observer.n).ok_or("F is singular")?;
-    let cw = (&observer.c * &w)[(0, 0)];
-    let y_squared = -1.0 / (THETA * cw);
-    if y_squared <= 0.0 {
-        return Ok(Evidence::holds_by(true, cw).into());
-    }
-    let y = y_squared.sqrt();
+    let y = (-1.0 / (THETA * (&observer.c * &w)[(0, 0)])).sqrt();
     let v = DVector::from_column_slice((&w * (-THETA * y.powi(3))).as_slice());
     let rate = (&f * &v + &observer.n * (THETA * y.powi(3))).amax();
     // Two products of n terms, each rounded.
     let stands_still = rate <= 8.0 * f64::EPSILON * f.norm() * v.norm();
-    Ok(Outcome::new(Evidence::holds_by(!stands_still, &v))
-        .note(format!("The entries of e' at this v are at most {}.", short(rate))))
+    Ok(Counterexample {
+        case: "equilibrium".to_owned(),
+        what: format!(
+            "(11): at this v the entries of e' are at most {}, their rounding; the violation is |v|",
+            short(rate)
+        ),
+        violation: if stands_still { v.norm() } else { -rate },
+        witness: Some(Value::from(&v)),
+        hypotheses: hypotheses()?,
+    })
 }
 
-fn blow_up(_: &Context) -> Result<Outcome, CheckError> {
+/// The time at which the loop with `N = +10 L` ends, and the largest entry then; infinite if it does not.
+fn end_of_the_loop() -> Result<(f64, f64), CheckError> {
     match close(observer(10.0)?, feedback_gain()) {
-        Err(SimError::BlowUp { time, norm }) => {
-            let (c, n) = (plant().c, observer_gain() * 10.0);
-            let y0: f64 = c.iter().sum();
-            let alone = 1.0 / (2.0 * THETA * (c * n)[(0, 0)] * y0 * y0);
-            Ok(Outcome::new(Evidence::holds_by(false, time)).note(format!(
-                "An entry of the solution reaches {} then. The cubic term alone would blow up at 1/(2 θ C N y(0)^2) = {} s.",
-                short(norm),
-                short(alone)
-            )))
-        }
+        Err(SimError::BlowUp { time, norm }) => Ok((time, norm)),
         Err(other) => Err(other.into()),
-        Ok(_) => Ok(Evidence::holds_by(true, END).into()),
+        Ok(_) => Ok((f64::INFINITY, 0.0)),
     }
 }
 
-/// By how much the loop of Corollary 1's premise is stable, and when the loop of its conclusion ends, for `N = +10 L`.
-pub(super) fn stable_linear_loop_that_blows_up() -> Result<(f64, f64), CheckError> {
-    let plant = plant();
-    let abscissa = f64::max(
-        spectral_abscissa(&(&plant.a - &plant.b * feedback_gain()))?,
-        spectral_abscissa(&(&plant.a - observer_gain() * &plant.c))?,
-    );
-    match close(observer(10.0)?, feedback_gain()) {
-        Err(SimError::BlowUp { time, .. }) => Ok((-abscissa, time)),
-        Err(other) => Err(other.into()),
-        Ok(_) => Ok((-abscissa, f64::INFINITY)),
-    }
+fn blow_up() -> Result<Counterexample, CheckError> {
+    let (time, norm) = end_of_the_loop()?;
+    let (c, n) = (plant().c, observer_gain() * 10.0);
+    let y0: f64 = c.iter().sum();
+    let alone = 1.0 / (2.0 * THETA * (c * n)[(0, 0)] * y0 * y0);
+    Ok(Counterexample {
+        case: "blow-up".to_owned(),
+        what: format!(
+            "the loop ends at this time (s), when an entry reaches {}; the cubic term alone would blow up at 1/(2 θ C N y(0)²) = {} s",
+            short(norm),
+            short(alone)
+        ),
+        violation: END - time,
+        witness: Some(Value::Number(time)),
+        hypotheses: hypotheses()?,
+    })
+}
+
+/// The premise of Corollary 1, and when the loop of its conclusion ends, for `N = +10 L`.
+pub(super) fn stable_linear_loop_that_blows_up() -> Result<(Vec<Hypothesis>, f64), CheckError> {
+    Ok((hypotheses()?, end_of_the_loop()?.0))
 }
 
 /// The smallest eigenvalue of the solution of (9), Q = I, for the observable plant of Example 3: with L = 0 and with the printed L.

@@ -12,7 +12,7 @@ use luenberger_proof::Verdict;
 use nalgebra::DMatrix;
 
 use super::random::{Random, SEED};
-use crate::claim::{CheckError, Claim, Outcome};
+use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
 use crate::value::short;
@@ -22,6 +22,7 @@ const PLANTS: &str = "the plants of Examples 1 and 3, and random plants with n =
 pub(super) fn claims() -> Vec<Claim> {
     vec![
         Claim::holds(
+            Class::Ours,
             "cubic.lmi.strict",
             "beyond the paper, (12) and (13)",
             "in P, Y = PL and Z = PN, (12) and (13) have a solution where C has n rows and none where it has fewer: by two solvers",
@@ -29,6 +30,7 @@ pub(super) fn claims() -> Vec<Claim> {
             strict,
         ),
         Claim::holds(
+            Class::Ours,
             "cubic.lmi.nonstrict",
             "beyond the paper, (12) and (13')",
             "in P, Y = PL and S with PN = -C'S, S + S' > 0, (12) and (13') have a solution for every observable plant: by two solvers",
@@ -36,6 +38,7 @@ pub(super) fn claims() -> Vec<Claim> {
             nonstrict,
         ),
         Claim::holds(
+            Class::Ours,
             "cubic.lmi.feedback",
             "beyond the paper, (25)",
             "in P and P1, (25) has a solution where A - BK is Hurwitz and none where -(A - BK) stands in its place: by two solvers",

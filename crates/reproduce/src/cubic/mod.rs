@@ -7,7 +7,9 @@ mod example2;
 mod example3;
 mod findings;
 mod lmis;
+mod noise;
 mod random;
+mod remarks;
 mod robustness;
 mod theorems;
 
@@ -28,11 +30,13 @@ pub(crate) fn paper() -> Paper {
             example2::claims(),
             example3::claims(),
             theorems::claims(),
+            remarks::claims(),
             robustness::claims(),
             lmis::claims(),
+            noise::claims(),
         ]
         .concat(),
-        figures: [example1::figures(), example2::figures(), example3::figures()].concat(),
+        figures: [example1::figures(), example2::figures(), example3::figures(), noise::figures()].concat(),
         datasets: Vec::new(),
         findings: findings::findings(),
     }

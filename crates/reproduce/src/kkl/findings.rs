@@ -23,8 +23,7 @@ fn converter() -> Vec<Finding> {
         },
         Finding {
             title: "The KKLO of the converter is an I&IO",
-            statement: "With g1 = 1/L1 and g2 = 0 the two are one observer; \"KKLO is linear, I&IO is nonlinear\" is no difference between them, and cannot be why one of them is better \
-                        under noise.",
+            statement: "With g1 = 1/L1 and g2 = 0 the two are one observer, as R9 says that they are. That one is linear and the other is not cannot be why one of them is better under noise.",
             claims: &["kkl.cuk.kklo-is-iandi"],
         },
         Finding {
@@ -55,9 +54,9 @@ fn examples() -> Vec<Finding> {
         },
         Finding {
             title: "ψ(0) > 0 is not needed, and slows the estimate down",
-            statement: "The proof of F4 takes ψ(0) > 0 for the reason why ψ is not square integrable. The reason is that ξ2 is bounded; from ψ(0) = 0 (and w(0) = y(0)) the \
+            statement: "The proof of F4 names ψ(0) > 0 as what makes ψ not square integrable, which suffices. It follows from ξ2 being bounded already; from ψ(0) = 0 (and w(0) = y(0)) the \
                         regression is exact. What is needed and not said is that Θ̂ stays positive, and which u keeps the plant bounded.",
-            claims: &["kkl.prop6.psi-start", "kkl.prop6.theta-positive", "kkl.prop6.boundedness"],
+            claims: &["kkl.prop6.psi-zero", "kkl.prop6.theta-positive", "kkl.prop6.boundedness"],
         },
         Finding {
             title: "The error equation of Proposition 7 lacks a minus sign",

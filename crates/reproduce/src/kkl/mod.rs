@@ -8,6 +8,8 @@ mod findings;
 mod prop5;
 mod prop6;
 mod prop7;
+mod propositions;
+mod safety_nets;
 
 use crate::paper::Paper;
 
@@ -17,7 +19,16 @@ pub(crate) fn paper() -> Paper {
         key: "kkl",
         title: "On state observers for nonlinear systems: a new design and a unifying framework",
         citation: "B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018",
-        claims: [prop5::claims(), prop6::claims(), prop7::claims(), converter::claims(), duffing::claims()].concat(),
+        claims: [
+            propositions::claims(),
+            safety_nets::claims(),
+            prop5::claims(),
+            prop6::claims(),
+            prop7::claims(),
+            converter::claims(),
+            duffing::claims(),
+        ]
+        .concat(),
         figures: [prop6::figures(), prop7::figures(), converter::figures(), duffing::figures()].concat(),
         datasets: Vec::new(),
         findings: findings::findings(),

@@ -8,9 +8,9 @@ use luenberger_plants::CukConverter;
 use luenberger_sim::{Scenario, Signal, Trajectory};
 use nalgebra::{Vector1, Vector2, Vector4};
 
-use crate::claim::{CheckError, Claim, Outcome};
+use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
-use crate::evidence::Evidence;
+use crate::evidence::{Evidence, Hypothesis};
 use crate::value::{Value, short};
 
 const CONVERTER: &str = "the Cuk converter with its [KKL+PEB]O (Table I, corrected), towards |Vd| = 15 V from its equilibrium for 5 V, 0.2 s; L3 = 10 mH and λ = 0.2 are not printed";
@@ -31,13 +31,19 @@ const INTEGRATION: f64 = 1e-7;
 pub(super) fn claims() -> Vec<Claim> {
     vec![
         Claim::holds(
+            Class::Theorem,
             "kkl.prop5.as-printed",
             "Proposition 5, (21) to (23)",
             "with (21) to (23) the I&IO (18) coincides with the [KKL+PEB]O (the errors of i1 at 0.2 s agree)",
             &[CONVERTER],
             as_printed,
+        )
+        .quoting(
+            "If the measurable output signals are partial states, the [KKL+PEB]O (15) exactly coincides with the I&IO (18)-(19)",
+            "with β, Υ and Q of (21) to (23) the two give the same estimates from the same start; Q = 0, or the right-hand side of (15) where Q is read as a column",
         ),
         Claim::holds(
+            Class::Ours,
             "kkl.prop5.repaired",
             "Proposition 5, repaired",
             "with ρ in (18) the I&IO coincides with the [KKL+PEB]O (largest difference of their estimates, in A and V)",
@@ -45,6 +51,7 @@ pub(super) fn claims() -> Vec<Claim> {
             repaired,
         ),
         Claim::holds(
+            Class::Theorem,
             "kkl.set-relation",
             "Corollary 1, (30)",
             "PEBO, KKLO ⊂ [KKL+PEB]O ⊂ I&IO",
@@ -112,7 +119,38 @@ fn as_printed(context: &Context) -> Result<Outcome, CheckError> {
         short(printed),
         short(free),
         short(moved)
-    )))
+    ))
+    .given(hypotheses(&run)?))
+}
+
+/// What Proposition 5 asks for, on the converter: a [KKL+PEB]O, outputs that are states, the rank, and the invariance of θ = θ̂.
+fn hypotheses(run: &Trajectory) -> Result<Vec<Hypothesis>, CheckError> {
+    let (start, end) = current(run, COMBINED)?;
+    let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
+    // From an estimate that is right the parameter does not move.
+    let x = plant.equilibrium(5.0);
+    let exact = Scenario::new(plant)
+        .initial_state(x.as_slice())
+        .input(Signal::law(move |view, u| u[0] = plant.control(&Vector4::from_column_slice(view.x), 15.0, 0.2)))
+        .partial_observer(COMBINED, cuk::kkl_pebo(plant, &tuning)?, &[x[0], x[3]], &[0, 3])
+        .tolerances(1e-9, 1e-10)
+        .until(END, SAMPLES)
+        .run()?;
+    let off = exact.observer(COMBINED)?.error.amax();
+    Ok(vec![
+        Hypothesis::computed(
+            "the plant admits the [KKL+PEB]O",
+            end.abs() < 1e-3 * start.abs(),
+            format!("its error of i1 goes from {} A to {} A", short(start), short(end)),
+        ),
+        Hypothesis::computed("the outputs are partial states", true, "y = (v2, i3)"),
+        Hypothesis::computed("rank [I + ∇_ξ N', ∇_ζ N'] = nξ", true, "N = (0, θ̂), so that the first block is I"),
+        Hypothesis::computed(
+            "{θ = θ̂} is invariant",
+            off <= INTEGRATION,
+            format!("begun there, the estimate stays right to {}", short(off)),
+        ),
+    ])
 }
 
 fn repaired(context: &Context) -> Result<Outcome, CheckError> {

@@ -14,9 +14,9 @@ use luenberger_plants::{Column, DrivenCascade};
 use luenberger_sim::{Scenario, Settings, Signal, SimError, Trajectory, solve};
 use nalgebra::{DMatrix, Matrix2, SVector, U1, U2, Vector1, Vector2};
 
-use crate::claim::{CheckError, Claim, Outcome};
+use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
-use crate::evidence::Evidence;
+use crate::evidence::{Evidence, Hypothesis};
 use crate::figure::{Dash, Figure, Hue, Panel, Series};
 use crate::paper::{Drawing, Plate};
 use crate::table::Table;
@@ -45,6 +45,7 @@ const INTEGRATION: f64 = 1e-10;
 pub(super) fn claims() -> Vec<Claim> {
     vec![
         Claim::holds(
+            Class::Theorem,
             "kkl.prop7.gradient",
             "Proposition 7, (43) to (47)",
             "the observer with the gradient estimator converges under persistent excitation (|x̂ - x| of x2, x3, x4 at T = 30)",
@@ -52,13 +53,19 @@ pub(super) fn claims() -> Vec<Claim> {
             gradient,
         ),
         Claim::holds(
+            Class::Misprint,
             "kkl.prop7.error-equation",
             "proof of Proposition 7",
             "θ̃' = Γ ψ̂ ψ̂' θ̃",
             &[PLANT, EXCITED, STARTED, "Γ = 2 I"],
             error_equation,
+        )
+        .quoting(
+            "θ̃' = Γ ψ̂ ψ̂ᵀ θ̃",
+            "θ̃ = θ̂ - θ or θ - θ̂, along the estimator (47): a sign apart, and either way a minus is missing",
         ),
         Claim::holds(
+            Class::Theorem,
             "kkl.prop7.drem",
             "remarks to Proposition 7",
             "DREM can replace the gradient estimator: it converges, each parameter monotonically",
@@ -71,9 +78,10 @@ pub(super) fn claims() -> Vec<Claim> {
             drem,
         ),
         Claim::holds(
+            Class::Ours,
             "kkl.prop7.not-exciting",
-            "Proposition 7, (iii)",
-            "(42) is needed: without it θ is not found (error of x4 at T = 30, and the excitation that the observer reports)",
+            "beyond the paper: Proposition 7, (iii)",
+            "with an input that violates (42) θ is not found (error of x4 at T = 30, and the excitation that the observer reports)",
             &[PLANT, "u = (1, 0), otherwise as with excitation"],
             not_exciting,
         ),
@@ -211,11 +219,15 @@ fn error_equation(context: &Context) -> Result<Outcome, CheckError> {
     if repaired > bound {
         return Err(format!("θ̂' differs from -Γψψ'θ̃ by {repaired:e}, more than {bound:e}").into());
     }
-    Ok(Outcome::new(Evidence::Counterexample {
-        what: "θ̃' = Γ ψ ψ' θ̃ along the run".to_owned(),
-        violation: printed - bound,
-        witness: Some(Value::from([witness[0], witness[1]])),
-    })
+    Ok(Outcome::new(Evidence::counterexample(
+        "θ̃' = Γ ψ ψ' θ̃ along the run",
+        printed - bound,
+        Some(Value::from([witness[0], witness[1]])),
+        vec![
+            Hypothesis::computed("(42), persistent excitation", floquet_multiplier(GAIN)? < 1.0, "the largest Floquet multiplier of -Γψψ' over its period is below 1"),
+            Hypothesis::computed("the regression is exact", repaired <= bound, format!("θ̂' = -Γψψ'θ̃ to {}", short(repaired))),
+        ],
+    ))
     .note(format!(
         "A minus sign is missing: θ̃' = -Γ ψ ψ' θ̃ holds along the whole run to {}. As printed no error could ever decrease.",
         short(repaired)

@@ -1,7 +1,10 @@
-//! The two examples and their twelve runs: plants, starts, and the observer as printed.
+//! The two examples and their sixteen runs: plants, starts, and the observer as printed.
 //!
 //! What reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and column k of |g| (the diagonal counted
 //! twice), e1 the measured errors in the first p rows and the internal ones in the rest, one beta for each row.
+//!
+//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that corrects its misprint and nothing else. Two variants keep their names: the
+//! classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33` as printed.
 //!
 //! A run is written as `data/mvt-<system>-eta<1|2>-<e0|e01>.csv` with the columns `t`, `x1..xn`, `x1_hat..xn_hat`, `e1..en`, `beta1..betan`. Here e is the
 //! observer's *internal* error; the real one is x - x_hat. States and errors are good to 1e-8. beta is as good as X determines it, a few units of rounding of f
@@ -25,9 +28,11 @@ use crate::table::Table;
 pub(super) enum System {
     /// Example 1.
     Chaotic,
-    /// Example 2 as the benchmark has it: `a44 = 0`, two outputs.
+    /// Example 2 with its misprint corrected: `a44 = 0`, three outputs as printed.
+    Corrected,
+    /// A variant, the benchmark's own outputs: `a44 = 0`, two outputs.
     Classical,
-    /// Example 2 as the paper prints it: `a44 = 3.33`, three outputs.
+    /// A variant, the misprint kept: `a44 = 3.33`, three outputs.
     Printed,
 }
 
@@ -58,12 +63,14 @@ const JOINT: Start = Start {
 };
 
 impl System {
-    pub(super) const ALL: [Self; 3] = [Self::Chaotic, Self::Classical, Self::Printed];
+    pub(super) const ALL: [Self; 4] = [Self::Chaotic, Self::Corrected, Self::Classical, Self::Printed];
+    /// The plants of Example 2, that of the claims first.
+    pub(super) const JOINTS: [Self; 3] = [Self::Corrected, Self::Classical, Self::Printed];
 
     pub(super) fn start(self) -> &'static Start {
         match self {
             Self::Chaotic => &CHAOTIC,
-            Self::Classical | Self::Printed => &JOINT,
+            _ => &JOINT,
         }
     }
 
@@ -74,12 +81,31 @@ impl System {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Chaotic => "Example 1",
-            Self::Classical => "Example 2, classical plant",
-            Self::Printed => "Example 2, plant as printed",
+            Self::Corrected => "Example 2",
+            Self::Classical => "Example 2, variant with the classical outputs",
+            Self::Printed => "Example 2, variant with a44 as printed",
         }
     }
 
-    /// The horizon; the paper prints none. The printed plant of Example 2 is unstable.
+    /// The name in columns of data.
+    pub(super) fn key(self) -> &'static str {
+        match self {
+            Self::Chaotic => "ex1",
+            Self::Corrected => "ex2",
+            Self::Classical => "classical",
+            Self::Printed => "printed",
+        }
+    }
+
+    /// How many of the states are measured.
+    pub(super) fn outputs(self) -> usize {
+        match self {
+            Self::Chaotic | Self::Classical => 2,
+            Self::Corrected | Self::Printed => 3,
+        }
+    }
+
+    /// The horizon; the paper prints none. With a44 as printed the plant of Example 2 is unstable.
     pub(super) fn end(self) -> f64 {
         if self == Self::Printed { 2.0 } else { 10.0 }
     }
@@ -92,7 +118,7 @@ impl System {
     }
 }
 
-/// One of the twelve runs.
+/// One of the sixteen runs.
 struct Case {
     id: &'static str,
     system: System,
@@ -104,11 +130,15 @@ const fn case(id: &'static str, system: System, eta: f64, told: Told) -> Case {
     Case { id, system, eta, told }
 }
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 16] = [
     case("mvt-ex1-eta1-e0", System::Chaotic, 1.0, Told::E0),
     case("mvt-ex1-eta1-e01", System::Chaotic, 1.0, Told::E01),
     case("mvt-ex1-eta2-e0", System::Chaotic, 2.0, Told::E0),
     case("mvt-ex1-eta2-e01", System::Chaotic, 2.0, Told::E01),
+    case("mvt-ex2-eta1-e0", System::Corrected, 1.0, Told::E0),
+    case("mvt-ex2-eta1-e01", System::Corrected, 1.0, Told::E01),
+    case("mvt-ex2-eta2-e0", System::Corrected, 2.0, Told::E0),
+    case("mvt-ex2-eta2-e01", System::Corrected, 2.0, Told::E01),
     case("mvt-ex2-classical-eta1-e0", System::Classical, 1.0, Told::E0),
     case("mvt-ex2-classical-eta1-e01", System::Classical, 1.0, Told::E01),
     case("mvt-ex2-classical-eta2-e0", System::Classical, 2.0, Told::E0),
@@ -144,6 +174,7 @@ pub(super) fn run(context: &Context, system: System, eta: f64, told: Told) -> Re
         let trajectory = experiment.on(system)?;
         match system {
             System::Chaotic => along(&Chaotic, trajectory),
+            System::Corrected => along(&flexible_joint::corrected(), trajectory),
             System::Classical => along(&flexible_joint::classical(), trajectory),
             System::Printed => along(&flexible_joint::printed(), trajectory),
         }
@@ -180,6 +211,7 @@ impl Experiment<'_> {
         let start = system.start();
         match system {
             System::Chaotic => self.from(Chaotic, start.x, start.xhat),
+            System::Corrected => self.from(flexible_joint::corrected(), start.x, start.xhat),
             System::Classical => self.from(flexible_joint::classical(), start.x, start.xhat),
             System::Printed => self.from(flexible_joint::printed(), start.x, start.xhat),
         }
@@ -245,7 +277,7 @@ pub(super) fn fixed<const N: usize, const P: usize>(l: &DMatrix<f64>) -> Result<
 }
 
 /// The mean value theorem along a run.
-fn along<S, const N: usize, const M: usize, const P: usize>(
+pub(super) fn along<S, const N: usize, const M: usize, const P: usize>(
     plant: &S,
     trajectory: Trajectory,
 ) -> Result<Run, CheckError>

@@ -1,6 +1,6 @@
 //! The report: the ledger as one HTML file, by the page of `luenberger-figures`.
 
-use crate::claim::Record;
+use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
 use crate::ledger::{Drawn, Summary};
 use crate::paper::{Finding, Paper};
@@ -38,15 +38,24 @@ fn header(page: &mut String, papers: &[Paper], summary: &Summary) {
     for paper in papers {
         let _ = write!(page, "<p class=\"citation\"><b>{}</b><br>{}</p>", escape(paper.title), escape(paper.citation));
     }
-    let _ = write!(page, "<div class=\"counts\">");
+    let _ = write!(page, "<p>Of the papers' own claims, theorems and examples:</p><div class=\"counts\">");
     for verdict in [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified] {
         let _ = write!(
             page,
-            "<button type=\"button\" class=\"count {verdict}\" data-show=\"{verdict}\"><b>{}</b> {verdict}</button>",
-            summary.count(verdict)
+            "<button type=\"button\" class=\"count {verdict}\" data-verdict=\"{verdict}\" data-class=\"own\"><b>{}</b> {verdict}</button>",
+            summary.count_of(&Class::OWN, verdict)
         );
     }
-    let _ = write!(page, "</div><p class=\"small\">{}</p>", escape(&counts(summary)));
+    let _ = write!(page, "</div><p>Apart from them:</p><div class=\"counts\">");
+    for class in Class::ALL.into_iter().filter(|class| !Class::OWN.contains(class)) {
+        let _ = write!(
+            page,
+            "<button type=\"button\" class=\"count\" data-verdict=\"\" data-class=\"{class}\"><b>{}</b> {class}</button>",
+            summary.of(&[class])
+        );
+    }
+    let counts = escape(&counts(summary)).replace('\n', "<br>");
+    let _ = write!(page, "</div><p class=\"small\">{counts}</p>");
     if !summary.failures.is_empty() {
         let _ = write!(page, "<div class=\"failures\"><b>Failed</b><ul>");
         for failure in &summary.failures {
@@ -109,6 +118,14 @@ fn claims(page: &mut String, papers: &[Paper], records: &[Record]) {
     for choice in ["reproduced", "refuted", "underspecified", "failed"] {
         let _ = write!(page, "<option>{choice}</option>");
     }
+    let _ = write!(
+        page,
+        "</select><select id=\"class\" aria-label=\"Class\"><option value=\"\">every class</option>\
+         <option value=\"own\">the paper's own</option>"
+    );
+    for class in Class::ALL {
+        let _ = write!(page, "<option>{class}</option>");
+    }
     let _ = write!(page, "</select><select id=\"paper\" aria-label=\"Paper\"><option value=\"\">every paper</option>");
     for paper in papers {
         let _ = write!(page, "<option>{}</option>", escape(paper.key));
@@ -116,7 +133,7 @@ fn claims(page: &mut String, papers: &[Paper], records: &[Record]) {
     let _ = write!(
         page,
         "</select><output id=\"shown\"></output></form><table class=\"claims\"><thead><tr><th>verdict</th>\
-         <th>claim</th><th>printed</th><th>computed</th></tr></thead>"
+         <th>claim</th><th>class</th><th>printed</th><th>computed</th></tr></thead>"
     );
     for record in records {
         claim(page, record);
@@ -129,18 +146,26 @@ fn claim(page: &mut String, record: &Record) {
     let text = |value: &Option<Value>| value.as_ref().map_or_else(|| "–".to_owned(), brief);
     let _ = write!(
         page,
-        "<tbody class=\"claim\" id=\"{id}\" data-verdict=\"{}\" data-paper=\"{}\"><tr class=\"row\"><td>{}</td>\
+        "<tbody class=\"claim\" id=\"{id}\" data-verdict=\"{}\" data-class=\"{class}\" data-own=\"{}\" data-paper=\"{}\">\
+         <tr class=\"row\"><td>{}</td>\
          <td><button type=\"button\" class=\"more\" aria-expanded=\"false\"><code>{id}</code></button>\
-         <div class=\"statement\">{}</div></td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
+         <div class=\"statement\">{}</div></td><td>{class}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
         word(record),
+        Class::OWN.contains(&record.class),
         escape(&record.paper),
         badge(record),
         escape(&record.statement),
         text(&record.printed),
-        text(&record.computed)
+        text(&record.computed),
+        class = record.class
     );
-    let _ = write!(page, "<tr class=\"details\" hidden><td></td><td colspan=\"3\"><dl>");
+    let _ = write!(page, "<tr class=\"details\" hidden><td></td><td colspan=\"4\"><dl>");
     let _ = write!(page, "<dt>Where</dt><dd>{}</dd>", escape(&record.place));
+    if let Some(quote) = &record.quote {
+        let _ = write!(page, "<dt>Printed there</dt><dd><q>{}</q></dd>", escape(quote.text));
+        let _ = write!(page, "<dt>Read as</dt><dd>{}</dd>", escape(quote.reading));
+    }
+    hypotheses(page, record);
     if !record.assumptions.is_empty() {
         let _ = write!(page, "<dt>Assumptions</dt><dd><ul>");
         for assumption in &record.assumptions {
@@ -159,6 +184,25 @@ fn claim(page: &mut String, record: &Record) {
         let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", escape(&record.note));
     }
     let _ = write!(page, "</dl></td></tr></tbody>");
+}
+
+/// The hypotheses as evaluated, a row each.
+fn hypotheses(page: &mut String, record: &Record) {
+    if record.hypotheses.is_empty() {
+        return;
+    }
+    let _ = write!(page, "<dt>Hypotheses</dt><dd><table class=\"hypotheses\">");
+    for found in &record.hypotheses {
+        let _ = write!(
+            page,
+            "<tr class=\"{word}\"><td>{}</td><td>{}</td><td>{word}</td><td>{}</td></tr>",
+            escape(&found.case),
+            escape(&found.hypothesis),
+            escape(&found.how),
+            word = found.word()
+        );
+    }
+    let _ = write!(page, "</table></dd>");
 }
 
 fn badge(record: &Record) -> String {

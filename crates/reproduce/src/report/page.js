@@ -12,12 +12,13 @@ for (const claim of claims) {
 
 function filter() {
   const words = byId("text").value.toLowerCase().split(/\s+/).filter(Boolean);
-  const [verdict, paper] = [byId("verdict").value, byId("paper").value];
+  const [verdict, kind, paper] = ["verdict", "class", "paper"].map((id) => byId(id).value);
   let shown = 0;
   for (const claim of claims) {
     const text = claim.textContent.toLowerCase();
-    const fits = (!verdict || claim.dataset.verdict === verdict) && (!paper || claim.dataset.paper === paper)
-      && words.every((word) => text.includes(word));
+    const { dataset } = claim;
+    const fits = (!verdict || dataset.verdict === verdict) && (!paper || dataset.paper === paper)
+      && (!kind || (kind === "own" ? dataset.own === "true" : dataset.class === kind)) && words.every((word) => text.includes(word));
     claim.hidden = !fits;
     shown += fits;
   }
@@ -27,7 +28,8 @@ byId("filter").addEventListener("input", filter);
 byId("filter").addEventListener("submit", (event) => event.preventDefault());
 for (const count of document.querySelectorAll(".count")) {
   count.addEventListener("click", () => {
-    byId("verdict").value = count.dataset.show;
+    byId("verdict").value = count.dataset.verdict;
+    byId("class").value = count.dataset.class;
     filter();
     byId("claims").scrollIntoView({ behavior: "smooth" });
   });

@@ -11,7 +11,6 @@ use nalgebra::DVector;
 use super::runnable::Chains;
 use crate::execute::in_words;
 use crate::model::{Builtin, Model};
-use crate::names::in_names;
 use crate::results::FailureReport;
 use crate::study::{ObserverWish, Study};
 
@@ -80,7 +79,7 @@ pub(super) fn any(study: &Study, wish: &ObserverWish, misfit: Misfit) -> Failure
 /// A design error in the words of the study.
 pub(super) fn error(study: &Study, wish: &ObserverWish, error: &DesignError) -> FailureReport {
     let kind = wish.kind.name();
-    let mut hypothesis = in_names(&study.plant, &error.to_string());
+    let mut hypothesis = error.to_string();
     let alternatives = match error {
         DesignError::Linalg(
             LinalgError::Unobservable { .. } | LinalgError::NotDetectable { .. } | LinalgError::PoleMultiplicity { .. },

@@ -4,6 +4,7 @@ use std::ops::ControlFlow::{Break, Continue};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use luenberger_design::DesignError;
+use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{Domain, Embedded, Escape, Interpolated, NumericalKklDesign, Settings, Target};
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_plants::{Dimensions, Plant};
@@ -102,7 +103,7 @@ fn of_size<const N: usize, const Z: usize>(
         number("largest residual of dT/dx f = D T + B y", measured.residual.1),
     ];
     for i in 0..N {
-        numbers.push(number(&format!("largest error of the left inverse, x{}", i + 1), form.max[i]));
+        numbers.push(number(&format!("largest error of the left inverse, {}", Axis::State(i)), form.max[i]));
     }
     let report = DesignReport {
         statement: "z' = D z + B y forgets its start; where x(t) stays in the box, the estimate comes as near as the left inverse is.".to_owned(),

@@ -20,7 +20,6 @@ use luenberger_proof::certificate::Theorem;
 use luenberger_proof::wording::at_least;
 use nalgebra::{Complex, DMatrix};
 
-use crate::names::in_names;
 use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
 use crate::study::{ObserverKind, ObserverWish, Study};
 
@@ -55,6 +54,11 @@ impl From<FailureReport> for NoDesign {
 /// # Errors
 /// [`NoDesign`].
 pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
+    study.plant.names().with(|| in_words(study, wish, cancel))
+}
+
+/// As [`design`], with the names of the study in all sentences.
+fn in_words(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let settings = Settings { solver: study.solver, ..Settings::default() };
     let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
@@ -62,7 +66,7 @@ pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result
         DesignError::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         error => explain::error(study, wish, &error).into(),
     };
-    let mut designed = match &wish.kind {
+    match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             linear::luenberger(&linear()?, gain, &settings).map_err(explained)
         }
@@ -93,13 +97,7 @@ pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result
             explain::small_and_autonomous(study, wish)?;
             kkl::design(model, kkl, cancel).map_err(explained)
         }
-    }?;
-    let told = |text: &mut String| *text = in_names(&study.plant, text);
-    let report = &mut designed.report;
-    let facts = report.facts.iter_mut().flat_map(|fact| [&mut fact.statement, &mut fact.words]);
-    let numbers = report.numbers.iter_mut().map(|number| &mut number.name);
-    std::iter::once(&mut report.statement).chain(&mut report.evidence).chain(facts).chain(numbers).for_each(told);
-    Ok(designed)
+    }
 }
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {

@@ -11,7 +11,6 @@ use crate::definite::{
     Direction, Entry, negative_definite, negative_semidefinite, positive_definite, positive_semidefinite,
 };
 use crate::error::ProofError;
-use crate::exact::Exact;
 use crate::matrix::Matrix;
 use crate::verdict::Verdict;
 
@@ -75,21 +74,7 @@ impl Statement for Definiteness {
     const NAME: &'static str = "definiteness";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        // Exactly, where every entry is dyadic.
-        let exact: Option<Vec<Exact>> = self
-            .m
-            .as_slice()
-            .iter()
-            .map(|datum| match datum {
-                Datum::Number(number) => number.exact().cloned(),
-                Datum::Between(..) => None,
-            })
-            .collect();
-        let exact = exact.and_then(|entries| Matrix::from_row_major(self.m.rows(), self.m.cols(), entries).ok());
-        let verdict = match exact {
-            Some(m) => self.sign.decide(&m)?,
-            None => self.sign.decide(&intervals(&self.m))?,
-        };
+        let verdict = self.sign.decide(&intervals(&self.m))?;
         let relation = match self.sign {
             Sign::PositiveDefinite => "M > 0",
             Sign::PositiveSemidefinite => "M >= 0",

@@ -30,16 +30,15 @@ fn run(seed: u64, times: &[f64]) -> Result<Trajectory, CheckError> {
     Ok(scenario.noise(noise).settings(settings()).times(times).run()?)
 }
 
-/// When the noise takes a new value, until the end of the ensemble. That is after four set-points, where the figures show all six: the rate of the estimators
-/// grows, and with it the time that a run takes.
+/// When the noise takes a new value, to the end of the six set-points that the figures show.
 fn holds() -> Vec<f64> {
-    (0..=8_000).map(|k| f64::from(k) / 10_000.0).collect()
+    (0..=12_000).map(|k| f64::from(k) / 10_000.0).collect()
 }
 
 /// The root mean squares of the errors in i1 and v4, of one observer in one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spread {
-    /// From [`SETTLED`] on, with the jumps of the set-point at 0.4 and 0.6 s.
+    /// From [`SETTLED`] on, with the jumps of the set-point at 0.4, 0.6, 0.8 and 1 s.
     pub(super) switching: [f64; 2],
     /// In the second half of each set-point from there on.
     pub(super) quiet: [f64; 2],

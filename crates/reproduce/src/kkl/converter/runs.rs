@@ -72,6 +72,17 @@ pub(super) fn converter() -> Scenario<'static> {
         .breakpoints(&jumps())
 }
 
+/// The converter whose controller has the estimates of one observer, named "loop", in the place of i1 and v4.
+pub(super) fn output_feedback(observer: impl CukObserver + 'static) -> Result<Trajectory, CheckError> {
+    let plant = CukConverter::default();
+    let law = Signal::law(move |view, u| {
+        let believed = view.estimate("loop").map_or([f64::NAN; 2], |estimate| [estimate[0], estimate[1]]);
+        let x = Vector4::new(believed[0], view.y[0], view.y[1], believed[1]);
+        u[0] = plant.control(&x, set_point(view.t), LAMBDA);
+    });
+    Ok(with(converter().input(law), "loop", observer, None).tolerances(1e-9, 1e-10).times(&milliseconds()).run()?)
+}
+
 /// The noise of section V.C.
 pub(super) fn noise(seed: u64) -> Noise {
     Noise::uniform(&[0.02, 2e-4], 1e-4, seed)

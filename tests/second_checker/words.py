@@ -1,0 +1,338 @@
+"""Every word that a certificate says: the statements and the labels of inequalities that hold a number or a name."""
+
+from fractions import Fraction
+
+
+def digits_of(x):
+    """The shortest decimal digits that read back as this binary64 number, and the exponent of the first."""
+    mantissa, _, exponent = f"{float(abs(x))!r}".partition("e")
+    whole, _, part = mantissa.partition(".")
+    part = "" if part == "0" else part
+    digits = (whole + part).lstrip("0")
+    first = len(whole) - 1 if whole.strip("0") else -1 - (len(part) - len(part.lstrip("0")))
+    return digits.rstrip("0") or "0", first + int(exponent or 0) if digits else 0
+
+
+def decimal(x):
+    """The shortest decimal, with an exponent where the magnitude asks for one."""
+    digits, first = digits_of(x)
+    if x and not Fraction(1e-4) <= abs(x) < 10**7:
+        text = digits[0] + ("." + digits[1:] if digits[1:] else "") + f"e{first}"
+    elif first < 0:
+        text = "0." + "0" * (-1 - first) + digits
+    else:
+        digits = digits.ljust(first + 1, "0")
+        text = digits[: first + 1] + ("." + digits[first + 1 :] if digits[first + 1 :] else "")
+    return "-" * (x < 0) + text
+
+
+def exact(x):
+    """The number itself: a decimal where the shortest one is exactly the number, else hexadecimal with that decimal
+    beside it.
+    """
+    near = decimal(x)
+    return near if Fraction(near) == x else f"{hexadecimal(x)} (about {near})"
+
+
+def quoted(name):
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def hexadecimal(x):
+    """The shortest hexadecimal float of a binary64 number, with the leading digit 1."""
+    if x == 0:
+        return "0x0p0"
+    n = abs(x).numerator
+    top = n.bit_length() - x.denominator.bit_length()
+    n >>= (n & -n).bit_length() - 1
+    width = -(-(n.bit_length() - 1) // 4)
+    part = (n << (4 * width - n.bit_length() + 1)) - (1 << (4 * width))
+    return "-" * (x < 0) + "0x1" + (f".{part:0{width}x}" if width else "") + f"p{top}"
+
+
+def counted(count, noun, many=None):
+    return f"{count} {noun}" if count == 1 else f"{count} {many or noun + 's'}"
+
+
+def sizes(states, inputs, outputs):
+    return f"{counted(states, 'state')}, {counted(inputs, 'input')} and {counted(outputs, 'output')}"
+
+
+def rate_term(rate, p):
+    return f" + 2 rate {p}" if rate else ""
+
+
+def enclosed(is_single, symmetric=""):
+    if is_single:
+        return ""
+    symmetric = f" that makes {symmetric} symmetric" if symmetric else ""
+    return (
+        " Entries given by two bounds, and fractions that binary64 does not have, stand for all numbers between: "
+        f"the statement holds for every choice of them{symmetric}."
+    )
+
+
+def decay(rate, function="e'Pe", variable="e"):
+    """What a Lyapunov function says of its argument."""
+    if not rate:
+        return f"V = {function} decreases and {variable} tends to 0 exponentially"
+    return (
+        f"V = {function} satisfies V(t) <= exp(-2 rate t) V(0) with rate = {exact(rate)}, "
+        f"so that {variable} tends to 0 at least like exp(-rate t)"
+    )
+
+
+def linear_observer(states, inputs, outputs, rate, is_single):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer xhat' = A xhat + "
+        "Bu + L(y - C xhat), "
+        f"the error e = x - xhat obeys e' = (A - LC)e, and {decay(rate)}, from every e(0).{enclosed(is_single)}"
+    )
+
+
+def discrete_observer(states, inputs, outputs):
+    return (
+        f"For the discrete-time plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer "
+        "xhat+ = A xhat + Bu + L(y - C xhat), "
+        "the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, "
+        "from every e(0)."
+    )
+
+
+def hurwitz(n, is_single):
+    if is_single:
+        return (
+            f"All eigenvalues of the {n} x {n} matrix A have negative real parts: "
+            "every solution of x' = Ax tends to 0 exponentially."
+        )
+    return (
+        f"Every solution of x' = A(t)x with {n} states tends to 0 exponentially, however A(t) varies in its bounds; "
+        f"in particular all eigenvalues of every such A have negative real parts.{enclosed(is_single)}"
+    )
+
+
+def schur(n):
+    return (
+        f"All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: "
+        "every solution of x+ = Ax tends to 0 exponentially."
+    )
+
+
+CUBIC = "the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat"
+CUBIC_ERROR = "the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e"
+
+
+def region(level):
+    return "from every e(0)" if level is None else f"from every e(0) with e(0)'P e(0) < {exact(level)}"
+
+
+def cubic_observer(size, rate, level, *_):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)} and {CUBIC}, {CUBIC_ERROR}. With the gains L and N "
+        "exactly as stored, e tends to 0 exponentially, "
+        f"{region(level)}. With the real matrix -P^-1 C'S in place of N, {decay(rate)}, from every e(0)."
+    )
+
+
+def structured_cubic_observer(states, inputs, outputs, rate):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with the real gain N = "
+        f"-P^-1 C'S: {CUBIC_ERROR}, "
+        f"and {decay(rate)}, from every e(0). Nothing is said of a rounding of N."
+    )
+
+
+def cubic_theorem_1(states, inputs, outputs):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and {CUBIC}, with L and N exactly "
+        f"as stored: {CUBIC_ERROR}, "
+        f"and {decay(0)}, from every e(0)."
+    )
+
+
+def sampled_cubic_observer(states, inputs, outputs, w, period):
+    return (
+        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the sampled cubic "
+        "observer xhat+ = A(xhat - g N z) + Bu + r L z, z = y - C xhat, "
+        f"q = max(z'theta z, 0), r = 1/sqrt(1 + 2 w h q), g = (1 - r)/w, with w = {exact(w)} and the period h = "
+        f"{exact(period)} and all numbers as given, in exact arithmetic: "
+        "the error e = x - xhat obeys e+ = (A - LC + g (AN + wL)C)e with 0 <= g < 1/w, V = e'Pe falls at each step by "
+        "a factor below 1, and e tends to 0 exponentially, from every e(0). "
+        "Nothing is said of the rounding of its steps."
+    )
+
+
+def feedback_loop(size, rate, level):
+    return (
+        f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every "
+        f"x(0), with the gains K, L and N exactly as stored {region(level)}; "
+        "with the real matrix -P^-1 C'S in place of N, x'P1x + e'Pe decreases, from every e(0)."
+    )
+
+
+def hull(count, states, outputs, is_single):
+    if is_single:
+        what = "pair (A, C)" if count == 1 else "pairs (A_k, C_k)"
+    else:
+        what = "box of pairs (A, C)" if count == 1 else "boxes of pairs (A_k, C_k)"
+    return f"the convex hull of the {count} {what} with {counted(states, 'state')} and {counted(outputs, 'output')}"
+
+
+def polytope_of_plants(count, states, outputs, rate, is_single):
+    return (
+        "For every plant x' = A(t)x + Bu, y = C(t)x whose pair (A(t), C(t)) lies in "
+        f"{hull(count, states, outputs, is_single)} "
+        "at all times, "
+        f"and every solution of e' = (A(t) - L C(t))e, {decay(rate)}. This e is the error of the observer with the "
+        "same A(t) and C(t) and the gain L; "
+        "the forcing (A(t) - A)x of an observer that runs another A is not covered."
+    )
+
+
+def polytope_of_jacobians(count, states, outputs, rate, is_single):
+    return (
+        f"For all matrices (A(t), C(t)) in {hull(count, states, outputs, is_single)}, and every solution of e' = (A(t) "
+        f"- L C(t))e, {decay(rate)}. "
+        "Hence for a plant x' = f(t, x, u), y = h(t, x) and the observer xhat' = f(t, xhat, u) + L(y - h(t, xhat)), as "
+        "long as the mean Jacobians of f and h between xhat and x lie "
+        "in this hull: that they do is a hypothesis, of which this certificate says nothing."
+    )
+
+
+def sector(k, low, high):
+    """What is assumed of the increments of the k-th nonlinearity."""
+    if low == -high:
+        return f"|w_{k}| <= high |H_{k} e| for high = {exact(high)}"
+    return f"(w_{k} - low H_{k} e)'(high H_{k} e - w_{k}) >= 0 for low = {exact(low)}, high = {exact(high)}"
+
+
+def sector_observer(states, outputs, sectors, rate):
+    conditions = ", and ".join(sector(k + 1, low, high) for k, (low, high) in enumerate(sectors))
+    return (
+        f"For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, "
+        f"{counted(outputs, 'output')} and {counted(len(sectors), 'nonlinearity', 'nonlinearities')}, "
+        f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}, "
+        "and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
+        f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and "
+        "xhat are, is a hypothesis."
+    )
+
+
+def contracting_coordinates(count, measured, unmeasured, injection, rate):
+    falls = decay(rate, "|d_m|^2 + d_w'Q d_w", "d")
+    return (
+        f"For all matrices J(t) in the convex hull of the {count} given, with {counted(measured, 'measured state')} "
+        f"and {counted(unmeasured, 'unmeasured state')}, "
+        "in the coordinates (d_m, d_w) = T^-1 d with T = [I 0; K I], every solution of d' = (T^-1 J(t) T - [G_m 0; 0 "
+        "0])d with a diagonal "
+        f"G_m(t) >= g I, g = {exact(injection)}, obeys: {falls}, from every d(0). "
+        "That the mean Jacobians of a plant lie in this hull is a hypothesis, of which this certificate says nothing."
+    )
+
+
+def definiteness(n, sense, is_single):
+    return f"The symmetric {n} x {n} matrix M is {sense}.{enclosed(is_single, 'M')}"
+
+
+def solution_within(equation, n, is_single):
+    return (
+        f"The equation {equation} with the {n} x {n} matrices A and Q has exactly one solution. It is symmetric, and "
+        "each of its entries lies between the bounds that P gives."
+        f"{enclosed(is_single, 'Q')}"
+    )
+
+
+def combination(matrix, unknowns):
+    """`x_1 F_1 + ... + x_m F_m`."""
+    if unknowns == 0:
+        return "0"
+    if unknowns == 1:
+        return f"x_1 {matrix}1"
+    return f"x_1 {matrix}1 {'+ ... ' if unknowns > 2 else ''}+ x_{unknowns} {matrix}{unknowns}"
+
+
+def inequality_label(relation, name):
+    return f"F(x) {relation} 0 of {quoted(name)}"
+
+
+def multiplier_label(name):
+    return f"Z >= 0 of {quoted(name)}"
+
+
+def inequalities(unknowns, relation, names):
+    return (
+        f"the linear matrix inequalities F_k(x) = F_k0 + {combination('F_k', unknowns)} {relation} 0, "
+        f"{counted(len(names), 'constraint')} ({', '.join(map(quoted, names))})."
+    )
+
+
+def matrix_inequality_holds(unknowns, relation, names):
+    return f"The x given satisfies {inequalities(unknowns, relation, names)}"
+
+
+def matrix_inequality_refuted(unknowns, relation, names):
+    return f"No x satisfies {inequalities(unknowns, relation, names)}"
+
+
+def semidefinite_program(unknowns, blocks, claim, lower, upper):
+    total = combination("F_", unknowns)
+    program = f"the semidefinite program (P) min c'x subject to {total} - F_0 >= 0 with {counted(blocks, 'block')}"
+    if claim == "primal infeasible":
+        return f"For {program}: (P) has no feasible point."
+    if claim == "dual infeasible":
+        dual = "its dual (D) max tr(F_0 Y) subject to tr(F_i Y) = c_i, Y >= 0"
+        return f"For {program} and {dual}: (D) has no feasible point."
+    bounds = [] if lower is None else [f"every feasible point of (P) has c'x >= {exact(lower)}"]
+    bounds += [] if upper is None else [f"(P) has a feasible point with c'x <= {exact(upper)}"]
+    return f"For {program}: {', and '.join(bounds)}."
+
+
+STEPS = {
+    "cubic": (
+        "the sampled cubic observer xhat+ = A(xhat - N i) + Bu + L j, i = z(1 - r)/w, j = r z, z = y - C xhat, "
+        "r = 1/sqrt(1 + 2 w h max(z'theta z, 0)), h the period",
+        "a plant of the stored A, B and C with v = 0 has e+ = M e with M = A - LC + g (AN + wL)C for some g, "
+        "0 <= g < 1/w, that depends on e",
+    ),
+    "joined": (
+        "the observer xhat+ = F xhat + Bu + Ly, F being the exact A - LC of the plant's A and C and the stored L, "
+        "rounded once",
+        "a plant with the stored B, with F + LC in the place of A and with v = 0 has e+ = F e",
+    ),
+    "innovation": (
+        "the observer xhat+ = A xhat + Bu + L z, z = y - C xhat",
+        "a plant of the stored A, B and C with v = 0 has e+ = (A - LC)e",
+    ),
+}
+
+
+def running_claim(step, stored, running):
+    flow, operands = "", "" if stored == running else "the stored numbers entering as they are, "
+    if step == "cubic":
+        flow = (
+            " with i = (((k p)p')s)d and j = p d, s = max |z_k|, d = z/s, q = max(d'theta d, 0), k = (2q)h, "
+            "b = sqrt(w k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a), but p = p' = 1/b where c is larger "
+            f"than {'2^52' if running == 'binary64' else '2^23'}, and i = j = z where s = 0,"
+        )
+    if running.startswith("Q"):
+        rounded = "each product rounded to nearest or each sum of products as a whole"
+    else:
+        rounded = "each operation rounded to nearest, with or without fused multiply-adds"
+    return (
+        f"As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) "
+        f"being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of "
+        "operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most "
+        "running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of "
+        f"{running}."
+    )
+
+
+def deployed_observer(states, inputs, outputs, step, stored, running):
+    observer, error = STEPS[step]
+    claim = running_claim(step, stored, running) if running else "Nothing is said of the rounding of its steps."
+    return (
+        f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, "
+        f"with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and "
+        f"in exact arithmetic, for the error e = x - xhat, {error}, V = e'Pe falls at each step at least by a factor "
+        f"below 1 that is the same for all e, and e tends to 0 exponentially, from every e(0). {claim}"
+    )

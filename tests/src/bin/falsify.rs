@@ -1,0 +1,49 @@
+//! Mutants of certificates by the hundred thousand, and what is wrong with the accepted ones: nothing, or the program fails.
+//! `cargo xtask stress theorems`, or `cargo run --release -p luenberger-tests --bin falsify -- --mutants 100000 --seed 2019`.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use luenberger_tests::falsify::{falsify, kinds};
+
+fn main() -> ExitCode {
+    let (mut mutants, mut seed, mut kind) = (100_000_u64, 2019_u64, None);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(name) = arguments.next() {
+        let value = arguments.next().unwrap_or_default();
+        let is_read = match name.as_str() {
+            "--mutants" => value.parse().map(|value| mutants = value).is_ok(),
+            "--seed" => value.parse().map(|value| seed = value).is_ok(),
+            "--kind" => kinds().iter().find(|known| **known == value).map(|known| kind = Some(*known)).is_some(),
+            _ => false,
+        };
+        if !is_read {
+            eprintln!("usage: falsify [--mutants N] [--seed S] [--kind K], K one of {}", kinds().join(", "));
+            return ExitCode::from(2);
+        }
+    }
+    println!("seed {seed}\n");
+    println!("| theorem | certificates | mutants | accepted | refused | of these tried | contradicted | wrong | s |");
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let mut wrong = 0;
+    for kind in kinds().iter().filter(|known| kind.is_none_or(|kind| kind == **known)) {
+        let start = Instant::now();
+        let tally = falsify(kind, mutants, seed);
+        println!(
+            "| {kind} | {} | {} | {} | {} | {} | {} | {} | {:.0} |",
+            tally.certificates,
+            tally.mutants,
+            tally.accepted,
+            tally.refused,
+            tally.tried,
+            tally.convicted,
+            tally.wrong.len(),
+            start.elapsed().as_secs_f64()
+        );
+        for case in tally.wrong.iter().take(5) {
+            eprintln!("{case}\n");
+        }
+        wrong += tally.wrong.len();
+    }
+    if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,219 @@
+//! Falsification of the theorems of `luenberger-proof`: certificates of random designs, changed in ways that mean something, sealed again, and each accepted one held against an adversary.
+//!
+//! A certificate goes through as the JSON document that a user has: [`mutate`] changes its data, `CertificateFile::read` has to accept the shape, `CertificateFile::prove` the mathematics with margins
+//! of its own, and [`verify`] the result; now and then also the document itself, with the margins it had, one of them an ulp larger, with new words and a new digest. [`adversary`] reads the accepted text
+//! without `luenberger-proof` and tries to contradict it.
+//! An accepted mutant is often the next to be changed, so that mutants wander; and where the change of one number makes the difference between accepted and refused, the boundary
+//! between the two is searched by bisection, down to neighbouring numbers.
+
+mod adversary;
+mod deployed;
+mod document;
+mod exact;
+mod mutate;
+mod programs;
+mod random;
+mod seeds;
+
+use luenberger_proof::certificate::{CertificateFile, Theorem, digest, verify};
+use serde_json::Value;
+
+use adversary::ADVERSARIES;
+use document::{float, hexadecimal};
+use random::Random;
+use seeds::GENERATORS;
+
+/// How many mutants descend from one design.
+const MUTANTS_OF_A_DESIGN: u64 = 100;
+
+/// What came of the mutants of one theorem.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    /// Certificates of designs.
+    pub certificates: u64,
+    /// Mutants of them.
+    pub mutants: u64,
+    /// Accepted ones.
+    pub accepted: u64,
+    /// Refused ones, of which nothing is claimed.
+    pub refused: u64,
+    /// Refused ones that are well formed and were given to the adversary, one in four.
+    pub tried: u64,
+    /// Those of them that it contradicts: it has to find something where there is something.
+    pub convicted: u64,
+    /// What contradicts an accepted one, with the document.
+    pub wrong: Vec<String>,
+}
+
+/// The names of the theorems.
+pub fn kinds() -> &'static [&'static str] {
+    Theorem::NAMES
+}
+
+/// One of the functions of a table, by the name of a theorem.
+///
+/// # Panics
+/// For a theorem that the table does not have: it needs a generator and an adversary.
+fn of_kind<T: Copy>(table: &[(&str, T)], kind: &str) -> T {
+    let Some((_, found)) = table.iter().find(|(name, _)| *name == kind) else {
+        panic!("the theorem {kind} has no generator in seeds.rs, or no adversary in adversary.rs");
+    };
+    *found
+}
+
+/// At least this many mutants of certificates of one theorem.
+///
+/// # Panics
+/// For a theorem without a generator or an adversary, and where none of 200 random designs has a certificate.
+pub fn falsify(kind: &'static str, mutants: u64, seed: u64) -> Tally {
+    let mut run = Run { kind, tally: Tally::default(), random: Random::new(seed, kind, 0) };
+    let mut other = run.design();
+    while run.tally.mutants < mutants {
+        let design = run.design();
+        run.descend(&design, &other, (mutants - run.tally.mutants).min(MUTANTS_OF_A_DESIGN));
+        other = design;
+    }
+    run.tally
+}
+
+struct Run {
+    kind: &'static str,
+    tally: Tally,
+    random: Random,
+}
+
+impl Run {
+    /// A certificate of a random design, which is held against the adversary too.
+    fn design(&mut self) -> Value {
+        let generator = of_kind(GENERATORS, self.kind);
+        for _ in 0..200 {
+            let Some(file) = generator(&mut self.random) else { continue };
+            if file.theorem().name() != self.kind {
+                continue;
+            }
+            self.tally.certificates += 1;
+            let document: Value = serde_json::from_str(&file.to_json()).expect("the writer writes JSON");
+            self.hold(&document, "the design itself");
+            return document;
+        }
+        panic!("no certificate of {} from 200 random designs", self.kind);
+    }
+
+    fn descend(&mut self, design: &Value, other: &Value, mutants: u64) {
+        let mut current = design.clone();
+        let end = self.tally.mutants + mutants;
+        while self.tally.mutants < end {
+            let Some(next) = mutate::mutant(&current, other, &mut self.random) else { continue };
+            let accepted = self.examine(&next);
+            if !accepted && self.random.once_in(40) {
+                self.bisect(&current, &next);
+            }
+            match self.random.below(4) {
+                0 => current.clone_from(design),
+                1 | 2 if accepted => current = next,
+                _ => {}
+            }
+        }
+    }
+
+    /// Whether a mutant is accepted: then the adversary has it.
+    fn examine(&mut self, mutant: &Value) -> bool {
+        self.tally.mutants += 1;
+        let resealed = self.random.once_in(8) && self.is_verified_as_it_is(mutant);
+        let accepted = match Self::proved(mutant) {
+            Ok(Some(document)) => {
+                self.hold(&document, "proved");
+                true
+            }
+            Ok(None) => false,
+            Err(why) => {
+                self.tally.wrong.push(format!("{}: {why}\n{mutant}", self.kind));
+                false
+            }
+        };
+        if resealed && !accepted {
+            self.tally.wrong.push(format!("{}: verified with old margins, and not proved\n{mutant}", self.kind));
+        }
+        if accepted || resealed {
+            self.tally.accepted += 1;
+        } else {
+            self.tally.refused += 1;
+            if self.random.once_in(4) {
+                self.convict(mutant);
+            }
+        }
+        accepted
+    }
+
+    /// The certificate of the mutant's theorem with margins of its own, as it is written.
+    fn proved(mutant: &Value) -> Result<Option<Value>, String> {
+        let Ok(read) = CertificateFile::read(mutant.to_string().as_bytes()) else { return Ok(None) };
+        let Ok(file) = CertificateFile::prove("a mutant", read.theorem().clone()) else { return Ok(None) };
+        let text = file.to_json();
+        verify(text.as_bytes()).map_err(|why| format!("proved, and not verified: {why}"))?;
+        Ok(Some(serde_json::from_str(&text).map_err(|why| why.to_string())?))
+    }
+
+    /// The document with its own margins, sometimes one of them an ulp larger, with words and a digest that agree with it; held against the adversary if it is verified.
+    fn is_verified_as_it_is(&mut self, mutant: &Value) -> bool {
+        let mut document = mutant.clone();
+        let Ok(read) = CertificateFile::read(document.to_string().as_bytes()) else { return false };
+        document["statement"] = Value::String(read.theorem().words());
+        if self.random.once_in(2)
+            && let Some(margins) = document["margins"].as_array_mut()
+            && !margins.is_empty()
+        {
+            let at = self.random.below(margins.len());
+            if let Some(margin) = margins[at]["margin"].as_str().and_then(float) {
+                margins[at]["margin"] = hexadecimal(margin.next_up());
+            }
+        }
+        let Ok(seal) = digest(document.to_string().as_bytes()) else { return false };
+        document["sha256"] = Value::String(seal);
+        let verified = verify(document.to_string().as_bytes()).is_ok();
+        if verified {
+            self.hold(&document, "verified with its margins");
+        }
+        verified
+    }
+
+    /// What the adversary says of a refused mutant without its margins.
+    fn convict(&mut self, mutant: &Value) {
+        if CertificateFile::read(mutant.to_string().as_bytes()).is_err() {
+            return;
+        }
+        let mut document = mutant.clone();
+        document["margins"] = Value::Array(Vec::new());
+        self.tally.tried += 1;
+        self.tally.convicted += u64::from(self.adversary(&document).is_err());
+    }
+
+    fn adversary(&mut self, document: &Value) -> Result<(), String> {
+        of_kind(ADVERSARIES, self.kind)(document, &mut self.random)
+    }
+
+    fn hold(&mut self, document: &Value, how: &str) {
+        if let Err(why) = self.adversary(document) {
+            self.tally.wrong.push(format!("{}: {how}, but {why}\n{document}", self.kind));
+        }
+    }
+
+    /// Between an accepted and a refused document that differ in one number: the last accepted number, and every mutant on the way.
+    fn bisect(&mut self, accepted: &Value, refused: &Value) {
+        let Some((path, good, bad)) = mutate::single_difference(accepted, refused) else { return };
+        if good.is_sign_negative() != bad.is_sign_negative() || !good.is_finite() || !bad.is_finite() {
+            return;
+        }
+        // Numbers of one sign are ordered as their bits are.
+        let (mut good, mut bad) = (good.to_bits(), bad.to_bits());
+        while good.abs_diff(bad) > 1 {
+            let middle = good.midpoint(bad);
+            let mutant = mutate::with_number(refused, &path, f64::from_bits(middle));
+            if self.examine(&mutant) {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+    }
+}

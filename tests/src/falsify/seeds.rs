@@ -1,0 +1,373 @@
+//! Certificates of random designs, one generator for each theorem.
+
+use std::fmt::{Debug, Write};
+
+use luenberger_design::lipschitz::{LipschitzPlant, Sector};
+use luenberger_design::mean_value::ContractingCoordinates;
+use luenberger_design::robust::PolytopicDesign;
+use luenberger_design::{
+    Certified, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, SampledCubicDesign,
+    Theorem1, Wish, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+};
+use luenberger_linalg::{lqr, lyapunov, stein};
+use luenberger_lmi::{Problem, he, sdpa};
+use luenberger_plants::DynamicPlant;
+use luenberger_proof::Matrix;
+use luenberger_proof::certificate::{
+    CertificateFile, CubicObserver, Definiteness, Hurwitz, Region, Schur, Sign, StructuredCubicObserver, Theorem,
+};
+use luenberger_proof::statement::{Format, Formats, Operation, Step};
+use nalgebra::DMatrix;
+
+use super::random::Random;
+
+type Generator = fn(&mut Random) -> Option<CertificateFile>;
+
+/// The generator of each theorem, by its name.
+pub(super) const GENERATORS: &[(&str, Generator)] = &[
+    ("linear-observer", linear_observer),
+    ("discrete-observer", discrete_observer),
+    ("hurwitz", hurwitz),
+    ("schur", schur),
+    ("cubic-observer", cubic_observer),
+    ("cubic-observer-with-structured-gain", structured),
+    ("cubic-observer-theorem-1", theorem1),
+    ("sampled-cubic-observer", sampled),
+    ("deployed-observer", deployed),
+    ("feedback-loop", feedback),
+    ("polytope-of-plants", polytope),
+    ("polytope-of-jacobians", jacobians),
+    ("sector-observer", sector),
+    ("contracting-coordinates", contracting),
+    ("definiteness", definiteness),
+    ("solution-within", solution),
+    ("matrix-inequality-holds", holds),
+    ("matrix-inequality-refuted", refuted),
+    ("semidefinite-program", program),
+];
+
+/// The certificate, if there is one: not every random plant has a design.
+fn written<E: Debug>(file: Result<CertificateFile, E>) -> Option<CertificateFile> {
+    file.ok()
+}
+
+fn proof_matrix(m: &DMatrix<f64>) -> Matrix<f64> {
+    Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
+}
+
+/// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of coordinates.
+fn plant(random: &mut Random, largest: usize) -> Option<DynamicPlant> {
+    let n = 1 + random.below(largest);
+    let p = 1 + random.below(n.min(2));
+    let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
+    let c = DMatrix::from_fn(p, n, |i, j| if i == j { 1.0 } else { 0.0 });
+    let a = chain + random.matrix(n, p) * &c;
+    let b = if random.once_in(4) { DMatrix::zeros(n, 0) } else { random.matrix(n, n) + DMatrix::identity(n, n) * 3.0 };
+    if random.once_in(3) {
+        return DynamicPlant::new(a, b, c).ok();
+    }
+    let q = (random.matrix(n, n) + DMatrix::identity(n, n) * 2.0).qr().q();
+    DynamicPlant::new(&q * a * q.transpose(), b, c * q.transpose()).ok()
+}
+
+fn linear(plant: &DynamicPlant, random: &mut Random) -> Option<LinearDesign> {
+    let wish = match random.below(4) {
+        0 => Wish::DecayRate(random.between(0.1, 2.0)),
+        1 => Wish::Lmi,
+        _ => {
+            let first = random.between(0.3, 2.0);
+            Wish::poles(&(0..plant.a.nrows()).map(|k| -first - 0.4 * k as f64).collect::<Vec<_>>())
+        }
+    };
+    LinearDesign::new(plant, &wish, &Decrease::default()).ok()
+}
+
+fn linear_observer(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 4)?;
+    written(linear(&plant, random)?.certificate_file("linear"))
+}
+
+/// `D D' + K - K' + I/10`.
+fn accretive(p: usize, random: &mut Random) -> DMatrix<f64> {
+    let (d, k) = (random.matrix(p, p), random.matrix(p, p));
+    &d * d.transpose() + &k - k.transpose() + DMatrix::identity(p, p) * 0.1
+}
+
+fn weight(p: usize, random: &mut Random) -> DMatrix<f64> {
+    match random.below(5) {
+        0 => DMatrix::identity(p, p),
+        // Singular: an output is ignored, and convergence may have a limited region.
+        1 => DMatrix::from_fn(p, p, |i, j| if i == j && i > 0 { 1.0 } else { 0.0 }),
+        _ => {
+            let d = random.matrix(p, p);
+            let m = &d * d.transpose();
+            (&m + m.transpose()) * 0.5 + DMatrix::identity(p, p) * 0.1
+        }
+    }
+}
+
+fn cubic_design(random: &mut Random) -> Option<CubicDesign> {
+    let plant = plant(random, 3)?;
+    let p = plant.c.nrows();
+    if random.once_in(4) {
+        return joint_design(&plant, &DMatrix::identity(p, p), random.between(0.1, 1.0), 1.0).ok();
+    }
+    let linear = linear(&plant, random)?;
+    let correction = if random.once_in(2) {
+        Correction::Gamma(random.between(0.1, 4.0))
+    } else {
+        Correction::General(accretive(p, random))
+    };
+    CubicDesign::new(&linear, &weight(p, random), &correction).ok()
+}
+
+fn observer_theorem(random: &mut Random) -> Option<CubicObserver> {
+    let design = cubic_design(random)?;
+    design.certificate.theorems().iter().find_map(|proved| match proved.theorem() {
+        Theorem::CubicObserver(theorem) => Some(theorem.clone()),
+        _ => None,
+    })
+}
+
+fn cubic_observer(random: &mut Random) -> Option<CertificateFile> {
+    let mut theorem = observer_theorem(random)?;
+    if random.once_in(4) {
+        theorem.region = Region::Within(2.0_f64.powi(random.integer(-10, 60)));
+    }
+    written(CertificateFile::prove("cubic", theorem))
+}
+
+fn structured(random: &mut Random) -> Option<CertificateFile> {
+    let CubicObserver { plant, l, theta, p, s, rate, .. } = observer_theorem(random)?;
+    written(CertificateFile::prove("structured", StructuredCubicObserver { plant, l, theta, p, s, rate }))
+}
+
+/// Integers: P of determinant 1, so that `N = -P^-1 C'S` is one of integers, and `F = P^-1(K - Q)` with a skew K.
+fn theorem1(random: &mut Random) -> Option<CertificateFile> {
+    let n = 1 + random.below(3);
+    let p = 1 + random.below(n.min(2));
+    let integers = |random: &mut Random, rows: usize, cols: usize| {
+        DMatrix::from_fn(rows, cols, |_, _| f64::from(random.integer(-2, 2)))
+    };
+    let full = integers(random, n, n);
+    let unit = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        std::cmp::Ordering::Equal => 1.0,
+        std::cmp::Ordering::Less => full[(i, j)],
+        std::cmp::Ordering::Greater => 0.0,
+    });
+    let lyapunov = unit.transpose() * &unit;
+    let inverse = lyapunov.clone().try_inverse()?.map(f64::round);
+    let k = integers(random, n, n);
+    let d = integers(random, n, n);
+    let q = &d * d.transpose() + DMatrix::identity(n, n);
+    let f = &inverse * (&k - k.transpose() - q);
+    let c = integers(random, p, n);
+    let l = integers(random, n, p);
+    let (d, k) = (integers(random, p, p), integers(random, p, p));
+    let s = &d * d.transpose() + &k - k.transpose();
+    let gain = -(&inverse * c.transpose() * s);
+    let d = integers(random, p, p);
+    let plant = DynamicPlant::new(&f + &l * &c, DMatrix::zeros(n, 0), c).ok()?;
+    let examined = Theorem1::examine(&plant, (&l, &gain, &(&d * d.transpose())), &lyapunov).ok()?;
+    written(examined.certificate_file("theorem 1"))
+}
+
+fn sampled_design(random: &mut Random) -> Option<SampledCubicDesign> {
+    let plant = plant(random, 3)?;
+    let linear = linear(&plant, random)?;
+    let theta = weight(plant.c.nrows(), random);
+    SampledCubicDesign::new(&linear, &theta, random.between(0.1, 20.0), random.between(0.01, 0.3)).ok()
+}
+
+fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {
+    written(sampled_design(random)?.linear_certificate_file("discrete"))
+}
+
+fn sampled(random: &mut Random) -> Option<CertificateFile> {
+    written(sampled_design(random)?.certificate_file("sampled"))
+}
+
+fn deployed(random: &mut Random) -> Option<CertificateFile> {
+    let design = sampled_design(random)?;
+    let o = &design.observer;
+    let plant = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let size = 2.0_f64.powi(random.integer(-3, 3));
+    let meets = Operation {
+        state: (0..n).map(|_| size * random.between(0.5, 2.0)).collect(),
+        input: (0..plant.b.ncols()).map(|_| random.between(0.0, 1.0)).collect(),
+        noise: (0..p).map(|_| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-2) }).collect(),
+        error: (0..n).map(|_| size * random.between(0.1, 2.0)).collect(),
+    };
+    let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
+    let formats: Formats = [Format::Binary32, Format::Binary32, Format::Binary64, fixed][random.below(4)].into();
+    match random.below(3) {
+        0 => written(design.deployed_certificate_file("deployed", formats, &meets)),
+        step => {
+            let step = if step == 1 { Step::Joined } else { Step::Innovation };
+            written(deployed_linear(&plant, o.ld(), step, formats, &meets).ok()?.certificate_file("deployed"))
+        }
+    }
+}
+
+fn hurwitz(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 4)?;
+    let f = &plant.a - &linear(&plant, random)?.observer.l * &plant.c;
+    let p = lyapunov(&f, &DMatrix::identity(f.nrows(), f.nrows())).ok()?.p;
+    written(CertificateFile::prove("hurwitz", Hurwitz::new(&proof_matrix(&f), &proof_matrix(&p)).ok()?))
+}
+
+fn schur(random: &mut Random) -> Option<CertificateFile> {
+    let design = sampled_design(random)?;
+    let o = &design.observer;
+    let f = o.ad() - o.ld() * o.c();
+    let p = stein(&f, &DMatrix::identity(f.nrows(), f.nrows())).ok()?.p;
+    written(CertificateFile::prove("schur", Schur { a: proof_matrix(&f), p: proof_matrix(&p) }))
+}
+
+fn feedback(random: &mut Random) -> Option<CertificateFile> {
+    let design = cubic_design(random)?;
+    let o = &design.observer;
+    let (n, m) = o.b.shape();
+    let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m)).ok()?.k;
+    written(FeedbackDesign::new(&design, &k).ok()?.certificate_file("feedback"))
+}
+
+fn polytope(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let n = plant.a.nrows();
+    let step = random.matrix(n, n) * random.between(0.01, 0.3);
+    let vertices = [&plant.a - &step, &plant.a + &step];
+    let rate = if random.once_in(2) { 0.0 } else { random.between(0.0, 0.5) };
+    written(PolytopicDesign::new(&plant, &vertices, rate).ok()?.certificate_file("polytope"))
+}
+
+fn jacobians(random: &mut Random) -> Option<CertificateFile> {
+    let Theorem::PlantPolytope(theorem) = polytope(random)?.theorem().clone() else { return None };
+    let luenberger_proof::certificate::PlantPolytope { vertices, l, p, rate } = theorem;
+    written(CertificateFile::prove(
+        "jacobians",
+        luenberger_proof::certificate::JacobianPolytope { vertices, l, p, rate },
+    ))
+}
+
+fn sector(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let n = plant.a.nrows();
+    let sectors = (0..=random.below(2))
+        .map(|_| {
+            let q = 1 + random.below(2);
+            let (g, h) = (random.matrix(n, q), random.matrix(q, n));
+            let size = random.between(0.05, 0.5);
+            match random.below(3) {
+                0 => Sector::structured(g, h, size),
+                1 => Sector::structured(g, random.matrix(1, n), size),
+                _ => Sector::slope(g, h, -size * random.between(0.0, 1.0), size),
+            }
+        })
+        .collect();
+    let plant = LipschitzPlant::new(plant.a.clone(), plant.c.clone(), sectors).ok()?;
+    let rate = if random.once_in(2) { 0.0 } else { random.between(0.0, 0.5) };
+    written(LipschitzDesign::new(&plant, rate).ok()?.certificate_file("sector"))
+}
+
+fn contracting(random: &mut Random) -> Option<CertificateFile> {
+    let n = 2 + random.below(2);
+    let outputs = 1 + random.below(n - 1);
+    let middle = random.matrix(n, n) - DMatrix::identity(n, n) * random.between(0.0, 1.5);
+    let step = random.matrix(n, n) * random.between(0.01, 0.3);
+    let rate = random.between(0.0, 0.5);
+    written(
+        ContractingCoordinates::new(&[&middle - &step, &middle + &step], outputs, rate)
+            .ok()?
+            .certificate_file("contracting"),
+    )
+}
+
+fn definiteness(random: &mut Random) -> Option<CertificateFile> {
+    let n = 1 + random.below(4);
+    let d = DMatrix::from_fn(n, n, |_, _| f64::from(random.integer(-3, 3)));
+    let m = &d * d.transpose();
+    let (m, sign) = match random.below(4) {
+        0 => (&m + DMatrix::identity(n, n) * random.between(0.0, 1.0), Sign::PositiveDefinite),
+        1 => (-&m - DMatrix::identity(n, n) * 2.0_f64.powi(-random.integer(0, 50)), Sign::NegativeDefinite),
+        2 => (m, Sign::PositiveSemidefinite),
+        _ => (-m, Sign::NegativeSemidefinite),
+    };
+    written(CertificateFile::prove("definite", Definiteness::new(&proof_matrix(&m), sign).ok()?))
+}
+
+fn solution(random: &mut Random) -> Option<CertificateFile> {
+    let n = 1 + random.below(3);
+    let (m, q) = (random.matrix(n, n), random.matrix(n, n));
+    let q = &q + q.transpose();
+    match random.below(4) {
+        0 => written(stein_certificate_file("stein", &(m * 0.4), &q)),
+        1 => written(lyapunov_certificate_file("lyapunov", &m, &q)),
+        _ => {
+            let shift = random.between(0.5, 3.0) + m.norm();
+            written(lyapunov_certificate_file("lyapunov", &(m - DMatrix::identity(n, n) * shift), &q))
+        }
+    }
+}
+
+fn inequality(random: &mut Random, stable: bool) -> Option<CertificateFile> {
+    let n = 1 + random.below(2);
+    let a = random.matrix(n, n);
+    let a = (&a - DMatrix::identity(n, n) * (a.norm() + 0.1)) * if stable { 1.0 } else { -1.0 };
+    let mut lmi = Problem::new();
+    let p = lmi.symmetric("P", n);
+    lmi.constrain("P > 0", &p >> 0.0);
+    lmi.constrain("decrease", he(&p * a) << 0.0);
+    let solution = lmi.solve().ok()?;
+    written(lmi.certificate_file("inequality", &solution))
+}
+
+fn holds(random: &mut Random) -> Option<CertificateFile> {
+    inequality(random, true)
+}
+
+fn refuted(random: &mut Random) -> Option<CertificateFile> {
+    inequality(random, false)
+}
+
+/// A dense block of order 2 and a diagonal one of order 2, in SDPA's format. With `Y = I` strictly feasible for (D) and `F_1 = I`; or without a feasible point of (P), or of (D).
+fn program(random: &mut Random) -> Option<CertificateFile> {
+    let unknowns = 1 + random.below(2);
+    let kind = random.below(5);
+    let mut text = String::new();
+    let mut costs = Vec::new();
+    for matrix in 0..=unknowns {
+        let entries: [f64; 5] = std::array::from_fn(|_| f64::from(random.integer(-8, 8)) / 4.0);
+        let [a, mut b, mut c, mut d, e] = entries;
+        let mut a = a;
+        let mut e = e;
+        match (kind, matrix) {
+            // tr F_i = 0 while tr F_0 > 0.
+            (0, 0) => (a, e) = (a.abs() + 3.0, e.abs() + 3.0),
+            (0, _) => e = -(a + c + d),
+            (_, 1) => (a, b, c, d, e) = (1.0, 0.0, 1.0, 1.0, 1.0),
+            _ => {}
+        }
+        if matrix > 0 {
+            // c = tr F_i, or of the wrong sign: then x grows without bound.
+            let trace = a + c + d + e;
+            costs.push(
+                if kind == 1 && matrix == 1 {
+                    -trace
+                } else if kind == 0 {
+                    1.0
+                } else {
+                    trace
+                }
+                .to_string(),
+            );
+        }
+        for (block, row, column, value) in [(1, 1, 1, a), (1, 1, 2, b), (1, 2, 2, c), (2, 1, 1, d), (2, 2, 2, e)] {
+            writeln!(text, "{matrix} {block} {row} {column} {value}").ok()?;
+        }
+    }
+    let text = format!("{unknowns}\n2\n2 -2\n{}\n{text}", costs.join(" "));
+    let program = sdpa::read(text.as_bytes()).ok()?;
+    written(sdpa::solve(&program, &sdpa::Settings::default()).certificate_file(&program, "program"))
+}

@@ -1,0 +1,464 @@
+//! Two checkers of certificate files, one format: `luenberger-verify`, and `tests/second_checker` in Python. Both prove the files of the examples, the templates and the papers; on files that were changed neither
+//! accepts what the other refutes.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_design::lipschitz::{LipschitzPlant, Sector};
+use luenberger_design::mean_value::{ContractingCoordinates, RepairedDesign};
+use luenberger_design::robust::{PolytopicDesign, certify_gain};
+use luenberger_design::{
+    Certified, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
+    SampledCubicDesign, Theorem1, Wish, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file, theta_from_importance,
+};
+use luenberger_linalg::lqr;
+use luenberger_lmi::{Problem, he, sdpa};
+use luenberger_plants::{DynamicPlant, double_integrator, flexible_joint, third_order};
+use luenberger_proof::certificate::{
+    CertificateFile, CubicObserver, Definiteness, Hurwitz, LinearObserver, PlantWithin, Rejection, Schur, Sign,
+    StructuredCubicObserver, Theorem, digest, verify,
+};
+use luenberger_proof::statement::{Format, Operation, Step};
+use luenberger_proof::{Interval, Matrix, Verdict};
+use luenberger_study::{Study, TEMPLATES};
+use nalgebra::{DMatrix, dmatrix};
+use serde_json::Value;
+
+/// A folder of its own, empty.
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("second_checker").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// What the second checker says of a file.
+#[derive(Debug, Clone, PartialEq)]
+enum Second {
+    Proved,
+    /// The file is malformed, or a fact is false.
+    Refuted(String),
+    /// No proof was found.
+    NotShown(String),
+}
+
+/// The second checker on these files, in their order; `None` where there is no Python to run it.
+fn second(files: &[PathBuf]) -> Option<Vec<Second>> {
+    let checker = Path::new(env!("CARGO_MANIFEST_DIR")).join("second_checker").join("check.py");
+    let version = Command::new("python3").args(["-c", "import sys; sys.exit(sys.version_info < (3, 10))"]).status();
+    if !version.as_ref().is_ok_and(std::process::ExitStatus::success) {
+        eprintln!("SKIPPED: the second checker needs python3, version 3.10 or later ({version:?})");
+        return None;
+    }
+    let output = Command::new("python3").arg("-B").arg(&checker).args(files).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), files.len(), "{text}\n{}", String::from_utf8_lossy(&output.stderr));
+    let one = |(path, line): (&PathBuf, &str)| {
+        let said = line.strip_prefix(&format!("{}: ", path.display())).unwrap_or_else(|| panic!("{line}"));
+        match said.strip_prefix("Rejected: ") {
+            None if said == "Proved" => Second::Proved,
+            None => Second::Refuted(said.to_owned()),
+            Some(why) if why.starts_with("not shown: ") => Second::NotShown(why.to_owned()),
+            Some(why) => Second::Refuted(why.to_owned()),
+        }
+    };
+    Some(files.iter().zip(lines).map(one).collect())
+}
+
+fn linear(plant: &DynamicPlant) -> LinearDesign {
+    let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
+    LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::default()).unwrap()
+}
+
+/// The observers of the cubic paper, of the examples, and the theorems that they leave out.
+fn of_linear_plants() -> Vec<CertificateFile> {
+    let plant = double_integrator().to_dynamic();
+    let example1 = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let cubic = CubicDesign::new(&example1, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let joint = joint_design(&plant, &dmatrix![1.0], 0.7, 1.0).unwrap();
+    let k = lqr(&plant.a, &plant.b, &DMatrix::identity(2, 2), &DMatrix::identity(1, 1)).unwrap().k;
+    let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
+    let step = dmatrix![0.01, 0.0; 0.02, -0.01];
+    let polytope = PolytopicDesign::new(&plant, &[&plant.a - &step, &plant.a + &step], 0.3).unwrap();
+    let third = third_order::example3().to_dynamic();
+    let l = dmatrix![0.267; -1.429; 3.904];
+    let gain = certify_gain(&third, &l, &(&l * -10.0)).unwrap();
+    // P N = -C' in integers.
+    let (l, n, p) = (dmatrix![3.0; 3.0], dmatrix![-1.0; -1.0], dmatrix![2.0, -1.0; -1.0, 1.0]);
+    let theorem1 = Theorem1::examine(&plant, (&l, &n, &dmatrix![1.0]), &p).unwrap();
+    // A weight that ignores an output: convergence from an ellipsoid.
+    let blind = DynamicPlant::new(
+        dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
+    )
+    .unwrap();
+    let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
+    let blind = CubicDesign::new(&linear(&blind), &theta, &Correction::Gamma(1.0)).unwrap();
+    let sampled = SampledCubicDesign::new(&example1, &dmatrix![1.0], 10.0, 1e-3).unwrap();
+    let mut files: Vec<CertificateFile> =
+        [&example1 as &dyn Certified, &cubic, &joint, &feedback, &polytope, &gain, &theorem1, &blind, &sampled]
+            .map(|design| design.certificate_file("a design").unwrap())
+            .into();
+    let Theorem::CubicObserver(CubicObserver { plant, l, theta, p, s, rate, .. }) = files[7].theorem().clone() else {
+        panic!("{}", files[7].theorem().name())
+    };
+    let structured = StructuredCubicObserver { plant, l, theta, p, s, rate };
+    files.push(CertificateFile::prove("the real gain", structured).unwrap());
+    files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
+    files
+}
+
+fn of_nonlinear_plants() -> Vec<CertificateFile> {
+    let lpv = LpvDesign::new(flexible_joint::classical(), &Region::everywhere(4), 1.0).unwrap();
+    let a = DMatrix::from_column_slice(4, 4, flexible_joint::classical().linear_part().as_slice());
+    let vertices = [-3.33, 3.33].map(|slope| {
+        let mut vertex = a.clone();
+        vertex[(3, 2)] += slope;
+        vertex
+    });
+    let repaired = RepairedDesign::new(&vertices, 2, 1.0).unwrap();
+    let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
+    let sectors = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
+    let lipschitz = LipschitzDesign::new(&sectors, 1.0).unwrap();
+    let coordinates = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5).unwrap();
+    [&lpv as &dyn Certified, &repaired, &lipschitz, &coordinates]
+        .map(|design| design.certificate_file("a design").unwrap())
+        .into()
+}
+
+fn of_targets() -> Vec<CertificateFile> {
+    let plant = third_order::example3().to_dynamic();
+    let design = SampledCubicDesign::new(&linear(&plant), &dmatrix![1.0], 2.0, 0.1).unwrap();
+    let o = &design.observer;
+    let sampled = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
+    let (state, input) = (vec![2.0; 3], vec![1.0; plant.b.ncols()]);
+    let meets = Operation { state, input, noise: vec![1e-3], error: vec![2.0; 3] };
+    let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
+    let mut files = vec![];
+    for format in [Format::Binary32, Format::Binary64, fixed] {
+        for step in [Step::Innovation, Step::Joined] {
+            let found = deployed_linear(&sampled, o.ld(), step, format.into(), &meets).unwrap();
+            files.push(found.certificate_file("deployed").unwrap());
+        }
+        files.push(design.deployed_certificate_file("deployed", format.into(), &meets).unwrap());
+    }
+    files
+}
+
+/// Equations, inequalities, programs and matrices.
+fn of_matrices() -> Vec<CertificateFile> {
+    let (a, q) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![1.0, 0.25; 0.25, 2.0]);
+    let mut files = vec![
+        lyapunov_certificate_file("an equation", &a, &q).unwrap(),
+        stein_certificate_file("an equation", &(&a * 0.2), &q).unwrap(),
+    ];
+    for a in [a.clone(), -&a] {
+        let mut lmi = Problem::new();
+        let p = lmi.symmetric("P", 2);
+        lmi.constrain("P > 0", &p >> 0.0);
+        lmi.constrain("the \"decrease\"", he(&p * a) << 0.0);
+        let solution = lmi.solve().unwrap();
+        files.push(lmi.certificate_file("a Lyapunov inequality", &solution).unwrap());
+    }
+    // The larger eigenvalue of a swap, with a decimal; a program without a feasible point; one whose dual has none.
+    for text in [
+        "2\n2\n2 -1\n1.0 0.1\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n2 2 1 1 1.0\n",
+        "1\n1\n2\n1.0\n0 1 1 1 1.0\n0 1 2 2 1.0\n1 1 1 1 1.0\n1 1 2 2 -1.0\n",
+        "1\n1\n2\n-1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n",
+    ] {
+        let program = sdpa::read(text.as_bytes()).unwrap();
+        let found = sdpa::solve(&program, &sdpa::Settings::default());
+        files.push(found.certificate_file(&program, "a program").unwrap());
+    }
+    let (a, p) = (Matrix::from_rows([[0.0, 1.0], [-2.0, -3.0]]), Matrix::from_rows([[5.0, 1.0], [1.0, 1.0]]));
+    let within = a.map(|x| Interval::around(*x, 0.01).unwrap());
+    let identity = Matrix::from_rows([[1.0, 0.0], [0.0, 1.0]]);
+    let exactly = |m: &Matrix<f64>| m.map(|x| Interval::around(*x, 0.0).unwrap());
+    let output = exactly(&Matrix::from_rows([[1.0, 0.0]]));
+    let plant = PlantWithin::within(&within, &exactly(&Matrix::from_fn(2, 0, |_, _| 0.0)), &output).unwrap();
+    let l = Matrix::from_rows([[0.1], [0.0]]);
+    let theorems: Vec<Theorem> = vec![
+        Hurwitz::new(&a, &p).unwrap().into(),
+        Hurwitz::within(&within, &p).unwrap().into(),
+        LinearObserver { plant, l, p: p.clone(), rate: 0.1 }.into(),
+        Schur { a: a.map(|x| x * 0.2), p: identity }.into(),
+        Definiteness::new(&p, Sign::PositiveDefinite).unwrap().into(),
+        Definiteness::new(&p.map(|x| -x), Sign::NegativeSemidefinite).unwrap().into(),
+    ];
+    files.extend(theorems.into_iter().map(|theorem| CertificateFile::prove("a matrix", theorem).unwrap()));
+    files
+}
+
+/// Every observer with a proof of every template, but for the one that takes minutes to design.
+fn of_templates() -> Vec<CertificateFile> {
+    let mut files = vec![];
+    for template in TEMPLATES {
+        let folder = scratch(&format!("study-{}", template.name));
+        std::fs::write(folder.join("study.toml"), template.text).unwrap();
+        for (name, text) in template.files {
+            std::fs::write(folder.join(name), text).unwrap();
+        }
+        let mut study = Study::from_path(&folder.join("study.toml")).unwrap();
+        study.observers.retain(|wish| wish.kind.name() != "kkl-numerical");
+        for wish in &study.observers {
+            let designed = luenberger_study::design::design(&study, wish, &AtomicBool::new(false)).unwrap();
+            if let Some(certificate) = designed.certificate {
+                files.push(
+                    certificate.file(&wish.name).unwrap_or_else(|why| panic!("{} {}: {why}", template.name, wish.name)),
+                );
+            }
+        }
+    }
+    files
+}
+
+fn all() -> Vec<CertificateFile> {
+    [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_templates()].concat()
+}
+
+fn write(folder: &Path, texts: &[String]) -> Vec<PathBuf> {
+    let path = |k: usize| folder.join(format!("{k}.json"));
+    for (k, text) in texts.iter().enumerate() {
+        std::fs::write(path(k), text).unwrap();
+    }
+    (0..texts.len()).map(path).collect()
+}
+
+#[test]
+fn both_checkers_prove_the_files_of_examples_templates_and_papers() {
+    let files = all();
+    for name in Theorem::NAMES {
+        assert!(files.iter().any(|file| file.theorem().name() == *name), "no file states {name}");
+    }
+    let texts: Vec<String> = files.iter().map(CertificateFile::to_json).collect();
+    for (file, text) in files.iter().zip(&texts) {
+        verify(text.as_bytes()).unwrap_or_else(|why| panic!("{}: {why}", file.theorem().name()));
+    }
+    let Some(found) = second(&write(&scratch("files"), &texts)) else { return };
+    for (k, (file, found)) in files.iter().zip(found).enumerate() {
+        assert_eq!(found, Second::Proved, "file {k}, {}", file.theorem().name());
+    }
+}
+
+// Mutants: the data of a file changed, with words, labels and digest that agree again, so that the mathematics alone can object.
+
+/// Vigna's `SplitMix64`: seeded, and the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % below as u64) as usize
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_str()?.parse::<luenberger_proof::certificate::Number>().ok()?.to_f64()
+}
+
+fn written(x: f64) -> Value {
+    luenberger_proof::certificate::Number::from_f64(x).unwrap().to_string().into()
+}
+
+/// The pointers of all numbers, and those of all matrices, below a pointer.
+fn places(value: &Value, at: &str, numbers: &mut Vec<String>, matrices: &mut Vec<String>) {
+    match value {
+        Value::Array(items) => {
+            let width = |row: &Value| row.as_array().filter(|row| row.iter().all(Value::is_string)).map(Vec::len);
+            if items.first().and_then(width).is_some_and(|n| n > 0 && items.iter().all(|row| width(row) == Some(n))) {
+                matrices.push(at.to_owned());
+            }
+            for (k, item) in items.iter().enumerate() {
+                places(item, &format!("{at}/{k}"), numbers, matrices);
+            }
+        }
+        Value::Object(members) => {
+            for (name, member) in members.iter().filter(|(name, _)| *name != "margins") {
+                places(member, &format!("{at}/{name}"), numbers, matrices);
+            }
+        }
+        _ if number(value).is_some() => numbers.push(at.to_owned()),
+        _ => {}
+    }
+}
+
+/// Puts a number in its place, and in the mirrored one where the matrix was symmetric.
+fn put(file: &mut Value, at: &str, x: f64) {
+    let mut parts: Vec<&str> = at.rsplitn(3, '/').collect();
+    parts.reverse();
+    let mirrored = format!("{}/{}/{}", parts[0], parts[2], parts[1]);
+    let is_symmetric = file.pointer(&mirrored).is_some_and(|other| Some(other) == file.pointer(at));
+    for at in [Some(at), is_symmetric.then_some(mirrored.as_str())].into_iter().flatten() {
+        *file.pointer_mut(at).unwrap() = written(if x.is_finite() { x } else { f64::MAX });
+    }
+}
+
+/// The data changed in one way that means something.
+fn mutate(file: &mut Value, random: &mut Random) -> &'static str {
+    let (mut numbers, mut matrices) = (vec![], vec![]);
+    places(file, "", &mut numbers, &mut matrices);
+    let at = numbers[random.next(numbers.len())].clone();
+    let x = number(file.pointer(&at).unwrap()).unwrap();
+    match random.next(8) {
+        0 => put(file, &at, -x),
+        1 => put(file, &at, x * [0.5, 2.0, 1024.0, -4.0][random.next(4)]),
+        2 => put(file, &at, x.next_up()),
+        3 => put(file, &at, x.next_down()),
+        4 => put(file, &at, 0.0),
+        5 => {
+            let other = numbers[random.next(numbers.len())].clone();
+            let y = number(file.pointer(&other).unwrap()).unwrap();
+            put(file, &at, y);
+            put(file, &other, x);
+            return "swapped";
+        }
+        kind if !matrices.is_empty() => {
+            let matrix = file.pointer_mut(&matrices[random.next(matrices.len())]).unwrap();
+            let rows: Vec<Vec<Value>> = serde_json::from_value(matrix.clone()).unwrap();
+            let factor = [-1.0, 2.0, 0.5, 1.0 / 1024.0][random.next(4)];
+            let scaled = |x: &Value| match number(x).map(|x| x * factor) {
+                Some(y) if y.is_finite() => written(y),
+                _ => x.clone(),
+            };
+            let changed: Vec<Vec<Value>> = if kind == 6 {
+                (0..rows[0].len()).map(|j| rows.iter().map(|row| row[j].clone()).collect()).collect()
+            } else {
+                rows.iter().map(|row| row.iter().map(scaled).collect()).collect()
+            };
+            *matrix = serde_json::to_value(changed).unwrap();
+            return if kind == 6 { "transposed" } else { "a matrix scaled" };
+        }
+        _ => put(file, &at, x + 1.0),
+    }
+    "a number changed"
+}
+
+/// With the words, the labels and the digest that the data call for; with the margins that are proved, one of them perhaps larger than it may be.
+fn resealed(mut file: Value, random: &mut Random) -> String {
+    if let Ok(read) = CertificateFile::read(file.to_string().as_bytes()) {
+        file["statement"] = read.theorem().words().into();
+        if let Ok(facts) = read.theorem().facts() {
+            let excess = random.next(3);
+            let chosen = random.next(facts.len());
+            let claims = facts.iter().enumerate().map(|(k, fact)| {
+                let margin = fact.verdict.margin().unwrap_or(0.0);
+                let margin = match excess {
+                    0 if k == chosen => margin.next_up(),
+                    1 if k == chosen => margin * (1.0 + 1e-6),
+                    _ => margin,
+                };
+                serde_json::json!({ "inequality": fact.inequality, "margin": written(margin) })
+            });
+            file["margins"] = claims.collect();
+        }
+    }
+    sealed(file)
+}
+
+fn sealed(mut file: Value) -> String {
+    file["sha256"] = digest(file.to_string().as_bytes()).unwrap().into();
+    file.to_string()
+}
+
+/// A file whose form is wrong in one way, and says so with a digest that agrees.
+fn malformed(mut file: Value, random: &mut Random) -> String {
+    let margins = file["margins"].as_array().unwrap().len();
+    match random.next(7) {
+        0 => {
+            file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into()
+        }
+        1 => file["statement"] = format!("{} ", file["statement"].as_str().unwrap()).into(),
+        2 => file["margins"][random.next(margins)]["inequality"] = "1 > 0".into(),
+        3 => drop(file["margins"].as_array_mut().unwrap().pop()),
+        4 => file["note"] = "also true".into(),
+        5 => file["version"] = 1.into(),
+        _ => {
+            let text = file.to_string();
+            return text.replacen("0x1", "0x0", 1);
+        }
+    }
+    sealed(file)
+}
+
+/// Whether the first checker says that the file is wrong, and not only that it found no proof.
+fn is_refuted(rejection: &Rejection) -> bool {
+    match rejection {
+        Rejection::Margin { .. } => false,
+        Rejection::NotProved { verdict, .. } => matches!(**verdict, Verdict::Refuted { .. }),
+        _ => true,
+    }
+}
+
+#[test]
+fn on_mutants_neither_checker_accepts_what_the_other_refutes() {
+    const SEED: u64 = 0x2026_1122;
+    let mut random = Random(SEED);
+    let (mut texts, mut changes) = (vec![], vec![]);
+    for file in all() {
+        let text = file.to_json();
+        let tree: Value = serde_json::from_str(&text).unwrap();
+        // The ball of a deployed observer takes half a second in Python.
+        let count = if matches!(file.theorem(), Theorem::DeployedObserver(_)) { 3 } else { 6 };
+        for _ in 0..count {
+            let mut mutant = tree.clone();
+            changes.push((file.theorem().name(), mutate(&mut mutant, &mut random)));
+            texts.push(resealed(mutant, &mut random));
+        }
+        changes.push((file.theorem().name(), "malformed"));
+        texts.push(malformed(tree, &mut random));
+    }
+    let first: Vec<Result<_, Rejection>> = texts.iter().map(|text| verify(text.as_bytes())).collect();
+    let Some(found) = second(&write(&scratch("mutants"), &texts)) else { return };
+    let (mut both, mut neither) = (0, 0);
+    for (k, ((first, second), (name, change))) in first.iter().zip(&found).zip(&changes).enumerate() {
+        let wrong = match (first, second) {
+            (Ok(_), Second::Refuted(_)) => true,
+            (Err(rejection), Second::Proved) => is_refuted(rejection),
+            _ => false,
+        };
+        assert!(!wrong, "seed {SEED:#x}, mutant {k} of {name}, {change}: {second:?}, and {:?}", first.as_ref().err());
+        if *change == "malformed" {
+            assert!(first.is_err() && matches!(second, Second::Refuted(_)), "mutant {k} of {name}: {second:?}");
+        }
+        both += usize::from(first.is_ok() && *second == Second::Proved);
+        neither += usize::from(first.is_err() && *second != Second::Proved);
+    }
+    // Neither is a checker that says the same of everything.
+    assert!(both > texts.len() / 10 && neither > texts.len() / 4, "{both} accepted, {neither} rejected by both");
+}
+
+/// The file that the specification shows is one.
+#[test]
+fn both_checkers_prove_the_file_of_the_specification() {
+    let page = include_str!("../../docs/certificates.md");
+    let text = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    assert!(verify(text.as_bytes()).unwrap().statement.starts_with("For the plant x' = Ax + Bu, y = Cx"));
+    let Some(found) = second(&write(&scratch("specification"), &[text.to_owned()])) else { return };
+    assert_eq!(found, [Second::Proved]);
+}
+
+/// The command, as a user meets it: exit status and lines.
+#[test]
+fn the_second_checker_says_what_is_wrong() {
+    let file = of_matrices().swap_remove(0).to_json();
+    let cut = file[..file.rfind(',').unwrap()].to_owned();
+    let forged = file.replacen("\"sha256\": \"", "\"sha256\": \"0", 1);
+    let bad_escape = file.replacen("an equation", "an \\n equation", 1);
+    let paths = write(&scratch("command"), &[file, cut, forged, bad_escape]);
+    let Some(found) = second(&paths) else { return };
+    assert_eq!(found[0], Second::Proved);
+    let why: Vec<String> = found[1..].iter().map(|found| format!("{found:?}")).collect();
+    assert!(why[0].contains("Unreadable: line ") && why[0].contains("the file ends"), "{}", why[0]);
+    assert!(why[1].contains("sha256: the digest of the content is"), "{}", why[1]);
+    assert!(why[2].contains("a string without control characters"), "{}", why[2]);
+    let checker = Path::new(env!("CARGO_MANIFEST_DIR")).join("second_checker").join("check.py");
+    let status =
+        |path: &PathBuf| Command::new("python3").arg("-B").arg(&checker).arg(path).output().unwrap().status.code();
+    assert_eq!(paths.iter().map(status).collect::<Vec<_>>(), [Some(0), Some(2), Some(1), Some(2)]);
+}
