@@ -125,7 +125,7 @@ mod tests {
     fn compare(decimal: &str, x: f64) -> core::cmp::Ordering {
         let (mantissa, exponent) = decimal.split_once('e').unwrap_or((decimal, "0"));
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-        let exponent = exponent.parse::<i32>().unwrap() - fraction.len() as i32;
+        let exponent = exponent.parse::<i32>().unwrap() - i32::try_from(fraction.len()).unwrap();
         let ten = Exact::from_f64(10.0).unwrap();
         let power = |k: i32| (0..k).fold(Exact::from_f64(1.0).unwrap(), |p, _| p.mul(&ten));
         let negative = whole.starts_with('-');
@@ -144,7 +144,7 @@ mod tests {
         fn rounding_is_to_the_safe_side(x in prop_oneof![-1e3..1e3_f64, any::<f64>()], digits in 1..8_usize) {
             prop_assert!(compare(&at_least(x, digits), x).is_le(), "{} of {x:e}", at_least(x, digits));
             prop_assert!(compare(&at_most(x, digits), x).is_ge(), "{} of {x:e}", at_most(x, digits));
-            prop_assert!((at_least(x, digits).parse::<f64>().unwrap() - x).abs() <= 10.1 * x.abs() * 10_f64.powi(-(digits as i32)));
+            prop_assert!((at_least(x, digits).parse::<f64>().unwrap() - x).abs() <= 10.1 * x.abs() * 10_f64.powi(-i32::try_from(digits).unwrap()));
         }
 
         /// Without a hexadecimal form the decimal is the number, to the last bit.

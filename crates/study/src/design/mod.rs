@@ -156,10 +156,9 @@ fn reach(certificate: &Certificate) -> String {
         return "With its gains exactly as stored it converges from every first error.".to_owned();
     }
     let theorems = certificate.theorems().iter().map(ProvedTheorem::theorem);
-    match theorems
-        .filter_map(|theorem| if let Theorem::CubicObserver(x) = theorem { Some(x.ball()) } else { None })
-        .next()
-    {
+    let mut balls =
+        theorems.filter_map(|theorem| if let Theorem::CubicObserver(x) = theorem { Some(x.ball()) } else { None });
+    match balls.next() {
         Some(ball) => format!(
             "With its gains exactly as stored it converges from every first error of a norm below {}.",
             at_least(ball, 5)
