@@ -371,7 +371,7 @@ fn malformed(mut file: Value, random: &mut Random) -> String {
     let margins = file["margins"].as_array().unwrap().len();
     match random.next(7) {
         0 => {
-            file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into()
+            file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into();
         }
         1 => file["statement"] = format!("{} ", file["statement"].as_str().unwrap()).into(),
         2 => file["margins"][random.next(margins)]["inequality"] = "1 > 0".into(),

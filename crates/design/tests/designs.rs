@@ -1,5 +1,7 @@
 //! The designs against closed forms and against each other.
 
+use std::cmp::Ordering;
+
 use luenberger_design::robust::{
     PolytopicDesign, certify_gain, fixed_gain_margin, fixed_lyapunov_margin, positive_real_margin, redesigned_margin,
     theorem5_bound,
@@ -174,23 +176,15 @@ fn the_joint_design_of_twenty_states_and_three_outputs_is_proved() {
 /// `N = T J T^-1` with T of integers and determinant 1, J a Jordan block with the eigenvalue `eigenvalue`: no rounding. The plant is `x' = 0`, `y = x`.
 fn defective(n: usize, seed: usize, eigenvalue: f64) -> (DynamicPlant, DMatrix<f64>, DMatrix<f64>) {
     let entry = |i: usize, j: usize| ((7919 * (i + 1) * (j + 2) + 104_729 * seed) % 5) as f64 - 2.0;
-    let lower = DMatrix::from_fn(n, n, |i, j| {
-        if i == j {
-            1.0
-        } else if i > j {
-            entry(i, j)
-        } else {
-            0.0
-        }
+    let lower = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        Ordering::Equal => 1.0,
+        Ordering::Greater => entry(i, j),
+        Ordering::Less => 0.0,
     });
-    let upper = DMatrix::from_fn(n, n, |i, j| {
-        if i == j {
-            1.0
-        } else if i < j {
-            entry(i, j)
-        } else {
-            0.0
-        }
+    let upper = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        Ordering::Equal => 1.0,
+        Ordering::Less => entry(i, j),
+        Ordering::Greater => 0.0,
     });
     // Triangular with a unit diagonal: substitution has no divisions.
     let inverse = upper

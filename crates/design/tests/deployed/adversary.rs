@@ -23,7 +23,7 @@ impl Random {
 
     /// An integer in `0..n`.
     fn below(&mut self, n: usize) -> usize {
-        ((self.next() + 1.0) / 2.0 * n as f64) as usize % n
+        (f64::midpoint(self.next(), 1.0) * n as f64) as usize % n
     }
 
     fn sign(&mut self) -> f64 {
@@ -95,7 +95,7 @@ fn floating<T: Target>(theorem: &DeployedObserver) -> Box<Stepper> {
     match made {
         Ok(observer) => Box::new(move |xhat, u, y| {
             let (mut xhat, u, y) = (column(xhat), column(u), column(y));
-            let (_, tape) = record(|| observer.step(Recorded(T::zero()), &mut xhat, &u, &y));
+            let ((), tape) = record(|| observer.step(Recorded(T::zero()), &mut xhat, &u, &y));
             finish((xhat, tape))
         }),
         Err(_) => Box::new(move |xhat, u, y| {
@@ -307,7 +307,7 @@ fn neighbour(x: f64, format: Format, up: bool) -> f64 {
     match format {
         Format::Binary32 => f64::from(if up { (x as f32).next_up() } else { (x as f32).next_down() }),
         Format::Fixed { fraction_bits, .. } => x + direction * 2.0_f64.powi(-fraction_bits.cast_signed()),
-        _ => {
+        Format::Binary64 => {
             if up {
                 x.next_up()
             } else {

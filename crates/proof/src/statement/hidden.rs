@@ -259,6 +259,8 @@ fn all_roots_left(coefficients: &[IBig]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use core::cmp::Ordering;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -270,14 +272,10 @@ mod tests {
     #[test]
     fn a_jordan_block_beside_the_axis() {
         // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows it: T = I + N with N nilpotent has an integer inverse.
-        let t = Matrix::from_fn(4, 4, |i, j| {
-            if i == j {
-                1.0
-            } else if i < j {
-                (1 + i + j) as f64
-            } else {
-                0.0
-            }
+        let t = Matrix::from_fn(4, 4, |i, j| match i.cmp(&j) {
+            Ordering::Equal => 1.0,
+            Ordering::Less => (1 + i + j) as f64,
+            Ordering::Greater => 0.0,
         });
         let mut inverse = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 } else { 0.0 });
         for _ in 0..4 {
@@ -320,7 +318,7 @@ mod tests {
                 (false, false) => if i < j { number(20) } else { -number(20) },
             });
             // x = T z with T unit lower triangular: A <- T A T^-1, C <- C T^-1.
-            let t = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 } else if i > j { number(21 + 4 * i + j) } else { 0.0 });
+            let t = Matrix::from_fn(n, n, |i, j| match i.cmp(&j) { Ordering::Equal => 1.0, Ordering::Greater => number(21 + 4 * i + j), Ordering::Less => 0.0 });
             let mut inverse = Matrix::from_fn(n, n, |_, _| 0.0);
             for j in 0..n {
                 for i in 0..n {
