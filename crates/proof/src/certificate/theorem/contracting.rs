@@ -12,7 +12,7 @@
 use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, counted, decay, rate_term};
+use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{cascade_decrease, decay_rate, positive};
@@ -37,6 +37,10 @@ impl Statement for ContractingCoordinates {
     const NAME: &'static str = "contracting-coordinates";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        check_rate(self.rate)?;
+        if self.vertices.is_empty() {
+            return Err(ProofError::Empty { what: "the list of vertices" });
+        }
         let (unmeasured, measured) = self.k.shape();
         let mut facts = vec![Fact::new("Q > 0", positive(&self.q)?)];
         for (number, j) in self.vertices.iter().enumerate() {

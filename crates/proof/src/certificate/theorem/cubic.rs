@@ -13,7 +13,7 @@ use super::super::fields::Fields;
 use super::super::number::Number;
 use super::super::write::Out;
 use super::super::{Certificate, Fault, Witness};
-use super::{Fact, FileError, Plant, Statement, StructuredCubicObserver, decay, decrease_label};
+use super::{Fact, FileError, Plant, Statement, StructuredCubicObserver, check_rate, decay, decrease_label};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
@@ -86,6 +86,12 @@ impl CubicObserver {
     }
 
     fn facts_from(&self, deployed: DeployedCubic) -> Result<Vec<Fact>, ProofError> {
+        check_rate(self.rate)?;
+        if let Region::Within(level) = self.region
+            && !(level > 0.0 && level.is_finite())
+        {
+            return Err(ProofError::Sign { what: "the level of a region, which should be positive,", value: level });
+        }
         let Plant { a, c, .. } = &self.plant;
         let decrease =
             if self.rate == 0.0 { deployed.decrease } else { decay_rate(a, &self.l, c, &self.p, self.rate)? };

@@ -163,6 +163,13 @@ impl Statement for InequalityHolds {
     const NAME: &'static str = "matrix-inequality-holds";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        if self.x.len() != self.inequalities.unknowns {
+            let (expected, found) = ((self.inequalities.unknowns, 1), (self.x.len(), 1));
+            return Err(ProofError::DimensionMismatch { what: "x", expected, found });
+        }
+        if let Some((row, &value)) = self.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+            return Err(ProofError::NotFinite { what: "x", row, column: 0, value });
+        }
         let strict = self.inequalities.strict;
         let mut facts = Vec::new();
         for constraint in &self.inequalities.constraints {

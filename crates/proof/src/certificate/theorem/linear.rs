@@ -10,7 +10,7 @@
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, PlantWithin, Statement, decay, decrease_label, enclosed, intervals};
+use super::{Fact, FileError, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{decay_rate_within, positive};
@@ -32,6 +32,7 @@ impl Statement for LinearObserver {
     const NAME: &'static str = "linear-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        check_rate(self.rate)?;
         let (a, c) = (intervals(&self.plant.a), intervals(&self.plant.c));
         Ok(vec![
             Fact::new("P > 0", positive(&self.p)?),

@@ -237,6 +237,14 @@ fn rate_term(rate: f64, p: &str) -> String {
     if rate == 0.0 { String::new() } else { format!(" + 2 rate {p}") }
 }
 
+/// A rate is 0 or more: the words say that the error decays.
+fn check_rate(rate: f64) -> Result<(), ProofError> {
+    if rate >= 0.0 && rate.is_finite() {
+        return Ok(());
+    }
+    Err(ProofError::Sign { what: "a rate of decay, which should be 0 or more,", value: rate })
+}
+
 /// (12), with a rate or without.
 fn decrease_label(rate: f64) -> String {
     format!("(A - LC)'P + P(A - LC){} < 0 (12)", rate_term(rate, "P"))

@@ -14,7 +14,7 @@ use super::super::fields::Fields;
 use super::super::number::Datum;
 use super::super::write::Out;
 use super::Fault;
-use super::{Fact, FileError, Statement, are_points, bounded, counted, data, decay, intervals, rate_term};
+use super::{Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, intervals, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -95,6 +95,7 @@ fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Ve
 }
 
 fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Result<Vec<Fact>, ProofError> {
+    check_rate(rate)?;
     if vertices.is_empty() {
         return Err(ProofError::Empty { what: "the list of vertices" });
     }

@@ -10,7 +10,7 @@
 use super::super::Fault;
 use super::super::fields::{Fields, LARGEST_ORDER};
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, counted, decay, rate_term};
+use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{SectorTerm, positive, sector_decrease};
@@ -46,6 +46,11 @@ impl Statement for SectorObserver {
     const NAME: &'static str = "sector-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        check_rate(self.rate)?;
+        if let Some(term) = self.terms.iter().find(|term| !(term.low <= term.high)) {
+            let what = "the upper end of a sector less the lower, which should not be negative,";
+            return Err(ProofError::Sign { what, value: term.high - term.low });
+        }
         Ok(vec![
             Fact::new("P > 0", positive(&self.p)?),
             Fact::new(

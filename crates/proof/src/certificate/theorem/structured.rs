@@ -9,7 +9,7 @@
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Plant, Statement, decay, decrease_label};
+use super::{Fact, FileError, Plant, Statement, check_rate, decay, decrease_label};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -36,6 +36,7 @@ impl Statement for StructuredCubicObserver {
     const NAME: &'static str = "cubic-observer-with-structured-gain";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        check_rate(self.rate)?;
         let Plant { a, c, .. } = &self.plant;
         Ok(vec![
             Fact::new("P > 0", positive(&self.p)?),
