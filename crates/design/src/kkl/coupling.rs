@@ -86,7 +86,7 @@ impl fmt::Display for Obstacle {
     }
 }
 
-/// What is known of B as a function of xi; see the [module](self).
+/// What is known of B as a function of xi.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
     /// The pairs (i, j), from 0, for which `B_i` was not shown to be independent of `xi_j`.
