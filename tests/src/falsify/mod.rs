@@ -1,7 +1,7 @@
 //! Falsification of the theorems of `luenberger-proof`: certificates of random designs, changed in ways that mean something, sealed again, and each accepted one held against an adversary.
 //!
-//! A certificate goes through as the JSON document that a user has: [`mutate`] changes its data, `CertificateFile::read` has to accept the shape, `CertificateFile::prove` the mathematics with margins
-//! of its own, and [`verify`] the result; now and then also the document itself, with the margins it had, one of them an ulp larger, with new words and a new digest. [`adversary`] reads the accepted text
+//! A certificate goes through as the JSON document that a user has: `mutate` changes its data, `CertificateFile::read` has to accept the shape, `CertificateFile::prove` the mathematics with margins
+//! of its own, and [`verify`] the result; now and then also the document itself, with the margins it had, one of them an ulp larger, with new words and a new digest. `adversary` reads the accepted text
 //! without `luenberger-proof` and tries to contradict it.
 //! An accepted mutant is often the next to be changed, so that mutants wander; and where the change of one number makes the difference between accepted and refused, the boundary
 //! between the two is searched by bisection, down to neighbouring numbers.
