@@ -29,7 +29,7 @@
 //!
 //! let run = Scenario::new(&plant)
 //!     .initial_state(&[-3.0, -3.0])
-//!     .observer("cubic", cubic.observer, &[0.0, 0.0])
+//!     .observer("cubic", cubic.observer.clone(), &[0.0, 0.0])
 //!     .until(8.0, 201)
 //!     .run()?;
 //! assert!(run.error_trace("cubic", 1)?.last().abs() < 1e-5);
