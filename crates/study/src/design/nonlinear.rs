@@ -6,6 +6,7 @@ use luenberger_design::number::{decay, significant};
 use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, Region, RepairedDesign, Sector};
 use luenberger_lmi::Settings;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, Noises};
+use luenberger_proof::wording::at_most;
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
@@ -151,7 +152,7 @@ pub(super) fn mean_value(
     let report = DesignReport {
         statement: format!(
             "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}{hypothesis}.",
-            significant(design.overshoot, 5),
+            at_most(design.overshoot, 5),
             decay(rate)
         ),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],

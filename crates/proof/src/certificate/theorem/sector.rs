@@ -47,7 +47,7 @@ impl Statement for SectorObserver {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        if let Some(term) = self.terms.iter().find(|term| !(term.low <= term.high)) {
+        if let Some(term) = self.terms.iter().find(|term| term.low > term.high) {
             let what = "the upper end of a sector less the lower, which should not be negative,";
             return Err(ProofError::Sign { what, value: term.high - term.low });
         }
