@@ -23,7 +23,7 @@ pub const STUDY: Table = Table {
         optional(
             "solver",
             Kind::Choice(SOLVERS),
-            "Who proposes the solutions of the designs' matrix inequalities; interior without it. Every answer is proved all the same.",
+            "The solver that proposes solutions of the linear matrix inequalities of the designs (default interior). Every answer is verified independently of it.",
         ),
         required("plant", Kind::Table(&PLANT), "What is observed."),
         optional("input", Kind::Table(&INPUT), "What drives the plant; without it the input is 0."),
