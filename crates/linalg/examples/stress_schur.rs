@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p luenberger-linalg --example stress_schur`
 
-#[path = "../tests/small_matrices/mod.rs"]
+#[path = "../tests/it/small_matrices/mod.rs"]
 mod small_matrices;
 
 use luenberger_linalg::{LinalgError, Schur, SchurWorkspace, schur_into};

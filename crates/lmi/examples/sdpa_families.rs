@@ -1,7 +1,7 @@
 //! Writes semidefinite programs made by formula, after the families of SDPLIB, as SDPA's files:
 //! `cargo run --release -p luenberger-lmi --example sdpa_families -- FOLDER`.
 
-#[path = "../tests/families/mod.rs"]
+#[path = "../tests/it/families/mod.rs"]
 mod families;
 
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! The three judges of definiteness against each other, on matrices chosen to deceive them.
 //!
-//! `PROPTEST_CASES=100000 cargo test -p luenberger-proof --test definiteness` tries millions.
+//! `PROPTEST_CASES=100000 cargo test -p luenberger-proof definiteness` tries millions.
 
 use luenberger_proof::{
     Direction, Doubt, Exact, Interval, Matrix, ProofError, Ring, Verdict, negative_definite, negative_semidefinite,

@@ -921,7 +921,7 @@ fn the_program_explains_itself() {
 /// The file that `docs/certificates.md` shows is one.
 #[test]
 fn the_file_of_the_documentation_is_proved() {
-    let page = include_str!("../../../docs/certificates.md");
+    let page = include_str!("../../../../docs/certificates.md");
     let (_, rest) = page.split_once("```json\n").expect("a file");
     let (shown, _) = rest.split_once("```").expect("its end");
     assert_eq!(shown, CertificateFile::prove("a double integrator", integrator()).expect("proved").to_json());

@@ -436,7 +436,7 @@ fn on_mutants_neither_checker_accepts_what_the_other_refutes() {
 /// The file that the specification shows is one.
 #[test]
 fn both_checkers_prove_the_file_of_the_specification() {
-    let page = include_str!("../../docs/certificates.md");
+    let page = include_str!("../../../docs/certificates.md");
     let text = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     assert!(verify(text.as_bytes()).unwrap().statement.starts_with("For the plant x' = Ax + Bu, y = Cx"));
     let Some(found) = second(&write(&scratch("specification"), &[text.to_owned()])) else { return };

@@ -1,6 +1,6 @@
 //! Families of programs like SDPLIB's, small: every bound encloses what is known of the optimum, and is finite where the programs have an interior.
 
-mod families;
+use crate::families;
 
 use families::{Instance, Known};
 use luenberger_lmi::sdpa::{Doubt, Outcome, Settings, Status, read, solve};

@@ -9,8 +9,8 @@ use luenberger_proof::statement::{
 };
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
-use crate::adversary::Random;
-use crate::recorded::{Recorded, record};
+use super::adversary::Random;
+use super::recorded::{Recorded, record};
 
 /// The scalar in which a format runs.
 pub(crate) trait Target: RealField + Copy {

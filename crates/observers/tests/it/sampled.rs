@@ -224,16 +224,16 @@ proptest! {
     #[test]
     fn the_flow_computes_what_certificates_say(
         theta in prop::array::uniform4((-1.0..1.0_f32, -40..40_i32)),
-        z in prop::array::uniform2((-1.0..1.0_f32, -30..30_i32)),
+        z in prop::array::uniform2((-1.0..1.0_f32, 0..60_i32)),
         w in -60..60_i32,
         h in -20..10_i32,
     ) {
         let scaled = |(x, k): (f32, i32)| x * 2.0_f32.powi(k);
+        // The impulse is at most |z|/w < 2^62: beyond the root of the largest number the code caps it, which certificates exclude.
+        let z = z.map(|(x, below)| (x, 30.min(w + 62) - below));
         let (theta, z, w, h) = (theta.map(scaled), z.map(scaled), 2.0_f32.powi(w), 2.0_f32.powi(h));
         let after = flow(&Matrix2::new(theta[0], theta[1], theta[2], theta[3]), w, &Vector2::new(z[0], z[1]), h);
         let (impulse, innovation) = formula([[theta[0], theta[1]], [theta[2], theta[3]]], w, h, z);
-        // Beyond the root of the largest number the code caps the impulse, which certificates exclude.
-        prop_assume!(impulse.iter().all(|x| x.abs() < 1e19));
         prop_assert_eq!(after.impulse.as_slice(), &impulse);
         prop_assert_eq!(after.innovation.as_slice(), &innovation);
         // r is in [0, 1], whatever the sign of theta.

@@ -1,6 +1,6 @@
 //! The real Schur form: backward error, orthogonality, standard blocks, and the matrices on which QR iterations stall.
 
-mod small_matrices;
+use crate::small_matrices;
 
 use luenberger_linalg::{LinalgError, Schur, SchurWorkspace, balanced, eigenvalues, schur, schur_into};
 use nalgebra::{Complex, DMatrix, dmatrix};

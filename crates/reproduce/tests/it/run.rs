@@ -278,9 +278,9 @@ fn every_claim_that_the_docs_name_exists() {
     let papers = luenberger_reproduce::papers();
     let known: Vec<&str> = papers.iter().flat_map(|paper| paper.claims.iter().map(|claim| claim.id)).collect();
     for (page, name, prefix) in [
-        (include_str!("../../../docs/theory-cubic.md"), "theory-cubic.md", "cubic."),
-        (include_str!("../../../docs/theory-mvt.md"), "theory-mvt.md", "mvt."),
-        (include_str!("../../../docs/theory-kkl.md"), "theory-kkl.md", "kkl."),
+        (include_str!("../../../../docs/theory-cubic.md"), "theory-cubic.md", "cubic."),
+        (include_str!("../../../../docs/theory-mvt.md"), "theory-mvt.md", "mvt."),
+        (include_str!("../../../../docs/theory-kkl.md"), "theory-kkl.md", "kkl."),
     ] {
         let named: Vec<&str> = page.split('`').filter(|word| word.starts_with(prefix) && !word.contains(' ')).collect();
         assert!(named.len() > 10, "{name}: {named:?}");
@@ -318,7 +318,7 @@ fn the_data_of_the_converter_have_their_columns_and_times() {
 fn the_readme_counts_right() {
     let papers = luenberger_reproduce::papers();
     let figures: usize = papers.iter().map(|paper| paper.figures.len()).sum();
-    let page = include_str!("../../../README.md");
+    let page = include_str!("../../../../README.md");
     let of = |class: Class, paper: &Paper| paper.claims.iter().filter(|claim| claim.class == class).count();
     for class in Class::ALL {
         let each: Vec<String> = papers.iter().map(|paper| of(class, paper).to_string()).collect();
@@ -370,8 +370,8 @@ fn every_claim_that_the_docs_name_of_the_third_paper_exists() {
     let papers = luenberger_reproduce::papers();
     let known: Vec<&str> = papers.iter().flat_map(|paper| paper.claims.iter().map(|claim| claim.id)).collect();
     for (page, text) in [
-        ("theory-kkl.md", include_str!("../../../docs/theory-kkl.md")),
-        ("numerical-kkl.md", include_str!("../../../docs/numerical-kkl.md")),
+        ("theory-kkl.md", include_str!("../../../../docs/theory-kkl.md")),
+        ("numerical-kkl.md", include_str!("../../../../docs/numerical-kkl.md")),
     ] {
         let named: Vec<&str> =
             text.split('`').filter(|word| word.starts_with("kkl.") && !word.contains([' ', '\n'])).collect();
@@ -383,7 +383,7 @@ fn every_claim_that_the_docs_name_of_the_third_paper_exists() {
 }
 
 /// The claims of the third paper beside its converter keep their names, and come out as the pages in docs/ say. (The numerical observer, whose fit takes a
-/// while, is tested in `tests/tests/numerical_kkl.rs`.)
+/// while, is tested in `tests/tests/it/numerical_kkl.rs`.)
 #[test]
 fn the_examples_of_the_third_paper_come_out_as_the_docs_say() {
     use Verdict::{Refuted, Reproduced, Underspecified};

@@ -1,6 +1,6 @@
 //! A sample of what `cargo xtask stress proof` tries by the million.
 
-mod adversaries;
+use crate::adversaries;
 
 /// Every kind of case, some hundreds of times: not one verdict, margin or witness is wrong.
 #[test]

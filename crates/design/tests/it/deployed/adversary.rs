@@ -9,8 +9,8 @@ use luenberger_proof::statement::{self, Deployed, Format, Operation, Step};
 use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::{DMatrix, DVector, Dyn, dmatrix};
 
-use crate::intermediates::Target;
-use crate::recorded::{Recorded, record};
+use super::intermediates::Target;
+use super::recorded::{Recorded, record};
 
 /// A reproducible stream of numbers in [-1, 1].
 pub(crate) struct Random(pub(crate) u64);

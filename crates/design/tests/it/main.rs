@@ -1,0 +1,13 @@
+//! One test binary, a module a subject.
+
+mod bad_input;
+mod deployed;
+mod designs;
+mod enclosure;
+mod kkl;
+mod kkl_adversary;
+mod lipschitz;
+mod lpv;
+mod mean_value;
+mod nonlinear_observability;
+mod numerical_kkl;

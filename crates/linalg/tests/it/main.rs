@@ -1,0 +1,21 @@
+//! One test binary, a module a subject.
+
+mod adversaries;
+mod decomposition;
+mod discretize;
+mod distance;
+mod equations;
+mod exact_families;
+mod factored;
+mod functional_observer;
+mod ill_conditioned;
+mod observability;
+mod placement;
+mod riccati;
+mod riccati_families;
+mod schur;
+mod slicot;
+mod small_matrices;
+mod structured_placement;
+mod three_routes;
+mod zeros;

@@ -1,0 +1,10 @@
+//! One test binary, a module a subject.
+
+mod continuous;
+mod estimators;
+mod kalman;
+mod kkl;
+mod mean_value;
+mod numerical_kkl;
+mod sampled;
+mod without_dual;

@@ -1,0 +1,12 @@
+//! One test binary, a module a subject.
+
+mod adversaries;
+mod certificate_files;
+mod definiteness;
+mod deployed;
+mod elementary;
+mod equations;
+mod hostile_files;
+mod sectors;
+mod statements;
+mod stress;

@@ -1,0 +1,6 @@
+//! One test binary, a module a subject.
+
+mod compare;
+mod gramian;
+mod replay;
+mod runs;

@@ -1,0 +1,10 @@
+//! One test binary, a module a subject.
+
+mod expression;
+mod mistakes;
+mod plant;
+mod report_in_browser;
+mod signal;
+mod solver;
+mod table;
+mod templates;

@@ -1,0 +1,14 @@
+//! One test binary, a module a subject.
+
+mod bad_input;
+mod certificates;
+mod falsify;
+mod golden_trajectories;
+mod numerical_kkl;
+mod polytopes;
+mod second_checker;
+mod stiff_starts;
+mod theorems_cubic;
+mod theorems_kkl;
+mod theorems_kkl_converter;
+mod theorems_mvt;
