@@ -3,7 +3,7 @@
 //! A design names its [`Theorem`](luenberger_proof::certificate::Theorem); facts, words, margins and file come from it, decided once when the design is made and kept in its
 //! [`Certificate`](luenberger_proof::certificate::Certificate). The data of a theorem are the numbers that run: L, N, P and theta as stored.
 
-use luenberger_proof::certificate::Plant;
+use luenberger_proof::certificate::PlantMatrices;
 use luenberger_proof::{Matrix, ProofError};
 use nalgebra::DMatrix;
 
@@ -13,8 +13,8 @@ pub(crate) fn exact(m: &DMatrix<f64>) -> Result<Matrix<f64>, ProofError> {
 }
 
 /// The plant `x' = A x + B u`, `y = C x`, or its sampled form.
-pub(crate) fn plant((a, b, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)) -> Result<Plant, ProofError> {
-    Ok(Plant { a: exact(a)?, b: exact(b)?, c: exact(c)? })
+pub(crate) fn plant((a, b, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)) -> Result<PlantMatrices, ProofError> {
+    Ok(PlantMatrices { a: exact(a)?, b: exact(b)?, c: exact(c)? })
 }
 
 /// A design whose evidence is its field `certificate`.

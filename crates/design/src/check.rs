@@ -2,7 +2,7 @@
 
 use luenberger_linalg::{LinalgError, detectability, lambda_min, spectral_abscissa};
 use luenberger_plants::error::check_matrix;
-use luenberger_plants::{DynamicPlant, PlantError};
+use luenberger_plants::{PlantError, StateSpace};
 use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum};
 use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::allocator::Allocator;
@@ -149,8 +149,8 @@ pub(crate) fn independent_outputs(c: &DMatrix<f64>) -> Result<(), DesignError> {
 }
 
 /// The plant's fields are public: what its constructor checked is checked again.
-pub(crate) fn plant(plant: &DynamicPlant) -> Result<(), DesignError> {
-    DynamicPlant::new(plant.a.clone(), plant.b.clone(), plant.c.clone())?;
+pub(crate) fn plant(plant: &StateSpace) -> Result<(), DesignError> {
+    StateSpace::new(plant.a.clone(), plant.b.clone(), plant.c.clone())?;
     Ok(())
 }
 

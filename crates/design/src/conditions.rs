@@ -1,6 +1,6 @@
 //! The conditions (11)-(13) of Theorem 1, as printed and as they work, for gains of any origin.
 
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CubicTheorem1};
 use luenberger_proof::{Direction, Exact, Matrix, Verdict, negative_definite};
 use nalgebra::DMatrix;
@@ -32,7 +32,7 @@ impl Theorem1 {
     /// # Errors
     /// Shapes that do not fit the plant, entries that are not finite, a P or theta that is not symmetric.
     pub fn examine(
-        linear: &DynamicPlant,
+        linear: &StateSpace,
         (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
         p: &DMatrix<f64>,
     ) -> Result<Self, DesignError> {

@@ -4,7 +4,7 @@
 //! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.
 
 use luenberger_observers::CubicObserver;
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{self, Certificate, Region, Theorem};
 use nalgebra::{DMatrix, Dyn};
@@ -16,7 +16,7 @@ use crate::linear::LinearDesign;
 
 /// The choice of S in `N = -P^-1 C'S`.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Correction {
+pub enum CubicGain {
     /// `S = gamma theta`, eq. (14), gamma > 0: the error flow is a contraction in the P norm.
     Gamma(f64),
     /// `S = w (C P^-1 C')^-1`, w > 0: then `C N = -w I`, and the cubic flow is elementary for every p.
@@ -52,12 +52,12 @@ impl CubicDesign {
     /// Theorem 2 of the paper in its general form. Always exists. Cost: one Cholesky factorisation, `n^3 / 3`.
     ///
     /// ```
-    /// use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+    /// use luenberger_design::{CubicGain, CubicDesign, LyapunovWeight, LinearDesign};
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
-    /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
     /// assert!((cubic.observer.n[(1, 0)] + 11.5294).abs() < 1e-4);
     /// assert!(cubic.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())
@@ -66,22 +66,22 @@ impl CubicDesign {
     /// # Errors
     /// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) for theta or `S + S'`, [`DesignError::NotPositive`] for gamma or w,
     /// [`DesignError::DependentOutputs`] when the radial choice does not exist.
-    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &Correction) -> Result<Self, DesignError> {
+    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &CubicGain) -> Result<Self, DesignError> {
         let o = &linear.observer;
         let outputs = o.c.nrows();
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
         let p_inverse_ct = check::solve_definite("P", &linear.p, &o.c.transpose())?;
         let s = match correction {
-            Correction::Gamma(gamma) => {
+            CubicGain::Gamma(gamma) => {
                 check::positive("gamma", *gamma)?;
                 theta * *gamma
             }
-            Correction::Radial(w) => {
+            CubicGain::Radial(w) => {
                 check::positive("w", *w)?;
                 check::independent_outputs(&o.c)?;
                 radial_s(&o.c, &p_inverse_ct, *w)?
             }
-            Correction::General(s) => {
+            CubicGain::General(s) => {
                 check::matrix("S", s, (outputs, outputs))?;
                 check::positive_semidefinite("S + S'", &(s + s.transpose()), outputs)?;
                 s.clone()
@@ -89,15 +89,15 @@ impl CubicDesign {
         };
         let n = -(p_inverse_ct * &s);
         let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate)?.certify()?;
-        let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
+        let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
         let observer = CubicObserver::of(plant, o.l.clone(), n, theta.clone())?;
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 
     /// The theorem about the gains as stored, with the region from which it is proved; where it is proved from none, the claim that it converges from everywhere.
-    pub(crate) fn theorem(&self) -> Result<certificate::CubicObserver, ProofError> {
+    pub(crate) fn theorem(&self) -> Result<certificate::CubicConvergence, ProofError> {
         for proved in self.certificate.theorems() {
-            if let Theorem::CubicObserver(theorem) = proved.theorem() {
+            if let Theorem::CubicConvergence(theorem) = proved.theorem() {
                 return Ok(theorem.clone());
             }
         }
@@ -117,8 +117,8 @@ pub(crate) fn theorem(
     (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     (p, s): (&DMatrix<f64>, &DMatrix<f64>),
     rate: f64,
-) -> Result<certificate::CubicObserver, ProofError> {
-    Ok(certificate::CubicObserver {
+) -> Result<certificate::CubicConvergence, ProofError> {
+    Ok(certificate::CubicConvergence {
         plant: plant(abc)?,
         l: exact(l)?,
         n: exact(n)?,

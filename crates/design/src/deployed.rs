@@ -4,7 +4,7 @@
 //! that decreases as fast as possible gives a good contraction, one that is well conditioned a round ball.
 
 use luenberger_linalg::{spectral_radius, stein};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CertificateFile, ClaimedBall, DeployedObserver};
 use luenberger_proof::statement::{self, CubicGains, Deployed, Formats, Operation, SampledPlant, Step};
 use nalgebra::DMatrix;
@@ -42,7 +42,7 @@ pub struct DeployedLinear {
 /// // A double integrator every 10 ms, estimated in f32; |position| <= 1 m, |velocity| <= 2 m/s.
 /// let h = 0.01;
 /// let (a, b) = (dmatrix![1.0, h; 0.0, 1.0], dmatrix![h * h / 2.0; h]);
-/// let plant = luenberger_plants::DynamicPlant::new(a, b, dmatrix![1.0, 0.0])?;
+/// let plant = luenberger_plants::StateSpace::new(a, b, dmatrix![1.0, 0.0])?;
 /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![1.0, 2.0] };
 /// let found = deployed_linear(&plant, &dmatrix![0.3; 2.0], Step::Innovation, Format::Binary32.into(), &meets)?;
 /// let ball = found.deployed.ball().expect("proved");
@@ -53,7 +53,7 @@ pub struct DeployedLinear {
 /// # Errors
 /// [`DesignError::Proof`]: shapes that do not fit, entries that are not finite or that the format cannot store, bounds that are negative. [`DesignError::Matrix`] for the plant.
 pub fn deployed_linear(
-    plant: &DynamicPlant,
+    plant: &StateSpace,
     l: &DMatrix<f64>,
     step: Step,
     formats: Formats,
@@ -129,7 +129,7 @@ fn is_better(one: &Deployed, other: &Deployed) -> bool {
     }
 }
 
-fn sampled_plant(plant: &DynamicPlant) -> Result<SampledPlant, DesignError> {
+fn sampled_plant(plant: &StateSpace) -> Result<SampledPlant, DesignError> {
     Ok(SampledPlant { a: exact(&plant.a)?, b: exact(&plant.b)?, c: exact(&plant.c)? })
 }
 
@@ -144,12 +144,12 @@ impl SampledCubicDesign {
     /// The design's own P proves it, since N was made for that P.
     ///
     /// ```
-    /// use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish};
+    /// use luenberger_design::{LyapunovWeight, LinearDesign, SampledCubicDesign};
     /// use luenberger_proof::statement::{Format, Operation};
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
     /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![100.0, 100.0] };
     /// let deployed = design.deployed(Format::Binary32.into(), &meets)?;
@@ -174,13 +174,13 @@ impl SampledCubicDesign {
     /// The certificate file of this observer stored and run in `formats`, as [`deployed`](Self::deployed) proves it: with the ball of the running error where there is one.
     ///
     /// ```
-    /// use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish};
+    /// use luenberger_design::{LyapunovWeight, LinearDesign, SampledCubicDesign};
     /// use luenberger_proof::certificate::verify;
     /// use luenberger_proof::statement::{Format, Operation};
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
     /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![10.0, 10.0] };
     /// let file = design.deployed_certificate_file("in f32", Format::Binary32.into(), &meets)?.to_json();

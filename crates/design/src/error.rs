@@ -4,7 +4,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
-use luenberger_proof::{Doubt, ProofError, Verdict};
+use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
@@ -78,9 +78,12 @@ pub enum DesignError {
         /// Number of outputs.
         outputs: usize,
     },
-    /// [`Decrease::Information`](crate::Decrease::Information) was asked for a gain that is no Kalman gain.
+    /// [`LyapunovWeight::InverseCovariance`](crate::LyapunovWeight::InverseCovariance) was asked for a gain that is no Kalman gain.
     #[error("P cannot be the information matrix: only a Kalman gain comes with a covariance")]
     NoCovariance,
+    /// A [`LyapunovWeight`](crate::LyapunovWeight) for a design whose P came from a linear matrix inequality.
+    #[error("a Lyapunov weight has no effect here: the inequality that gave the gain gave P as well")]
+    LyapunovMatrixGiven,
     /// A decay rate is negative or not finite.
     #[error("the decay rate must be finite and not negative; it is {rate}")]
     BadRate {
@@ -153,7 +156,7 @@ pub enum DesignError {
         /// The inequality.
         what: &'static str,
         /// The quantity that refutes it.
-        reason: Obstruction,
+        reason: InfeasibilityReason,
     },
     /// The Jacobians have no enclosure over the box.
     #[error(transparent)]
@@ -190,7 +193,7 @@ pub enum DesignError {
         /// The inequality.
         what: &'static str,
         /// What stood in the way.
-        why: Doubt,
+        why: UndecidedReason,
         /// The best margin seen.
         best: f64,
         /// A mode that to working precision no output sees, which may be what stands in the way.
@@ -251,13 +254,16 @@ impl DesignError {
     /// The error behind the verdict on the inequality `what`, where a proof was wanted and there is none: not even a verdict, or one that was not enough.
     pub(crate) fn not_proved(what: &'static str, verdict: Option<Verdict<Infeasibility>>) -> Self {
         match verdict {
-            Some(Verdict::Refuted { witness }) => Self::Infeasible { what, reason: Obstruction::Dual(witness) },
+            Some(Verdict::Refuted { witness }) => Self::Infeasible { what, reason: InfeasibilityReason::Dual(witness) },
             Some(Verdict::Undecided { why, best }) => Self::Undecided { what, why, best, seen: None },
-            Some(Verdict::Proved { margin }) => {
-                Self::Undecided { what, why: Doubt::ProposalNotProved { estimate: margin }, best: margin, seen: None }
-            }
+            Some(Verdict::Proved { margin }) => Self::Undecided {
+                what,
+                why: UndecidedReason::ProposalNotProved { estimate: margin },
+                best: margin,
+                seen: None,
+            },
             None => {
-                let why = Doubt::NoProposal { status: "nothing was tried" };
+                let why = UndecidedReason::NoProposal { status: "nothing was tried" };
                 Self::Undecided { what, why, best: 0.0, seen: None }
             }
         }
@@ -273,7 +279,7 @@ impl From<luenberger_proof::certificate::Rejection> for DesignError {
 /// What makes an inequality infeasible.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Obstruction {
+pub enum InfeasibilityReason {
     /// Multipliers of the inequalities, verified exactly.
     #[error("{0}")]
     Dual(Infeasibility),

@@ -37,12 +37,12 @@ impl FeedbackDesign {
     /// asymptotically stable. Cost: one Lyapunov equation.
     ///
     /// ```
-    /// use luenberger_design::{Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Wish};
+    /// use luenberger_design::{CubicGain, CubicDesign, LyapunovWeight, FeedbackDesign, LinearDesign};
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
-    /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
     /// let feedback = FeedbackDesign::new(&cubic, &dmatrix![1.0, 2.0])?;
     /// assert!(feedback.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())

@@ -3,7 +3,7 @@
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver normalises them together.
 
 use luenberger_lmi::{Problem, Settings, Solution, he};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
 use crate::check;
@@ -16,13 +16,13 @@ pub(crate) struct Gain {
 }
 
 /// L and P alone.
-pub(crate) fn gain_by_lmi(plant: &DynamicPlant, rate: f64, settings: &Settings) -> Result<Gain, DesignError> {
+pub(crate) fn gain_by_lmi(plant: &StateSpace, rate: f64, settings: &Settings) -> Result<Gain, DesignError> {
     Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new(), settings)?.0)
 }
 
 /// One L and one P for every state matrix in `vertices`, with whatever `lmi` already asks for.
 pub(crate) fn solve(
-    plant: &DynamicPlant,
+    plant: &StateSpace,
     vertices: &[DMatrix<f64>],
     rate: f64,
     mut lmi: Problem,

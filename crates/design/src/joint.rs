@@ -5,11 +5,11 @@
 //! never costs feasibility, because S stands alone.
 
 use luenberger_lmi::{Problem, Settings, he};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
 use crate::check;
-use crate::cubic::{Correction, CubicDesign};
+use crate::cubic::{CubicDesign, CubicGain};
 use crate::error::DesignError;
 use crate::gain_lmi;
 use crate::linear::LinearDesign;
@@ -34,7 +34,7 @@ use crate::linear::LinearDesign;
 /// `NotDetectable` (in [`DesignError::Linalg`]) names the mode that no output sees and that does not decay fast enough by itself;
 /// [`DesignError::Undecided`] when the inequality could not be decided.
 pub fn joint_design(
-    plant: &DynamicPlant,
+    plant: &StateSpace,
     theta: &DMatrix<f64>,
     rate: f64,
     gamma: f64,
@@ -47,7 +47,7 @@ pub fn joint_design(
 /// # Errors
 /// As [`joint_design`]; [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
 pub fn joint_design_with(
-    plant: &DynamicPlant,
+    plant: &StateSpace,
     theta: &DMatrix<f64>,
     rate: f64,
     gamma: f64,
@@ -62,5 +62,5 @@ pub fn joint_design_with(
     let s = solution.value(&s);
     let s = &s * (gamma / s.norm());
     let linear = LinearDesign::with_lyapunov_matrix(plant, gain, rate)?;
-    CubicDesign::new(&linear, theta, &Correction::General(s))
+    CubicDesign::new(&linear, theta, &CubicGain::General(s))
 }

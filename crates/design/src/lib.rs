@@ -1,6 +1,6 @@
-//! From a plant and a wish to an observer with its certificate.
+//! From a plant and a specification to an observer with its certificate.
 //!
-//! The way: [`LinearDesign`] turns a plant and a [`Wish`] (poles, Kalman weights, a decay rate, "the LMI decides", a gain of one's own) into
+//! The way: [`LinearDesign`] turns a plant and poles, noise intensities, a decay rate, an LMI or a given gain into
 //! the linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows, [`SampledCubicDesign`] does so for
 //! a sampling period; [`FeedbackDesign`] puts the
 //! observer in the loop. [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
@@ -10,7 +10,7 @@
 //! [`lie_observability`] says beforehand what the outputs of a nonlinear plant see along a trajectory.
 //! Every design is [`Certified`]: it carries the theorems that are proved of it, with their data, decided outside floating point once and kept. `certificate_file` makes a file of them that
 //! `luenberger-verify` checks without this crate. The fields of a design are read-only, so that its evidence stays that of its numbers.
-//! [`KklCandidate`] checks a transformation of one's own to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
+//! [`KklCandidate`] checks a transformation supplied by the user to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class that a [KKL+PEB] observer serves.
 //! [`deployed`] says what is left of an observer on its target, in f32 or fixed point.
 //! The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known: its
 //! evidence is measured.
@@ -28,6 +28,7 @@ pub mod error;
 mod exact_solution;
 pub mod feedback;
 mod gain_lmi;
+mod golden_sequence;
 mod joint;
 pub mod kkl;
 pub mod kkl_peb;
@@ -43,24 +44,23 @@ mod real_field;
 pub mod robust;
 pub mod sampled;
 mod separation;
-mod spread;
 pub mod weights;
 
 pub use conditions::Theorem1;
-pub use cubic::{Correction, CubicDesign};
+pub use cubic::{CubicDesign, CubicGain};
 pub use deployed::{DeployedLinear, deployed_linear};
 pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
-pub use error::{DesignError, NearlyHidden, Obstruction};
+pub use error::{DesignError, InfeasibilityReason, NearlyHidden};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use joint::{joint_design, joint_design_with};
 pub use kkl::{KklCandidate, KklDesign};
 pub use kkl_peb::KklPebDesign;
-pub use linear::{Decrease, LinearDesign, Wish};
+pub use linear::{LinearDesign, LyapunovWeight};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::LpvDesign;
 pub use luenberger_proof::certificate::{Certificate, Certified, Fact, ProvedTheorem};
-pub use mean_value::{ContractingCoordinates, LeastSquares, MeasuredFirst, RepairedDesign};
+pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::NumericalKklDesign;

@@ -1,4 +1,4 @@
-//! The linear observer (2): from a wish to a gain L, with the Lyapunov matrix that certifies it.
+//! The linear observer (2): a gain L by poles, noise, LMI or given, with the Lyapunov matrix that certifies it.
 //!
 //! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever is built
 //! on top (the cubic term, robust margins, feedback) does not care where L came from.
@@ -6,7 +6,7 @@
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, lyapunov, place_observer};
 use luenberger_lmi::Settings;
 use luenberger_observers::LinearObserver;
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, PlantWithin};
 use nalgebra::{Complex, DMatrix, Dyn};
 
@@ -15,62 +15,35 @@ use crate::check;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 
-/// What is wanted of the observer.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Wish {
-    /// The eigenvalues of `A - L C`, n numbers closed under conjugation, all in the open left half plane.
-    Poles(Vec<Complex<f64>>),
-    /// The stationary Kalman gain `L = Sigma C'V^-1` for process noise of intensity W (n x n) and measurement noise V (p x p).
-    Kalman {
-        /// Intensity of the process noise, n x n, positive semidefinite.
-        w: DMatrix<f64>,
-        /// Intensity of the measurement noise, p x p, positive definite.
-        v: DMatrix<f64>,
-    },
-    /// Every error decays at least like `exp(-rate t)`, by the matrix inequality with the largest margin.
-    DecayRate(f64),
-    /// The LMI decides: the largest margin of `A'P + PA - YC - C'Y' < 0` over normalised (P, Y).
-    Lmi,
-    /// A gain L of one's own, n x p.
-    Gain(DMatrix<f64>),
-}
-
-impl Wish {
-    /// Real poles.
-    pub fn poles(poles: &[f64]) -> Self {
-        Self::Poles(poles.iter().map(|&re| Complex::new(re, 0.0)).collect())
-    }
-}
-
-/// The right-hand side of the Lyapunov equation that certifies a given gain.
+/// The right-hand side Q of the Lyapunov equation `F'P + P F + Q = 0` that certifies a gain (default `Identity(1.0)`).
 ///
-/// Designs by LMI ([`Wish::DecayRate`], [`Wish::Lmi`]) bring their own P, and Q follows from it.
+/// Designs by LMI ([`LinearDesign::lmi`], [`LinearDesign::with_decay_rate`]) bring their own P, and Q follows from it.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Decrease {
+pub enum LyapunovWeight {
     /// `Q = rho I`, for which the theorems on the infinite-horizon cost hold.
-    Scaled(f64),
+    Identity(f64),
     /// Any `Q = Q' > 0`, n x n.
     Matrix(DMatrix<f64>),
-    /// Only with [`Wish::Kalman`]: P is the information matrix, the inverse of the stationary covariance, and
+    /// Only for [`LinearDesign::kalman`]: P is the inverse of the stationary covariance (the information matrix), and
     /// `Q = P W P + C'V^-1 C`, which must be positive definite. Then `S = alpha V^-1` gives `N = -alpha L`.
-    Information,
+    InverseCovariance,
 }
 
-impl Default for Decrease {
+impl Default for LyapunovWeight {
     fn default() -> Self {
-        Self::Scaled(1.0)
+        Self::Identity(1.0)
     }
 }
 
-impl Decrease {
+impl LyapunovWeight {
     fn matrix(&self, n: usize) -> Result<DMatrix<f64>, DesignError> {
         match self {
-            Self::Scaled(rho) => {
-                check::positive("rho, the factor of the identity in Decrease::Scaled,", *rho)?;
+            Self::Identity(rho) => {
+                check::positive("rho, the factor of the identity in LyapunovWeight::Identity,", *rho)?;
                 Ok(DMatrix::identity(n, n) * *rho)
             }
             Self::Matrix(q) => check::positive_definite("Q", q, n),
-            Self::Information => Err(DesignError::NoCovariance),
+            Self::InverseCovariance => Err(DesignError::NoCovariance),
         }
     }
 }
@@ -89,25 +62,37 @@ pub struct LinearDesign {
     pub p: DMatrix<f64>,
     /// `Q = -(F'P + PF) > 0` of (9).
     pub q: DMatrix<f64>,
-    /// The decay rate that the certificate states, 0 unless [`Wish::DecayRate`] or an inequality with a rate asked for one.
+    /// The decay rate that the certificate states, 0 unless [`LinearDesign::with_decay_rate`] or an
+    /// inequality with a rate asked for one.
     pub rate: f64,
     /// What is proved of it.
     pub certificate: Certificate,
+    origin: Origin,
+}
+
+/// Where the gain comes from, which decides what P can be.
+#[derive(Debug, Clone)]
+enum Origin {
+    /// Poles, or a given gain: P solves the Lyapunov equation.
+    Gain,
+    /// Kalman's gain, with its stationary covariance.
+    Kalman(DMatrix<f64>),
+    /// An inequality that brought its own P.
+    Inequality,
 }
 
 impl LinearDesign {
-    /// The observer that `wish` asks for, certified by `F'P + PF = -Q` with Q from `decrease`.
+    /// The observer whose error has the given `poles`: `L` with the eigenvalues of `A - L C` there.
     ///
-    /// [`Wish::Lmi`] exists whenever `(A, C)` is detectable. The others can ask for more: [`Wish::Poles`] and [`Wish::DecayRate`] than the
-    /// unobservable modes allow, [`Wish::Kalman`] needs noise on every mode of the stability boundary, and a gain of one's own has to stabilise.
-    /// The wishes by LMI do not read `decrease`: they bring their own P. Cost: one Schur form and one Lyapunov equation, about `35 n^3`; an SDP of `n(n+1)/2 + np`
-    /// unknowns for the wishes by LMI.
+    /// `poles` are n numbers, real or complex, closed under conjugation, all in the open left half plane. They exist for every
+    /// choice iff (A, C) is observable. P solves `F'P + P F + I = 0`; [`lyapunov_weight`](Self::lyapunov_weight) chooses another
+    /// right-hand side. Cost: one placement and one Lyapunov equation, about `35 n^3`, and the proof.
     ///
     /// ```
-    /// use luenberger_design::{Decrease, LinearDesign, Wish};
+    /// use luenberger_design::{LinearDesign, LyapunovWeight};
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let design = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let design = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
     /// assert!((design.observer.l[(1, 0)] - 10.0).abs() < 1e-12);
     /// let f = &plant.a - &design.observer.l * &plant.c;
     /// let residual = f.transpose() * &design.p + &design.p * f + &design.q;
@@ -117,92 +102,135 @@ impl LinearDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode that no gain
-    /// can move; [`DesignError::NotHurwitz`] for a gain of one's own that does not stabilise; [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite)
-    /// and its kin for Q, W, V; [`DesignError::Infeasible`] with verified multipliers when no gain reaches the decay rate.
-    pub fn new(plant: &DynamicPlant, wish: &Wish, decrease: &Decrease) -> Result<Self, DesignError> {
-        Self::new_with(plant, wish, decrease, &Settings::default())
+    /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode that no
+    /// gain can move.
+    pub fn with_poles<Z: Into<Complex<f64>> + Copy>(plant: &StateSpace, poles: &[Z]) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
+        if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
+            return Err(DesignError::UnstablePole { pole });
+        }
+        let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
+        Self::with_equation(plant, l, Origin::Gain, &LyapunovWeight::default())
     }
 
-    /// [`new`](Self::new), the wishes by LMI granted by the solver of `settings`.
+    /// The stationary Kalman filter: `L = Sigma C'V^-1` for process noise of intensity `w` and measurement noise of
+    /// intensity `v`.
+    ///
+    /// `w` is n x n, positive semidefinite; `v` is p x p, positive definite. It exists iff (A, C) is detectable and W excites
+    /// every mode on the imaginary axis. P solves `F'P + P F + I = 0`; with
+    /// [`LyapunovWeight::InverseCovariance`] it is the inverse of the covariance Sigma.
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
-    pub fn new_with(
-        plant: &DynamicPlant,
-        wish: &Wish,
-        decrease: &Decrease,
-        settings: &Settings,
-    ) -> Result<Self, DesignError> {
+    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or what is wrong with `w` and `v`.
+    pub fn kalman(plant: &StateSpace, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(plant)?;
-        let (n, p) = (plant.a.nrows(), plant.c.nrows());
-        let l = match wish {
-            Wish::Poles(poles) => {
-                if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-                    return Err(DesignError::UnstablePole { pole });
-                }
-                place_observer(&plant.a, &plant.c, poles)?.gain
-            }
-            Wish::Kalman { w, v } => {
-                let w = check::positive_semidefinite("W", w, n)?;
-                let v = check::positive_definite("V", v, p)?;
-                let kalman = kalman_gain(&plant.a, &plant.c, &w, &v)?;
-                if *decrease == Decrease::Information {
-                    return Self::with_information(plant, &kalman);
-                }
-                kalman.l
-            }
-            Wish::Gain(l) => {
-                check::matrix("L", l, (n, p))?;
-                l.clone()
-            }
-            Wish::DecayRate(rate) => {
-                check::positive("decay rate", *rate)?;
-                return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, *rate, settings)?, *rate);
-            }
-            Wish::Lmi => {
-                return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, 0.0, settings)?, 0.0);
-            }
-        };
-        let f = &plant.a - &l * &plant.c;
-        check::hurwitz("A - L C", (&plant.a, &l, &plant.c))?;
-        if *decrease == Decrease::Information {
-            return Err(DesignError::NoCovariance);
-        }
-        let q = decrease.matrix(n)?;
-        let p = lyapunov(&f, &q)?.p;
-        Self::certified(plant, l, p, q, 0.0)
+        let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
+        let v = check::positive_definite("V", v, plant.c.nrows())?;
+        let Kalman { l, p, .. } = kalman_gain(&plant.a, &plant.c, &w, &v)?;
+        Self::with_equation(plant, l, Origin::Kalman(p), &LyapunovWeight::default())
     }
 
-    /// The Kalman gain with the inverse covariance as P.
-    fn with_information(plant: &DynamicPlant, kalman: &Kalman) -> Result<Self, DesignError> {
+    /// A given gain `l`, n x p, with P from `F'P + P F + I = 0`.
+    ///
+    /// # Errors
+    /// [`DesignError::NotHurwitz`] if `A - L C` has an eigenvalue that is not in the open left half plane.
+    pub fn with_gain(plant: &StateSpace, l: DMatrix<f64>) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
+        Self::with_equation(plant, l, Origin::Gain, &LyapunovWeight::default())
+    }
+
+    /// L and P by linear matrix inequality: the largest margin of `A'P + P A - Y C - C'Y' < 0` over normalised (P, Y),
+    /// `L = P^-1 Y`.
+    ///
+    /// It exists iff (A, C) is detectable. Cost: an SDP of `n(n+1)/2 + np` unknowns.
+    ///
+    /// # Errors
+    /// [`DesignError::Infeasible`] with verified multipliers; [`DesignError::Undecided`] if neither is proved.
+    pub fn lmi(plant: &StateSpace) -> Result<Self, DesignError> {
+        Self::lmi_with(plant, 0.0, &Settings::default())
+    }
+
+    /// L and P by linear matrix inequality such that every error decays at least like `exp(-rate t)`:
+    /// `A'P + P A - Y C - C'Y' + 2 rate P < 0` with the largest margin.
+    ///
+    /// It exists iff every mode of (A, C) with real part >= -`rate` is observable.
+    ///
+    /// # Errors
+    /// As [`lmi`](Self::lmi); a rate that is not positive and finite.
+    pub fn with_decay_rate(plant: &StateSpace, rate: f64) -> Result<Self, DesignError> {
+        check::positive("decay rate", rate)?;
+        Self::lmi_with(plant, rate, &Settings::default())
+    }
+
+    /// [`with_decay_rate`](Self::with_decay_rate), or [`lmi`](Self::lmi) for the rate 0, by the solver of `settings`.
+    ///
+    /// # Errors
+    /// As [`with_decay_rate`](Self::with_decay_rate); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
+    /// [`DesignError::Lmi`].
+    pub fn lmi_with(plant: &StateSpace, rate: f64, settings: &Settings) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, rate, settings)?, rate)
+    }
+
+    /// The same gain, certified by the Lyapunov equation with another right-hand side.
+    ///
+    /// Cost: one Lyapunov equation, and the proof anew.
+    ///
+    /// # Errors
+    /// [`DesignError::LyapunovMatrixGiven`] for a design by LMI, whose P came with the gain; [`DesignError::NoCovariance`] for
+    /// [`LyapunovWeight::InverseCovariance`] of a gain that is not Kalman's; a Q that is not symmetric and positive definite.
+    pub fn lyapunov_weight(self, weight: LyapunovWeight) -> Result<Self, DesignError> {
+        let plant = StateSpace::new(self.observer.a.clone(), self.observer.b.clone(), self.observer.c.clone())?;
+        Self::with_equation(&plant, self.observer.l.clone(), self.origin.clone(), &weight)
+    }
+
+    /// P by the Lyapunov equation of the weight, or from the covariance.
+    fn with_equation(
+        plant: &StateSpace,
+        l: DMatrix<f64>,
+        origin: Origin,
+        weight: &LyapunovWeight,
+    ) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
-        let inverse = check::solve_definite("the stationary covariance", &kalman.p, &DMatrix::identity(n, n))?;
-        let p = check::symmetric_part(&inverse);
-        let half = &p * (&plant.a - &kalman.l * &plant.c);
-        let q = -(&half + half.transpose());
-        check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
-        Self::certified(plant, kalman.l.clone(), p, q, 0.0)
+        let (p, q) = match (&origin, weight) {
+            (Origin::Inequality, _) => return Err(DesignError::LyapunovMatrixGiven),
+            (Origin::Kalman(covariance), LyapunovWeight::InverseCovariance) => {
+                let inverse = check::solve_definite("the stationary covariance", covariance, &DMatrix::identity(n, n))?;
+                let p = check::symmetric_part(&inverse);
+                let half = &p * (&plant.a - &l * &plant.c);
+                let q = -(&half + half.transpose());
+                check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
+                (p, q)
+            }
+            _ => {
+                check::hurwitz("A - L C", (&plant.a, &l, &plant.c))?;
+                let q = weight.matrix(n)?;
+                (lyapunov(&(&plant.a - &l * &plant.c), &q)?.p, q)
+            }
+        };
+        Self::certified(plant, l, (p, q), 0.0, origin)
     }
 
     /// A design whose P came with the gain, and certifies the decay rate.
-    pub(crate) fn with_lyapunov_matrix(plant: &DynamicPlant, gain: Gain, rate: f64) -> Result<Self, DesignError> {
+    pub(crate) fn with_lyapunov_matrix(plant: &StateSpace, gain: Gain, rate: f64) -> Result<Self, DesignError> {
         let Gain { l, p } = gain;
         let f = &plant.a - &l * &plant.c;
         let half = &p * f;
         let q = -(&half + half.transpose());
-        Self::certified(plant, l, p, q, rate)
+        Self::certified(plant, l, (p, q), rate, Origin::Inequality)
     }
 
     fn certified(
-        plant: &DynamicPlant,
+        plant: &StateSpace,
         l: DMatrix<f64>,
-        p: DMatrix<f64>,
-        q: DMatrix<f64>,
+        (p, q): (DMatrix<f64>, DMatrix<f64>),
         rate: f64,
+        origin: Origin,
     ) -> Result<Self, DesignError> {
         let poles = eigenvalues(&(&plant.a - &l * &plant.c))?;
-        let theorem = certificate::LinearObserver {
+        let theorem = certificate::LinearConvergence {
             plant: PlantWithin::exactly(&exact(&plant.a)?, &exact(&plant.b)?, &exact(&plant.c)?)?,
             l: exact(&l)?,
             p: exact(&p)?,
@@ -210,7 +238,7 @@ impl LinearDesign {
         };
         let certificate = Certificate::of([theorem])?;
         let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
-        Ok(Self { observer, poles, p, q, rate, certificate })
+        Ok(Self { observer, poles, p, q, rate, certificate, origin })
     }
 
     /// `F = A - L C`.

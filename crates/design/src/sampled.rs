@@ -10,7 +10,7 @@
 
 use luenberger_linalg::{discrete_kalman_gain, eigenvalues, place_observer, stein, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
-use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteObserver};
+use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, exact, plant};
@@ -45,11 +45,11 @@ impl SampledCubicDesign {
     /// matrix exponential, one placement, one Stein equation.
     ///
     /// ```
-    /// use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish};
+    /// use luenberger_design::{LyapunovWeight, LinearDesign, SampledCubicDesign};
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
+    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 1e-3)?;
     /// assert!(design.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())
@@ -117,7 +117,7 @@ impl SampledCubicDesign {
         let p_inverse_ct = check::solve_definite("P", &p, &o.c.transpose())?;
         let s = radial_s(&o.c, &p_inverse_ct, w)?;
         let gain = -(p_inverse_ct * &s);
-        let theorem = certificate::SampledCubicObserver {
+        let theorem = certificate::SampledCubicConvergence {
             plant: plant((&ad, &bd, &o.c))?,
             l: exact(&ld)?,
             n: exact(&gain)?,
@@ -138,7 +138,7 @@ impl SampledCubicDesign {
     pub fn linear_certificate_file(&self, title: &str) -> Result<CertificateFile, DesignError> {
         let o = &self.observer;
         let theorem =
-            DiscreteObserver { plant: plant((o.ad(), o.bd(), o.c()))?, l: exact(o.ld())?, p: exact(&self.p)? };
+            DiscreteConvergence { plant: plant((o.ad(), o.bd(), o.c()))?, l: exact(o.ld())?, p: exact(&self.p)? };
         Ok(CertificateFile::prove(title, theorem)?)
     }
 }

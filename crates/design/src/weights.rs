@@ -23,9 +23,9 @@ pub fn theta_from_importance(importance: &[f64]) -> Result<DMatrix<f64>, DesignE
 /// `initial_error = None` the mean over directions of e(0) is taken, `trace(M_i)/n`. Then `theta_ii = scale J_i / sum J_j`.
 ///
 /// ```
-/// use luenberger_design::{Decrease, LinearDesign, Wish, theta_from_cost_shares};
+/// use luenberger_design::{LyapunovWeight, LinearDesign, theta_from_cost_shares};
 /// let plant = luenberger_plants::double_integrator().to_dynamic();
-/// let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::default())?;
+/// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?;
 /// // One output has the whole cost.
 /// assert!((theta_from_cost_shares(&linear, None, 10.0)?[(0, 0)] - 10.0).abs() < 1e-14);
 /// # Ok::<(), luenberger_design::DesignError>(())

@@ -141,7 +141,7 @@ impl Report {
         self
     }
 
-    /// In what files the numbers behind the figures are, `data/ID.csv` unless told: the extensions, such as `csv`, `npz`.
+    /// In what files the numbers behind the figures are (default `data/ID.csv`): the extensions, such as `csv`, `npz`.
     #[must_use]
     pub fn numbers_as(mut self, extensions: &[&str]) -> Self {
         self.numbers = extensions.iter().map(|&extension| extension.to_owned()).collect();

@@ -31,7 +31,7 @@ pub struct Lyapunov {
     /// of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
     /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
-    spread: Spread,
+    spread: ErrorScale,
 }
 
 impl Lyapunov {
@@ -59,7 +59,7 @@ impl Lyapunov {
 
 /// From an error in the norm of the separation to one of the solution in Frobenius' and the user's units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Spread {
+pub(crate) struct ErrorScale {
     /// sqrt(n) for the spectral norm, n for the sum of the entries, of which the estimate may be three times too large.
     pub(crate) norms: f64,
     /// What the units of the state bring, where these were balanced.
@@ -70,7 +70,7 @@ pub(crate) struct Spread {
 
 /// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where `||defect|| <= residual * 2 weight ||P||`, and where the
 /// defect itself is known up to the rounding of n products. A bound beyond one says that rounding decides the separation too: then there is none.
-pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: Spread) -> f64 {
+pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: ErrorScale) -> f64 {
     if let Some(error) = spread.refined {
         return of_exact(error * spread.units);
     }

@@ -20,8 +20,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::argument::{shaped, square};
 use crate::schur::{Schur, schur};
-use crate::shadow;
 use crate::staircase::Staircase;
+use crate::subspace_refinement;
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
@@ -107,7 +107,7 @@ pub fn observability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Observability
     observability_within(a, c, default_tolerance(a.nrows(), c.nrows()))
 }
 
-/// [`observability`] with a relative tolerance of one's own, for data known to fewer digits than a double has.
+/// [`observability`] with a relative tolerance supplied by the user, for data known to fewer digits than a double has.
 ///
 /// `tolerance` is the relative size below which a stair of the staircase counts as zero, in the units the pair is judged in.
 ///
@@ -398,7 +398,7 @@ fn judge(
         }
         doubt *= 10.0;
     }
-    shadow::refine(&mut staircase, a, c, size)?;
+    subspace_refinement::refine(&mut staircase, a, c, size)?;
     Ok((modes, staircase))
 }
 

@@ -8,9 +8,9 @@
 use crate::argument::{shaped, square, symmetric, symmetric_into, unit_scale};
 use crate::balance::{Balance, sizes};
 use crate::compensated;
-use crate::doubt::{self, DIGIT, RATE, Standing};
+use crate::error_estimate::{self, DIGIT, RATE, Standing};
 use crate::exactly_singular::{Regularity, regularity};
-use crate::lyapunov::{Spread, forward_error};
+use crate::lyapunov::{ErrorScale, forward_error};
 use crate::product::{mirror, multiply, multiply_upper, view, view_mut};
 use crate::schur::block_eigenvalues;
 use crate::separation::{relative, rescale, separation};
@@ -239,7 +239,7 @@ impl SchurEquation {
     fn contracts(&mut self) -> bool {
         self.contraction = Some(RATE);
         let n = self.order();
-        let rate = doubt::contraction((n, n), true, |q, p| self.correction(q, p));
+        let rate = error_estimate::contraction((n, n), true, |q, p| self.correction(q, p));
         self.contraction = (rate <= RATE).then_some(rate);
         self.contraction.is_some()
     }
@@ -286,7 +286,7 @@ impl SchurEquation {
             self.rounding = true;
             return Ok(Standing::Rounding);
         }
-        let spread = Spread { norms: self.norms(), units: 1.0, refined: None };
+        let spread = ErrorScale { norms: self.norms(), units: 1.0, refined: None };
         let bound = forward_error(0.0, self.condition(), n, spread);
         Ok(if bound <= DIGIT { Standing::Clear } else { Standing::Doubtful })
     }
@@ -358,7 +358,7 @@ impl SchurEquation {
         if let Some(rate) = self.contraction {
             let weight = self.work.defect.clone();
             let substituted = p.clone();
-            self.refined = doubt::refined(p, rate, |p| self.correction(&weight, p));
+            self.refined = error_estimate::refined(p, rate, |p| self.correction(&weight, p));
             if self.refined.is_none() {
                 if self.rounding {
                     return Err(self.undecided());
@@ -454,9 +454,9 @@ impl SchurEquation {
     }
 
     /// For the solution `p`.
-    pub(crate) fn spread(&self, p: &DMatrix<f64>) -> Spread {
+    pub(crate) fn spread(&self, p: &DMatrix<f64>) -> ErrorScale {
         let units = self.balance.as_ref().map_or(1.0, |balance| balance.growth(p));
-        Spread { norms: self.norms(), units, refined: self.refined }
+        ErrorScale { norms: self.norms(), units, refined: self.refined }
     }
 
     /// The factor from the norm of the separation to Frobenius'.

@@ -10,7 +10,7 @@
 //! 0.7 %, by 7.5 at most; the whole in 0.1 % and by 7.2. Near a singular equation the inverse is nearly of rank one, and any start that is not orthogonal to its one direction ends there.
 
 use crate::argument::unit_scale;
-use crate::doubt::Closest;
+use crate::error_estimate::Closest;
 use crate::triangular::Equation;
 use nalgebra::{Complex, DMatrix};
 

@@ -9,7 +9,7 @@
 
 use crate::Result;
 use crate::argument::{shaped, square, symmetric};
-use crate::lyapunov::{Spread, forward_error};
+use crate::lyapunov::{ErrorScale, forward_error};
 use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Complex, DMatrix};
 
@@ -31,7 +31,7 @@ pub struct Stein {
     /// The relative error of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
     /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
-    spread: Spread,
+    spread: ErrorScale,
 }
 
 impl Stein {

@@ -13,7 +13,7 @@
 //!
 //! Cost per iteration, for N scalar unknowns: a Cholesky factorisation of order N and what its matrix takes to assemble, see [`interior`](crate::interior).
 
-use luenberger_proof::{Doubt, Verdict};
+use luenberger_proof::{UndecidedReason, Verdict};
 use nalgebra::DMatrix;
 
 use crate::coefficients::{Rounded, expand};
@@ -95,19 +95,19 @@ fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Resul
 }
 
 /// Why neither side could be shown.
-fn doubt(margins: &[Margin], path: &Path) -> Doubt {
+fn doubt(margins: &[Margin], path: &Path) -> UndecidedReason {
     if path.ending == Ending::Point {
         let estimate = margins.iter().filter(|m| m.proved.is_none()).map(|m| m.estimate).fold(f64::INFINITY, f64::min);
-        Doubt::ProposalNotProved { estimate }
+        UndecidedReason::ProposalNotProved { estimate }
     } else {
-        Doubt::NoProposal { status: path.status }
+        UndecidedReason::NoProposal { status: path.status }
     }
 }
 
 fn no_proposal(problem: &Problem, standard: &Standard) -> Solution {
     let status = "no proposal";
     Solution {
-        verdict: Verdict::Undecided { why: Doubt::NoProposal { status }, best: f64::NEG_INFINITY },
+        verdict: Verdict::Undecided { why: UndecidedReason::NoProposal { status }, best: f64::NEG_INFINITY },
         margins: Vec::new(),
         objective: None,
         effort: Effort { iterations: 0, status },

@@ -2,15 +2,15 @@
 //!
 //! `cargo run --example certificate > observer.json && cargo run -p luenberger-proof --bin luenberger-verify observer.json`
 
-use luenberger::design::{Certified, Correction, CubicDesign, Decrease, LinearDesign, Wish};
-use luenberger::plants::DynamicPlant;
+use luenberger::design::{Certified, CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
+use luenberger::plants::StateSpace;
 use luenberger::proof::certificate::verify;
 use nalgebra::dmatrix;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
     let file = cubic.certificate_file("Example 1: the cubic observer of a double integrator")?.to_json();
     print!("{file}");
 

@@ -3,7 +3,7 @@
 //! `cargo run --release -p luenberger --example compare`
 
 use luenberger::linalg::kalman_gain;
-use luenberger::observers::{Beta, ExtendedKalmanFilter, Integral, MeanValueObserver, Noises};
+use luenberger::observers::{Beta, ExtendedKalmanFilter, Integral, MeanValueObserver, NoiseModel};
 use luenberger::plants::flexible_joint;
 use luenberger::sim::{Comparison, Noise};
 use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, Vector4};
@@ -20,7 +20,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let told = MeanValueObserver::new(plant, 1.0, Beta, x0 - xhat0)?;
     let untold = MeanValueObserver::new(plant, 1.0, Beta, Vector4::zeros())?;
     let repaired = MeanValueObserver::repaired(plant, 1.0, Integral, Vector4::zeros(), l)?;
-    let noises = Noises { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
+    let noises =
+        NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
     let filter = ExtendedKalmanFilter::new(plant, noises, 0.01, 2)?;
 
     let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())

@@ -13,7 +13,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let noise = Noise::gaussian(&[0.05], PERIOD, 7);
     let filter = |v: f64| {
         let (w, v, p0) = (Matrix2::identity() * 1e-3, Matrix1::new(v), Matrix2::identity());
-        ExtendedKalmanFilter::new(plant, Noises { w, v, p0 }, PERIOD, 1)
+        ExtendedKalmanFilter::new(plant, NoiseModel { w, v, p0 }, PERIOD, 1)
     };
     let run = Scenario::new(plant)
         .initial_state(&[1.0, 0.0])

@@ -1,20 +1,18 @@
-//! Luenberger's observer from four wishes: poles, noise, a decay rate, and a gain of one's own, each with its proof.
+//! Luenberger's observer by poles, noise, a decay rate or a given gain, each with its proof.
 
 use luenberger::prelude::*;
 use nalgebra::dmatrix;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A cart with friction: position is measured, velocity is wanted.
-    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, -0.5], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
-    let noise = Wish::Kalman { w: dmatrix![0.0, 0.0; 0.0, 1.0], v: dmatrix![0.01] };
-    let wishes = [
-        ("poles at -2, -5", Wish::poles(&[-2.0, -5.0])),
-        ("the noise is known", noise),
-        ("errors decay like exp(-2 t)", Wish::DecayRate(2.0)),
-        ("a gain of one's own", Wish::Gain(dmatrix![3.0; 2.0])),
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, -0.5], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+    let designs = [
+        ("poles at -2, -5", LinearDesign::with_poles(&plant, &[-2.0, -5.0])?),
+        ("known noise", LinearDesign::kalman(&plant, &dmatrix![0.0, 0.0; 0.0, 1.0], &dmatrix![0.01])?),
+        ("errors decay like exp(-2 t)", LinearDesign::with_decay_rate(&plant, 2.0)?),
+        ("a given gain", LinearDesign::with_gain(&plant, dmatrix![3.0; 2.0])?),
     ];
-    for (words, wish) in &wishes {
-        let design = LinearDesign::new(&plant, wish, &Decrease::default())?;
+    for (words, design) in &designs {
         assert!(design.certificate.is_proved());
         let run = Scenario::new(&plant)
             .initial_state(&[-3.0, -3.0])
@@ -30,8 +28,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         print!("{}", design.certificate);
     }
     // A velocity sensor alone never sees the position: the error names the mode.
-    let blind = DynamicPlant { c: dmatrix![0.0, 1.0], ..plant };
-    let refused = LinearDesign::new(&blind, &Wish::poles(&[-2.0, -5.0]), &Decrease::default());
+    let blind = StateSpace { c: dmatrix![0.0, 1.0], ..plant };
+    let refused = LinearDesign::with_poles(&blind, &[-2.0, -5.0]);
     println!("velocity measured instead: {}", refused.expect_err("no gain moves the position's mode"));
     Ok(())
 }

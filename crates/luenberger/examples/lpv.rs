@@ -1,4 +1,4 @@
-//! A plant of one's own, written once; one gain for all of its states, with the proof.
+//! A plant supplied by the user, written once; one gain for all of its states, with the proof.
 
 use luenberger::design::{LpvDesign, Region};
 use luenberger::plants::{Dimensions, Plant};

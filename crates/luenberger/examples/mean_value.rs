@@ -1,6 +1,6 @@
 //! The mean-value-theorem observer on a flexible joint: as printed it has to be told the answer; repaired it finds it.
 
-use luenberger::design::mean_value::RepairedDesign;
+use luenberger::design::mean_value::MeanValueDesign;
 use luenberger::observers::Integral;
 use luenberger::plants::flexible_joint;
 use luenberger::prelude::*;
@@ -16,7 +16,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         vertex
     });
     // One gain for every slope that the sine has: the error decays at least like exp(-t), from wherever it starts.
-    let design = RepairedDesign::new(&vertices, 2, 1.0)?;
+    let design = MeanValueDesign::new(&vertices, 2, 1.0)?;
     println!("L = {:.2}{}", design.l, design.certificate);
 
     let (x0, xhat0) = (Vector4::repeat(3.0), Vector4::new(1.0, 2.0, 0.5, 1.0));

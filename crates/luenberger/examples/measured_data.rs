@@ -16,7 +16,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // angle' = speed, speed' = -2 speed + 8 voltage.
     let plant = LinearPlant::new(Matrix2::new(0.0, 1.0, 0.0, -2.0), Vector2::new(0.0, 8.0), RowVector2::new(1.0, 0.0))?;
-    let noises = Noises { w: Matrix2::new(0.0, 0.0, 0.0, 0.01), v: Matrix1::new(1e-4), p0: Matrix2::identity() };
+    let noises = NoiseModel { w: Matrix2::new(0.0, 0.0, 0.0, 0.01), v: Matrix1::new(1e-4), p0: Matrix2::identity() };
     let replayed = Replay::new(plant.clone(), recording)
         .observer("slow", LinearObserver::of(plant.clone(), Vector2::new(1.0, 1.0))?, &[0.0, 0.0])
         .observer("fast", LinearObserver::of(plant.clone(), Vector2::new(43.0, 414.0))?, &[0.0, 0.0])

@@ -11,7 +11,7 @@ const PERIOD: f64 = 1e-3;
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The desk.
     let plant = luenberger::plants::double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::default())?;
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?;
     let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, PERIOD)?;
     print!("{}", design.certificate);
 

@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | [`plants`] | `luenberger-plants` | what is observed |
 //! | [`observers`] | `luenberger-observers` | the observers as they run on the target: `no_std`, no allocation |
-//! | [`design`] | `luenberger-design` | from a plant and a wish to an observer with its certificate |
+//! | [`design`] | `luenberger-design` | from a plant to an observer with its certificate |
 //! | [`sim`] | `luenberger-sim` | plants and observers in one run |
 //! | [`linalg`] | `luenberger-linalg` | matrix equations, placement, observability |
 //! | [`lmi`] | `luenberger-lmi` | linear matrix inequalities, verified outside the solver |
@@ -22,9 +22,9 @@
 //! use nalgebra::dmatrix;
 //!
 //! // Position is measured, velocity is wanted.
-//! let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
-//! let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?;
-//! let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0))?;
+//! let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+//! let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+//! let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
 //! assert!(cubic.certificate.is_proved());
 //!
 //! let run = Scenario::new(&plant)
@@ -48,17 +48,17 @@ pub use luenberger_sim as sim;
 /// What most programs need: `use luenberger::prelude::*;`.
 pub mod prelude {
     pub use luenberger_design::{
-        Certificate, Certified, Correction, CubicDesign, Decrease, FeedbackDesign, KklCandidate, KklDesign,
-        KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, NumericalKklDesign, Region,
-        SampledCubicDesign, Sector, Wish, joint_design,
+        Certificate, Certified, CubicDesign, CubicGain, FeedbackDesign, KklCandidate, KklDesign, KklPebDesign,
+        LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, LyapunovWeight, NumericalKklDesign, Region,
+        SampledCubicDesign, Sector, joint_design,
     };
     pub use luenberger_observers::{
         CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainMap, HighGainObserver, Immersion,
-        ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver, Noises,
-        NonlinearLuenbergerObserver, Observer, ObserverDimensions, PeboObserver, Regression, SampledCubicObserver,
-        SampledObserver,
+        ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
+        NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, PeboObserver, Regression,
+        SampledCubicObserver, SampledObserver,
     };
-    pub use luenberger_plants::{Differentiable, Dimensions, DynamicPlant, LinearPlant, Plant};
+    pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, StateSpace};
     pub use luenberger_proof::Verdict;
     pub use luenberger_sim::{Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, Trajectory, metrics};
 }

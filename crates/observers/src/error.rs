@@ -87,7 +87,7 @@ pub enum ObserverError {
     /// An output that is not the state of the same number.
     #[error(
         "output {output} is {found} where state {output} is {expected}: y must be the first states; change coordinates, \
-         as luenberger-design's mean_value::MeasuredFirst does for every linear output of full rank"
+         as luenberger-design's mean_value::OutputCoordinates does for every linear output of full rank"
     )]
     OutputNotState {
         /// Index of the output, from 0.

@@ -72,7 +72,7 @@ where
         y: &OVector<T, Self::Outputs>,
     ) -> OVector<T, Self::Xi>;
 
-    /// `s(t, u, y)`, the shape of the correction; all 1 unless told.
+    /// `s(t, u, y)`, the shape of the correction (default all 1).
     fn shape(&self, _t: T, _u: &OVector<T, Self::Inputs>, _y: &OVector<T, Self::Outputs>) -> OVector<T, Self::Xi> {
         OVector::repeat_generic(Self::Xi::from_usize(self.dimensions().state), U1, T::one())
     }

@@ -85,7 +85,7 @@ where
         y: &OVector<T, Self::Outputs>,
     ) -> OVector<T, Self::Extension>;
 
-    /// `Q(y, chi, u)`, which matters in the directions of chi that beta does not see; 0 unless told.
+    /// `Q(y, chi, u)`, which matters in the directions of chi that beta does not see (default 0).
     fn freedom(
         &self,
         _y: &OVector<T, Self::Outputs>,
@@ -95,7 +95,7 @@ where
         OVector::zeros_generic(chi.shape_generic().0, U1)
     }
 
-    /// `rho(y, chi, u)`: by how much beta is to move beside phi(xhat). `None`, that is 0, unless told.
+    /// `rho(y, chi, u)`: by how much beta is to move beside phi(xhat). Default `None`, that is 0.
     fn rho(
         &self,
         _y: &OVector<T, Self::Outputs>,

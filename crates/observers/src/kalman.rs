@@ -37,11 +37,11 @@ use crate::observer::{ObserverDimensions, SampledObserver};
 
 /// The state of the filter: estimate and covariance, one beside the other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Belief<T: RealField + Copy, N: DimAdd<U1>>(OMatrix<T, N, DimSum<N, U1>>)
+pub struct GaussianEstimate<T: RealField + Copy, N: DimAdd<U1>>(OMatrix<T, N, DimSum<N, U1>>)
 where
     DefaultAllocator: Allocator<N, DimSum<N, U1>>;
 
-impl<T: RealField + Copy, N: DimAdd<U1>> Belief<T, N>
+impl<T: RealField + Copy, N: DimAdd<U1>> GaussianEstimate<T, N>
 where
     DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
 {
@@ -63,7 +63,7 @@ where
     }
 }
 
-impl<T: RealField + Copy, N: DimAdd<U1>> Column<T> for Belief<T, N>
+impl<T: RealField + Copy, N: DimAdd<U1>> Column<T> for GaussianEstimate<T, N>
 where
     DefaultAllocator: Allocator<N, DimSum<N, U1>>,
 {
@@ -88,7 +88,7 @@ where
 
 /// The noise a filter is designed for, and its doubt at the start.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Noises<T: RealField + Copy, N: Dim, P: Dim>
+pub struct NoiseModel<T: RealField + Copy, N: Dim, P: Dim>
 where
     DefaultAllocator: Allocator<N, N> + Allocator<P, P>,
 {
@@ -109,7 +109,7 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     plant: S,
-    noises: Noises<T, N, P>,
+    noises: NoiseModel<T, N, P>,
     h: T,
     substeps: usize,
     inputs: PhantomData<M>,
@@ -125,12 +125,12 @@ where
     /// A step costs about `4 substeps (n derivatives along a direction + 2 n^3)` and one Cholesky factorisation of order p.
     ///
     /// ```
-    /// use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
+    /// use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
     /// use luenberger_observers::SampledObserver;
     /// use luenberger_plants::flexible_joint;
     /// use nalgebra::{Matrix2, Matrix4, Vector1, Vector2, Vector4};
     ///
-    /// let noises = Noises { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
+    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
     /// let filter = ExtendedKalmanFilter::new(flexible_joint::classical(), noises, 0.01, 2)?;
     /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
     /// let mut belief = filter.initial(0.0, &Vector4::zeros(), &u, &y);
@@ -142,9 +142,9 @@ where
     /// # Errors
     /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`], [`ObserverError::NotDefinite`] when V is
     /// not positive definite or W or P(0) not semidefinite, [`ObserverError::Period`], [`ObserverError::Substeps`].
-    pub fn new(plant: S, noises: Noises<T, N, P>, h: T, substeps: usize) -> Result<Self, ObserverError> {
+    pub fn new(plant: S, noises: NoiseModel<T, N, P>, h: T, substeps: usize) -> Result<Self, ObserverError> {
         let size = plant.dimensions();
-        let noises = Noises {
+        let noises = NoiseModel {
             w: covariance("W", noises.w, size.states, false)?,
             v: covariance("V", noises.v, size.outputs, true)?,
             p0: covariance("P(0)", noises.p0, size.states, false)?,
@@ -164,12 +164,12 @@ where
     }
 
     /// The noise the filter is designed for.
-    pub fn noises(&self) -> &Noises<T, N, P> {
+    pub fn noises(&self) -> &NoiseModel<T, N, P> {
         &self.noises
     }
 
     /// The covariance `S = H P H' + V` that the innovation `y - h(xhat)` of a sample at time t has by this belief, p x p.
-    pub fn innovation_covariance(&self, t: T, belief: &Belief<T, N>) -> OMatrix<T, P, P>
+    pub fn innovation_covariance(&self, t: T, belief: &GaussianEstimate<T, N>) -> OMatrix<T, P, P>
     where
         N: DimAdd<U1>,
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
@@ -232,7 +232,7 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
-    type State = Belief<T, N>;
+    type State = GaussianEstimate<T, N>;
     type Input = OVector<T, M>;
     type Output = OVector<T, P>;
     type Estimate = OVector<T, N>;
@@ -258,7 +258,7 @@ where
         for k in 0..self.substeps {
             self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
         }
-        *state = Belief::new(&xhat, &p);
+        *state = GaussianEstimate::new(&xhat, &p);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
@@ -266,7 +266,7 @@ where
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        Belief::new(estimate, &self.noises.p0)
+        GaussianEstimate::new(estimate, &self.noises.p0)
     }
 }
 

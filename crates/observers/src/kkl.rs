@@ -52,7 +52,7 @@ where
     /// Lengths of the columns; `state` is the length of xi.
     fn dimensions(&self) -> ObserverDimensions;
 
-    /// `Lambda(t, u, y)`, square of the order of xi; zero unless told, which is what a PEBO has ([`pebo`](crate::pebo)).
+    /// `Lambda(t, u, y)`, square of the order of xi (default zero), which is what a PEBO has ([`pebo`](crate::pebo)).
     fn lambda(
         &self,
         _t: T,

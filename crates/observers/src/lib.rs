@@ -60,7 +60,7 @@ pub use diagnosis::{Diagnose, Diagnosis};
 pub use error::{ObserverError, Point};
 pub use high_gain::{HighGainMap, HighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-pub use kalman::{Belief, ExtendedKalmanFilter, Noises};
+pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
 pub use linear::LinearObserver;

@@ -52,7 +52,7 @@ pub use exponential_cascade::ExponentialCascade;
 pub use flexible_joint::FlexibleJoint;
 pub use jacobian::{Differentiable, state_jacobian};
 #[cfg(feature = "alloc")]
-pub use linear::DynamicPlant;
+pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};
 pub use oscillators::{ReverseDuffing, VanDerPol};
 pub use plant::{Dimensions, Plant};

@@ -27,7 +27,7 @@ pub type StaticPlant<T, const N: usize, const M: usize, const P: usize> = Linear
 
 /// A linear plant whose sizes are known at run time.
 #[cfg(feature = "alloc")]
-pub type DynamicPlant = LinearPlant<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>;
+pub type StateSpace = LinearPlant<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>;
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> LinearPlant<T, N, M, P>
 where
@@ -36,13 +36,13 @@ where
     /// The plant with these matrices: A n x n, B n x m, C p x n, n and p at least 1, m may be 0.
     ///
     /// ```
-    /// use luenberger_plants::{DynamicPlant, PlantError};
+    /// use luenberger_plants::{StateSpace, PlantError};
     /// use nalgebra::DMatrix;
     ///
     /// let a = DMatrix::<f64>::zeros(2, 2);
     /// let b = DMatrix::zeros(2, 1);
     /// let c = DMatrix::zeros(1, 3);
-    /// let error = DynamicPlant::new(a, b, c).unwrap_err();
+    /// let error = StateSpace::new(a, b, c).unwrap_err();
     /// assert_eq!(error, PlantError::DimensionMismatch { what: "C", expected: (1, 2), found: (1, 3) });
     /// ```
     /// # Errors

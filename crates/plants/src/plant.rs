@@ -18,7 +18,7 @@ pub struct Dimensions {
 
 /// A plant `x' = f(t, x, u)`, `y = h(t, x)` over the scalar `T`.
 ///
-/// A nonlinear plant of one's own, written once for every scalar that nalgebra can compute with:
+/// A nonlinear plant supplied by the user, written once for every scalar that nalgebra can compute with:
 /// ```
 /// use luenberger_plants::{Dimensions, Plant};
 /// use nalgebra::{RealField, SVector, Vector1, Vector2};

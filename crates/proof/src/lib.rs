@@ -46,4 +46,4 @@ pub use exact::Exact;
 pub use interval::Interval;
 pub use matrix::Matrix;
 pub use ring::Ring;
-pub use verdict::{Doubt, Verdict};
+pub use verdict::{UndecidedReason, Verdict};

@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use crate::statement::Obstacle;
+use crate::statement::NoErrorBallReason;
 
 /// What is known of a mathematical statement. `W` is the witness that refutes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,7 @@ pub enum Verdict<W> {
     /// Neither was shown.
     Undecided {
         /// What stood in the way.
-        why: Doubt,
+        why: UndecidedReason,
         /// The floating-point estimate of the margin, which proves nothing.
         best: f64,
     },
@@ -33,7 +33,7 @@ pub enum Verdict<W> {
 /// Why a statement stayed undecided.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub enum Doubt {
+pub enum UndecidedReason {
     /// The rounding error of the quick test exceeds the margin, and the exact referee was not allowed at this size.
     RoundingDominates {
         /// Bound on the rounding error of the test.
@@ -77,11 +77,11 @@ pub enum Doubt {
     /// No bound of the error of a running observer is proved.
     NoErrorBall {
         /// Why not.
-        obstacle: Obstacle,
+        obstacle: NoErrorBallReason,
     },
 }
 
-impl fmt::Display for Doubt {
+impl fmt::Display for UndecidedReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::RoundingDominates { error, order } => write!(

@@ -71,21 +71,21 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The end of the runs, which begin at 0, and the number of times kept of each; 1 and 101 unless told.
+    /// The end of the runs, which begin at 0, and the number of times kept of each (default 1 and 101).
     #[must_use]
     pub fn until(mut self, end: f64, samples: usize) -> Self {
         (self.end, self.samples) = (end, samples);
         self
     }
 
-    /// The band of settling, as a fraction of `|x(0) - xhat(0)|`; 0.05 unless told.
+    /// The band of settling, as a fraction of `|x(0) - xhat(0)|` (default 0.05).
     #[must_use]
     pub fn band(mut self, fraction: f64) -> Self {
         self.band = fraction;
         self
     }
 
-    /// The input, a function of time that writes into its second argument; 0 unless told.
+    /// The input, a function of time that writes into its second argument (default 0).
     #[must_use]
     pub fn input(mut self, f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
         self.input = Some(Rc::new(f));
@@ -131,7 +131,7 @@ impl<'a> Comparison<'a> {
 
     /// Something the observer of that name was given more than the others; stands in its row.
     #[must_use]
-    pub fn told(mut self, name: &str, what: &str) -> Self {
+    pub fn prior_information(mut self, name: &str, what: &str) -> Self {
         self.told.push((name.to_owned(), what.to_owned()));
         self
     }

@@ -24,11 +24,11 @@ use luenberger_plants::Plant;
 /// What one knows better than the defaults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GramianSettings {
-    /// What counts as one of each state; the magnitudes of the initial state unless told, 1 for a state that starts at 0.
+    /// What counts as one of each state (default the magnitudes of the initial state), 1 for a state that starts at 0.
     pub scales: Option<Vec<f64>>,
-    /// What counts as one of each output; 1 unless told.
+    /// What counts as one of each output (default 1).
     pub output_scales: Option<Vec<f64>>,
-    /// Half the distance of the two starts, in scales: 1e-3 unless told. The truncation error goes with its square, the error of the
+    /// Half the distance of the two starts, in scales (default 1e-3). The truncation error goes with its square, the error of the
     /// integration with its inverse.
     pub perturbation: f64,
     /// The integrator.
@@ -107,11 +107,11 @@ impl EmpiricalGramian {
 /// # Example
 /// ```
 /// use luenberger_linalg::lyapunov;
-/// use luenberger_plants::DynamicPlant;
+/// use luenberger_plants::StateSpace;
 /// use luenberger_sim::{GramianSettings, empirical_gramian};
 /// use nalgebra::dmatrix;
 ///
-/// let plant = DynamicPlant::new(dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+/// let plant = StateSpace::new(dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
 /// let found = empirical_gramian(&plant, &[1.0, 1.0], |_, u| u.fill(1.0), (0.0, 30.0), &GramianSettings::default())?;
 /// // A'P + P A + C'C = 0
 /// let p = lyapunov(&plant.a, &(plant.c.transpose() * &plant.c))?.p;

@@ -34,13 +34,13 @@ pub enum Integrator {
 pub struct Settings {
     /// The method.
     pub integrator: Integrator,
-    /// Relative tolerance per step and component, 1e-11 unless told.
+    /// Relative tolerance per step and component (default 1e-11).
     pub rtol: f64,
-    /// Absolute tolerance per step and component, 1e-12 unless told.
+    /// Absolute tolerance per step and component (default 1e-12).
     pub atol: f64,
-    /// Hard cap on attempted steps, a million unless told.
+    /// Hard cap on attempted steps (default a million).
     pub max_steps: usize,
-    /// Longest step, infinite unless told.
+    /// Longest step (default infinite).
     pub max_step: f64,
 }
 
@@ -91,7 +91,7 @@ pub fn solve(
     check_finite("the initial state", x0)?;
     let mut dense = Dense::new(x0.len());
     let mut x = x0.to_vec();
-    March::new(*settings).advance(&f, start, end, &mut x, &mut |step| {
+    Stepper::new(*settings).advance(&f, start, end, &mut x, &mut |step| {
         let values = (0..NODES).flat_map(|i| step.at(step.start + node(i) * (step.end - step.start))).collect();
         dense.push(step.start, step.end, values);
         Ok(())
@@ -184,7 +184,7 @@ impl Method {
 }
 
 /// Integration that goes on over several intervals, between which the right-hand side or the state may jump.
-pub(crate) struct March {
+pub(crate) struct Stepper {
     settings: Settings,
     /// Step size to go on with.
     h: Option<f64>,
@@ -192,7 +192,7 @@ pub(crate) struct March {
     steps: usize,
 }
 
-impl March {
+impl Stepper {
     pub(crate) fn new(settings: Settings) -> Self {
         Self { settings, h: None, implicit: settings.integrator == Integrator::Implicit, steps: 0 }
     }

@@ -25,13 +25,13 @@ pub(crate) struct Model<'a> {
     pub(crate) hold: Option<f64>,
     pub(crate) noise: Option<Noise>,
     pub(crate) names: Vec<String>,
-    pub(crate) observers: Vec<Fitted<'a>>,
+    pub(crate) observers: Vec<ObserverSlot<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
     pub(crate) breakpoints: Vec<f64>,
     pub(crate) settings: Settings,
 }
 
-pub(crate) struct Fitted<'a> {
+pub(crate) struct ObserverSlot<'a> {
     pub(crate) observer: Box<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
     pub(crate) states: Vec<usize>,
@@ -55,7 +55,7 @@ pub(crate) struct Instant {
 
 /// What stands still between jumps.
 #[derive(Clone, Default)]
-pub(crate) struct Still {
+pub(crate) struct HeldValues {
     pub(crate) noise: Vec<f64>,
     pub(crate) held: Option<Vec<f64>>,
     /// States of the sampled-data observers; empty for the others.
@@ -94,7 +94,7 @@ impl<'a> Model<'a> {
                 check_positive("the period of a sampled-data observer", period)?;
             }
             let length = own.state;
-            observers.push(Fitted { observer, initial, states, length, period, offset });
+            observers.push(ObserverSlot { observer, initial, states, length, period, offset });
             offset += if period.is_none() { length } else { 0 };
             names.push(name);
         }
@@ -140,7 +140,7 @@ impl<'a> Model<'a> {
     }
 
     /// State of observer `k`.
-    pub(crate) fn state<'s>(&self, k: usize, stacked: &'s [f64], still: &'s Still) -> &'s [f64] {
+    pub(crate) fn state<'s>(&self, k: usize, stacked: &'s [f64], still: &'s HeldValues) -> &'s [f64] {
         let observer = &self.observers[k];
         match observer.period {
             Some(_) => &still.sampled[k],
@@ -148,8 +148,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    pub(crate) fn estimates(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant) {
-        for (k, Fitted { observer, states, .. }) in self.observers.iter().enumerate() {
+    pub(crate) fn estimates(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+        for (k, ObserverSlot { observer, states, .. }) in self.observers.iter().enumerate() {
             observer.estimate(t, self.state(k, stacked, still), &now.u, &now.seen, &mut now.estimates[k]);
             for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
                 *error = stacked[i] - estimate;
@@ -158,7 +158,7 @@ impl<'a> Model<'a> {
     }
 
     /// Input, outputs and estimates at `t`.
-    pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant) {
+    pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
         let x = &stacked[..self.size.states];
         self.see(t, x, still, now);
         match &still.held {
@@ -169,7 +169,7 @@ impl<'a> Model<'a> {
     }
 
     /// The output and what the observers see of it.
-    pub(crate) fn see(&self, t: f64, x: &[f64], still: &Still, now: &mut Instant) {
+    pub(crate) fn see(&self, t: f64, x: &[f64], still: &HeldValues, now: &mut Instant) {
         self.plant.output(t, x, &mut now.y);
         for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
             *seen = y + noise;
@@ -177,7 +177,7 @@ impl<'a> Model<'a> {
     }
 
     /// The input by its law.
-    pub(crate) fn steer(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant) {
+    pub(crate) fn steer(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
         now.u.fill(0.0);
         if self.input.reads_estimates() {
             self.estimates(t, stacked, still, now);
@@ -194,12 +194,12 @@ impl<'a> Model<'a> {
         now.u = u;
     }
 
-    pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant, slope: &mut [f64]) {
+    pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
         self.evaluate(t, stacked, still, now);
         let (x, n) = (&stacked[..self.size.states], self.size.states);
         self.plant.derivative(t, x, &now.u, &mut slope[..n]);
         let mut end = n;
-        for (k, Fitted { observer, length, period, .. }) in self.observers.iter().enumerate() {
+        for (k, ObserverSlot { observer, length, period, .. }) in self.observers.iter().enumerate() {
             if period.is_none() {
                 let state = self.state(k, stacked, still);
                 observer.derivative(t, state, &now.u, &now.seen, &mut slope[end..end + length]);
@@ -236,7 +236,7 @@ impl<'a> Model<'a> {
     }
 
     /// Everything at `t` in one row: x, u, y, then state and estimate of each observer, then the integrals.
-    pub(crate) fn row(&self, t: f64, stacked: &[f64], still: &Still, now: &mut Instant, row: &mut Vec<f64>) {
+    pub(crate) fn row(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
         self.evaluate(t, stacked, still, now);
         row.extend_from_slice(&stacked[..self.size.states]);
         row.extend_from_slice(&now.u);

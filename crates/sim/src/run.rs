@@ -7,8 +7,8 @@ use std::cell::RefCell;
 
 use crate::dense::{Dense, NODES, node};
 use crate::error::{SimError, check_finite};
-use crate::integrate::March;
-use crate::model::{Instant, Model, Still};
+use crate::integrate::Stepper;
+use crate::model::{HeldValues, Instant, Model};
 use crate::trajectory::Trajectory;
 
 /// Something that happens every period from the start on.
@@ -40,7 +40,7 @@ impl Periodic {
 /// A run on its way.
 pub(crate) struct Runner<'m, 'a> {
     model: &'m Model<'a>,
-    still: Still,
+    still: HeldValues,
     /// What the sampled-data observers will hold from their next sample on.
     pending: Vec<Vec<f64>>,
     stacked: Vec<f64>,
@@ -55,7 +55,7 @@ impl<'m, 'a> Runner<'m, 'a> {
     pub(crate) fn new(model: &'m Model<'a>) -> Result<Self, SimError> {
         let t = model.start;
         let mut now = model.instant();
-        let mut still = Still {
+        let mut still = HeldValues {
             noise: model.noise.as_ref().map_or_else(|| vec![0.0; model.size.outputs], |noise| noise.sample(0)),
             held: None,
             sampled: vec![Vec::new(); model.observers.len()],
@@ -162,7 +162,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         let mut dense = Dense::new(layout.width);
         let mut samples = Vec::with_capacity(model.times.len() * layout.width);
         let mut waiting = model.times.iter().copied().peekable();
-        let mut march = March::new(model.settings);
+        let mut march = Stepper::new(model.settings);
         let mut t = model.start;
         while t < end {
             let next = self.next_jump(t, end);

@@ -36,7 +36,7 @@ pub(crate) struct Entry<'a> {
     pub(crate) name: String,
     pub(crate) observer: Box<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
-    /// Which plant states are estimated; the first ones unless told.
+    /// Which plant states are estimated (default the first ones).
     pub(crate) states: Option<Vec<usize>>,
 }
 
@@ -66,7 +66,7 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// The time of the start, 0 unless told.
+    /// The time of the start (default 0).
     #[must_use]
     pub fn start(mut self, t: f64) -> Self {
         self.start = t;

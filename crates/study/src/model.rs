@@ -2,7 +2,7 @@
 
 use luenberger_design::Names;
 use luenberger_plants::{
-    Chaotic, Column, CukConverter, Dimensions, DynamicPlant, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing,
+    Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing, StateSpace,
     VanDerPol, double_integrator, flexible_joint, third_order,
 };
 use nalgebra::{DMatrix, DVector, RealField, convert};
@@ -40,7 +40,7 @@ impl PlantModel {
 #[derive(Debug, Clone)]
 pub enum Model {
     /// `x' = A x + B u`, `y = C x`.
-    Linear(DynamicPlant),
+    Linear(StateSpace),
     /// From expressions.
     Expressions(ExpressionPlant),
     /// Built in.
@@ -65,9 +65,9 @@ pub enum Builtin {
     /// The plant of Proposition 6.
     ExponentialCascade(ExponentialCascade),
     /// The double integrator.
-    DoubleIntegrator(DynamicPlant),
+    DoubleIntegrator(StateSpace),
     /// The plant of Example 3 of the cubic paper.
-    ThirdOrder(DynamicPlant),
+    ThirdOrder(StateSpace),
 }
 
 impl Builtin {
@@ -110,7 +110,7 @@ impl Model {
     }
 
     /// The plant as a linear one, if it is one: by its matrices, or by expressions that are linear in their form.
-    pub fn linear(&self) -> Option<DynamicPlant> {
+    pub fn linear(&self) -> Option<StateSpace> {
         match self {
             Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
                 Some(plant.clone())

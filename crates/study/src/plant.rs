@@ -8,7 +8,7 @@
 use core::fmt;
 use std::sync::Arc;
 
-use luenberger_plants::{Dimensions, DynamicPlant, Plant, PlantError};
+use luenberger_plants::{Dimensions, Plant, PlantError, StateSpace};
 use nalgebra::{DMatrix, DVector, RealField, SVector};
 
 use crate::expression::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
@@ -137,7 +137,7 @@ pub struct NotAffine {
 #[derive(Clone, Debug, PartialEq)]
 pub struct AffinePlant {
     /// A, n x n; B, n x m; C, p x n.
-    pub linear: DynamicPlant,
+    pub linear: StateSpace,
     /// f(0, 0), n entries.
     pub f0: DVector<f64>,
     /// h(0), p entries.
@@ -193,7 +193,7 @@ impl ExpressionPlant {
         Self::of(f, h, inputs, (&[], &[]), parameters)
     }
 
-    /// The same with names of one's own for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`: see [`Scope::named`].
+    /// The same with names supplied by the user for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`: see [`Scope::named`].
     ///
     /// ```
     /// use luenberger_plants::Plant;
@@ -326,7 +326,7 @@ impl ExpressionPlant {
         let c = gradients(self.h(), by_state, size.states);
         let values =
             |rows: &[Expression]| DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(0.0, &x, &u)));
-        let linear = DynamicPlant::new(a, b, c).map_err(AffineError::Matrices)?;
+        let linear = StateSpace::new(a, b, c).map_err(AffineError::Matrices)?;
         Ok(AffinePlant { linear, f0: values(self.f()), h0: values(self.h()) })
     }
 

@@ -30,7 +30,7 @@ pub struct Study {
     /// The measured log, if there is one.
     pub log: Option<Log>,
     /// The observers.
-    pub observers: Vec<ObserverWish>,
+    pub observers: Vec<ObserverSpec>,
     /// Who proposes the solutions of the matrix inequalities of the designs.
     pub solver: Solver,
     /// What is drawn.
@@ -75,7 +75,7 @@ impl Study {
     }
 
     /// The observer of that name.
-    pub fn observer(&self, name: &str) -> Option<&ObserverWish> {
+    pub fn observer(&self, name: &str) -> Option<&ObserverSpec> {
         self.observers.iter().find(|observer| observer.name == name)
     }
 }
@@ -96,12 +96,12 @@ pub struct Simulation {
     /// The share of the first error within which the error counts as settled.
     pub band: f64,
     /// Noise on the outputs.
-    pub noise: Option<NoiseWish>,
+    pub noise: Option<NoiseSpec>,
 }
 
 /// Noise on the outputs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NoiseWish {
+pub struct NoiseSpec {
     /// Gaussian, or else uniform.
     pub gaussian: bool,
     /// Standard deviations or amplitudes, one for each output.
@@ -112,7 +112,7 @@ pub struct NoiseWish {
     pub seed: u64,
 }
 
-impl NoiseWish {
+impl NoiseSpec {
     /// The noise with amplitudes times `factor` and another seed.
     pub fn noise(&self, factor: f64, seed: u64) -> luenberger_sim::Noise {
         let amplitude: Vec<f64> = self.amplitude.iter().map(|amplitude| factor * amplitude).collect();
@@ -135,7 +135,7 @@ pub struct Log {
 
 /// An observer and what is wished of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ObserverWish {
+pub struct ObserverSpec {
     /// Its name.
     pub name: String,
     /// Its estimate at the start.
@@ -148,16 +148,36 @@ pub struct ObserverWish {
 
 /// A gain of a linear observer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearWish {
-    /// What is wished.
-    pub wish: luenberger_design::Wish,
-    /// The right-hand side of the Lyapunov equation that certifies it.
-    pub decrease: luenberger_design::Decrease,
+pub struct LinearSpec {
+    /// How L is found.
+    pub gain: GainSpec,
+    /// The right-hand side of the Lyapunov equation that certifies it, if the study gives one.
+    pub weight: Option<luenberger_design::LyapunovWeight>,
+}
+
+/// How the gain of a linear observer is found.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GainSpec {
+    /// The eigenvalues of `A - L C`.
+    Poles(Vec<Complex<f64>>),
+    /// The stationary Kalman gain.
+    Kalman {
+        /// Intensity of the process noise, n x n.
+        w: DMatrix<f64>,
+        /// Intensity of the measurement noise, p x p.
+        v: DMatrix<f64>,
+    },
+    /// A decay rate, by LMI.
+    DecayRate(f64),
+    /// The largest margin, by LMI.
+    Lmi,
+    /// A given L, n x p.
+    Given(DMatrix<f64>),
 }
 
 /// The gain of the copy of a nonlinear plant.
 #[derive(Debug, Clone, PartialEq)]
-pub enum RateWish {
+pub enum RateSpec {
     /// This rate.
     Rate(f64),
     /// The greatest up to this ceiling.
@@ -170,22 +190,22 @@ pub enum RateWish {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ObserverKind {
     /// Luenberger's.
-    Luenberger(LinearWish),
+    Luenberger(LinearSpec),
     /// The stationary Kalman filter, which is Luenberger's with another gain.
-    Kalman(LinearWish),
+    Kalman(LinearSpec),
     /// The cubic one.
     Cubic {
         /// Its linear part.
-        linear: LinearWish,
+        linear: LinearSpec,
         /// theta, p x p.
         theta: DMatrix<f64>,
         /// N.
-        correction: luenberger_design::Correction,
+        correction: luenberger_design::CubicGain,
     },
     /// The sampled cubic one.
     SampledCubic {
         /// Its linear part.
-        linear: LinearWish,
+        linear: LinearSpec,
         /// theta, p x p.
         theta: DMatrix<f64>,
         /// The strength w.
@@ -198,7 +218,7 @@ pub enum ObserverKind {
         /// The box.
         region: luenberger_design::Region,
         /// The rate.
-        rate: RateWish,
+        rate: RateSpec,
     },
     /// One gain for all nonlinearities within sectors.
     Lipschitz {
@@ -208,7 +228,7 @@ pub enum ObserverKind {
         region: luenberger_design::Region,
         /// The rate.
         rate: f64,
-        /// A gain of one's own.
+        /// A given gain.
         gain: Option<DMatrix<f64>>,
     },
     /// The mean-value-theorem observer, repaired.
@@ -245,12 +265,12 @@ pub enum ObserverKind {
         substeps: usize,
     },
     /// By simulation.
-    KklNumerical(KklWish),
+    KklNumerical(KklSpec),
 }
 
 /// What is wished of a numerical KKL observer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct KklWish {
+pub struct KklSpec {
     /// The box.
     pub domain: Vec<(f64, f64)>,
     /// The cut-off of the filter.
@@ -289,14 +309,13 @@ impl ObserverKind {
     /// The same with poles and rates `factor` times as fast.
     #[must_use]
     pub fn faster(&self, factor: f64) -> Self {
-        use luenberger_design::Wish;
-        let linear = |wish: &LinearWish| LinearWish {
-            wish: match &wish.wish {
-                Wish::Poles(poles) => Wish::Poles(poles.iter().map(|pole: &Complex<f64>| pole * factor).collect()),
-                Wish::DecayRate(rate) => Wish::DecayRate(rate * factor),
+        let linear = |linear: &LinearSpec| LinearSpec {
+            gain: match &linear.gain {
+                GainSpec::Poles(poles) => GainSpec::Poles(poles.iter().map(|pole| pole * factor).collect()),
+                GainSpec::DecayRate(rate) => GainSpec::DecayRate(rate * factor),
                 other => other.clone(),
             },
-            decrease: wish.decrease.clone(),
+            weight: linear.weight.clone(),
         };
         let mut kind = self.clone();
         match &mut kind {
@@ -304,7 +323,7 @@ impl ObserverKind {
             | Self::Kalman(wish)
             | Self::Cubic { linear: wish, .. }
             | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
-            Self::Lpv { rate: RateWish::Rate(rate) | RateWish::Fastest(rate), .. }
+            Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
@@ -317,10 +336,10 @@ impl ObserverKind {
     /// The same with the cubic term of strength `gamma`; none for kinds that have none.
     #[must_use]
     pub fn with_gamma(&self, gamma: f64) -> Option<Self> {
-        use luenberger_design::Correction;
+        use luenberger_design::CubicGain;
         let mut kind = self.clone();
         match &mut kind {
-            Self::Cubic { correction: Correction::Gamma(value) | Correction::Radial(value), .. } => *value = gamma,
+            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => *value = gamma,
             Self::SampledCubic { strength, .. } => *strength = gamma,
             _ => return None,
         }

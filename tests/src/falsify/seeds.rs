@@ -6,15 +6,16 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, SampledCubicDesign,
-    Theorem1, Wish, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, SampledCubicDesign, Theorem1,
+    deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::Matrix;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicObserver, Definiteness, Hurwitz, Region, Schur, Sign, StructuredCubicObserver, Theorem,
+    CertificateFile, CubicConvergence, Definiteness, HurwitzStability, Region, SchurStability, Sign,
+    StructuredCubicConvergence, Theorem,
 };
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use nalgebra::DMatrix;
@@ -56,7 +57,7 @@ fn proof_matrix(m: &DMatrix<f64>) -> Matrix<f64> {
 }
 
 /// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of coordinates.
-fn plant(random: &mut Random, largest: usize) -> Option<DynamicPlant> {
+fn plant(random: &mut Random, largest: usize) -> Option<StateSpace> {
     let n = 1 + random.below(largest);
     let p = 1 + random.below(n.min(2));
     let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
@@ -64,22 +65,23 @@ fn plant(random: &mut Random, largest: usize) -> Option<DynamicPlant> {
     let a = chain + random.matrix(n, p) * &c;
     let b = if random.once_in(4) { DMatrix::zeros(n, 0) } else { random.matrix(n, n) + DMatrix::identity(n, n) * 3.0 };
     if random.once_in(3) {
-        return DynamicPlant::new(a, b, c).ok();
+        return StateSpace::new(a, b, c).ok();
     }
     let q = (random.matrix(n, n) + DMatrix::identity(n, n) * 2.0).qr().q();
-    DynamicPlant::new(&q * a * q.transpose(), b, c * q.transpose()).ok()
+    StateSpace::new(&q * a * q.transpose(), b, c * q.transpose()).ok()
 }
 
-fn linear(plant: &DynamicPlant, random: &mut Random) -> Option<LinearDesign> {
-    let wish = match random.below(4) {
-        0 => Wish::DecayRate(random.between(0.1, 2.0)),
-        1 => Wish::Lmi,
+fn linear(plant: &StateSpace, random: &mut Random) -> Option<LinearDesign> {
+    match random.below(4) {
+        0 => LinearDesign::with_decay_rate(plant, random.between(0.1, 2.0)),
+        1 => LinearDesign::lmi(plant),
         _ => {
             let first = random.between(0.3, 2.0);
-            Wish::poles(&(0..plant.a.nrows()).map(|k| -first - 0.4 * k as f64).collect::<Vec<_>>())
+            let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -first - 0.4 * k as f64).collect();
+            LinearDesign::with_poles(plant, &poles)
         }
-    };
-    LinearDesign::new(plant, &wish, &Decrease::default()).ok()
+    }
+    .ok()
 }
 
 fn linear_observer(random: &mut Random) -> Option<CertificateFile> {
@@ -114,17 +116,17 @@ fn cubic_design(random: &mut Random) -> Option<CubicDesign> {
     }
     let linear = linear(&plant, random)?;
     let correction = if random.once_in(2) {
-        Correction::Gamma(random.between(0.1, 4.0))
+        CubicGain::Gamma(random.between(0.1, 4.0))
     } else {
-        Correction::General(accretive(p, random))
+        CubicGain::General(accretive(p, random))
     };
     CubicDesign::new(&linear, &weight(p, random), &correction).ok()
 }
 
-fn observer_theorem(random: &mut Random) -> Option<CubicObserver> {
+fn observer_theorem(random: &mut Random) -> Option<CubicConvergence> {
     let design = cubic_design(random)?;
     design.certificate.theorems().iter().find_map(|proved| match proved.theorem() {
-        Theorem::CubicObserver(theorem) => Some(theorem.clone()),
+        Theorem::CubicConvergence(theorem) => Some(theorem.clone()),
         _ => None,
     })
 }
@@ -138,8 +140,8 @@ fn cubic_observer(random: &mut Random) -> Option<CertificateFile> {
 }
 
 fn structured(random: &mut Random) -> Option<CertificateFile> {
-    let CubicObserver { plant, l, theta, p, s, rate, .. } = observer_theorem(random)?;
-    written(CertificateFile::prove("structured", StructuredCubicObserver { plant, l, theta, p, s, rate }))
+    let CubicConvergence { plant, l, theta, p, s, rate, .. } = observer_theorem(random)?;
+    written(CertificateFile::prove("structured", StructuredCubicConvergence { plant, l, theta, p, s, rate }))
 }
 
 /// Integers: P of determinant 1, so that `N = -P^-1 C'S` is one of integers, and `F = P^-1(K - Q)` with a skew K.
@@ -167,7 +169,7 @@ fn theorem1(random: &mut Random) -> Option<CertificateFile> {
     let s = &d * d.transpose() + &k - k.transpose();
     let gain = -(&inverse * c.transpose() * s);
     let d = integers(random, p, p);
-    let plant = DynamicPlant::new(&f + &l * &c, DMatrix::zeros(n, 0), c).ok()?;
+    let plant = StateSpace::new(&f + &l * &c, DMatrix::zeros(n, 0), c).ok()?;
     let examined = Theorem1::examine(&plant, (&l, &gain, &(&d * d.transpose())), &lyapunov).ok()?;
     written(examined.certificate_file("theorem 1"))
 }
@@ -190,7 +192,7 @@ fn sampled(random: &mut Random) -> Option<CertificateFile> {
 fn deployed(random: &mut Random) -> Option<CertificateFile> {
     let design = sampled_design(random)?;
     let o = &design.observer;
-    let plant = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
+    let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let size = 2.0_f64.powi(random.integer(-3, 3));
     let meets = Operation {
@@ -214,7 +216,7 @@ fn hurwitz(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 4)?;
     let f = &plant.a - &linear(&plant, random)?.observer.l * &plant.c;
     let p = lyapunov(&f, &DMatrix::identity(f.nrows(), f.nrows())).ok()?.p;
-    written(CertificateFile::prove("hurwitz", Hurwitz::new(&proof_matrix(&f), &proof_matrix(&p)).ok()?))
+    written(CertificateFile::prove("hurwitz", HurwitzStability::new(&proof_matrix(&f), &proof_matrix(&p)).ok()?))
 }
 
 fn schur(random: &mut Random) -> Option<CertificateFile> {
@@ -222,7 +224,7 @@ fn schur(random: &mut Random) -> Option<CertificateFile> {
     let o = &design.observer;
     let f = o.ad() - o.ld() * o.c();
     let p = stein(&f, &DMatrix::identity(f.nrows(), f.nrows())).ok()?.p;
-    written(CertificateFile::prove("schur", Schur { a: proof_matrix(&f), p: proof_matrix(&p) }))
+    written(CertificateFile::prove("schur", SchurStability { a: proof_matrix(&f), p: proof_matrix(&p) }))
 }
 
 fn feedback(random: &mut Random) -> Option<CertificateFile> {

@@ -1,10 +1,10 @@
 //! The whole way, from a plant to a run, with what users hand over by mistake and in units that they choose.
 
 use luenberger_design::{
-    Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, SampledCubicDesign, Wish, joint_design, robust,
+    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, joint_design, robust,
 };
 use luenberger_linalg as linalg;
-use luenberger_plants::{DynamicPlant, PlantError, double_integrator};
+use luenberger_plants::{PlantError, StateSpace, double_integrator};
 use luenberger_sim::{Scenario, SimError};
 use nalgebra::{Complex, DMatrix, dmatrix};
 
@@ -60,7 +60,7 @@ fn a_plant_names_what_does_not_fit() {
         (DMatrix::zeros(2, 2), DMatrix::zeros(2, 1), DMatrix::zeros(0, 2)),
         (dmatrix![f64::NAN, 0.0; 0.0, 0.0], DMatrix::zeros(2, 1), c),
     ] {
-        let error = DynamicPlant::new(a, b, c).unwrap_err();
+        let error = StateSpace::new(a, b, c).unwrap_err();
         assert!(
             matches!(
                 error,
@@ -74,10 +74,10 @@ fn a_plant_names_what_does_not_fit() {
 /// One state, one output, every design.
 #[test]
 fn a_plant_of_one_state_goes_the_whole_way() {
-    let plant = DynamicPlant::new(dmatrix![2.0], dmatrix![1.0], dmatrix![3.0]).unwrap();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0]), &Decrease::default()).unwrap();
+    let plant = StateSpace::new(dmatrix![2.0], dmatrix![1.0], dmatrix![3.0]).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-1.0]).unwrap();
     assert!((linear.observer.l[(0, 0)] - 1.0).abs() < 1e-15);
-    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0)).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
     assert!(FeedbackDesign::new(&cubic, &dmatrix![5.0]).unwrap().certificate.is_proved());
     assert!(SampledCubicDesign::new(&linear, &dmatrix![1.0], 1.0, 0.1).unwrap().certificate.is_proved());
@@ -92,9 +92,9 @@ fn a_plant_of_one_state_goes_the_whole_way() {
 #[test]
 fn a_plant_whose_state_is_measured_goes_the_whole_way() {
     let plant =
-        DynamicPlant::new(dmatrix![0.5, 1.0; -1.0, 0.5], DMatrix::zeros(2, 0), dmatrix![1.0, 0.3; 0.0, 2.0]).unwrap();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0]), &Decrease::default()).unwrap();
-    let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &Correction::Radial(1.0)).unwrap();
+        StateSpace::new(dmatrix![0.5, 1.0; -1.0, 0.5], DMatrix::zeros(2, 0), dmatrix![1.0, 0.3; 0.0, 2.0]).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0]).unwrap();
+    let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &CubicGain::Radial(1.0)).unwrap();
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
     let margin = robust::fixed_gain_margin(&plant, &cubic.observer.l, &cubic.observer.n, 1e-3).unwrap().margin;
     assert!(margin > 0.5, "{margin}");
@@ -106,15 +106,17 @@ fn the_units_do_not_matter() {
     for (time, length) in [(1e-12, 1.0), (1e12, 1.0), (1.0, 1e12), (1.0, 1e-12), (1e-6, 1e6)] {
         // x2 is a velocity: x1' = x2 per unit of time; y is x1 in other units.
         let plant =
-            DynamicPlant::new(dmatrix![0.0, 1.0 / time; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![length, 0.0]).unwrap();
-        let wish = Wish::poles(&[-2.0 / time, -5.0 / time]);
-        let linear = LinearDesign::new(&plant, &wish, &Decrease::Scaled(10.0)).unwrap();
+            StateSpace::new(dmatrix![0.0, 1.0 / time; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![length, 0.0]).unwrap();
+        let linear = LinearDesign::with_poles(&plant, &[-2.0 / time, -5.0 / time])
+            .unwrap()
+            .lyapunov_weight(LyapunovWeight::Identity(10.0))
+            .unwrap();
         let expected = dmatrix![7.0; 10.0] / (time * length);
         let relative = (&linear.observer.l - &expected).amax() / expected.amax();
         assert!(relative < 1e-12, "time {time:e}, length {length:e}: {}", linear.observer.l);
-        let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0)).unwrap();
+        let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
         assert!(cubic.certificate.is_proved(), "time {time:e}, length {length:e}\n{}", cubic.certificate);
-        let lmi = LinearDesign::new(&plant, &Wish::DecayRate(1.0 / time), &Decrease::default()).unwrap();
+        let lmi = LinearDesign::with_decay_rate(&plant, 1.0 / time).unwrap();
         assert!(lmi.certificate.is_proved(), "time {time:e}, length {length:e}\n{}", lmi.certificate);
     }
 }
@@ -122,16 +124,15 @@ fn the_units_do_not_matter() {
 #[test]
 fn an_unobservable_plant_names_its_mode_and_the_direction_no_output_sees() {
     // Two equal tanks, of which only the sum is measured.
-    let plant = DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, -1.0], dmatrix![1.0; 0.0], dmatrix![1.0, 1.0]).unwrap();
+    let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -1.0], dmatrix![1.0; 0.0], dmatrix![1.0, 1.0]).unwrap();
     let report = linalg::observability(&plant.a, &plant.c).unwrap();
     assert_eq!((report.rank, report.is_observable()), (1, false));
     let hidden = &report.unobservable[0];
     assert!((hidden.eigenvalue + Complex::new(1.0, 0.0)).norm() < 1e-12);
     assert!((hidden.direction[0] + hidden.direction[1]).norm() < 1e-12, "{}", hidden.direction);
-    assert!(LinearDesign::new(&plant, &Wish::poles(&[-2.0, -3.0]), &Decrease::default()).is_err());
+    assert!(LinearDesign::with_poles(&plant, &[-2.0, -3.0]).is_err());
     // It is detectable, and the Kalman gain exists.
-    let kalman = Wish::Kalman { w: DMatrix::identity(2, 2), v: dmatrix![1.0] };
-    assert!(LinearDesign::new(&plant, &kalman, &Decrease::default()).unwrap().certificate.is_proved());
+    assert!(LinearDesign::kalman(&plant, &DMatrix::identity(2, 2), &dmatrix![1.0]).unwrap().certificate.is_proved());
 }
 
 #[test]

@@ -1,19 +1,19 @@
 //! From the design to the file to the checker: the theorems of the cubic paper and every other design that carries proofs, and what becomes of files that were tampered with.
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
-use luenberger_design::mean_value::{ContractingCoordinates, RepairedDesign};
+use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_gain_margin, theorem5_bound};
 use luenberger_design::{
-    Certified, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
-    SampledCubicDesign, Theorem1, Wish, deployed_linear, joint_design, lyapunov_certificate_file,
+    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight,
+    Region, SampledCubicDesign, Theorem1, deployed_linear, joint_design, lyapunov_certificate_file,
     stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::{lambda_min, lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he};
-use luenberger_plants::{DynamicPlant, double_integrator, flexible_joint, third_order};
+use luenberger_plants::{StateSpace, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::Region::{Everywhere, Within};
 use luenberger_proof::certificate::{
-    CertificateFile, Claim, ClaimedBall, Number, Proved, Rejection, StructuredCubicObserver, Theorem, digest, verify,
+    CertificateFile, Claim, ClaimedBall, Number, Proved, Rejection, StructuredCubicConvergence, Theorem, digest, verify,
 };
 use luenberger_proof::statement::{Format, Operation, Step};
 use luenberger_proof::wording::exact;
@@ -26,7 +26,7 @@ fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
 }
 
 /// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of coordinates.
-fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = DynamicPlant> {
+fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
     orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
         (matrix(n, p), matrix(n, n), matrix(n, n)).prop_map(move |(injection, turn, b)| {
             let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
@@ -34,7 +34,7 @@ fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Va
             let a = chain + injection * &c;
             let q = (turn + DMatrix::identity(n, n) * 2.0).qr().q();
             // An input for every state, so that every plant is stabilisable by construction.
-            DynamicPlant::new(&q * a * q.transpose(), b + DMatrix::identity(n, n) * 3.0, c * q.transpose()).unwrap()
+            StateSpace::new(&q * a * q.transpose(), b + DMatrix::identity(n, n) * 3.0, c * q.transpose()).unwrap()
         })
     })
 }
@@ -45,16 +45,19 @@ fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
     d * d.transpose() + k - k.transpose() + DMatrix::identity(p, p) * 0.1
 }
 
-fn linear(plant: &DynamicPlant) -> LinearDesign {
+fn linear(plant: &StateSpace) -> LinearDesign {
     let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
-    LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::default()).unwrap()
+    LinearDesign::with_poles(plant, &poles).unwrap()
 }
 
 /// Example 1 of the paper.
-fn example1() -> (DynamicPlant, LinearDesign, CubicDesign) {
+fn example1() -> (StateSpace, LinearDesign, CubicDesign) {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     (plant, linear, cubic)
 }
 
@@ -83,7 +86,7 @@ proptest! {
         for (fact, own) in proved.facts.iter().zip(linear.certificate.facts()) {
             prop_assert_eq!(fact.verdict.margin(), own.verdict.margin());
         }
-        let cubic = CubicDesign::new(&linear, &DMatrix::identity(p, p), &Correction::General(accretive(p, &d, &k))).unwrap();
+        let cubic = CubicDesign::new(&linear, &DMatrix::identity(p, p), &CubicGain::General(accretive(p, &d, &k))).unwrap();
         let proved = goes_the_whole_way(cubic.certificate_file("Theorem 2"));
         let everywhere = proved.statement.contains("With the gains L and N exactly as stored, e tends to 0 exponentially, from every e(0).");
         prop_assert_eq!(everywhere, cubic.certificate.converges_from_everywhere());
@@ -110,8 +113,8 @@ proptest! {
         prop_assert_eq!(goes_the_whole_way(design.certificate_file("Theorem 4")).facts.len(), 4);
         // A + eps I with eps below (23), the same L and P: the design for the shifted plant keeps them.
         let eps = 0.99 * theorem5_bound(&nominal.p, &nominal.q).unwrap();
-        let shifted = DynamicPlant::new(&plant.a + DMatrix::identity(n, n) * eps, plant.b.clone(), plant.c.clone()).unwrap();
-        let shifted = LinearDesign::new(&shifted, &Wish::Gain(nominal.observer.l.clone()), &Decrease::default()).unwrap();
+        let shifted = StateSpace::new(&plant.a + DMatrix::identity(n, n) * eps, plant.b.clone(), plant.c.clone()).unwrap();
+        let shifted = LinearDesign::with_gain(&shifted, nominal.observer.l.clone()).unwrap();
         goes_the_whole_way(shifted.certificate_file("Theorem 5"));
     }
 
@@ -120,7 +123,7 @@ proptest! {
     fn theorem_6_goes_into_a_file(plant in observable_plant(1..=6)) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant), &DMatrix::identity(p, p), &Correction::Gamma(1.0)).unwrap();
+        let observer = CubicDesign::new(&linear(&plant), &DMatrix::identity(p, p), &CubicGain::Gamma(1.0)).unwrap();
         let feedback = FeedbackDesign::new(&observer, &k).unwrap();
         let proved = goes_the_whole_way(feedback.certificate_file("Theorem 6"));
         prop_assert_eq!(proved.facts.len(), 7);
@@ -197,30 +200,30 @@ fn the_examples_of_the_paper_go_into_files() {
 /// A weight that ignores an output: N lacks rank, and convergence is proved from an ellipsoid, or of the real gain alone.
 #[test]
 fn a_singular_weight_goes_into_a_file_that_says_how_far_it_reaches() {
-    let plant = DynamicPlant::new(
+    let plant = StateSpace::new(
         dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],
         DMatrix::zeros(3, 0),
         dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
     )
     .unwrap();
     let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
-    let design = CubicDesign::new(&linear(&plant), &theta, &Correction::Gamma(1.0)).unwrap();
+    let design = CubicDesign::new(&linear(&plant), &theta, &CubicGain::Gamma(1.0)).unwrap();
     assert!(!design.certificate.converges_from_everywhere());
     let file = design.certificate_file("one output ignored").unwrap();
     let proved = goes_the_whole_way(Ok::<_, Rejection>(file.clone()));
     let at = "exactly as stored, e tends to 0 exponentially, from every e(0) with e(0)'P e(0) < ";
     assert!(proved.statement.contains(at), "{}", proved.statement);
     // The next larger level is one too many, and so is everywhere.
-    let Theorem::CubicObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
+    let Theorem::CubicConvergence(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
     let Within(level) = theorem.region else { panic!() };
     for region in [Within(level.next_up()), Everywhere] {
-        let claimed = luenberger_proof::certificate::CubicObserver { region, ..theorem.clone() };
+        let claimed = luenberger_proof::certificate::CubicConvergence { region, ..theorem.clone() };
         let refused = CertificateFile::prove("too much", claimed);
         assert!(matches!(refused, Err(Rejection::NotProved { .. })), "{refused:?}");
     }
     // The real gain has no such limit.
     let theorem = theorem.clone();
-    let structured = StructuredCubicObserver {
+    let structured = StructuredCubicConvergence {
         plant: theorem.plant,
         l: theorem.l,
         theta: theorem.theta,
@@ -248,7 +251,7 @@ fn designs_for_nonlinear_plants_go_into_files() {
         vertex[(3, 2)] += slope;
         vertex
     });
-    let repaired = RepairedDesign::new(&vertices, 2, 1.0).unwrap();
+    let repaired = MeanValueDesign::new(&vertices, 2, 1.0).unwrap();
     assert_eq!(goes_the_whole_way(repaired.certificate_file("repaired")).facts.len(), 3);
     let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
     let plant = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
@@ -267,7 +270,7 @@ fn deployed_observers_go_into_files() {
         let n = plant.a.nrows();
         let design = SampledCubicDesign::new(&linear(&plant), &dmatrix![1.0], 2.0, 0.1).unwrap();
         let o = &design.observer;
-        let sampled = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
+        let sampled = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
         let meets = Operation {
             state: vec![2.0; n],
             input: vec![1.0; plant.b.ncols()],
@@ -435,7 +438,7 @@ fn flipped_bits_are_rejected_or_leave_the_statement_true() {
             };
             accepted += 1;
             let file = CertificateFile::read(forged.as_bytes()).unwrap();
-            let Theorem::LinearObserver(theorem) = file.theorem() else { panic!() };
+            let Theorem::LinearConvergence(theorem) = file.theorem() else { panic!() };
             let dense = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
             let data = |m: &Matrix<luenberger_proof::certificate::Datum>| dense(&m.map(|x| x.interval().lo()));
             let (a, c, l, p) = (data(&theorem.plant.a), data(&theorem.plant.c), dense(&theorem.l), dense(&theorem.p));
@@ -458,8 +461,8 @@ fn false_statements_are_rejected_with_a_digest_that_agrees() {
     let file = cubic.certificate_file("Example 1").unwrap();
     let text = file.to_json();
     assert!(verify(resealed(&text).as_bytes()).is_ok());
-    let Theorem::CubicObserver(theorem) = file.theorem() else { panic!() };
-    let forged = |change: &dyn Fn(&mut luenberger_proof::certificate::CubicObserver)| {
+    let Theorem::CubicConvergence(theorem) = file.theorem() else { panic!() };
+    let forged = |change: &dyn Fn(&mut luenberger_proof::certificate::CubicConvergence)| {
         let mut theorem = theorem.clone();
         change(&mut theorem);
         CertificateFile::prove("forged", theorem).expect_err("a false statement").to_string()

@@ -1,9 +1,9 @@
 //! Trajectories against a second integrator, written by others: diffsol's BDF and Tsit45.
 
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod};
-use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_observers::CubicObserver;
-use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_plants::{StateSpace, double_integrator, third_order};
 use luenberger_sim::{Scenario, Signal};
 use nalgebra::{DVector, Dyn, dmatrix};
 
@@ -44,7 +44,7 @@ fn second_opinion(observer: &CubicObserver<f64, Dyn, Dyn, Dyn>, e0: &[f64], t: &
 
 fn agree(design: &CubicDesign, e0: &[f64], t: &[f64], tolerance: f64) {
     let o = &design.observer;
-    let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone()).unwrap();
+    let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone()).unwrap();
     let run = Scenario::new(plant)
         .input(Signal::zero())
         .observer("cubic", o.clone(), &e0.iter().map(|e| -e).collect::<Vec<_>>())
@@ -61,8 +61,11 @@ fn agree(design: &CubicDesign, e0: &[f64], t: &[f64], tolerance: f64) {
 #[test]
 fn example_1_agrees_with_a_second_integrator() {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     agree(&cubic, &[-3.0, -3.0], &[0.001, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0], 1e-9);
 }
 
@@ -70,8 +73,11 @@ fn example_1_agrees_with_a_second_integrator() {
 #[test]
 fn example_2_agrees_with_a_second_integrator() {
     let plant = third_order::example2().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-30.0, -10.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(0.1)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-30.0, -10.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(0.1)).unwrap();
     agree(&cubic, &[500.0; 3], &[0.01, 0.1, 0.5, 1.0], 1e-9 * 866.0);
 }
 
@@ -80,8 +86,11 @@ fn example_2_agrees_with_a_second_integrator() {
 fn example_1_has_its_golden_values() {
     use luenberger_sim::metrics;
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let run = Scenario::new(plant)
         .initial_state(&[-3.0, -3.0])
         .input(Signal::scalar(f64::sin))

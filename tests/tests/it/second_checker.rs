@@ -6,19 +6,19 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
-use luenberger_design::mean_value::{ContractingCoordinates, RepairedDesign};
+use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
-    SampledCubicDesign, Theorem1, Wish, deployed_linear, joint_design, lyapunov_certificate_file,
+    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight,
+    Region, SampledCubicDesign, Theorem1, deployed_linear, joint_design, lyapunov_certificate_file,
     stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
-use luenberger_plants::{DynamicPlant, double_integrator, flexible_joint, third_order};
+use luenberger_plants::{StateSpace, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::{
-    CertificateFile, CubicObserver, Definiteness, Hurwitz, LinearObserver, PlantWithin, Rejection, Schur, Sign,
-    StructuredCubicObserver, Theorem, digest, verify,
+    CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
+    SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
 };
 use luenberger_proof::statement::{Format, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
@@ -68,16 +68,19 @@ fn second(files: &[PathBuf]) -> Option<Vec<Second>> {
     Some(files.iter().zip(lines).map(one).collect())
 }
 
-fn linear(plant: &DynamicPlant) -> LinearDesign {
+fn linear(plant: &StateSpace) -> LinearDesign {
     let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
-    LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::default()).unwrap()
+    LinearDesign::with_poles(plant, &poles).unwrap()
 }
 
 /// The observers of the cubic paper, of the examples, and the theorems that they leave out.
 fn of_linear_plants() -> Vec<CertificateFile> {
     let plant = double_integrator().to_dynamic();
-    let example1 = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&example1, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let example1 = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&example1, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let joint = joint_design(&plant, &dmatrix![1.0], 0.7, 1.0).unwrap();
     let k = lqr(&plant.a, &plant.b, &DMatrix::identity(2, 2), &DMatrix::identity(1, 1)).unwrap().k;
     let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
@@ -90,23 +93,24 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let (l, n, p) = (dmatrix![3.0; 3.0], dmatrix![-1.0; -1.0], dmatrix![2.0, -1.0; -1.0, 1.0]);
     let theorem1 = Theorem1::examine(&plant, (&l, &n, &dmatrix![1.0]), &p).unwrap();
     // A weight that ignores an output: convergence from an ellipsoid.
-    let blind = DynamicPlant::new(
+    let blind = StateSpace::new(
         dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],
         DMatrix::zeros(3, 0),
         dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
     )
     .unwrap();
     let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
-    let blind = CubicDesign::new(&linear(&blind), &theta, &Correction::Gamma(1.0)).unwrap();
+    let blind = CubicDesign::new(&linear(&blind), &theta, &CubicGain::Gamma(1.0)).unwrap();
     let sampled = SampledCubicDesign::new(&example1, &dmatrix![1.0], 10.0, 1e-3).unwrap();
     let mut files: Vec<CertificateFile> =
         [&example1 as &dyn Certified, &cubic, &joint, &feedback, &polytope, &gain, &theorem1, &blind, &sampled]
             .map(|design| design.certificate_file("a design").unwrap())
             .into();
-    let Theorem::CubicObserver(CubicObserver { plant, l, theta, p, s, rate, .. }) = files[7].theorem().clone() else {
+    let Theorem::CubicConvergence(CubicConvergence { plant, l, theta, p, s, rate, .. }) = files[7].theorem().clone()
+    else {
         panic!("{}", files[7].theorem().name())
     };
-    let structured = StructuredCubicObserver { plant, l, theta, p, s, rate };
+    let structured = StructuredCubicConvergence { plant, l, theta, p, s, rate };
     files.push(CertificateFile::prove("the real gain", structured).unwrap());
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
     files
@@ -120,7 +124,7 @@ fn of_nonlinear_plants() -> Vec<CertificateFile> {
         vertex[(3, 2)] += slope;
         vertex
     });
-    let repaired = RepairedDesign::new(&vertices, 2, 1.0).unwrap();
+    let repaired = MeanValueDesign::new(&vertices, 2, 1.0).unwrap();
     let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
     let sectors = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
     let lipschitz = LipschitzDesign::new(&sectors, 1.0).unwrap();
@@ -134,7 +138,7 @@ fn of_targets() -> Vec<CertificateFile> {
     let plant = third_order::example3().to_dynamic();
     let design = SampledCubicDesign::new(&linear(&plant), &dmatrix![1.0], 2.0, 0.1).unwrap();
     let o = &design.observer;
-    let sampled = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
+    let sampled = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
     let (state, input) = (vec![2.0; 3], vec![1.0; plant.b.ncols()]);
     let meets = Operation { state, input, noise: vec![1e-3], error: vec![2.0; 3] };
     let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
@@ -182,10 +186,10 @@ fn of_matrices() -> Vec<CertificateFile> {
     let plant = PlantWithin::within(&within, &exactly(&Matrix::from_fn(2, 0, |_, _| 0.0)), &output).unwrap();
     let l = Matrix::from_rows([[0.1], [0.0]]);
     let theorems: Vec<Theorem> = vec![
-        Hurwitz::new(&a, &p).unwrap().into(),
-        Hurwitz::within(&within, &p).unwrap().into(),
-        LinearObserver { plant, l, p: p.clone(), rate: 0.1 }.into(),
-        Schur { a: a.map(|x| x * 0.2), p: identity }.into(),
+        HurwitzStability::new(&a, &p).unwrap().into(),
+        HurwitzStability::within(&within, &p).unwrap().into(),
+        LinearConvergence { plant, l, p: p.clone(), rate: 0.1 }.into(),
+        SchurStability { a: a.map(|x| x * 0.2), p: identity }.into(),
         Definiteness::new(&p, Sign::PositiveDefinite).unwrap().into(),
         Definiteness::new(&p.map(|x| -x), Sign::NegativeSemidefinite).unwrap().into(),
     ];

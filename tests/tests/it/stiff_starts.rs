@@ -1,6 +1,6 @@
 //! Initial errors so large that the cubic term is stiff, in continuous and in sampled time.
 
-use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, SampledCubicDesign, Wish};
+use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight, SampledCubicDesign};
 use luenberger_observers::Observer;
 use luenberger_plants::double_integrator;
 use luenberger_sim::{Integrator, Scenario};
@@ -8,8 +8,11 @@ use nalgebra::{DVector, dmatrix};
 
 fn example1() -> (LinearDesign, CubicDesign) {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     (linear, cubic)
 }
 

@@ -3,12 +3,12 @@
 
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_lyapunov_margin, theorem5_bound};
 use luenberger_design::{
-    Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, Obstruction, SampledCubicDesign,
-    Theorem1, Wish, joint_design, theta_from_importance,
+    CubicDesign, CubicGain, DesignError, FeedbackDesign, InfeasibilityReason, LinearDesign, LyapunovWeight,
+    SampledCubicDesign, Theorem1, joint_design, theta_from_importance,
 };
 use luenberger_linalg::{lqr, spectral_abscissa};
 use luenberger_observers::{Observer, SampledObserver, cubic};
-use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_plants::{StateSpace, double_integrator, third_order};
 use luenberger_proof::certificate::Theorem;
 use luenberger_proof::statement::decay_rate;
 use luenberger_proof::{Matrix, Verdict};
@@ -22,7 +22,7 @@ fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
 
 /// An observable plant by construction: in these coordinates each output is followed by a chain of integrators, plus injection
 /// and a well-conditioned change of coordinates that observability does not notice.
-fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = DynamicPlant> {
+fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
     orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
         (Just((n, p)), matrix(n, p), matrix(n, n), matrix(n, 1)).prop_map(|((n, p), injection, turn, b)| {
             // x_1 .. x_p are measured, and x_k' = x_(k+p): every state is some derivative of some output.
@@ -30,7 +30,7 @@ fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Va
             let c = DMatrix::from_fn(p, n, |i, j| if i == j { 1.0 } else { 0.0 });
             let a = chain + injection * &c;
             let q = (turn + DMatrix::identity(n, n) * 2.0).qr().q();
-            DynamicPlant::new(&q * a * q.transpose(), b, c * q.transpose()).unwrap()
+            StateSpace::new(&q * a * q.transpose(), b, c * q.transpose()).unwrap()
         })
     })
 }
@@ -60,22 +60,22 @@ fn theta(p: usize, (entries, rank): &(Vec<i32>, usize)) -> DMatrix<f64> {
     &d * d.transpose()
 }
 
-fn linear(plant: &DynamicPlant, rho: f64) -> LinearDesign {
+fn linear(plant: &StateSpace, rho: f64) -> LinearDesign {
     let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
-    LinearDesign::new(plant, &Wish::poles(&poles), &Decrease::Scaled(rho)).unwrap()
+    LinearDesign::with_poles(plant, &poles).unwrap().lyapunov_weight(LyapunovWeight::Identity(rho)).unwrap()
 }
 
 fn assert_proved(design: &CubicDesign) {
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     let theorem = design.certificate.theorems()[0].theorem();
-    assert!(matches!(theorem, Theorem::CubicObserver(_)), "{}", design.certificate);
+    assert!(matches!(theorem, Theorem::CubicConvergence(_)), "{}", design.certificate);
 }
 
 /// The errors of both observers for a plant at rest, so that no growth of x spoils x - xhat.
 fn race(design: &CubicDesign, linear: &LinearDesign, e0: &DVector<f64>, end: f64) -> luenberger_sim::Trajectory {
     let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
     let o = &design.observer;
-    let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone()).unwrap();
+    let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone()).unwrap();
     Scenario::new(plant)
         .observer("cubic", o.clone(), &xhat0)
         .observer("linear", linear.observer.clone(), &xhat0)
@@ -96,7 +96,7 @@ proptest! {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, 1.0);
         let s = accretive(p, &d, &k);
-        let design = CubicDesign::new(&linear, &theta(p, &weights), &Correction::General(s)).unwrap();
+        let design = CubicDesign::new(&linear, &theta(p, &weights), &CubicGain::General(s)).unwrap();
         assert_proved(&design);
         let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 3.0);
@@ -115,7 +115,7 @@ proptest! {
         // In sixteenths, so that S = gamma theta is not rounded: a singular S that is fails S + S' >= 0 by its rounding.
         let gamma = f64::from(gamma) / 16.0;
         let (linear, theta) = (linear(&plant, 1.0), theta(p, &weights));
-        let design = CubicDesign::new(&linear, &theta, &Correction::Gamma(gamma)).unwrap();
+        let design = CubicDesign::new(&linear, &theta, &CubicGain::Gamma(gamma)).unwrap();
         assert_proved(&design);
         let o = &design.observer;
         let pn = &design.p * &o.n;
@@ -148,7 +148,7 @@ proptest! {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, rho);
         let design =
-            CubicDesign::new(&linear, &theta(p, &weights), &Correction::General(accretive(p, &d, &k))).unwrap();
+            CubicDesign::new(&linear, &theta(p, &weights), &CubicGain::General(accretive(p, &d, &k))).unwrap();
         let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 20.0);
         let bound = e0.dot(&(&design.p * &e0)) / rho;
@@ -162,7 +162,7 @@ proptest! {
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let (s, theta) = (accretive(p, &d, &k), theta(p, &weights));
-        let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &Correction::General(s.clone())).unwrap();
+        let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &CubicGain::General(s.clone())).unwrap();
         let e = head(&e, n, size);
         let slope = -design.observer.derivative(0.0, &-&e, &DVector::zeros(1), &DVector::zeros(p));
         let pe = &design.p * &e;
@@ -197,7 +197,7 @@ proptest! {
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let linear = linear(&plant, 1.0);
-        let design = CubicDesign::new(&linear, &theta(p, &weights), &Correction::Gamma(gamma)).unwrap();
+        let design = CubicDesign::new(&linear, &theta(p, &weights), &CubicGain::Gamma(gamma)).unwrap();
         let at = |e: &DMatrix<f64>| head(e, n, size);
         let (one, other) = (race(&design, &linear, &at(&first), 2.0), race(&design, &linear, &at(&second), 2.0));
         let gap = &one.observer("cubic").unwrap().error - &other.observer("cubic").unwrap().error;
@@ -233,10 +233,10 @@ proptest! {
         let n = plant.a.nrows();
         // A full-rank input, so that every plant is stabilisable by construction.
         let b = input.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 3.0;
-        let plant = DynamicPlant::new(plant.a, b, plant.c).unwrap();
+        let plant = StateSpace::new(plant.a, b, plant.c).unwrap();
         let p = plant.c.nrows();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant, 1.0), &theta(p, &weights), &Correction::Gamma(1.0)).unwrap();
+        let observer = CubicDesign::new(&linear(&plant, 1.0), &theta(p, &weights), &CubicGain::Gamma(1.0)).unwrap();
         let feedback = FeedbackDesign::new(&observer, &k).unwrap();
         prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
     }
@@ -290,7 +290,7 @@ fn error_at_equality(
     times: &[f64],
 ) -> Vec<f64> {
     let order = f.nrows();
-    let plant = DynamicPlant::new(f + DMatrix::identity(order, order), DMatrix::zeros(order, 0), c.clone()).unwrap();
+    let plant = StateSpace::new(f + DMatrix::identity(order, order), DMatrix::zeros(order, 0), c.clone()).unwrap();
     let observer = luenberger_observers::CubicObserver::of(
         plant.clone(),
         DMatrix::zeros(order, c.nrows()),
@@ -342,8 +342,11 @@ fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
 #[test]
 fn the_strict_condition_has_a_verified_counterexample() {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let o = &cubic.observer;
     let conditions = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
     assert!(matches!(conditions.strict, Verdict::Refuted { .. }), "{:?}", conditions.strict);
@@ -353,8 +356,11 @@ fn the_strict_condition_has_a_verified_counterexample() {
 #[test]
 fn the_cubic_observer_is_not_faster_from_everywhere() {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let run = race(&cubic, &linear, &DVector::from_vec(vec![-3.0, 3.0]), 6.0);
     let settles = |name| metrics::settling_last(&run.error_trace(name, 1).unwrap(), 0.05).unwrap();
     assert!((settles("cubic") - 3.056).abs() < 2e-3, "{}", settles("cubic"));
@@ -370,7 +376,7 @@ fn example_3_needs_the_other_sign() {
     let error = certify_gain(&plant, &l, &(&l * 10.0)).unwrap_err();
     let admissible = certify_gain(&plant, &l, &(&l * -10.0)).unwrap();
     assert!(admissible.certificate.is_proved() && admissible.certificate.converges_from_everywhere());
-    let DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. } = error else { panic!("{error}") };
+    let DesignError::Infeasible { reason: InfeasibilityReason::SignOfCn(cn), .. } = error else { panic!("{error}") };
     // 10 (0.267 - 1.429 + 2 * 3.904)
     assert!((cn - 66.46).abs() < 1e-9, "{cn}");
     let close = |factor: f64| {
@@ -396,12 +402,17 @@ fn example_3_needs_the_other_sign() {
 #[test]
 fn the_kalman_gain_gives_n_proportional_to_l() {
     let plant = double_integrator().to_dynamic();
-    let wish = Wish::Kalman { w: DMatrix::identity(2, 2), v: dmatrix![0.5] };
-    let linear = LinearDesign::new(&plant, &wish, &Decrease::Information).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::General(dmatrix![3.0 / 0.5])).unwrap();
+    let linear = LinearDesign::kalman(&plant, &DMatrix::identity(2, 2), &dmatrix![0.5])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::InverseCovariance)
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::General(dmatrix![3.0 / 0.5])).unwrap();
     assert!((&cubic.observer.n + &cubic.observer.l * 3.0).amax() < 1e-12);
     assert!(cubic.certificate.is_proved() && cubic.certificate.converges_from_everywhere(), "{}", cubic.certificate);
-    let poles = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0]), &Decrease::Information).unwrap_err();
+    let poles = LinearDesign::with_poles(&plant, &[-1.0, -2.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::InverseCovariance)
+        .unwrap_err();
     assert_eq!(poles, DesignError::NoCovariance);
 }
 
@@ -423,7 +434,7 @@ fn the_flow_of_two_outputs_is_one_quadrature() {
         })
         .sum();
     // A = 0, C = I, L = 0: the observer's error is the flow alone.
-    let plant = DynamicPlant::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let plant = StateSpace::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
     let observer = luenberger_observers::CubicObserver::of(
         plant.clone(),
         DMatrix::zeros(2, 2),
@@ -439,7 +450,7 @@ fn the_flow_of_two_outputs_is_one_quadrature() {
 /// Remark 1 with many outputs: any nonnegative importance is admissible.
 #[test]
 fn any_importance_of_the_outputs_is_admissible() {
-    let plant = DynamicPlant::new(
+    let plant = StateSpace::new(
         dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],
         DMatrix::zeros(3, 0),
         dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
@@ -447,7 +458,7 @@ fn any_importance_of_the_outputs_is_admissible() {
     .unwrap();
     for importance in [[1.0, 1.0], [5.0, 0.1], [1.0, 0.0]] {
         let theta = theta_from_importance(&importance).unwrap();
-        let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &Correction::Gamma(1.0)).unwrap();
+        let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &CubicGain::Gamma(1.0)).unwrap();
         assert!(design.certificate.is_proved(), "{}", design.certificate);
     }
     assert!(theta_from_importance(&[1.0, -1.0]).is_err());

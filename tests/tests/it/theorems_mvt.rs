@@ -5,7 +5,7 @@
 
 use luenberger_design::DesignError;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
-use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeasuredFirst, RepairedDesign};
+use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 use luenberger_linalg::{eigenvalues, kalman_gain};
 use luenberger_observers::mean_value::integral::integral_mean;
 use luenberger_observers::{
@@ -300,7 +300,7 @@ proptest! {
         x0 in vector4(3.0), xhat0 in vector4(3.0), e0 in vector4(10.0), eta in 0.75f64..2.0,
     ) {
         let plant = flexible_joint::classical();
-        let design = RepairedDesign::new(&joint_vertices(), 2, 2.0).unwrap();
+        let design = MeanValueDesign::new(&joint_vertices(), 2, 2.0).unwrap();
         prop_assert!(design.certificate.is_proved());
         for mean in both() {
             let observer = design.observer(plant, eta, mean, e0).unwrap();
@@ -586,12 +586,12 @@ fn any_linear_output_will_do() {
     let (a, b) = (Matrix2::new(0.0, 1.0, -1.0, -1.0), SMatrix::<f64, 2, 0>::zeros());
     let plant = LinearPlant { a, b, c: RowVector2::new(1.0, 2.0) };
     let refused = MeanValueObserver::new(plant.clone(), 1.0, Integral, Vector2::zeros()).unwrap_err();
-    assert!(refused.to_string().contains("MeasuredFirst"), "{refused}");
-    let change = MeasuredFirst::of(&plant).unwrap();
+    assert!(refused.to_string().contains("OutputCoordinates"), "{refused}");
+    let change = OutputCoordinates::of(&plant).unwrap();
     let other = change.plant(plant.clone()).unwrap();
     // The repair, in the new coordinates: poles of A~ - L C at -2, -2.
     let moved = DMatrix::from_column_slice(2, 2, (other.inverse() * plant.a * other.matrix()).as_slice());
-    let design = RepairedDesign::new(&[moved], 1, 1.0).unwrap();
+    let design = MeanValueDesign::new(&[moved], 1, 1.0).unwrap();
     assert!(design.certificate.is_proved());
     let observer = design.observer(other.clone(), 1.0, Beta, Vector2::new(5.0, -5.0)).unwrap();
     let observer = MappedObserver::new(&other, observer);

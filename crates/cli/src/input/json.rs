@@ -3,7 +3,7 @@
 //! Keys are those of the command and no others. Every mistake is reported with line and column.
 
 use super::Source;
-use super::seed::{Document, Found};
+use super::json_matrix::{Document, Found};
 use crate::failure::Failure;
 use nalgebra::DMatrix;
 use serde::de::DeserializeSeed;

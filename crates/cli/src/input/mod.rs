@@ -1,7 +1,7 @@
 //! Where the input of a command comes from, and its bytes as text.
 
 pub(crate) mod json;
-mod seed;
+mod json_matrix;
 
 use crate::failure::Failure;
 use std::convert::Infallible;

@@ -1,6 +1,6 @@
 //! `luenberger lyap` and `luenberger dlyap`, in python-control's form: the observer's form of the library with `A'` for `A`.
 
-use super::{from, written};
+use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
@@ -49,5 +49,5 @@ pub(super) fn solution(
         numbers::size(residual),
         numbers::size(condition)
     );
-    Ok(Answer::new(text, &Solution { x: written::rows(x), residual, condition, forward_error })?)
+    Ok(Answer::new(text, &Solution { x: json_output::rows(x), residual, condition, forward_error })?)
 }

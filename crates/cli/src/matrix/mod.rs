@@ -1,12 +1,12 @@
 //! The matrix tools: an equation from JSON, its solution as JSON or as aligned matrices.
 
+mod json_output;
 pub(crate) mod lyapunov;
 pub(crate) mod observability;
 pub(crate) mod placement;
 pub(crate) mod riccati;
 pub(crate) mod spectrum;
 pub(crate) mod sylvester;
-mod written;
 
 use crate::failure::Failure;
 use crate::input::Source;

@@ -1,6 +1,6 @@
 //! `luenberger obsv`.
 
-use super::{from, written};
+use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
@@ -45,11 +45,11 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
         text.extend(["hidden: ", &numbers::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
     }
     let hidden = |mode: &luenberger_linalg::Mode| Hidden {
-        eigenvalue: written::pair(mode.eigenvalue),
-        direction: written::pairs(mode.direction.iter()),
+        eigenvalue: json_output::pair(mode.eigenvalue),
+        direction: json_output::pairs(mode.direction.iter()),
     };
     let margin =
-        |mode: &luenberger_linalg::Mode| Margin { eigenvalue: written::pair(mode.eigenvalue), margin: mode.margin };
+        |mode: &luenberger_linalg::Mode| Margin { eigenvalue: json_output::pair(mode.eigenvalue), margin: mode.margin };
     let seen = Seen {
         rank: found.rank,
         unobservable: found.unobservable.iter().map(hidden).collect(),

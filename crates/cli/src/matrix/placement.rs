@@ -1,6 +1,6 @@
 //! `luenberger place`.
 
-use super::{from, written};
+use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
@@ -25,6 +25,7 @@ pub(crate) fn place(source: &Source) -> Result<Answer, Failure> {
         numbers::size(found.deviation),
         numbers::size(found.condition)
     );
-    let gain = Gain { k: written::rows(&found.gain), poles: written::pairs(&found.poles), condition: found.condition };
+    let gain =
+        Gain { k: json_output::rows(&found.gain), poles: json_output::pairs(&found.poles), condition: found.condition };
     Ok(Answer::new(text, &gain)?)
 }

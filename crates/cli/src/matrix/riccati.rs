@@ -1,6 +1,6 @@
 //! `luenberger care` and `luenberger dare`.
 
-use super::{from, written};
+use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
@@ -39,9 +39,9 @@ fn regulator(equation: &str, found: &Riccati) -> Result<Answer, Failure> {
         numbers::size(found.residual)
     );
     let regulator = Regulator {
-        x: written::rows(&found.x),
-        k: written::rows(&found.k),
-        poles: written::pairs(&found.poles),
+        x: json_output::rows(&found.x),
+        k: json_output::rows(&found.k),
+        poles: json_output::pairs(&found.poles),
         residual: found.residual,
     };
     Ok(Answer::new(text, &regulator)?)

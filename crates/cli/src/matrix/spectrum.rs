@@ -1,6 +1,6 @@
 //! `luenberger eig`.
 
-use super::{from, written};
+use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
@@ -16,5 +16,5 @@ struct Spectrum {
 pub(crate) fn eig(source: &Source) -> Result<Answer, Failure> {
     let [a] = json::matrices(source, ["a"])?;
     let found = luenberger_linalg::eigenvalues(&a).map_err(from(source))?;
-    Ok(Answer::new(numbers::list("eigenvalues", &found), &Spectrum { eigenvalues: written::pairs(&found) })?)
+    Ok(Answer::new(numbers::list("eigenvalues", &found), &Spectrum { eigenvalues: json_output::pairs(&found) })?)
 }

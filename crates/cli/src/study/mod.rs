@@ -3,7 +3,7 @@
 mod cost;
 mod interrupt;
 mod new;
-mod told;
+mod text_report;
 
 use crate::answer::Answer;
 use crate::arguments::StudyInput;
@@ -30,7 +30,7 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     bar.finish();
     let results = executed?;
     let failures = results.failures();
-    let text = told::results(step, &results, &failures, options.output.as_deref());
+    let text = text_report::results(step, &results, &failures, options.output.as_deref());
     Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
 }
 

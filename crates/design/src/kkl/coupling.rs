@@ -19,7 +19,7 @@
 use core::fmt;
 
 use luenberger_plants::Dimensions;
-use luenberger_proof::{Doubt, Interval, Matrix, Ring, Verdict};
+use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict};
 
 use super::collected::{Collected, collect};
 use super::pieces::Pieces;
@@ -52,7 +52,7 @@ impl fmt::Display for Reading {
 
 /// Why an entry of xi that is read is not known to leave the decay of the errors alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Objection {
+pub enum CouplingObjection {
     /// It is not before the entry of B that reads it, or was not shown not to be read.
     NotEarlier,
     /// It is only integrated: its error does not decay.
@@ -65,23 +65,25 @@ pub enum Objection {
 
 /// The entry of B, the entry of xi, and what is the matter with them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Obstacle {
+pub struct OpenCoupling {
     /// The entry of B, from 0.
     pub row: usize,
     /// The entry of xi, from 0.
     pub entry: usize,
     /// What is the matter.
-    pub why: Objection,
+    pub why: CouplingObjection,
 }
 
-impl fmt::Display for Obstacle {
+impl fmt::Display for OpenCoupling {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (row, entry) = (self.row + 1, self.entry + 1);
         match self.why {
-            Objection::NotEarlier => write!(f, "B{row} was not shown to be independent of xi{entry}"),
-            Objection::Integrated => write!(f, "B{row} may read xi{entry}, which is only integrated"),
-            Objection::WayBack => write!(f, "B{row} may read xi{entry}, on which xi{row} may act back"),
-            Objection::NotLipschitz => write!(f, "B{row} may read xi{entry}, and was not shown to be Lipschitz in it"),
+            CouplingObjection::NotEarlier => write!(f, "B{row} was not shown to be independent of xi{entry}"),
+            CouplingObjection::Integrated => write!(f, "B{row} may read xi{entry}, which is only integrated"),
+            CouplingObjection::WayBack => write!(f, "B{row} may read xi{entry}, on which xi{row} may act back"),
+            CouplingObjection::NotLipschitz => {
+                write!(f, "B{row} may read xi{entry}, and was not shown to be Lipschitz in it")
+            }
         }
     }
 }
@@ -92,7 +94,7 @@ pub struct Coupling {
     /// The pairs (i, j), from 0, for which `B_i` was not shown to be independent of `xi_j`.
     pub reads: Vec<(usize, usize)>,
     /// The first pair that stands in the way; none where the verdict is `Proved`.
-    pub obstacle: Option<Obstacle>,
+    pub obstacle: Option<OpenCoupling>,
     /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure. `Refuted`: B_i reads xi_j with `j >= i`, which is not what a
     /// [`KklMap`](luenberger_observers::KklMap) may do; whether the observer converges in spite of it is not said.
     pub verdict: Verdict<Reading>,
@@ -122,28 +124,28 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<Collected>>(
     let back = ways(order, |i, j| !lambda[(i, j)].is_zero() || reads.contains(&(i, j)));
     let objection = |&(row, entry): &(usize, usize)| {
         let why = if entry >= row {
-            Objection::NotEarlier
+            CouplingObjection::NotEarlier
         } else if integrated.contains(&entry) {
-            Objection::Integrated
+            CouplingObjection::Integrated
         } else if back[row][entry] {
-            Objection::WayBack
+            CouplingObjection::WayBack
         } else if known(row, entry) == Dependence::Unknown {
-            Objection::NotLipschitz
+            CouplingObjection::NotLipschitz
         } else {
             return None;
         };
-        Some(Obstacle { row, entry, why })
+        Some(OpenCoupling { row, entry, why })
     };
-    let obstacles: Vec<Obstacle> = reads.iter().filter_map(objection).collect();
-    let mut forbidden = obstacles.iter().filter(|obstacle| obstacle.why == Objection::NotEarlier);
+    let obstacles: Vec<OpenCoupling> = reads.iter().filter_map(objection).collect();
+    let mut forbidden = obstacles.iter().filter(|obstacle| obstacle.why == CouplingObjection::NotEarlier);
     let verdict = match forbidden.find_map(|obstacle| shown(candidate, obstacle, points, size)) {
         Some(witness) => Verdict::Refuted { witness },
         None if obstacles.is_empty() => Verdict::Proved { margin: f64::INFINITY },
-        None => Verdict::Undecided { why: Doubt::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN },
+        None => Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN },
     };
     let obstacle = match &verdict {
         Verdict::Refuted { witness: Reading { row, entry, .. } } => {
-            Some(Obstacle { row: *row, entry: *entry, why: Objection::NotEarlier })
+            Some(OpenCoupling { row: *row, entry: *entry, why: CouplingObjection::NotEarlier })
         }
         _ => obstacles.first().copied(),
     };
@@ -230,11 +232,11 @@ fn collected<C: Pieces<IntervalDual> + Pieces<Collected>>(
 /// A point around which the derivative of B by the entry of xi is proved not to be 0.
 fn shown<C: Pieces<IntervalDual>>(
     candidate: &C,
-    obstacle: &Obstacle,
+    obstacle: &OpenCoupling,
     points: &[Vec<Interval>],
     size: Dimensions,
 ) -> Option<Reading> {
-    let Obstacle { row, entry, .. } = *obstacle;
+    let OpenCoupling { row, entry, .. } = *obstacle;
     points.iter().find_map(|point| {
         let (x, u, t) = still(point, size);
         let phi = explore(|| candidate.image(t, &x, &candidate.output(t, &x))).ok()?.into_iter().next()?;

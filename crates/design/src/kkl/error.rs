@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use thiserror::Error;
 
 use crate::enclosure::Axis;
-use crate::kkl::{CommonImage, Obstacle, Reading, TwoStates, Worst};
+use crate::kkl::{CommonImage, OpenCoupling, Reading, TwoStates, Worst};
 
 /// Why a candidate was refused. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -97,7 +97,7 @@ pub enum KklError {
     ReadsItself(Reading),
     /// It was not shown that B leaves the decay of the errors to Lambda.
     #[error("it is undecided whether the error of xi decays as that of Lambda alone: {0}")]
-    CouplingUndecided(Obstacle),
+    CouplingUndecided(OpenCoupling),
     /// A run without two samples, or whose tables do not fit together.
     #[error("a run needs two samples or more of x and u: {times} times, {states} rows of x, {inputs} rows of u")]
     Samples {

@@ -10,7 +10,7 @@
 use core::fmt;
 
 use luenberger_plants::{Dimensions, Plant};
-use luenberger_proof::{Doubt, Interval, Matrix, Ring, Verdict, positive_definite};
+use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict, positive_definite};
 use nalgebra::{DMatrix, DVector};
 
 use super::collected::Collected;
@@ -223,7 +223,8 @@ pub(super) fn injectivity<C: Pieces<IntervalDual> + Pieces<Collected>>(
     }
     let form = Form::of(candidate);
     let continuous = form.is_some() || images.is_unbranched_over(axes);
-    let unknown = Verdict::Undecided { why: Doubt::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
+    let unknown =
+        Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
     let mut verdict = if continuous { proof(&images, &varying, &half, axes, subdivisions)? } else { unknown };
     if !verdict.is_proved() {
         // On the border of the box a solution has no box around it: the same pairs, nearer to the middle, too.
@@ -258,7 +259,8 @@ fn proof<C: Pieces<IntervalDual>>(
     subdivisions: usize,
 ) -> Result<Verdict<CommonImage>, DesignError> {
     let n = images.size.states;
-    let unknown = Verdict::Undecided { why: Doubt::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
+    let unknown =
+        Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
     let states: Vec<(f64, f64)> = axes[..n].iter().map(|axis| (axis.lo(), axis.hi())).collect();
     let time = axes.last().copied().unwrap_or(Interval::UNBOUNDED);
     let region = Region::new(&states).time(time.lo(), time.hi()).subdivisions(subdivisions);
@@ -288,9 +290,11 @@ fn proof<C: Pieces<IntervalDual>>(
     Ok(match positive_definite(&m.product(&scaled)?.plus_transpose()?)? {
         Verdict::Proved { margin } => Verdict::Proved { margin: 0.5 * margin },
         // One direction for one J: nothing is refuted of Phi.
-        Verdict::Refuted { .. } => Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "M" }, best: f64::NAN },
+        Verdict::Refuted { .. } => {
+            Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "M" }, best: f64::NAN }
+        }
         Verdict::Undecided { best, .. } => {
-            Verdict::Undecided { why: Doubt::DataTooUncertain { width }, best: 0.5 * best }
+            Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width }, best: 0.5 * best }
         }
     })
 }

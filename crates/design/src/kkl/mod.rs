@@ -1,4 +1,4 @@
-//! Checks a Kazantzis-Kravaris-Luenberger observer of one's own: does phi solve its equation, does Lambda forget, can phi be inverted?
+//! Checks a Kazantzis-Kravaris-Luenberger observer supplied by the user: does phi solve its equation, does Lambda forget, can phi be inverted?
 //!
 //! Proposition 1 of Yi, Ortega and Zhang asks for phi, Lambda and B with
 //! ```text
@@ -54,11 +54,11 @@ use nalgebra::{DefaultAllocator, Dim};
 use crate::enclosure::paths::explore;
 use crate::enclosure::{Axis, IntervalDual, Region};
 use crate::error::DesignError;
-use crate::spread::Spread;
+use crate::golden_sequence::GoldenSequence;
 
 pub use collected::Collected;
 pub use common_image::CommonImage;
-pub use coupling::{Coupling, Objection, Obstacle, Reading};
+pub use coupling::{Coupling, CouplingObjection, OpenCoupling, Reading};
 pub use error::KklError;
 pub use injectivity::{Injectivity, TwoStates};
 pub use pieces::Pieces;
@@ -96,10 +96,10 @@ impl fmt::Display for Place {
 /// How a candidate is checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KklSettings {
-    /// The residual may be this share of its terms, 0 to 1; the root of EPSILON unless told. A phi in closed form is far below it, and so is one whose coefficients come from a
+    /// The residual may be this share of its terms, 0 to 1 (default the root of EPSILON). A phi in closed form is far below it, and so is one whose coefficients come from a
     /// well-posed Sylvester equation; a coefficient with four printed digits is far above.
     pub tolerance: f64,
-    /// Points sampled beside the corners and the centre, 1 to 4096; 256 unless told. Pairs are formed of all of them.
+    /// Points sampled beside the corners and the centre, 1 to 4096 (default 256). Pairs are formed of all of them.
     pub samples: usize,
     /// Where the sequence of points begins.
     pub seed: u64,
@@ -321,7 +321,7 @@ fn samples(axes: &[Interval], settings: &KklSettings) -> Vec<Vec<Interval>> {
         let share = |k| cornered.iter().position(|c| *c == k).map_or(0.5, |bit| (corner >> bit & 1) as f64);
         points.push(axes.iter().enumerate().map(|(k, axis)| at(axis, share(k))).collect());
     }
-    for shares in Spread::new(varying.len(), settings.seed).take(settings.samples) {
+    for shares in GoldenSequence::new(varying.len(), settings.seed).take(settings.samples) {
         let share = |k| varying.iter().position(|v| *v == k).map_or(0.5, |at| shares[at]);
         points.push(axes.iter().enumerate().map(|(k, axis)| at(axis, share(k))).collect());
     }

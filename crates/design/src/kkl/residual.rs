@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use luenberger_proof::{Doubt, Interval, Ring, Verdict};
+use luenberger_proof::{Interval, Ring, UndecidedReason, Verdict};
 
 use super::collected::{Collected, Polynomial, Sheet, collect, evaluate};
 use super::pieces::Pieces;
@@ -233,7 +233,7 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<Collected>>(
         Verdict::Proved { margin: room }
     } else {
         let width = bounds.iter().copied().fold(0.0, f64::max);
-        Verdict::Undecided { why: Doubt::DataTooUncertain { width }, best: -worst.at_least }
+        Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width }, best: -worst.at_least }
     };
     Ok(Residual { worst, scales, bounds, collected, points: points.len(), parts: parts.len(), verdict })
 }

@@ -2,7 +2,7 @@
 //! observer where B reads no xi; else see [`coupling`](super::coupling).
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov};
-use luenberger_proof::certificate::{Certificate, Certified, Hurwitz};
+use luenberger_proof::certificate::{Certificate, Certified, HurwitzStability};
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{Complex, DMatrix};
 
@@ -76,7 +76,7 @@ pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
         }
         Err(error) => return Err(error.into()),
     };
-    let certificate = Certificate::of([Hurwitz::within(f, &exact(&p)?)?])?;
+    let certificate = Certificate::of([HurwitzStability::within(f, &exact(&p)?)?])?;
     Ok(Forgetting { spectrum, p: Some(p), certificate })
 }
 

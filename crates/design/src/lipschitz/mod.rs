@@ -28,7 +28,7 @@ use luenberger_lmi::{Expression, Problem, Settings, Solution, he, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::ProofError;
-use luenberger_proof::certificate::{Certificate, SectorObserver};
+use luenberger_proof::certificate::{Certificate, SectorConvergence};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 pub use admissible::{AdmissibleFactor, greatest_factor};
@@ -112,7 +112,7 @@ impl LipschitzDesign {
         proposal.certified(plant, l, rate, settings)
     }
 
-    /// What is proved of a gain L of one's own, n x p.
+    /// What is proved of a gain L supplied by the user, n x p.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the middle of its sector.
@@ -229,7 +229,7 @@ impl Proposal {
         let terms = plant.sectors().iter().zip(&self.tau).map(|(sector, &tau)| sector.term(tau));
         let terms = terms.collect::<Result<Vec<_>, _>>()?;
         let (a, c) = (exact(plant.a())?, exact(plant.c())?);
-        Certificate::of([SectorObserver { a, c, terms, l: exact(l)?, p: exact(&self.p)?, rate }])
+        Certificate::of([SectorConvergence { a, c, terms, l: exact(l)?, p: exact(&self.p)?, rate }])
     }
 }
 

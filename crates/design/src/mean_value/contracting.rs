@@ -133,13 +133,13 @@ impl ContractingCoordinates {
             best = Some((high, q));
         }
         let Some((injection, q)) = best else {
-            let why = luenberger_proof::Doubt::NotByThisMatrix { name: "Q" };
+            let why = luenberger_proof::UndecidedReason::NotByThisMatrix { name: "Q" };
             return Err(DesignError::Undecided { what: WHAT, why, best: f64::NAN, seen: None });
         };
         let alpha = least_alpha(vertices, &k);
         // alpha is a sum of a few rounded products.
         let eta = (injection / alpha * (1.0 + 1e-9)).max(0.5f64.next_up());
-        let theorem = certificate::ContractingCoordinates {
+        let theorem = certificate::ContractionInCoordinates {
             vertices: vertices.iter().map(exact).collect::<Result<_, _>>()?,
             k: exact(&k)?,
             q: exact(&q)?,

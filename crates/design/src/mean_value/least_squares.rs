@@ -61,7 +61,7 @@ impl LeastSquares {
         Self::default()
     }
 
-    /// The best of `starts` runs, from `beta = (k + 1/2)/starts` in every row; 1 unless told, and at least 1.
+    /// The best of `starts` runs, from `beta = (k + 1/2)/starts` in every row (default 1), and at least 1.
     ///
     /// Rows are independent: the best beta is taken row by row.
     #[must_use]
@@ -69,7 +69,7 @@ impl LeastSquares {
         Self { starts: starts.max(1), ..self }
     }
 
-    /// The cap on the iterations of one run; 100 unless told, and at least 1.
+    /// The cap on the iterations of one run (default 100), and at least 1.
     #[must_use]
     pub fn with_iterations(self, iterations: u64) -> Self {
         Self { iterations: iterations.max(1), ..self }

@@ -165,11 +165,11 @@ impl Instant {
 /// How the rank is decided; [`Default`] for all that one does not know better.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LieSettings {
-    /// Highest order K of the derivatives; `2 n - 1`, at most [`HIGHEST_ORDER`], unless told.
+    /// Highest order K of the derivatives (default `2 n - 1`, at most [`HIGHEST_ORDER`]).
     pub order: Option<usize>,
-    /// What counts as one of each state; the largest magnitude along the trajectory unless told, 1 for a state that stays 0.
+    /// What counts as one of each state (default the largest magnitude along the trajectory), 1 for a state that stays 0.
     pub scales: Option<Vec<f64>>,
-    /// Singular values at or below this share of the largest along the trajectory count as zero. `100 n (K + 1) eps` unless told: each coefficient is
+    /// Singular values at or below this share of the largest along the trajectory count as zero (default `100 n (K + 1) eps`): each coefficient is
     /// a sum of at most K + 1 products for each of the operations of f and h, of which a hundred are allowed for.
     pub tolerance: Option<f64>,
 }
@@ -269,7 +269,7 @@ impl LieObservability {
         self.points.iter().map(|point| point.index).try_fold(0, |highest, index| index.map(|index| highest.max(index)))
     }
 
-    /// The report, with names of one's own for the states.
+    /// The report, with names supplied by the user for the states.
     pub fn in_words(&self, names: &[&str]) -> String {
         let n = self.size.states;
         let (order, input, count) = (self.order, self.input, self.points.len());

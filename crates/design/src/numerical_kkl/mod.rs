@@ -43,7 +43,7 @@ use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
 use crate::error::DesignError;
-use crate::spread::Spread;
+use crate::golden_sequence::GoldenSequence;
 use domain::within;
 use progress::Listener;
 use regression::{Budget, Samples};
@@ -59,25 +59,25 @@ pub use transform::Transform;
 /// What a numerical KKL design may spend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings<const N: usize> {
-    /// Accuracy of T by simulation, relative to the size of y; 1e-11 unless told.
+    /// Accuracy of T by simulation, relative to the size of y (default 1e-11).
     pub tolerance: f64,
-    /// Grid points per axis of the spline of T, 4 to 1024; 65 unless told.
+    /// Grid points per axis of the spline of T, 4 to 1024 (default 65).
     pub points: [usize; N],
-    /// Total degree of the polynomials of the embedded form, 1 to 12; 4 unless told.
+    /// Total degree of the polynomials of the embedded form, 1 to 12 (default 4).
     pub degree: usize,
-    /// Leaves of its tree, 1 to 4096; 64 unless told. One leaf is the ordinary polynomial regression.
+    /// Leaves of its tree, 1 to 4096 (default 64). One leaf is the ordinary polynomial regression.
     pub leaves: usize,
-    /// Samples of the box that the embedded form is fitted to, 100 to a million; 20000 unless told.
+    /// Samples of the box that the embedded form is fitted to, 100 to a million (default 20000).
     pub samples: usize,
-    /// Ridge of the regression, relative; 1e-8 unless told. More of it makes estimates less sensitive to noise in z.
+    /// Ridge of the regression, relative (default 1e-8). More of it makes estimates less sensitive to noise in z.
     pub ridge: f64,
-    /// Cap on the evaluations of T per iteration of the interpolated form; 40 unless told.
+    /// Cap on the evaluations of T per iteration of the interpolated form (default 40).
     pub max_evaluations: usize,
-    /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64; 9 unless told.
+    /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64 (default 9).
     pub fallback: usize,
-    /// Grid points per axis of the injectivity check, 3 to 64; 17 unless told.
+    /// Grid points per axis of the injectivity check, 3 to 64 (default 17).
     pub injectivity_points: usize,
-    /// Points at which the fit is judged, 10 to 100000; 500 unless told.
+    /// Points at which the fit is judged, 10 to 100000 (default 500).
     pub held_out: usize,
     /// Where the sequences of sample points begin.
     pub seed: u64,
@@ -163,7 +163,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
         let (coordinates, spline) = tabulate(&transform, settings.points, progress)?;
 
         // Held out: the far end of another sequence than the samples'.
-        let probes: Vec<SVector<f64, N>> = Spread::new(N, settings.seed ^ 0x5bd1_e995)
+        let probes: Vec<SVector<f64, N>> = GoldenSequence::new(N, settings.seed ^ 0x5bd1_e995)
             .take(settings.held_out)
             .map(|share| domain.point(|i| share[i]))
             .collect();
@@ -299,7 +299,7 @@ fn embed<const N: usize, const Z: usize>(
     progress: &mut Listener<'_>,
 ) -> Result<Embedded<N, Z>, DesignError> {
     let (mut states, mut images) = (Vec::new(), Vec::new());
-    for share in Spread::new(N, settings.seed).take(settings.samples) {
+    for share in GoldenSequence::new(N, settings.seed).take(settings.samples) {
         let x = domain.point(|i| share[i]);
         states.push(<[f64; N]>::from(x));
         images.push(<[f64; Z]>::from(spline.at(&x)));

@@ -24,7 +24,7 @@ pub struct Target<const P: usize, const Z: usize> {
 const BESSEL_ORDERS: usize = 10;
 
 impl<const P: usize, const Z: usize> Target<P, Z> {
-    /// A target of one's own.
+    /// A user-supplied target.
     ///
     /// # Errors
     /// [`DesignError::NotHurwitz`] with the spectral abscissa, [`NumericalKklError::Uncontrollable`], [`NumericalKklError::Empty`], [`DesignError::Matrix`].

@@ -9,7 +9,7 @@
 
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Certificate;
 use luenberger_proof::statement::hurwitz_spectrum;
 use luenberger_proof::{Exact, Matrix, Ring, Verdict};
@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 use crate::certificate::certified;
 use crate::check;
 use crate::cubic;
-use crate::error::{DesignError, Obstruction};
+use crate::error::{DesignError, InfeasibilityReason};
 
 certified!(GainCertificate);
 
@@ -27,7 +27,7 @@ certified!(GainCertificate);
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainCertificate {
     /// The plant that it is about: with `A + margin I` as rounded, where a margin was asked for.
-    pub plant: DynamicPlant,
+    pub plant: StateSpace,
     /// The gain L.
     pub l: DMatrix<f64>,
     /// The gain N.
@@ -65,7 +65,7 @@ pub struct FixedGainMargin {
 /// this N at any eps; [`DesignError::DegenerateGain`] when C N is not Hurwitz and that real part is zero up to rounding; [`DesignError::DependentOutputs`];
 /// [`DesignError::Undecided`] when no eps could be proved.
 pub fn fixed_gain_margin(
-    plant: &DynamicPlant,
+    plant: &StateSpace,
     l: &DMatrix<f64>,
     n_gain: &DMatrix<f64>,
     tolerance: f64,
@@ -92,7 +92,7 @@ pub fn fixed_gain_margin(
 /// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P; [`DesignError::RefutedAsRounded`] with such that exclude it only for
 /// T as rounded.
 pub fn certify_gain(
-    plant: &DynamicPlant,
+    plant: &StateSpace,
     l: &DMatrix<f64>,
     n_gain: &DMatrix<f64>,
 ) -> Result<GainCertificate, DesignError> {
@@ -108,7 +108,7 @@ pub fn certify_gain(
 
 /// The inequality in G and Y, for every eps.
 struct Family<'a> {
-    plant: &'a DynamicPlant,
+    plant: &'a StateSpace,
     l: &'a DMatrix<f64>,
     n_gain: &'a DMatrix<f64>,
     f: DMatrix<f64>,
@@ -119,7 +119,7 @@ struct Family<'a> {
 }
 
 impl<'a> Family<'a> {
-    fn new(plant: &'a DynamicPlant, l: &'a DMatrix<f64>, n_gain: &'a DMatrix<f64>) -> Result<Self, DesignError> {
+    fn new(plant: &'a StateSpace, l: &'a DMatrix<f64>, n_gain: &'a DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let c = &plant.c;
         let (n, outputs) = (plant.a.nrows(), c.nrows());
@@ -131,7 +131,7 @@ impl<'a> Family<'a> {
         let exact_cn = check::exactly(c)?.product(&check::exactly(n_gain)?)?;
         // Eigenvalues of a defective C N are known to a root of the rounding only: exact arithmetic decides.
         if abscissa > 0.0 && has_eigenvalue_beyond(&exact_cn, 0.5 * abscissa) {
-            return Err(DesignError::Infeasible { what: WHAT, reason: Obstruction::SignOfCn(abscissa) });
+            return Err(DesignError::Infeasible { what: WHAT, reason: InfeasibilityReason::SignOfCn(abscissa) });
         }
         if hurwitz_spectrum(&exact_cn).map_or(abscissa >= 0.0, |stable| !stable) {
             return Err(DesignError::DegenerateGain { real_part: abscissa });

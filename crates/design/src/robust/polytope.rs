@@ -5,7 +5,7 @@
 //! `(A(eps) - A) x` of an observer that runs the nominal A is not covered by the theorem: see [`super`].
 
 use luenberger_lmi::{Problem, Settings};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, PlantPolytope, Vertex};
 use nalgebra::DMatrix;
@@ -39,7 +39,7 @@ impl PolytopicDesign {
     /// # Errors
     /// `NotDetectable` in [`DesignError::Linalg`] for a vertex with a mode that no gain can move; [`DesignError::Infeasible`] names the
     /// vertices that together exclude a common P.
-    pub fn new(nominal: &DynamicPlant, vertices: &[DMatrix<f64>], rate: f64) -> Result<Self, DesignError> {
+    pub fn new(nominal: &StateSpace, vertices: &[DMatrix<f64>], rate: f64) -> Result<Self, DesignError> {
         let n = nominal.a.nrows();
         for a in vertices {
             check::matrix("vertex A", a, (n, n))?;

@@ -7,11 +7,11 @@
 //! coefficient `C (F + eps I) N` of q.
 
 use luenberger_linalg::{eigenvalues, spectral_abscissa};
-use luenberger_proof::Doubt;
+use luenberger_proof::UndecidedReason;
 use nalgebra::DMatrix;
 
 use crate::check;
-use crate::error::{DesignError, Obstruction};
+use crate::error::{DesignError, InfeasibilityReason};
 
 /// The supremum of eps for which some `P > 0` proves the observer with gains L and N (p = 1) at `A + eps I`.
 ///
@@ -34,7 +34,9 @@ pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix
     // Its sign without rounding.
     match check::exactly(c)?.product(&check::exactly(n_gain)?)?[(0, 0)].signum() {
         0 => return Err(DesignError::DegenerateGain { real_part: 0.0 }),
-        1 => return Err(DesignError::Infeasible { what: "(13') for any P", reason: Obstruction::SignOfCn(cn) }),
+        1 => {
+            return Err(DesignError::Infeasible { what: "(13') for any P", reason: InfeasibilityReason::SignOfCn(cn) });
+        }
         _ => {}
     }
     let mut high = -spectral_abscissa(f)?;
@@ -50,7 +52,9 @@ pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix
         found = is_strictly_positive_real(f, c, n_gain, low)?;
     }
     if !found {
-        let why = Doubt::NoProposal { status: "no shift makes the transfer function positive real in floating point" };
+        let why = UndecidedReason::NoProposal {
+            status: "no shift makes the transfer function positive real in floating point",
+        };
         return Err(DesignError::Undecided {
             what: "strict positive realness",
             why,
@@ -171,7 +175,7 @@ mod tests {
     fn the_wrong_sign_of_the_gain_is_named() {
         let error = positive_real_margin(&dmatrix![-3.0], &dmatrix![1.0], &dmatrix![2.0]).unwrap_err();
         assert!(
-            matches!(error, DesignError::Infeasible { reason: Obstruction::SignOfCn(x), .. } if x == 2.0),
+            matches!(error, DesignError::Infeasible { reason: InfeasibilityReason::SignOfCn(x), .. } if x == 2.0),
             "{error}"
         );
     }

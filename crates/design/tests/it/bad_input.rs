@@ -1,60 +1,63 @@
 //! Every kind of bad input gets an error that names the quantity and its value.
 
 use luenberger_design::{
-    Correction, CubicDesign, Decrease, DesignError, FeedbackDesign, LinearDesign, Wish, joint_design, robust,
+    CubicDesign, CubicGain, DesignError, FeedbackDesign, LinearDesign, LyapunovWeight, joint_design, robust,
 };
 use luenberger_linalg::LinalgError;
-use luenberger_plants::{DynamicPlant, PlantError, double_integrator};
+use luenberger_plants::{PlantError, StateSpace, double_integrator};
 use nalgebra::{Complex, DMatrix, dmatrix};
 
-fn plant() -> DynamicPlant {
+fn plant() -> StateSpace {
     double_integrator().to_dynamic()
 }
 
 fn linear() -> LinearDesign {
-    LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap()
+    LinearDesign::with_poles(&plant(), &[-2.0, -5.0]).unwrap().lyapunov_weight(LyapunovWeight::Identity(10.0)).unwrap()
 }
 
-fn refused(wish: &Wish) -> DesignError {
-    LinearDesign::new(&plant(), wish, &Decrease::default()).unwrap_err()
+fn refused_poles(poles: &[f64]) -> DesignError {
+    LinearDesign::with_poles(&plant(), poles).unwrap_err()
+}
+
+fn refused_gain(l: DMatrix<f64>) -> DesignError {
+    LinearDesign::with_gain(&plant(), l).unwrap_err()
 }
 
 #[test]
 fn a_pole_in_the_right_half_plane_is_named() {
-    let error = refused(&Wish::poles(&[-1.0, 0.5]));
+    let error = refused_poles(&[-1.0, 0.5]);
     assert_eq!(error, DesignError::UnstablePole { pole: Complex::new(0.5, 0.0) });
     assert!(error.to_string().contains("0.5"));
 }
 
 #[test]
 fn a_pole_that_is_nan_is_refused() {
-    assert!(LinearDesign::new(&plant(), &Wish::poles(&[-1.0, f64::NAN]), &Decrease::default()).is_err());
+    assert!(LinearDesign::with_poles(&plant(), &[-1.0, f64::NAN]).is_err());
 }
 
 #[test]
 fn poles_must_be_closed_under_conjugation_and_n_in_number() {
-    let lonely = Wish::Poles(vec![Complex::new(-1.0, 1.0), Complex::new(-1.0, 2.0)]);
-    assert!(matches!(refused(&lonely), DesignError::Linalg(_)));
-    assert!(matches!(refused(&Wish::poles(&[-1.0])), DesignError::Linalg(_)));
+    let lonely = LinearDesign::with_poles(&plant(), &[Complex::new(-1.0, 1.0), Complex::new(-1.0, 2.0)]).unwrap_err();
+    assert!(matches!(lonely, DesignError::Linalg(_)));
+    assert!(matches!(refused_poles(&[-1.0]), DesignError::Linalg(_)));
 }
 
 #[test]
 fn an_unobservable_plant_names_its_hidden_mode() {
     // The second state is seen by nothing and decays like exp(-t).
-    let plant = DynamicPlant::new(dmatrix![1.0, 0.0; 0.0, -1.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
-    let error = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -3.0]), &Decrease::default()).unwrap_err();
+    let plant = StateSpace::new(dmatrix![1.0, 0.0; 0.0, -1.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let error = LinearDesign::with_poles(&plant, &[-2.0, -3.0]).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("-1"), "{text}");
 }
 
 #[test]
 fn an_undetectable_plant_names_its_mode_in_every_design() {
-    let plant = DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
     for error in [
-        LinearDesign::new(&plant, &Wish::Lmi, &Decrease::default()).unwrap_err(),
+        LinearDesign::lmi(&plant).unwrap_err(),
         joint_design(&plant, &dmatrix![1.0], 0.0, 1.0).unwrap_err(),
-        LinearDesign::new(&plant, &Wish::Kalman { w: DMatrix::identity(2, 2), v: dmatrix![1.0] }, &Decrease::default())
-            .unwrap_err(),
+        LinearDesign::kalman(&plant, &DMatrix::identity(2, 2), &dmatrix![1.0]).unwrap_err(),
     ] {
         let DesignError::Linalg(LinalgError::NotDetectable { eigenvalue, .. }) = error else { panic!("{error}") };
         assert!((eigenvalue - Complex::new(2.0, 0.0)).norm() < 1e-9, "{eigenvalue}");
@@ -63,9 +66,9 @@ fn an_undetectable_plant_names_its_mode_in_every_design() {
 
 #[test]
 fn a_rate_that_a_hidden_mode_does_not_have_is_refused_with_that_mode() {
-    let plant = DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![0.0, 1.0]).unwrap();
-    assert!(LinearDesign::new(&plant, &Wish::DecayRate(0.5), &Decrease::default()).is_ok());
-    let error = LinearDesign::new(&plant, &Wish::DecayRate(1.5), &Decrease::default()).unwrap_err();
+    let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![0.0, 1.0]).unwrap();
+    assert!(LinearDesign::with_decay_rate(&plant, 0.5).is_ok());
+    let error = LinearDesign::with_decay_rate(&plant, 1.5).unwrap_err();
     let DesignError::Linalg(LinalgError::NotDetectable { eigenvalue, .. }) = error else { panic!("{error}") };
     assert!((eigenvalue - Complex::new(-1.0, 0.0)).norm() < 1e-9, "{eigenvalue}");
 }
@@ -73,21 +76,21 @@ fn a_rate_that_a_hidden_mode_does_not_have_is_refused_with_that_mode() {
 #[test]
 fn a_gain_of_ones_own_is_checked() {
     assert!(
-        matches!(refused(&Wish::Gain(dmatrix![-1.0; 0.0])), DesignError::NotHurwitz { what: "A - L C", abscissa } if abscissa >= 0.0)
+        matches!(refused_gain(dmatrix![-1.0; 0.0]), DesignError::NotHurwitz { what: "A - L C", abscissa } if abscissa >= 0.0)
     );
     assert!(matches!(
-        refused(&Wish::Gain(dmatrix![1.0, 2.0])),
+        refused_gain(dmatrix![1.0, 2.0]),
         DesignError::Matrix(PlantError::DimensionMismatch { what: "L", expected: (2, 1), found: (1, 2) })
     ));
     assert!(matches!(
-        refused(&Wish::Gain(dmatrix![1.0; f64::NAN])),
+        refused_gain(dmatrix![1.0; f64::NAN]),
         DesignError::Matrix(PlantError::NotFinite { what: "L", .. })
     ));
 }
 
 #[test]
 fn q_must_be_symmetric_and_positive_definite() {
-    let with = |q| LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Matrix(q)).unwrap_err();
+    let with = |q| linear().lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap_err();
     assert!(matches!(
         with(dmatrix![1.0, 0.5; 0.0, 1.0]),
         DesignError::Linalg(LinalgError::NotSymmetric { what: "Q", .. })
@@ -97,7 +100,7 @@ fn q_must_be_symmetric_and_positive_definite() {
         DesignError::Linalg(LinalgError::NotPositiveDefinite { what: "Q", lambda_min }) if (lambda_min + 1.0).abs() < 1e-12
     ));
     assert!(matches!(
-        LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(-1.0)).unwrap_err(),
+        linear().lyapunov_weight(LyapunovWeight::Identity(-1.0)).unwrap_err(),
         DesignError::NotPositive { what, value: -1.0 } if what.starts_with("rho")
     ));
 }
@@ -106,26 +109,23 @@ fn q_must_be_symmetric_and_positive_definite() {
 fn theta_gamma_and_s_are_checked() {
     let with = |theta: DMatrix<f64>, correction| CubicDesign::new(&linear(), &theta, &correction).unwrap_err();
     assert!(matches!(
-        with(dmatrix![-1.0], Correction::Gamma(1.0)),
+        with(dmatrix![-1.0], CubicGain::Gamma(1.0)),
         DesignError::Linalg(LinalgError::NotPositiveSemidefinite { what: "theta", lambda_min: -1.0 })
     ));
     for gamma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(
-            with(dmatrix![1.0], Correction::Gamma(gamma)),
-            DesignError::NotPositive { what: "gamma", .. }
-        ));
-        assert!(matches!(with(dmatrix![1.0], Correction::Radial(gamma)), DesignError::NotPositive { what: "w", .. }));
+        assert!(matches!(with(dmatrix![1.0], CubicGain::Gamma(gamma)), DesignError::NotPositive { what: "gamma", .. }));
+        assert!(matches!(with(dmatrix![1.0], CubicGain::Radial(gamma)), DesignError::NotPositive { what: "w", .. }));
     }
     assert!(matches!(
-        with(dmatrix![1.0], Correction::General(dmatrix![-0.5])),
+        with(dmatrix![1.0], CubicGain::General(dmatrix![-0.5])),
         DesignError::Linalg(LinalgError::NotPositiveSemidefinite { what: "S + S'", lambda_min: -1.0 })
     ));
-    assert!(matches!(with(DMatrix::identity(2, 2), Correction::Gamma(1.0)), DesignError::Matrix(_)));
+    assert!(matches!(with(DMatrix::identity(2, 2), CubicGain::Gamma(1.0)), DesignError::Matrix(_)));
 }
 
 #[test]
 fn a_feedback_that_does_not_stabilise_is_refused() {
-    let cubic = CubicDesign::new(&linear(), &dmatrix![1.0], &Correction::Gamma(1.0)).unwrap();
+    let cubic = CubicDesign::new(&linear(), &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     assert!(matches!(
         FeedbackDesign::new(&cubic, &dmatrix![-1.0, -1.0]).unwrap_err(),
         DesignError::NotHurwitz { what: "A - B K", .. }
@@ -134,7 +134,7 @@ fn a_feedback_that_does_not_stabilise_is_refused() {
 
 #[test]
 fn a_cubic_gain_of_the_wrong_sign_is_named() {
-    let design = CubicDesign::new(&linear(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let design = CubicDesign::new(&linear(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let (f, l, n) = (design.error_matrix(), &design.observer.l, -&design.observer.n);
     for error in [
         robust::certify_gain(&plant(), l, &n).unwrap_err(),
@@ -150,9 +150,9 @@ fn a_cubic_gain_of_the_wrong_sign_is_named() {
 #[test]
 fn a_gain_that_the_method_does_not_decide_is_not_called_infeasible() {
     let plant =
-        DynamicPlant::new(dmatrix![0.1, 1.0; -1.0, 0.2], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0; 0.0, 1.0]).unwrap();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0]), &Decrease::default()).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![1.0, 0.0; 0.0, 0.0], &Correction::Gamma(1.0)).unwrap();
+        StateSpace::new(dmatrix![0.1, 1.0; -1.0, 0.2], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0; 0.0, 1.0]).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0]).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0, 0.0; 0.0, 0.0], &CubicGain::Gamma(1.0)).unwrap();
     let error = robust::certify_gain(&plant, &cubic.observer.l, &cubic.observer.n).unwrap_err();
     assert!(matches!(error, DesignError::DegenerateGain { .. }), "{error}");
 }
@@ -171,8 +171,7 @@ fn a_rate_that_is_no_rate_is_refused_by_every_design() {
 fn a_plant_that_was_bent_after_its_construction_is_refused() {
     let mut bent = plant();
     bent.c = dmatrix![1.0, 0.0, 0.0];
-    let gain = Wish::Gain(dmatrix![1.0; 1.0]);
-    assert!(matches!(LinearDesign::new(&bent, &gain, &Decrease::default()).unwrap_err(), DesignError::Matrix(_)));
+    assert!(matches!(LinearDesign::with_gain(&bent, dmatrix![1.0; 1.0]).unwrap_err(), DesignError::Matrix(_)));
     assert!(matches!(joint_design(&bent, &dmatrix![1.0], 0.0, 1.0).unwrap_err(), DesignError::Matrix(_)));
     assert!(matches!(
         robust::certify_gain(&bent, &dmatrix![1.0; 1.0], &dmatrix![1.0; 1.0]).unwrap_err(),

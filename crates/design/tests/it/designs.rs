@@ -7,22 +7,25 @@ use luenberger_design::robust::{
     theorem5_bound,
 };
 use luenberger_design::{
-    Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Theorem1, Wish, joint_design,
+    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, Theorem1, joint_design,
     theta_from_cost_shares,
 };
 use luenberger_linalg::spectral_abscissa;
-use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_plants::{StateSpace, double_integrator, third_order};
 use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, dmatrix, dvector};
 
 fn example1() -> LinearDesign {
-    LinearDesign::new(&double_integrator().to_dynamic(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap()
+    LinearDesign::with_poles(&double_integrator().to_dynamic(), &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap()
 }
 
 /// Share Pasand, Example 1: L, P and N as printed.
 #[test]
 fn example_1_has_its_printed_matrices_and_is_proved_as_stored() {
-    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     assert!((&cubic.observer.l - dmatrix![7.0; 10.0]).amax() < 1e-12);
     assert!((&cubic.p - dmatrix![55.0 / 7.0, -5.0; -5.0, 30.0 / 7.0]).amax() < 1e-13);
     assert!((&cubic.observer.n - dmatrix![-168.0 / 17.0; -196.0 / 17.0]).amax() < 1e-12);
@@ -32,14 +35,14 @@ fn example_1_has_its_printed_matrices_and_is_proved_as_stored() {
 
 #[test]
 fn the_radial_choice_makes_c_n_a_multiple_of_the_identity() {
-    let plant = DynamicPlant::new(
+    let plant = StateSpace::new(
         dmatrix![0.0, 1.0, 0.2; 0.3, -0.1, 1.0; 1.0, 0.0, 0.5],
         DMatrix::zeros(3, 0),
         dmatrix![1.0, 0.0, 0.3; 0.0, 1.0, -0.4],
     )
     .unwrap();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-1.0, -2.0, -3.0]), &Decrease::default()).unwrap();
-    let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &Correction::Radial(3.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0, -3.0]).unwrap();
+    let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &CubicGain::Radial(3.0)).unwrap();
     let cn = &cubic.observer.c * &cubic.observer.n;
     assert!((cn + DMatrix::identity(2, 2) * 3.0).amax() < 1e-12);
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
@@ -47,7 +50,7 @@ fn the_radial_choice_makes_c_n_a_multiple_of_the_identity() {
 
 #[test]
 fn the_strict_condition_is_refuted_by_the_kernel_of_c() {
-    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let o = &cubic.observer;
     let conditions = Theorem1::examine(&double_integrator().to_dynamic(), (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
     let facts: Vec<_> = conditions.certificate.facts().collect();
@@ -60,7 +63,7 @@ fn the_strict_condition_is_refuted_by_the_kernel_of_c() {
 fn a_decay_rate_is_reached() {
     let plant = third_order::example3().to_dynamic();
     for rate in [0.5, 2.0] {
-        let design = LinearDesign::new(&plant, &Wish::DecayRate(rate), &Decrease::default()).unwrap();
+        let design = LinearDesign::with_decay_rate(&plant, rate).unwrap();
         assert!(design.certificate.is_proved(), "{}", design.certificate);
         let abscissa = spectral_abscissa(&design.error_matrix()).unwrap();
         assert!(abscissa < -rate, "rate {rate}: spectral abscissa {abscissa}");
@@ -69,7 +72,7 @@ fn a_decay_rate_is_reached() {
 
 #[test]
 fn the_joint_design_is_proved_for_several_outputs() {
-    let plant = DynamicPlant::new(
+    let plant = StateSpace::new(
         dmatrix![0.4, 1.0, 0.0; -0.2, 0.3, 1.0; 0.1, 0.2, -0.5],
         dmatrix![1.0; 0.0; 1.0],
         dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
@@ -84,8 +87,11 @@ fn the_joint_design_is_proved_for_several_outputs() {
 #[test]
 fn the_margins_of_example_2_are_ordered_and_right() {
     let plant = third_order::example2().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-30.0, -10.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-30.0, -10.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
     let bound = theorem5_bound(&cubic.p, &cubic.q).unwrap();
     assert!((bound - 0.001_350_411_303).abs() < 1e-11, "{bound}");
@@ -101,7 +107,7 @@ fn the_margins_of_example_2_are_ordered_and_right() {
 
 #[test]
 fn a_lyapunov_matrix_is_found_for_a_gain_that_came_without_one() {
-    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let o = &cubic.observer;
     let found = certify_gain(&double_integrator().to_dynamic(), &o.l, &o.n).unwrap();
     assert!(found.certificate.is_proved() && found.certificate.converges_from_everywhere(), "{}", found.certificate);
@@ -114,7 +120,7 @@ fn a_lyapunov_matrix_is_found_for_a_gain_that_came_without_one() {
 #[test]
 fn a_polytope_has_one_gain_for_all_its_vertices() {
     let at = |stiffness: f64| dmatrix![0.0, 1.0; -stiffness, -0.1];
-    let plant = DynamicPlant::new(at(1.0), DMatrix::zeros(2, 0), dmatrix![1.0, 0.0]).unwrap();
+    let plant = StateSpace::new(at(1.0), DMatrix::zeros(2, 0), dmatrix![1.0, 0.0]).unwrap();
     let design = PolytopicDesign::new(&plant, &[at(0.5), at(2.0)], 0.2).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     for stiffness in [0.5, 1.0, 1.3, 2.0] {
@@ -128,17 +134,16 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
     let plant = third_order::example3().to_dynamic();
     let l = dmatrix![0.267; -1.429; 3.904];
     let k = dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510];
-    let linear = LinearDesign::new(&plant, &Wish::Gain(l), &Decrease::Scaled(1.0)).unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &Correction::Gamma(1.0)).unwrap();
+    let linear = LinearDesign::with_gain(&plant, l).unwrap();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(1.0)).unwrap();
     let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
     assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
 }
 
 #[test]
 fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
-    let plant =
-        DynamicPlant::new(dmatrix![-1.0, 0.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
-    let linear = LinearDesign::new(&plant, &Wish::Gain(DMatrix::zeros(2, 2)), &Decrease::default()).unwrap();
+    let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let linear = LinearDesign::with_gain(&plant, DMatrix::zeros(2, 2)).unwrap();
     // J_1 = 1/2 and J_2 = 1/4 per unit of e_i^2.
     let theta = theta_from_cost_shares(&linear, None, 3.0).unwrap();
     assert!((theta - dmatrix![2.0, 0.0; 0.0, 1.0]).amax() < 1e-12);
@@ -152,7 +157,7 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
 #[test]
 fn a_margin_far_to_the_left_is_found_by_both_methods() {
     let f = dmatrix![0.0, 1.0; -2.0, -3.0];
-    let plant = DynamicPlant::new(f.clone(), DMatrix::zeros(2, 0), dmatrix![30.0, 1.0]).unwrap();
+    let plant = StateSpace::new(f.clone(), DMatrix::zeros(2, 0), dmatrix![30.0, 1.0]).unwrap();
     let (l, n) = (DMatrix::zeros(2, 1), dmatrix![0.0; -1.0]);
     let closed = positive_real_margin(&f, &plant.c, &n).unwrap();
     assert!((closed + 27.0).abs() < 1e-9, "{closed}");
@@ -167,14 +172,14 @@ fn the_joint_design_of_twenty_states_and_three_outputs_is_proved() {
     let entry = |k: usize| ((k * k * 7919 + 104_729 * k) % 2001) as f64 / 1000.0 - 1.0;
     let a = DMatrix::from_fn(20, 20, |i, j| entry(20 * i + j));
     let c = DMatrix::from_fn(3, 20, |i, j| entry(1000 + 20 * i + j));
-    let plant = DynamicPlant::new(a, DMatrix::zeros(20, 0), c).unwrap();
+    let plant = StateSpace::new(a, DMatrix::zeros(20, 0), c).unwrap();
     let design = joint_design(&plant, &DMatrix::identity(3, 3), 0.0, 1.0).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     assert!(design.certificate.converges_from_everywhere(), "{}", design.certificate);
 }
 
 /// `N = T J T^-1` with T of integers and determinant 1, J a Jordan block with the eigenvalue `eigenvalue`: no rounding. The plant is `x' = 0`, `y = x`.
-fn defective(n: usize, seed: usize, eigenvalue: f64) -> (DynamicPlant, DMatrix<f64>, DMatrix<f64>) {
+fn defective(n: usize, seed: usize, eigenvalue: f64) -> (StateSpace, DMatrix<f64>, DMatrix<f64>) {
     let entry = |i: usize, j: usize| ((7919 * (i + 1) * (j + 2) + 104_729 * seed) % 5) as f64 - 2.0;
     let lower = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
         Ordering::Equal => 1.0,
@@ -200,7 +205,7 @@ fn defective(n: usize, seed: usize, eigenvalue: f64) -> (DynamicPlant, DMatrix<f
             0.0
         }
     });
-    let plant = DynamicPlant::new(DMatrix::zeros(n, n), DMatrix::zeros(n, 0), DMatrix::identity(n, n)).unwrap();
+    let plant = StateSpace::new(DMatrix::zeros(n, n), DMatrix::zeros(n, 0), DMatrix::identity(n, n)).unwrap();
     (plant, DMatrix::identity(n, n) * 5.0, &lower * &upper * j * inverse)
 }
 
@@ -229,7 +234,7 @@ fn a_defective_gain_is_called_infeasible_only_where_it_is() {
 fn tiny_entries_make_no_plant_undetectable() {
     for tiny in [1e-30, 1e-150, 1e-320] {
         let a = dmatrix![0.5, 1.0; tiny, 0.5];
-        let plant = |c| DynamicPlant::new(a.clone(), DMatrix::zeros(2, 0), c).unwrap();
+        let plant = |c| StateSpace::new(a.clone(), DMatrix::zeros(2, 0), c).unwrap();
         let design = joint_design(&plant(dmatrix![1.0, 0.0]), &dmatrix![1.0], 0.1, 1.0);
         let design = design.unwrap_or_else(|error| panic!("{tiny:e}: {error}"));
         assert!(design.certificate.is_proved(), "{tiny:e}: {}", design.certificate);

@@ -9,7 +9,7 @@ use luenberger_observers::cascade::Cascade;
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
 use luenberger_observers::{KklMap, KklPebObserver, Observer, ObserverDimensions, cuk};
-use luenberger_plants::{CukConverter, Dimensions, DynamicPlant, ExponentialCascade, Plant, PlantError};
+use luenberger_plants::{CukConverter, Dimensions, ExponentialCascade, Plant, PlantError, StateSpace};
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{Certified, Rejection, verify};
 use nalgebra::{
@@ -339,7 +339,7 @@ proptest! {
         let a = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j + 1)) + if j + 1 == n { last[i] } else { 0.0 });
         let c = DMatrix::from_fn(1, n, |_, j| if j + 1 == n { 1.0 } else { 0.0 });
         let map = luenberger(&a, &c);
-        let plant = DynamicPlant::new(a, DMatrix::zeros(n, 1), c).unwrap();
+        let plant = StateSpace::new(a, DMatrix::zeros(n, 1), c).unwrap();
         let all: Vec<usize> = (0..n).collect();
         let region = Region::new(&vec![(-1.0, 1.0); n]).inputs(&[(0.0, 0.0)]);
         let report = KklCandidate::new(&plant, &map, &all).unwrap().check(&region, &settings()).unwrap();
@@ -378,7 +378,7 @@ proptest! {
     #[test]
     fn the_bound_encloses_and_the_sample_is_attained(delta in 1e-6..1.0f64, hi in 0.2..3.0f64) {
         let map = LinearMap { d: dmatrix![-1.0 - delta], b: dmatrix![0.0], t: dmatrix![1.0] };
-        let plant = DynamicPlant::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
+        let plant = StateSpace::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
         let region = Region::new(&[(-0.1, hi)]).inputs(&[(0.0, 0.0)]);
         let report = KklCandidate::new(&plant, &map, &[0]).unwrap().check(&region, &settings()).unwrap();
         let truth = ((-1.0 - delta) + 1.0f64).abs() * hi;
@@ -396,7 +396,7 @@ proptest! {
 fn an_unobservable_linear_plant_is_not_injective() {
     let (a, c) = (dmatrix![-1.0, 0.0; 0.0, -2.0], dmatrix![1.0, 0.0]);
     let map = luenberger(&a, &c);
-    let plant = DynamicPlant::new(a, DMatrix::zeros(2, 1), c).unwrap();
+    let plant = StateSpace::new(a, DMatrix::zeros(2, 1), c).unwrap();
     let region = Region::new(&[(-1.0, 1.0); 2]).inputs(&[(0.0, 0.0)]);
     let report = KklCandidate::new(&plant, &map, &[0, 1]).unwrap().check(&region, &settings()).unwrap();
     let Verdict::Refuted { witness } = &report.injectivity.verdict else { panic!("{report}") };
@@ -438,7 +438,7 @@ fn bad_boxes_indices_and_settings_are_refused() {
     let misfit = KklCandidate::new(&CukConverter::default(), &ExponentialCascadeMap, &[1, 2]).map(|_| ());
     assert!(matches!(misfit, Err(DesignError::Matrix(PlantError::DimensionMismatch { .. }))));
     let empty = LinearMap { d: DMatrix::zeros(0, 0), b: DMatrix::zeros(0, 1), t: DMatrix::zeros(0, 1) };
-    let plant = DynamicPlant::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
+    let plant = StateSpace::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
     assert!(KklCandidate::new(&plant, &empty, &[0]).is_err());
     // A map whose lambda has not the size that it says.
     let crooked = LinearMap { d: dmatrix![-1.0], b: dmatrix![1.0; 1.0], t: dmatrix![1.0] };

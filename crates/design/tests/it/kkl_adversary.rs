@@ -6,7 +6,7 @@
 use std::any::{Any, TypeId};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use luenberger_design::kkl::{Collected, KklError, KklReport, KklSettings, Objection};
+use luenberger_design::kkl::{Collected, CouplingObjection, KklError, KklReport, KklSettings};
 use luenberger_design::{DesignError, KklCandidate, KklDesign, Region};
 use luenberger_observers::{KklMap, ObserverDimensions};
 use luenberger_plants::{Dimensions, Plant};
@@ -406,7 +406,10 @@ fn an_unstable_observer_is_no_design() {
     let maps =
         Maps { lambda: dmatrix![0.0, 0.0; 0.0, -1.0], b, phi, outputs: 1, states: 2, place: Where::Here, step: 0.0 };
     let coupling = report(&two, &maps, 1.0).unwrap().coupling;
-    assert!(!coupling.verdict.is_proved() && coupling.obstacle.unwrap().why == Objection::Integrated, "{coupling:?}");
+    assert!(
+        !coupling.verdict.is_proved() && coupling.obstacle.unwrap().why == CouplingObjection::Integrated,
+        "{coupling:?}"
+    );
 }
 
 /// B = 1e-3 where 0 solves (4): whatever thread computes it, and whatever is kept, the bound of the residual is 1e-3.

@@ -1,7 +1,7 @@
 //! Lipschitz observers against closed forms: the greatest constant for one unmeasured state, and for a fixed gain the H-infinity norm.
 
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Split, greatest_factor};
-use luenberger_design::{DesignError, Obstruction};
+use luenberger_design::{DesignError, InfeasibilityReason};
 use luenberger_linalg::{lambda_min, place_observer};
 use luenberger_plants::{Differentiable, Dimensions, Plant, flexible_joint};
 use luenberger_proof::Matrix;
@@ -133,7 +133,7 @@ fn the_flexible_joint_is_refuted_when_nothing_but_the_constant_is_used() {
         let (a, c) = (joint(a44), DMatrix::identity(outputs, 4));
         let crude = LipschitzPlant::unstructured(a.clone(), c.clone(), 3.33).unwrap();
         let refused = LipschitzDesign::new(&crude, 0.0).unwrap_err();
-        assert!(matches!(refused, DesignError::Infeasible { reason: Obstruction::Dual(_), .. }), "{refused}");
+        assert!(matches!(refused, DesignError::Infeasible { reason: InfeasibilityReason::Dual(_), .. }), "{refused}");
         let unit = LipschitzPlant::unstructured(a, c, 1.0).unwrap();
         let greatest = greatest_factor(&unit, None, 0.0, 4.0, TOLERANCE).unwrap();
         assert!(greatest.design.certificate.is_proved());

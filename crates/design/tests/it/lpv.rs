@@ -2,7 +2,7 @@
 
 use luenberger_design::lpv::MAX_VARYING;
 use luenberger_design::{DesignError, LpvDesign, Region};
-use luenberger_plants::{Chaotic, Dimensions, DynamicPlant, Plant, flexible_joint};
+use luenberger_plants::{Chaotic, Dimensions, Plant, StateSpace, flexible_joint};
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -245,7 +245,7 @@ fn rounded_coefficients_make_no_vertices() {
 
 #[test]
 fn a_linear_plant_has_one_vertex() {
-    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
     let design = LpvDesign::new(&plant, &Region::everywhere(2), 2.0).unwrap();
     assert_eq!(design.polytope.vertices.len(), 1);
     assert!(design.certificate.is_proved() && design.to_string().contains("the only vertex"));
@@ -297,7 +297,7 @@ fn bad_numbers_are_refused() {
 // A spring without a linear part: at rest its stiffness is 0, of which an outward rounding leaves 1.5e-323.
 plant!(CubicSpring {}, 2, 1, |s, x| Vector2::new(x[1], -x[0].powi(3)), Vector1::new(x[0]));
 
-/// The rate 1 is possible, and so is more with a gain of one's own.
+/// The rate 1 is possible, and so is more with a given gain.
 #[test]
 fn an_entry_that_is_0_up_to_rounding_hides_nothing() {
     let region = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]);

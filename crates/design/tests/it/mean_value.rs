@@ -1,12 +1,12 @@
 //! beta by bounded nonlinear least squares beside the bracketed beta: where they agree, where least squares stops short, and what is refused.
 
 use luenberger_design::DesignError;
-use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeasuredFirst, RepairedDesign};
+use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 use luenberger_observers::ObserverError;
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::mean_value::{Integral, MeanValueObserver};
 use luenberger_plants::counterexamples::Dimple;
-use luenberger_plants::{Chaotic, Differentiable, Dimensions, DynamicPlant, LinearPlant, Plant, flexible_joint};
+use luenberger_plants::{Chaotic, Differentiable, Dimensions, LinearPlant, Plant, StateSpace, flexible_joint};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector, Vector1, Vector3, Vector4, dmatrix};
 use proptest::prelude::*;
 
@@ -115,15 +115,15 @@ fn e_of_zero_is_an_ordinary_case() {
 
 #[test]
 fn bad_polytopes_are_refused() {
-    assert_eq!(RepairedDesign::new(&[], 1, 1.0).unwrap_err(), DesignError::NoVertices);
+    assert_eq!(MeanValueDesign::new(&[], 1, 1.0).unwrap_err(), DesignError::NoVertices);
     let vertex = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
-    assert!(matches!(RepairedDesign::new(&[vertex.clone() * f64::NAN], 1, 1.0), Err(DesignError::Matrix(_))));
-    assert!(matches!(RepairedDesign::new(std::slice::from_ref(&vertex), 0, 1.0), Err(DesignError::Matrix(_))));
+    assert!(matches!(MeanValueDesign::new(&[vertex.clone() * f64::NAN], 1, 1.0), Err(DesignError::Matrix(_))));
+    assert!(matches!(MeanValueDesign::new(std::slice::from_ref(&vertex), 0, 1.0), Err(DesignError::Matrix(_))));
     assert!(matches!(
-        RepairedDesign::new(std::slice::from_ref(&vertex), 1, f64::INFINITY),
+        MeanValueDesign::new(std::slice::from_ref(&vertex), 1, f64::INFINITY),
         Err(DesignError::BadRate { .. })
     ));
-    let design = RepairedDesign::new(&[vertex], 1, 1.0).unwrap();
+    let design = MeanValueDesign::new(&[vertex], 1, 1.0).unwrap();
     let plant = flexible_joint::classical();
     assert!(matches!(design.observer(plant, 1.0, LeastSquares::new(), Vector4::zeros()), Err(DesignError::Matrix(_))));
 }
@@ -143,7 +143,7 @@ proptest! {
         let c = turn * nalgebra::Matrix2::from_diagonal(&nalgebra::Vector2::new(1.0, 10f64.powf(smaller))) * rows * unit;
         let sigma = c.svd(false, false).singular_values;
         let plant = LinearPlant { a: SMatrix::<f64, 4, 4>::from_row_slice(&a), b: SMatrix::<f64, 4, 0>::zeros(), c };
-        let change = MeasuredFirst::of(&plant).unwrap();
+        let change = OutputCoordinates::of(&plant).unwrap();
         let condition = sigma[0] / sigma[1];
         prop_assert!((change.condition / condition - 1.0).abs() < 1e-6, "{} {condition}", change.condition);
         let residual = (&change.c * &change.t - DMatrix::identity(2, 4)).amax();
@@ -168,31 +168,32 @@ proptest! {
 fn outputs_that_cannot_become_states_are_refused_with_numbers() {
     let deficient = dmatrix![1.0, 2.0, 3.0; 2.0, 4.0, 6.0];
     assert!(
-        matches!(MeasuredFirst::of_matrix(&deficient), Err(DesignError::DependentOutputs { sigma_min }) if sigma_min < 1e-7)
+        matches!(OutputCoordinates::of_matrix(&deficient), Err(DesignError::DependentOutputs { sigma_min }) if sigma_min < 1e-7)
     );
     let wide = DMatrix::identity(3, 2);
-    assert!(matches!(MeasuredFirst::of_matrix(&wide), Err(DesignError::DependentOutputs { sigma_min: 0.0 })));
-    assert!(matches!(MeasuredFirst::of_matrix(&(dmatrix![1.0, 2.0] * f64::NAN)), Err(DesignError::Matrix(_))));
-    assert!(matches!(MeasuredFirst::of_matrix(&DMatrix::zeros(0, 2)), Err(DesignError::Matrix(_))));
+    assert!(matches!(OutputCoordinates::of_matrix(&wide), Err(DesignError::DependentOutputs { sigma_min: 0.0 })));
+    assert!(matches!(OutputCoordinates::of_matrix(&(dmatrix![1.0, 2.0] * f64::NAN)), Err(DesignError::Matrix(_))));
+    assert!(matches!(OutputCoordinates::of_matrix(&DMatrix::zeros(0, 2)), Err(DesignError::Matrix(_))));
     // One output of one state: a scale.
-    let scale = MeasuredFirst::of_matrix(&dmatrix![4.0]).unwrap();
+    let scale = OutputCoordinates::of_matrix(&dmatrix![4.0]).unwrap();
     assert!((scale.t[(0, 0)] - 0.25).abs() < 1e-16 && scale.condition == 1.0);
     // Nothing to do is said, and done exactly.
-    let idle = MeasuredFirst::of(&flexible_joint::classical()).unwrap();
+    let idle = OutputCoordinates::of(&flexible_joint::classical()).unwrap();
     assert_eq!(idle.t, DMatrix::identity(4, 4));
     assert!(idle.to_string().contains("already"), "{idle}");
     // Sizes known at run time.
-    let plant = DynamicPlant::new(dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 0), dmatrix![3.0, 4.0]).unwrap();
-    let change = MeasuredFirst::of(&plant).unwrap();
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 0), dmatrix![3.0, 4.0]).unwrap();
+    let change = OutputCoordinates::of(&plant).unwrap();
     assert!(change.to_string().contains("of condition 1.000e0"), "{change}");
     let other = change.plant(plant).unwrap();
     assert!(MeanValueObserver::new(other, 1.0, Integral, DVector::zeros(2)).is_ok());
 
     // C = 1/2 at 1/4; h(1) = 1.
-    let refused = MeasuredFirst::of(&Quadratic).unwrap_err();
+    let refused = OutputCoordinates::of(&Quadratic).unwrap_err();
     let DesignError::NonlinearOutput { output: 0, expected, found, point } = refused else { panic!("{refused}") };
     assert_eq!((expected, found, point), (0.5, 1.0, vec![1.0]));
-    let wrong = MeasuredFirst::of_matrix(&dmatrix![1.0, 1.0]).unwrap().plant(luenberger_plants::double_integrator());
+    let wrong =
+        OutputCoordinates::of_matrix(&dmatrix![1.0, 1.0]).unwrap().plant(luenberger_plants::double_integrator());
     assert!(matches!(
         wrong,
         Err(DesignError::Matrix(luenberger_plants::PlantError::OutputNotCoordinate { output: 0, .. }))

@@ -13,7 +13,7 @@
 //! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so that the map that takes E to the solution for `D + E G E` stays among them, and has a fixed point (Brouwer). Discrete, with `B (R + B'X B)^-1 B'` for G and
 //! `E G (I + E G)^-1 E` between two factors F, whence 8 for 4.
 
-use super::frame::Frame;
+use super::coordinates::Frame;
 use super::scaled::Scaled;
 use crate::schur_operator::SchurEquation;
 use crate::separation::{norm, relative};

@@ -15,14 +15,14 @@
 
 mod bilinear;
 mod condition;
+mod coordinates;
 mod doubling;
-mod frame;
 mod hamiltonian;
 mod kalman;
+mod newton;
 mod normalized;
 mod popov;
 mod scaled;
-mod settle;
 
 use crate::separation::of_exact;
 use crate::{LinalgError, Result};
@@ -151,7 +151,7 @@ struct Outcome {
 fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Result<Riccati> {
     // What a good method and a Newton step leave.
     let good = 10.0 * problem.a.nrows() as f64 * f64::EPSILON;
-    let outcome = match method(problem).and_then(|x| settle::settle(problem, x)) {
+    let outcome = match method(problem).and_then(|x| newton::settle(problem, x)) {
         Ok(plain) if plain.evidence.residual <= good => plain,
         Ok(plain) => match normalized::solve(problem, Some(&plain.x))? {
             // The residual of an X of which entries are rounded says less than the bound of its error.
@@ -178,7 +178,7 @@ fn solved(outcome: Outcome) -> Result<Outcome> {
     }
     Err(LinalgError::NotConverged {
         method: "Newton's iteration for the Riccati equation",
-        iterations: settle::NEWTON_STEPS,
+        iterations: newton::NEWTON_STEPS,
         remaining: residual,
         allowed,
     })

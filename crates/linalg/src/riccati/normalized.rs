@@ -12,7 +12,7 @@
 
 use super::bilinear::{self, Shifted};
 use super::condition::{self, Local};
-use super::frame::Frame;
+use super::coordinates::Frame;
 use super::scaled::Scaled;
 use super::{Evidence, Outcome, hamiltonian};
 use crate::Result;

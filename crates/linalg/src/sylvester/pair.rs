@@ -6,9 +6,9 @@
 
 use crate::argument::{finite, shaped, square, unit_scale};
 use crate::compensated;
-use crate::doubt::{self, Closest, DIGIT, RATE};
+use crate::error_estimate::{self, Closest, DIGIT, RATE};
 use crate::exactly_singular::{Regularity, regularity};
-use crate::lyapunov::{Spread, forward_error};
+use crate::lyapunov::{ErrorScale, forward_error};
 use crate::product::{multiply, view, view_mut};
 use crate::schur::{SchurWorkspace, schur_into};
 use crate::separation::{relative, rescale, separation, separation_by_three};
@@ -200,7 +200,7 @@ impl SchurPair {
     fn contracts(&mut self) -> bool {
         self.contraction = Some(RATE);
         let (n, m) = self.shape();
-        let rate = doubt::contraction((n, m), false, |c, x| self.correction(c, x));
+        let rate = error_estimate::contraction((n, m), false, |c, x| self.correction(c, x));
         self.contraction = (rate <= RATE).then_some(rate);
         self.contraction.is_some()
     }
@@ -273,7 +273,7 @@ impl SchurPair {
         if let Some(rate) = self.contraction {
             let c = self.defect.clone();
             let substituted = x.clone();
-            self.refined = doubt::refined(x, rate, |x| self.correction(&c, x));
+            self.refined = error_estimate::refined(x, rate, |x| self.correction(&c, x));
             if self.refined.is_none() {
                 if self.rounding {
                     return Err(self.undecided());
@@ -365,6 +365,6 @@ fn norms((n, m): (usize, usize)) -> f64 {
 
 /// For the answer to an n x m equation, as [`forward_error`].
 pub(super) fn error_bound(shape: (usize, usize), residual: f64, condition: f64, refined: Option<f64>) -> f64 {
-    let spread = Spread { norms: norms(shape), units: 1.0, refined };
+    let spread = ErrorScale { norms: norms(shape), units: 1.0, refined };
     forward_error(residual, condition, shape.0.max(shape.1), spread)
 }

@@ -50,7 +50,7 @@ pub enum Status {
 /// Why a program stayed undecided.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Doubt {
+pub enum NoBoundReason {
     /// The solver was not started.
     #[error("the solver would take about {:.1} GB, and {:.1} GB are allowed", expected / 1e9, *allowed as f64 / 1e9)]
     Memory {
@@ -97,7 +97,7 @@ pub struct Outcome {
     /// The solver's own word for how its first run ended. Nothing rests on it.
     pub word: &'static str,
     /// Where the status is undecided, what stood in the way.
-    pub why: Option<Doubt>,
+    pub why: Option<NoBoundReason>,
     /// How often the solver ran.
     pub runs: usize,
     /// Its iterations, summed.
@@ -205,12 +205,12 @@ impl Run<'_> {
         };
         let solver = self.settings.solver;
         if solver.require().is_err() {
-            outcome.why = Some(Doubt::NotBuiltIn { solver });
+            outcome.why = Some(NoBoundReason::NotBuiltIn { solver });
             return outcome;
         }
         let expected = expected_memory(program);
         if expected > self.settings.memory as f64 {
-            outcome.why = Some(Doubt::Memory { expected, allowed: self.settings.memory });
+            outcome.why = Some(NoBoundReason::Memory { expected, allowed: self.settings.memory });
             return outcome;
         }
         let Some(path) = self.propose(&pose::primal(program)) else {
@@ -246,12 +246,12 @@ impl Run<'_> {
         outcome
     }
 
-    fn doubt(&self, outcome: &Outcome) -> Doubt {
+    fn doubt(&self, outcome: &Outcome) -> NoBoundReason {
         match (outcome.lower.is_finite(), outcome.upper.is_finite()) {
-            _ if self.is_late() => Doubt::Time,
-            (true, _) => Doubt::NoPrimalPoint,
-            (_, true) => Doubt::NoDualPoint,
-            _ => Doubt::NoPoint,
+            _ if self.is_late() => NoBoundReason::Time,
+            (true, _) => NoBoundReason::NoPrimalPoint,
+            (_, true) => NoBoundReason::NoDualPoint,
+            _ => NoBoundReason::NoPoint,
         }
     }
 

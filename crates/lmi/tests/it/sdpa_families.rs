@@ -3,7 +3,7 @@
 use crate::families;
 
 use families::{Instance, Known};
-use luenberger_lmi::sdpa::{Doubt, Outcome, Settings, Status, read, solve};
+use luenberger_lmi::sdpa::{NoBoundReason, Outcome, Settings, Status, read, solve};
 use luenberger_proof::certificate::verify;
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ fn what_is_known_of_each_family_comes_out() {
                 assert!(matches!(found.status, Status::Bounds | Status::Undecided), "{name}: {found:?}");
                 assert!(found.upper.is_finite(), "{name}: {found:?}");
                 assert!(optimum.is_none_or(|optimum| encloses(&found, optimum)), "{name}: {found:?}");
-                let says_why = found.status == Status::Bounds || found.why == Some(Doubt::NoDualPoint);
+                let says_why = found.status == Status::Bounds || found.why == Some(NoBoundReason::NoDualPoint);
                 assert!(says_why, "{name}: {found:?}");
             }
         }
@@ -56,7 +56,7 @@ fn what_is_known_of_each_family_comes_out() {
 fn without_memory_or_time_the_answer_is_a_reason() {
     let program = read(families::max_cut(24, 5.0, 1).text.as_bytes()).expect("an SDPA file");
     let found = solve(&program, &Settings { memory: 1000, ..Settings::default() });
-    assert!(matches!(found.why, Some(Doubt::Memory { expected, allowed: 1000 }) if expected > 1000.0));
+    assert!(matches!(found.why, Some(NoBoundReason::Memory { expected, allowed: 1000 }) if expected > 1000.0));
     let found = solve(&program, &Settings { time: Some(Duration::ZERO), ..Settings::default() });
-    assert_eq!((found.status, found.why, found.runs), (Status::Undecided, Some(Doubt::Time), 0));
+    assert_eq!((found.status, found.why, found.runs), (Status::Undecided, Some(NoBoundReason::Time), 0));
 }

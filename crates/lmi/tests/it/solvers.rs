@@ -1,6 +1,6 @@
 //! The two solvers behind one seam: the same verdicts, by the same proofs.
 
-use luenberger_lmi::sdpa::{self, Doubt, Status};
+use luenberger_lmi::sdpa::{self, NoBoundReason, Status};
 use luenberger_lmi::{Problem, Settings, Solver, greatest_parameter_with, he};
 use nalgebra::dmatrix;
 
@@ -39,7 +39,10 @@ fn a_solver_that_is_left_out_names_its_feature() {
     assert_eq!(greatest_parameter_with(&CLARABEL, 0.0, 1.0, 0.1, lyapunov).unwrap_err(), error);
     let settings = sdpa::Settings { solver: Solver::Clarabel, ..sdpa::Settings::default() };
     let found = sdpa::solve(&sdpa::read(SWAP).unwrap(), &settings);
-    assert_eq!((found.status, found.why), (Status::Undecided, Some(Doubt::NotBuiltIn { solver: Solver::Clarabel })));
+    assert_eq!(
+        (found.status, found.why),
+        (Status::Undecided, Some(NoBoundReason::NotBuiltIn { solver: Solver::Clarabel }))
+    );
     assert_eq!((found.runs, found.lower, found.upper), (0, f64::NEG_INFINITY, f64::INFINITY));
 }
 
@@ -205,6 +208,6 @@ mod clarabel {
         let settings =
             sdpa::Settings { solver: Solver::Clarabel, time: Some(Duration::ZERO), ..sdpa::Settings::default() };
         let found = sdpa::solve(&program, &settings);
-        assert_eq!((found.why, found.runs), (Some(Doubt::Time), 0));
+        assert_eq!((found.why, found.runs), (Some(NoBoundReason::Time), 0));
     }
 }

@@ -2,14 +2,14 @@
 //! time, `f32`, and data that overflow.
 
 use luenberger_observers::{CubicObserver, LinearObserver, NonlinearLuenbergerObserver, Observer};
-use luenberger_plants::{DynamicPlant, Plant};
+use luenberger_plants::{Plant, StateSpace};
 use nalgebra::{DMatrix, DVector, Matrix1, SMatrix, SVector, Vector1, Vector2};
 use proptest::prelude::*;
 
 /// A plant, gains and a point, all of matching sizes.
 #[derive(Debug, Clone)]
 struct Case {
-    plant: DynamicPlant,
+    plant: StateSpace,
     l: DMatrix<f64>,
     n: DMatrix<f64>,
     theta: DMatrix<f64>,
@@ -28,7 +28,7 @@ fn case() -> impl Strategy<Value = Case> {
         let gains = (matrix(n, p), matrix(n, p), matrix(p, p));
         let point = (matrix(n, 1), matrix(n, 1), matrix(m, 1));
         (plant, gains, point).prop_map(|((a, b, c), (l, n, theta), (x, xhat, u))| Case {
-            plant: DynamicPlant { a, b, c },
+            plant: StateSpace { a, b, c },
             l,
             n,
             theta,

@@ -2,7 +2,7 @@
 
 #![cfg(feature = "dual")]
 
-use luenberger_observers::{Belief, ExtendedKalmanFilter, Noises, ObserverError, SampledObserver};
+use luenberger_observers::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel, ObserverError, SampledObserver};
 use luenberger_plants::{Chaotic, Column, Plant, PlantError, double_integrator};
 use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, Matrix3, RowVector2, SVector, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
@@ -26,7 +26,7 @@ proptest! {
         let plant = double_integrator();
         let root = Matrix2::from_row_slice(&root);
         let p0 = root * root.transpose();
-        let noises = Noises { w: Matrix2::new(0.0, 0.0, 0.0, intensity), v: Matrix1::new(v), p0 };
+        let noises = NoiseModel { w: Matrix2::new(0.0, 0.0, 0.0, intensity), v: Matrix1::new(v), p0 };
         let (c, input) = (plant.c, plant.b);
         let filter = ExtendedKalmanFilter::new(plant, noises, h, 1).unwrap();
         let (u, y, xhat) = (Vector1::new(u), Vector1::new(y), Vector2::from(xhat));
@@ -46,7 +46,7 @@ proptest! {
     /// P stays symmetric to the last bit and has no negative direction, on the chaotic plant far from any fixed point.
     #[test]
     fn the_covariance_stays_one(x0 in prop::array::uniform3(-2.0f64..2.0), off in prop::array::uniform3(-0.5f64..0.5)) {
-        let noises = Noises { w: Matrix3::identity() * 0.01, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
+        let noises = NoiseModel { w: Matrix3::identity() * 0.01, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
         let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.02, 2).unwrap();
         let (x0, u) = (Vector3::from(x0), SVector::zeros());
         let mut x = x0;
@@ -67,7 +67,7 @@ proptest! {
 /// x3 is not measured; the filter finds it from x2' = x1 x3 and x3' = 0.2 - x1 x2.
 #[test]
 fn the_unmeasured_state_is_found() {
-    let noises = Noises { w: Matrix3::identity() * 1e-3, v: Matrix2::identity() * 1e-6, p0: Matrix3::identity() };
+    let noises = NoiseModel { w: Matrix3::identity() * 1e-3, v: Matrix2::identity() * 1e-6, p0: Matrix3::identity() };
     let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 2).unwrap();
     let u = SVector::zeros();
     let mut x = Vector3::new(-2.0, -1.0, -1.0);
@@ -87,10 +87,10 @@ fn the_unmeasured_state_is_found() {
 /// the estimate is no number from then on.
 #[test]
 fn samples_without_a_gain() {
-    let noises = Noises { w: Matrix2::zeros(), v: Matrix1::new(1.0), p0: Matrix2::identity() };
+    let noises = NoiseModel { w: Matrix2::zeros(), v: Matrix1::new(1.0), p0: Matrix2::identity() };
     let filter = ExtendedKalmanFilter::new(double_integrator(), noises, 0.1, 1).unwrap();
     let (u, y) = (Vector1::new(0.0), Vector1::new(5.0));
-    let mut lost = Belief::new(&Vector2::new(1.0, 0.0), &(-Matrix2::identity() * 3.0));
+    let mut lost = GaussianEstimate::new(&Vector2::new(1.0, 0.0), &(-Matrix2::identity() * 3.0));
     filter.step(0.0, &mut lost, &u, &y);
     assert_eq!(lost.estimate(), Vector2::new(1.0, 0.0));
     let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
@@ -102,8 +102,8 @@ fn samples_without_a_gain() {
 #[test]
 fn sizes_known_at_run_time() {
     let p0 = Matrix2::new(2.0, 0.5, 0.5, 1.0);
-    let fixed = Noises { w: Matrix2::identity(), v: Matrix1::new(0.1), p0 };
-    let dynamic = Noises {
+    let fixed = NoiseModel { w: Matrix2::identity(), v: Matrix1::new(0.1), p0 };
+    let dynamic = NoiseModel {
         w: DMatrix::identity(2, 2),
         v: DMatrix::from_element(1, 1, 0.1),
         p0: DMatrix::from_column_slice(2, 2, p0.as_slice()),
@@ -119,14 +119,15 @@ fn sizes_known_at_run_time() {
         assert!((a - b).abs() <= 16.0 * f64::EPSILON, "{a} {b}");
     }
     assert_eq!(other.as_slice().len(), dynamic.dimensions().state);
-    assert!(Belief::<f64, nalgebra::Dyn>::try_from_slice(&[0.0; 5]).is_none());
-    assert!(Belief::<f64, nalgebra::Const<2>>::try_from_slice(&[0.0; 12]).is_none());
+    assert!(GaussianEstimate::<f64, nalgebra::Dyn>::try_from_slice(&[0.0; 5]).is_none());
+    assert!(GaussianEstimate::<f64, nalgebra::Const<2>>::try_from_slice(&[0.0; 12]).is_none());
 }
 
 #[test]
 fn bad_data_are_errors() {
     let make = |w: Matrix2<f64>, v: f64, p0: Matrix2<f64>, h: f64, substeps: usize| {
-        ExtendedKalmanFilter::new(double_integrator(), Noises { w, v: Matrix1::new(v), p0 }, h, substeps).map(|_| ())
+        ExtendedKalmanFilter::new(double_integrator(), NoiseModel { w, v: Matrix1::new(v), p0 }, h, substeps)
+            .map(|_| ())
     };
     let one = Matrix2::identity();
     assert_eq!(make(one, 1.0, one, 0.1, 1), Ok(()));

@@ -1,4 +1,4 @@
-//! KKL, [KKL+PEB] and high-gain observers over maps of one's own: constructors, sizes known at run time, states taken apart.
+//! KKL, [KKL+PEB] and high-gain observers over maps supplied by the user: constructors, sizes known at run time, states taken apart.
 
 use luenberger_observers::cascade::{Cascade, CascadeMap};
 use luenberger_observers::estimator::gradient::Gradient;

@@ -148,9 +148,9 @@ impl Certificate {
     /// Whether a cubic observer with its gains exactly as stored is proved to converge from every error.
     pub fn converges_from_everywhere(&self) -> bool {
         self.proved.iter().any(|proved| match &proved.theorem {
-            Theorem::CubicObserver(observer) => observer.region == Region::Everywhere,
+            Theorem::CubicConvergence(observer) => observer.region == Region::Everywhere,
             Theorem::FeedbackLoop(theorem) => theorem.observer.region == Region::Everywhere,
-            Theorem::CubicTheorem1(_) | Theorem::SampledCubicObserver(_) => true,
+            Theorem::CubicTheorem1(_) | Theorem::SampledCubicConvergence(_) => true,
             _ => false,
         })
     }

@@ -9,11 +9,11 @@
 //!
 //! ```
 //! use luenberger_proof::Matrix;
-//! use luenberger_proof::certificate::{CertificateFile, Hurwitz, verify};
+//! use luenberger_proof::certificate::{CertificateFile, HurwitzStability, verify};
 //!
 //! let a = Matrix::from_rows([[0.0, 1.0], [-2.0, -3.0]]);
 //! let p = Matrix::from_rows([[5.0, 1.0], [1.0, 1.0]]);
-//! let file = CertificateFile::prove("a damped oscillator", Hurwitz::new(&a, &p)?)?.to_json();
+//! let file = CertificateFile::prove("a damped oscillator", HurwitzStability::new(&a, &p)?)?.to_json();
 //! let proved = verify(file.as_bytes())?;
 //! assert!(proved.facts.iter().any(|fact| fact.inequality == "A'P + PA < 0"));
 //! // A digit of A changed: the digest says so, and without it the words and the margins would.

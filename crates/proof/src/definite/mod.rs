@@ -26,7 +26,7 @@ use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::{UndecidedReason, Verdict};
 use cholesky::{Ball, Completion, Factor};
 use referee::Finding;
 
@@ -147,7 +147,7 @@ pub(crate) fn decide<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Di
             Verdict::Undecided { why, best } => (why, best),
             decided => return Ok(decided),
         },
-        None => (Doubt::Overflow, f64::NAN),
+        None => (UndecidedReason::Overflow, f64::NAN),
     };
     let Some(exact) = exact else { return Ok(Verdict::Undecided { why: quick.0, best: quick.1 }) };
     let undecided = Verdict::Undecided { why: quick.0, best: quick.1 };
@@ -220,11 +220,11 @@ fn quick(ball: &Ball, enclosed: &Matrix<Interval>, exact: Option<&Matrix<Exact>>
     }
     let width = enclosed.as_slice().iter().map(Interval::width).fold(0.0, f64::max);
     let why = if exact.is_none() {
-        Doubt::DataTooUncertain { width }
+        UndecidedReason::DataTooUncertain { width }
     } else {
         let order = ball.mid.rows();
         let trace: f64 = (0..order).map(|i| ball.mid[(i, i)].abs()).sum();
-        Doubt::RoundingDominates { error: cholesky::relative_rounding_bound(order) * trace, order }
+        UndecidedReason::RoundingDominates { error: cholesky::relative_rounding_bound(order) * trace, order }
     };
     Verdict::Undecided { why, best: if best.is_finite() { best } else { f64::NAN } }
 }

@@ -7,7 +7,7 @@ use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::{UndecidedReason, Verdict};
 
 /// `F = A - LC`, where an observer has one.
 pub(super) fn error_matrix<R: Ring>(
@@ -188,7 +188,7 @@ pub(super) fn stable_by(
     let decreases = match decrease {
         Verdict::Proved { margin } => margin,
         Verdict::Refuted { witness } => {
-            let why = Doubt::NotByThisMatrix { name: "P" };
+            let why = UndecidedReason::NotByThisMatrix { name: "P" };
             return Ok(Verdict::Undecided { why, best: -witness.value });
         }
         undecided @ Verdict::Undecided { .. } => return Ok(undecided),

@@ -20,8 +20,8 @@ mod spectrum;
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed::{
-    CubicGains, Deployed, ErrorBall, Format, Formats, Intermediate, Obstacle, Operation, Running, SampledPlant, Step,
-    Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
+    CubicGains, Deployed, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
+    SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};

@@ -4,10 +4,10 @@ use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
 use luenberger_proof::certificate::{
-    CertificateFile, Claim, ClaimedBall, Coefficient, Constraint, Definiteness, DeployedObserver, Equation, Hurwitz,
-    InequalityHolds, InequalityRefuted, LARGEST_FILE, LinearObserver, MatrixInequality, Number, Plant, PlantWithin,
-    Rejection, SampledCubicObserver, Schur, SemidefiniteEvidence, SemidefiniteProgram, Sign, SolutionWithin, Theorem,
-    VERSION, digest, verify,
+    CertificateFile, Claim, ClaimedBall, Coefficient, Constraint, Definiteness, DeployedObserver, Equation,
+    HurwitzStability, InequalityHolds, InequalityRefuted, LARGEST_FILE, LinearConvergence, MatrixInequality, Number,
+    PlantMatrices, PlantWithin, Rejection, SampledCubicConvergence, SchurStability, SemidefiniteEvidence,
+    SemidefiniteProgram, Sign, SolutionWithin, Theorem, VERSION, digest, verify,
 };
 use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
 use luenberger_proof::statement::{
@@ -22,7 +22,7 @@ fn integrator() -> Theorem {
     let (b, c) = (Matrix::from_rows([[0.0], [1.0]]), Matrix::from_rows([[1.0, 0.0]]));
     let plant = PlantWithin::exactly(&a, &b, &c).expect("finite");
     let (l, p) = (Matrix::from_rows([[7.0], [10.0]]), Matrix::from_rows([[11.0, -7.0], [-7.0, 6.0]]));
-    LinearObserver { plant, l, p, rate: 0.0 }.into()
+    LinearConvergence { plant, l, p, rate: 0.0 }.into()
 }
 
 fn file(theorem: Theorem) -> CertificateFile {
@@ -120,8 +120,8 @@ fn all() -> Vec<Theorem> {
     let stable = Matrix::from_rows([[-1.0, 0.25], [0.0, -2.0]]);
     vec![
         integrator(),
-        Hurwitz::new(&stable, &identity).expect("finite").into(),
-        Schur { a, p: identity.clone() }.into(),
+        HurwitzStability::new(&stable, &identity).expect("finite").into(),
+        SchurStability { a, p: identity.clone() }.into(),
         Definiteness::new(&identity, Sign::PositiveDefinite).expect("finite").into(),
         holds().into(),
         refuted().into(),
@@ -960,8 +960,8 @@ fn weights_and_words_are_those_of_the_formula() {
     }
     // The sampled observer in exact arithmetic computes the same maximum: any theta will do, and the words say why.
     for theta in [1.0, -1.0] {
-        let sampled = SampledCubicObserver {
-            plant: Plant { a: number(0.5), b: none(), c: number(1.0) },
+        let sampled = SampledCubicConvergence {
+            plant: PlantMatrices { a: number(0.5), b: none(), c: number(1.0) },
             l: number(0.25),
             n: number(-2.0),
             theta: number(theta),

@@ -3,8 +3,8 @@
 //! `PROPTEST_CASES=100000 cargo test -p luenberger-proof definiteness` tries millions.
 
 use luenberger_proof::{
-    Direction, Doubt, Exact, Interval, Matrix, ProofError, Ring, Verdict, negative_definite, negative_semidefinite,
-    positive_definite, positive_semidefinite, quadratic_form,
+    Direction, Exact, Interval, Matrix, ProofError, Ring, UndecidedReason, Verdict, negative_definite,
+    negative_semidefinite, positive_definite, positive_semidefinite, quadratic_form,
 };
 use proptest::prelude::*;
 
@@ -207,7 +207,7 @@ proptest! {
                 Verdict::Proved { margin } => { prop_assert!(is_definite(&e)); assert_margin(&e, *margin); }
                 Verdict::Refuted { witness } => assert_witness(&e, witness, true),
                 Verdict::Undecided { why, .. } => {
-                    let is_wide = matches!(why, Doubt::DataTooUncertain { width } if *width >= radius);
+                    let is_wide = matches!(why, UndecidedReason::DataTooUncertain { width } if *width >= radius);
                     prop_assert!(is_wide, "{:?}", why);
                 }
             }
@@ -337,7 +337,7 @@ fn large_orders_are_proved_and_refuted_without_the_referee() {
     assert!(psd(&shifted).is_refuted());
     let singular = Matrix::from_fn(n, n, |i, j| if i == j && (i == 0 || i == n - 1) { 1.0 } else { m[(i, j)] });
     assert!(
-        matches!(psd(&singular), Verdict::Undecided { why: Doubt::RoundingDominates { order: 150, .. }, .. }),
+        matches!(psd(&singular), Verdict::Undecided { why: UndecidedReason::RoundingDominates { order: 150, .. }, .. }),
         "beyond the referee's order the boundary stays undecided"
     );
 }
@@ -386,5 +386,5 @@ fn bad_input_is_an_error_that_names_the_entry() {
     let m = Matrix::from_rows([[disjoint[2], disjoint[0]], [disjoint[1], disjoint[2]]]);
     assert!(matches!(positive_definite(&m), Err(ProofError::NotSymmetric { .. })));
     let unbounded = Matrix::from_rows([[Interval::UNBOUNDED]]);
-    assert!(matches!(positive_definite(&unbounded), Ok(Verdict::Undecided { why: Doubt::Overflow, .. })));
+    assert!(matches!(positive_definite(&unbounded), Ok(Verdict::Undecided { why: UndecidedReason::Overflow, .. })));
 }

@@ -1,7 +1,7 @@
 //! Deployed observers: the proved ball against the arithmetic itself, in every order of summation, and stored gains that stop stabilising.
 
 use luenberger_proof::statement::{
-    CubicGains, Deployed, Format, Formats, Obstacle, Operation, Running, SampledPlant, Step, deployed_linear,
+    CubicGains, Deployed, Format, Formats, NoErrorBallReason, Operation, Running, SampledPlant, Step, deployed_linear,
     deployed_sampled_cubic, saturated_decrease,
 };
 use luenberger_proof::{Exact, Matrix, ProofError, Ring};
@@ -319,7 +319,7 @@ fn a_gain_that_rounds_away_is_refuted() {
     for step in [Step::Joined, Step::Innovation] {
         let in_a_byte = judged(byte, step);
         assert!(in_a_byte.decrease.is_refuted() && !in_a_byte.is_stable(), "{in_a_byte:?}");
-        assert_eq!(in_a_byte.running, Running::Unproved(Obstacle::NotStable));
+        assert_eq!(in_a_byte.running, Running::Unproved(NoErrorBallReason::NotStable));
         assert!(judged(Format::Binary32, step).is_stable());
         assert!(judged(Format::Fixed { integer_bits: 4, fraction_bits: 12 }, step).is_stable());
     }
@@ -343,7 +343,7 @@ fn saturation_is_excluded_or_named() {
     let large = judged(2.0);
     assert!(large.is_stable());
     assert!(
-        matches!(large.running, Running::Unproved(Obstacle::Range { size, limit, .. }) if size > limit && limit == 7.9375),
+        matches!(large.running, Running::Unproved(NoErrorBallReason::Range { size, limit, .. }) if size > limit && limit == 7.9375),
         "{large:?}"
     );
     // And the largest floats overflow.
@@ -355,7 +355,7 @@ fn saturation_is_excluded_or_named() {
         Format::Binary32.into(),
         &promise(&plant, 1e38),
     );
-    assert!(matches!(huge.expect("fits").running, Running::Unproved(Obstacle::Range { .. })));
+    assert!(matches!(huge.expect("fits").running, Running::Unproved(NoErrorBallReason::Range { .. })));
 }
 
 #[test]
@@ -405,7 +405,9 @@ fn the_stored_cubic_gain_is_proved_by_two_inequalities() {
         let deployed = deployed_sampled_cubic(&plant, &l, &gains, &p, format.into(), &operation).expect("fits");
         assert!(deployed.is_stable(), "{deployed:?}");
         match format {
-            Format::Fixed { .. } => assert_eq!(deployed.running, Running::Unproved(Obstacle::RootInFixedPoint)),
+            Format::Fixed { .. } => {
+                assert_eq!(deployed.running, Running::Unproved(NoErrorBallReason::RootInFixedPoint))
+            }
             _ => assert!(deployed.ball().is_some(), "{deployed:?}"),
         }
     }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_observers::CubicObserver;
-use luenberger_plants::{DynamicPlant, double_integrator};
+use luenberger_plants::{StateSpace, double_integrator};
 use luenberger_sim::{Scenario, Signal, Trajectory, metrics};
 use nalgebra::{DMatrix, Dyn};
 
@@ -214,13 +214,13 @@ pub(super) fn claims() -> Vec<Claim> {
 }
 
 /// The plant of Example 1.
-pub(super) fn plant() -> DynamicPlant {
+pub(super) fn plant() -> StateSpace {
     double_integrator().to_dynamic()
 }
 
 /// The linear observer of Example 1.
 pub(super) fn linear() -> Result<LinearDesign, CheckError> {
-    Ok(LinearDesign::new(&plant(), &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0))?)
+    Ok(LinearDesign::with_poles(&plant(), &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?)
 }
 
 /// The cubic observer of Example 1.
@@ -229,7 +229,7 @@ pub(super) fn cubic() -> Result<CubicDesign, CheckError> {
 }
 
 fn with_gamma(gamma: f64) -> Result<CubicDesign, CheckError> {
-    Ok(CubicDesign::new(&linear()?, &DMatrix::from_element(1, 1, 10.0), &Correction::Gamma(gamma))?)
+    Ok(CubicDesign::new(&linear()?, &DMatrix::from_element(1, 1, 10.0), &CubicGain::Gamma(gamma))?)
 }
 
 /// Both observers from the estimate 0, for a plant that starts at `e0`.

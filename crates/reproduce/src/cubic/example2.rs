@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use luenberger_design::robust::{fixed_gain_margin, positive_real_margin, redesigned_margin, theorem5_bound};
-use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_linalg::{eigenvalues, lambda_max};
-use luenberger_plants::{DynamicPlant, third_order};
+use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Integrand, Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
 
@@ -186,7 +186,7 @@ pub(super) fn claims() -> Vec<Claim> {
 }
 
 /// The plant of Example 2.
-fn plant() -> DynamicPlant {
+fn plant() -> StateSpace {
     third_order::example2().to_dynamic()
 }
 
@@ -196,16 +196,15 @@ fn printed_gain() -> DMatrix<f64> {
 
 /// The linear observer for the printed poles.
 pub(super) fn linear() -> Result<LinearDesign, CheckError> {
-    Ok(LinearDesign::new(&plant(), &Wish::poles(&[-30.0, -10.0, -5.0]), &Decrease::Scaled(10.0))?)
+    Ok(LinearDesign::with_poles(&plant(), &[-30.0, -10.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?)
 }
 
 fn cubic(gamma: f64) -> Result<CubicDesign, CheckError> {
-    Ok(CubicDesign::new(&linear()?, &dmatrix![1.0], &Correction::Gamma(gamma))?)
+    Ok(CubicDesign::new(&linear()?, &dmatrix![1.0], &CubicGain::Gamma(gamma))?)
 }
 
 fn gain(_: &Context) -> Result<Outcome, CheckError> {
-    let double =
-        LinearDesign::new(&plant(), &Wish::poles(&[-30.0, -5.0, -5.0]), &Decrease::default())?.observer.l.clone();
+    let double = LinearDesign::with_poles(&plant(), &[-30.0, -5.0, -5.0])?.observer.l.clone();
     let miss = (&double - printed_gain()).amax();
     let mut placed: Vec<f64> =
         eigenvalues(&(plant().a - printed_gain() * plant().c))?.iter().map(|pole| pole.re).collect();

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use luenberger_design::{DesignError, Obstruction, robust};
+use luenberger_design::{DesignError, InfeasibilityReason, robust};
 use luenberger_linalg::{kalman_gain, lqr};
 use luenberger_observers::{CubicObserver, LinearObserver, Observer};
-use luenberger_plants::{DynamicPlant, third_order};
+use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, Trajectory};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
@@ -88,7 +88,7 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-fn plant() -> DynamicPlant {
+fn plant() -> StateSpace {
     third_order::example3().to_dynamic()
 }
 
@@ -155,7 +155,7 @@ fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
     let mut cases = vec![equilibrium()?, blow_up()?];
     let mut note = "";
     match robust::certify_gain(&plant, &l, &(&l * 10.0)) {
-        Err(DesignError::Infeasible { reason: Obstruction::SignOfCn(cn), .. }) => {
+        Err(DesignError::Infeasible { reason: InfeasibilityReason::SignOfCn(cn), .. }) => {
             cases.insert(
                 0,
                 Counterexample {

@@ -4,10 +4,10 @@
 
 use std::fmt;
 
-use luenberger_design::{Decrease, LinearDesign, Wish};
+use luenberger_design::LinearDesign;
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, Settings, Solver, block, he};
-use luenberger_plants::{DynamicPlant, double_integrator, third_order};
+use luenberger_plants::{StateSpace, double_integrator, third_order};
 use luenberger_proof::Verdict;
 use nalgebra::DMatrix;
 
@@ -104,7 +104,7 @@ fn by_both(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::cases(truths)).note(said.join(" ")))
 }
 
-fn plants() -> Result<Vec<DynamicPlant>, CheckError> {
+fn plants() -> Result<Vec<StateSpace>, CheckError> {
     let mut random = Random::new();
     let mut plants = vec![double_integrator().to_dynamic(), third_order::example3().to_dynamic()];
     for n in 1..=4 {
@@ -116,7 +116,7 @@ fn plants() -> Result<Vec<DynamicPlant>, CheckError> {
 }
 
 /// `P > 0` and (12) with `Y = PL`.
-fn observer(lmi: &mut Problem, plant: &DynamicPlant) {
+fn observer(lmi: &mut Problem, plant: &StateSpace) {
     let (n, outputs) = (plant.a.nrows(), plant.c.nrows());
     let (p, y) = (lmi.symmetric("P", n), lmi.rectangular("Y", n, outputs));
     lmi.constrain("P > 0", &p >> 0.0);
@@ -124,7 +124,7 @@ fn observer(lmi: &mut Problem, plant: &DynamicPlant) {
 }
 
 fn strict(_: &Context) -> Result<Outcome, CheckError> {
-    let pose = |plant: &DynamicPlant| {
+    let pose = |plant: &StateSpace| {
         let (outputs, n) = plant.c.shape();
         let mut lmi = Problem::new();
         observer(&mut lmi, plant);
@@ -136,7 +136,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
 }
 
 fn nonstrict(_: &Context) -> Result<Outcome, CheckError> {
-    let pose = |plant: &DynamicPlant| {
+    let pose = |plant: &StateSpace| {
         let outputs = plant.c.nrows();
         let mut lmi = Problem::new();
         observer(&mut lmi, plant);
@@ -153,8 +153,7 @@ fn feedback(_: &Context) -> Result<Outcome, CheckError> {
         let (n, inputs) = plant.b.shape();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(inputs, inputs))?.k;
         let outputs = plant.c.nrows();
-        let wish = Wish::Kalman { w: DMatrix::identity(n, n), v: DMatrix::identity(outputs, outputs) };
-        let design = LinearDesign::new(&plant, &wish, &Decrease::Scaled(1.0))?;
+        let design = LinearDesign::kalman(&plant, &DMatrix::identity(n, n), &DMatrix::identity(outputs, outputs))?;
         let coupling = &plant.b * &k;
         let loop_ = &plant.a - &coupling;
         for (closed, is_feasible) in [(loop_.clone(), true), (-loop_, false)] {

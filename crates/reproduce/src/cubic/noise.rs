@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use luenberger_design::Correction;
+use luenberger_design::CubicGain;
 use luenberger_observers::Observer;
 use luenberger_sim::{Noise, Scenario, Trajectory, metrics};
 use nalgebra::DVector;
@@ -73,7 +73,7 @@ fn bound(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = Random::new();
     let (mut holds, mut share) = (true, 0.0_f64);
     let gamma = 2.0;
-    for design in random_designs(|_, _| Correction::Gamma(gamma))? {
+    for design in random_designs(|_, _| CubicGain::Gamma(gamma))? {
         let o = &design.observer;
         let (n, p) = (o.a.nrows(), o.c.nrows());
         // e with C e = -v/4, so that w = 3v/4: the right inverse of C.

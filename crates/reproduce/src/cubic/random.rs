@@ -1,6 +1,6 @@
 //! Random plants for the theorems: seeded, so that every run examines the same ones.
 
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -32,8 +32,8 @@ impl Random {
     }
 
     /// A plant with n states, one input and p outputs; observable with probability one.
-    pub(super) fn plant(&mut self, n: usize, p: usize) -> Result<DynamicPlant, CheckError> {
-        Ok(DynamicPlant::new(self.matrix(n, n), self.matrix(n, 1), self.matrix(p, n))?)
+    pub(super) fn plant(&mut self, n: usize, p: usize) -> Result<StateSpace, CheckError> {
+        Ok(StateSpace::new(self.matrix(n, n), self.matrix(n, 1), self.matrix(p, n))?)
     }
 
     /// `S = D D' + I/10 + (K - K')`: `S + S' > 0`, and not symmetric.

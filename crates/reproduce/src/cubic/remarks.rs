@@ -2,11 +2,11 @@
 
 use luenberger_design::CubicDesign;
 use luenberger_design::robust::theorem5_bound;
-use luenberger_design::{Correction, Decrease, LinearDesign, Wish};
+use luenberger_design::{CubicGain, LinearDesign};
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, block, he};
 use luenberger_observers::Observer;
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::statement::decay_rate;
 use luenberger_sim::Scenario;
 use nalgebra::{DMatrix, DVector};
@@ -78,7 +78,7 @@ pub(super) fn claims() -> Vec<Claim> {
 /// The errors of both observers from `e0` at time 1, for a plant at rest.
 fn errors(design: &CubicDesign, e0: &DVector<f64>) -> Result<[DVector<f64>; 2], CheckError> {
     let o = &design.observer;
-    let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
+    let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
     let mut linear = o.clone();
     linear.n.fill(0.0);
     let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
@@ -95,7 +95,7 @@ fn errors(design: &CubicDesign, e0: &DVector<f64>) -> Result<[DVector<f64>; 2], 
 fn near_zero(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = Random::new();
     let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for design in random_designs(|_, _| Correction::Gamma(1.0))? {
+    for design in random_designs(|_, _| CubicGain::Gamma(1.0))? {
         let e0 = random.vector(design.p.nrows());
         // Small enough for the next order, 5, to be a hundredth, and large enough for the difference to be 1e-6 of e.
         let mut size = 0.02;
@@ -127,7 +127,7 @@ fn zubov(_: &Context) -> Result<Outcome, CheckError> {
     let designs = random_designs(|random, p| {
         let s = random.accretive(p);
         strengths.push(s.clone());
-        Correction::General(s)
+        CubicGain::General(s)
     })?;
     for (design, s) in designs.iter().zip(&strengths) {
         let o = &design.observer;
@@ -163,8 +163,8 @@ fn footnote(_: &Context) -> Result<Outcome, CheckError> {
             // From the end of the interval that is nearer to 0, away from 0.
             for (end, sign) in [(1.0, 1.0), (-1.0, -1.0)] {
                 let shifted =
-                    DynamicPlant::new(&plant.a + DMatrix::identity(n, n) * end, plant.b.clone(), plant.c.clone())?;
-                let design = LinearDesign::new(&shifted, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+                    StateSpace::new(&plant.a + DMatrix::identity(n, n) * end, plant.b.clone(), plant.c.clone())?;
+                let design = LinearDesign::with_poles(&shifted, &poles)?;
                 let bound = theorem5_bound(&design.p, &design.q)?;
                 for k in 0..9 {
                     let eps = end + sign * bound * 0.999 * f64::from(k) / 8.0;
@@ -183,7 +183,7 @@ fn footnote(_: &Context) -> Result<Outcome, CheckError> {
 fn inequality(_: &Context) -> Result<Outcome, CheckError> {
     let mut truths = Vec::new();
     let mut least = f64::INFINITY;
-    for design in random_designs(|_, _| Correction::Gamma(1.0))? {
+    for design in random_designs(|_, _| CubicGain::Gamma(1.0))? {
         let o = &design.observer;
         let (n, m) = o.b.shape();
         let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m))?.k;

@@ -1,9 +1,9 @@
 //! Theorems 4 and 5: what they prove, what they leave out, and how tight (23) is.
 
 use luenberger_design::robust::{PolytopicDesign, fixed_gain_margin, input_to_state_gain, theorem5_bound};
-use luenberger_design::{Correction, CubicDesign, Decrease, LinearDesign, Wish};
+use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_observers::CubicObserver;
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::Matrix;
 use luenberger_proof::statement::decay_rate;
 use luenberger_sim::{Scenario, Trajectory};
@@ -72,8 +72,8 @@ pub(super) fn claims() -> Vec<Claim> {
 }
 
 /// A harmonic oscillator of squared frequency `stiffness`, position measured.
-fn oscillator(stiffness: f64) -> Result<DynamicPlant, CheckError> {
-    Ok(DynamicPlant::new(dmatrix![0.0, 1.0; -stiffness, 0.0], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0])?)
+fn oscillator(stiffness: f64) -> Result<StateSpace, CheckError> {
+    Ok(StateSpace::new(dmatrix![0.0, 1.0; -stiffness, 0.0], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0])?)
 }
 
 const END: f64 = 60.0;
@@ -84,7 +84,7 @@ fn late_error(run: &Trajectory) -> Result<f64, CheckError> {
     Ok(size.maximum(0.8 * END)?.value)
 }
 
-fn run(plant: DynamicPlant, design: &CubicDesign, knows_the_plant: bool) -> Result<Trajectory, CheckError> {
+fn run(plant: StateSpace, design: &CubicDesign, knows_the_plant: bool) -> Result<Trajectory, CheckError> {
     let mut observer = design.observer.clone();
     if knows_the_plant {
         // Then the error has exactly the dynamics of the proof, without forcing.
@@ -98,7 +98,7 @@ fn run(plant: DynamicPlant, design: &CubicDesign, knows_the_plant: bool) -> Resu
 }
 
 /// The two readings of a robust theorem: what remains of the error at the end, and the bound on it.
-fn readings(design: &CubicDesign, plant: &DynamicPlant, of: &str) -> Result<Outcome, CheckError> {
+fn readings(design: &CubicDesign, plant: &StateSpace, of: &str) -> Result<Outcome, CheckError> {
     let unforced = late_error(&run(plant.clone(), design, true)?)?;
     let forced = late_error(&run(plant.clone(), design, false)?)?;
     let forcing = run(plant.clone(), design, false)?;
@@ -132,7 +132,7 @@ fn theorem4(_: &Context) -> Result<Outcome, CheckError> {
     if !polytope.certificate.is_proved() {
         return Err(format!("the common P is not proved:\n{}", polytope.certificate).into());
     }
-    let design = CubicDesign::new(&polytope.nominal, &dmatrix![1.0], &Correction::Gamma(1.0))?;
+    let design = CubicDesign::new(&polytope.nominal, &dmatrix![1.0], &CubicGain::Gamma(1.0))?;
     readings(&design, &oscillator(1.1)?, "an oscillation that does not decay")
 }
 
@@ -141,13 +141,13 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
     let eps = 0.05;
     let shift = DMatrix::identity(2, 2) * eps;
     let at_eps = oscillator(1.0)?;
-    let nominal = DynamicPlant::new(&at_eps.a - &shift, at_eps.b.clone(), at_eps.c.clone())?;
-    let linear = LinearDesign::new(&nominal, &Wish::poles(&[-1.0, -2.0]), &Decrease::Scaled(1.0))?;
+    let nominal = StateSpace::new(&at_eps.a - &shift, at_eps.b.clone(), at_eps.c.clone())?;
+    let linear = LinearDesign::with_poles(&nominal, &[-1.0, -2.0])?;
     let bound = theorem5_bound(&linear.p, &linear.q)?;
     if eps >= bound {
         return Err(format!("ε = {eps} is not below the bound {bound}").into());
     }
-    let design = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?;
+    let design = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0))?;
     readings(&design, &at_eps, "a state that does not decay")
 }
 
@@ -175,7 +175,7 @@ fn equality(_: &Context) -> Result<Outcome, CheckError> {
         ),
         hypotheses::nonnegative("(23) with ε_max = 1: Q - 2 ε_max P ≥ 0", &(&q - &p * (2.0 * eps)))?,
     ];
-    let at_bound = DynamicPlant::new(&a + DMatrix::identity(2, 2) * eps, DMatrix::zeros(2, 0), c)?;
+    let at_bound = StateSpace::new(&a + DMatrix::identity(2, 2) * eps, DMatrix::zeros(2, 0), c)?;
     let observer = CubicObserver::of(at_bound.clone(), l, n, theta)?;
     let run = Scenario::new(at_bound).observer("cubic", observer, &[0.0, -1.0]).until(END, 2).run()?;
     let left = late_error(&run)?;
@@ -196,15 +196,15 @@ fn equality(_: &Context) -> Result<Outcome, CheckError> {
 fn equality_observable(_: &Context) -> Result<Outcome, CheckError> {
     let [a, c, l] = [dmatrix![-1.0, 1.0; -1.0, -1.0], dmatrix![1.0, 0.0], DMatrix::zeros(2, 1)];
     let p = DMatrix::identity(2, 2);
-    let plant = DynamicPlant::new(a.clone(), DMatrix::zeros(2, 0), c.clone())?;
-    let linear = LinearDesign::new(&plant, &Wish::Gain(l), &Decrease::Scaled(2.0))?;
+    let plant = StateSpace::new(a.clone(), DMatrix::zeros(2, 0), c.clone())?;
+    let linear = LinearDesign::with_gain(&plant, l)?.lyapunov_weight(LyapunovWeight::Identity(2.0))?;
     let eps = theorem5_bound(&linear.p, &linear.q)?;
     if linear.p != p || eps.total_cmp(&1.0).is_ne() {
         return Err(format!("P = {} and the bound is {eps}, not I and 1", linear.p).into());
     }
-    let mut observer = CubicDesign::new(&linear, &dmatrix![1.0], &Correction::Gamma(1.0))?.observer.clone();
+    let mut observer = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0))?.observer.clone();
     observer.a += DMatrix::identity(2, 2) * eps;
-    let at_bound = DynamicPlant::new(observer.a.clone(), plant.b, plant.c)?;
+    let at_bound = StateSpace::new(observer.a.clone(), plant.b, plant.c)?;
     let times = [0.0, 60.0, 1e3, 1e4];
     let run = Scenario::new(at_bound).observer("cubic", observer, &[0.0, -1.0]).times(&times).run()?;
     let error = &run.observer("cubic")?.error;

@@ -2,12 +2,12 @@
 
 use luenberger_design::robust::fixed_lyapunov_margin;
 use luenberger_design::{
-    Certificate, Correction, CubicDesign, Decrease, FeedbackDesign, LinearDesign, Theorem1, Wish,
-    theta_from_cost_shares, theta_from_importance,
+    Certificate, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, Theorem1, theta_from_cost_shares,
+    theta_from_importance,
 };
 use luenberger_linalg::{lambda_max, lqr};
 use luenberger_observers::{LinearObserver, Observer};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
 use luenberger_proof::statement;
 use luenberger_sim::{Integrand, Scenario, metrics};
@@ -177,7 +177,7 @@ pub(super) fn seeded(what: &str) -> String {
 fn lyapunov_with_the_chosen_gain(_: &Context) -> Result<Outcome, CheckError> {
     let [without, with] = example3::lyapunov_solutions()?;
     let mut truths = vec![Some(with > 0.0)];
-    for design in random_designs(|_, _| Correction::Gamma(1.0))? {
+    for design in random_designs(|_, _| CubicGain::Gamma(1.0))? {
         truths.push(truth(&[statement::positive(&data(&design.p)?)?]));
     }
     Ok(Outcome::new(Evidence::cases(truths)).note(seeded(&format!(
@@ -191,10 +191,10 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
     let mut verdicts = Vec::new();
     let mut witness = String::new();
     let [mut observability, mut positive, mut decrease, mut importance] = [(); 4].map(|()| Vec::new());
-    for design in random_designs(|random, p| Correction::General(random.accretive(p)))? {
+    for design in random_designs(|random, p| CubicGain::General(random.accretive(p)))? {
         let o = &design.observer;
         if o.c.nrows() < o.c.ncols() {
-            let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
+            let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
             let conditions = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &design.p)?;
             if let Verdict::Refuted { witness: direction } = &conditions.strict {
                 witness = direction.to_string();
@@ -238,7 +238,7 @@ fn certified(certificate: &Certificate) -> Option<bool> {
 
 /// One cubic observer for each size up to 5 and each number of outputs.
 pub(super) fn random_designs(
-    mut correction: impl FnMut(&mut Random, usize) -> Correction,
+    mut correction: impl FnMut(&mut Random, usize) -> CubicGain,
 ) -> Result<Vec<CubicDesign>, CheckError> {
     let mut random = Random::new();
     let mut designs = Vec::new();
@@ -246,7 +246,7 @@ pub(super) fn random_designs(
         for p in 1..=n {
             let plant = random.plant(n, p)?;
             let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
-            let linear = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+            let linear = LinearDesign::with_poles(&plant, &poles)?;
             let correction = correction(&mut random, p);
             designs.push(CubicDesign::new(&linear, &random.definite(p), &correction)?);
         }
@@ -255,8 +255,8 @@ pub(super) fn random_designs(
 }
 
 fn nonstrict(_: &Context) -> Result<Outcome, CheckError> {
-    let general = random_designs(|random, p| Correction::General(random.accretive(p)))?;
-    let radial = random_designs(|_, _| Correction::Radial(1.0))?;
+    let general = random_designs(|random, p| CubicGain::General(random.accretive(p)))?;
+    let radial = random_designs(|_, _| CubicGain::Radial(1.0))?;
     let mut random = Random::new();
     let mut truths = Vec::new();
     for design in general.iter().chain(&radial) {
@@ -272,7 +272,7 @@ fn nonstrict(_: &Context) -> Result<Outcome, CheckError> {
 /// Whether V stays below `V(0) exp(-2 alpha t)`, `2 alpha = lambda_min(P^-1/2 Q P^-1/2)`, along the error from `e0`.
 fn decays_at_its_rate(design: &CubicDesign, e0: &DVector<f64>) -> Result<bool, CheckError> {
     let o = &design.observer;
-    let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
+    let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
     let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
     let run = Scenario::new(plant).observer("cubic", o.clone(), &xhat0).until(3.0, 31).run()?;
     let alpha = fixed_lyapunov_margin(&design.p, &design.q)?;
@@ -296,7 +296,7 @@ fn lemma1(_: &Context) -> Result<Outcome, CheckError> {
 }
 
 fn theorem2(_: &Context) -> Result<Outcome, CheckError> {
-    let designs = random_designs(|_, _| Correction::Gamma(2.0))?;
+    let designs = random_designs(|_, _| CubicGain::Gamma(2.0))?;
     Ok(Outcome::new(Evidence::cases(designs.iter().map(|design| certified(&design.certificate))))
         .note(seeded("(11) follows: at an equilibrium v ≠ 0 V' would be 0, but it is at most -v'Qv.")))
 }
@@ -345,7 +345,7 @@ fn theorem3(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = Random::new();
     let mut largest = f64::NEG_INFINITY;
     let mut holds = true;
-    for design in random_designs(|random, p| Correction::General(random.accretive(p)))? {
+    for design in random_designs(|random, p| CubicGain::General(random.accretive(p)))? {
         for _ in 0..100 {
             let e = random.vector(design.p.nrows());
             let (excess, scale) = excess(&design, &e);
@@ -362,12 +362,12 @@ fn theorem3(_: &Context) -> Result<Outcome, CheckError> {
 fn faster_in_the_beginning(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = Random::new();
     let (mut holds, mut largest) = (true, 0.0_f64);
-    for design in random_designs(|random, p| Correction::General(random.accretive(p)))? {
+    for design in random_designs(|random, p| CubicGain::General(random.accretive(p)))? {
         let o = &design.observer;
         let e0 = random.vector(o.a.nrows()) * 3.0;
         // A plant at rest, so that the error is minus the estimate.
         let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
-        let plant = DynamicPlant::new(o.a.clone(), o.b.clone(), o.c.clone())?;
+        let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
         let linear = LinearObserver::of(plant.clone(), o.l.clone())?;
         // The slowest mode of every design has the time constant 1.
         let run = Scenario::new(plant)
@@ -395,8 +395,8 @@ fn cost(_: &Context) -> Result<Outcome, CheckError> {
     for (n, p) in [(2, 1), (3, 1), (3, 2), (4, 2)] {
         let plant = random.plant(n, p)?;
         let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
-        let linear = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
-        let correction = Correction::General(random.accretive(p));
+        let linear = LinearDesign::with_poles(&plant, &poles)?;
+        let correction = CubicGain::General(random.accretive(p));
         let cubic = CubicDesign::new(&linear, &random.definite(p), &correction)?;
         for size in [0.1, 1.0, 10.0] {
             let e0 = random.vector(n) * size;
@@ -428,9 +428,9 @@ fn remark1(_: &Context) -> Result<Outcome, CheckError> {
     for n in 2..=5 {
         let plant = random.plant(n, 2)?;
         let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
-        let linear = LinearDesign::new(&plant, &Wish::poles(&poles), &Decrease::Scaled(1.0))?;
+        let linear = LinearDesign::with_poles(&plant, &poles)?;
         for theta in [theta_from_importance(&[3.0, 1.0])?, theta_from_cost_shares(&linear, None, 1.0)?] {
-            truths.push(certified(&CubicDesign::new(&linear, &theta, &Correction::Gamma(1.0))?.certificate));
+            truths.push(certified(&CubicDesign::new(&linear, &theta, &CubicGain::Gamma(1.0))?.certificate));
         }
     }
     Ok(Outcome::new(Evidence::cases(truths)).note(seeded("Any θ ≥ 0 is admissible.")))
@@ -451,7 +451,7 @@ fn remark2(_: &Context) -> Result<Outcome, CheckError> {
 fn remark3(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = Random::new();
     let (mut holds, mut factor) = (true, 0.0);
-    for design in random_designs(|_, _| Correction::Gamma(1.0))? {
+    for design in random_designs(|_, _| CubicGain::Gamma(1.0))? {
         let e = random.vector(design.p.nrows());
         let ((once, scale), (twice, scale_twice)) = (excess(&design, &e), excess(&design, &(&e * 2.0)));
         holds &= once <= 4.0 * design.p.nrows() as f64 * f64::EPSILON * scale;
@@ -463,7 +463,7 @@ fn remark3(_: &Context) -> Result<Outcome, CheckError> {
 }
 
 fn theorem6(_: &Context) -> Result<Outcome, CheckError> {
-    let designs = random_designs(|_, _| Correction::Gamma(1.0))?;
+    let designs = random_designs(|_, _| CubicGain::Gamma(1.0))?;
     let mut truths = Vec::new();
     for design in &designs {
         let o = &design.observer;
@@ -476,7 +476,7 @@ fn theorem6(_: &Context) -> Result<Outcome, CheckError> {
 
 fn corollary1(_: &Context) -> Result<Outcome, CheckError> {
     let mut truths = Vec::new();
-    for design in &random_designs(|random, p| Correction::General(random.accretive(p)))? {
+    for design in &random_designs(|random, p| CubicGain::General(random.accretive(p)))? {
         let o = &design.observer;
         let (n, m) = o.b.shape();
         let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &(DMatrix::identity(m, m) * 100.0))?.k;

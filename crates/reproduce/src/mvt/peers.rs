@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, greatest_factor};
-use luenberger_design::{DesignError, LpvDesign, Obstruction, Region};
+use luenberger_design::{DesignError, InfeasibilityReason, LpvDesign, Region};
 use luenberger_linalg::eigenvalues;
-use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, Noises, NonlinearLuenbergerObserver};
+use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::flexible_joint::FlexibleJoint;
 use luenberger_plants::{Differentiable, flexible_joint};
 use luenberger_sim::{Compared, Comparison, Noise, Scenario, Settings, Signal, Trajectory};
@@ -207,7 +207,7 @@ fn lipschitz(_: &Context) -> Result<Outcome, CheckError> {
     let crude = joint_with(System::Corrected, vec![Sector::unstructured(4, CONSTANT)])?;
     let structured = structured(System::Corrected)?;
     match LipschitzDesign::new(&crude, 0.0) {
-        Err(DesignError::Infeasible { reason: Obstruction::Dual(multipliers), .. }) => {
+        Err(DesignError::Infeasible { reason: InfeasibilityReason::Dual(multipliers), .. }) => {
             let unit = joint_with(System::Corrected, vec![Sector::unstructured(4, 1.0)])?;
             let greatest = greatest_factor(&unit, None, 0.0, CONSTANT, 1e-3)?;
             Ok(Outcome::new(Evidence::holds(true)).note(format!(
@@ -301,7 +301,7 @@ where
     let sixteen = if P == 3 { Some(luenberger(&sixteen(8.4967))?) } else { None };
     // Doubt of the size of the error at the start; the noise as it is, or a thousandth of it where there is none.
     let filter = |noise: f64| {
-        let noises = Noises {
+        let noises = NoiseModel {
             w: Matrix4::identity() * 1e-2,
             v: SMatrix::<f64, P, P>::identity() * (noise * noise / 3.0),
             p0: Matrix4::identity() * 4.0,
@@ -322,13 +322,13 @@ where
             .settings(settings)
             .observer(TOLD, &told)
             .observer(PARTLY, &partly)
-            .told(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
+            .prior_information(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
             .observer(BLIND, &blind)
             .observer(REPAIRED, &repaired)
             .observer(LPV, &lpv)
             .observer(STRUCTURED, &lipschitz)
             .sampled_observer(KALMAN, filter)
-            .told(KALMAN, "how large the noise is, and how wrong x̂(0) may be");
+            .prior_information(KALMAN, "how large the noise is, and how wrong x̂(0) may be");
         if let Some(sixteen) = &sixteen {
             comparison = comparison.observer(SIXTEEN, sixteen);
         }

@@ -1,6 +1,6 @@
 //! The repaired observer on the paper's examples, from a wrong internal error.
 
-use luenberger_design::mean_value::{ContractingCoordinates, RepairedDesign};
+use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::{DesignError, LpvDesign, Region};
 use luenberger_observers::Beta;
 use luenberger_plants::flexible_joint::FlexibleJoint;
@@ -99,8 +99,8 @@ pub(super) fn vertices(system: System) -> Vec<DMatrix<f64>> {
 }
 
 /// The gain with its proof for a plant of Example 2.
-pub(super) fn design(system: System) -> Result<RepairedDesign, CheckError> {
-    Ok(RepairedDesign::new(&vertices(system), system.outputs(), RATE)?)
+pub(super) fn design(system: System) -> Result<MeanValueDesign, CheckError> {
+    Ok(MeanValueDesign::new(&vertices(system), system.outputs(), RATE)?)
 }
 
 /// The internal errors that tell the observer nothing or nonsense.

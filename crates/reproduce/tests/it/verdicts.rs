@@ -1,6 +1,6 @@
 //! The rules from evidence to verdict, one by one.
 
-use luenberger_proof::{Doubt, Matrix, Verdict as Proof};
+use luenberger_proof::{Matrix, UndecidedReason, Verdict as Proof};
 use luenberger_reproduce::evidence::{JudgeError, Judgement, judge};
 use luenberger_reproduce::{Counterexample, Evidence, Hypothesis, Printed, Tolerance, Value, Verdict};
 
@@ -84,7 +84,7 @@ fn readings_that_disagree_leave_the_claim_underspecified() {
 fn a_proof_decides_and_doubt_does_not() {
     let proved = Evidence::proof(&Proof::<f64>::Proved { margin: 0.5 });
     let refuted = Evidence::proof(&Proof::Refuted { witness: 0.25 });
-    let undecided = Evidence::proof(&Proof::<f64>::Undecided { why: Doubt::Overflow, best: 0.1 });
+    let undecided = Evidence::proof(&Proof::<f64>::Undecided { why: UndecidedReason::Overflow, best: 0.1 });
     assert_eq!(on_truth(&proved), (Reproduced, Refuted));
     assert_eq!(on_truth(&refuted), (Refuted, Reproduced));
     assert_eq!(on_truth(&undecided), (Underspecified, Underspecified));

@@ -1,7 +1,7 @@
 //! A Kalman filter that shows the covariance of its innovation.
 
 use luenberger_observers::ObserverDimensions;
-use luenberger_observers::kalman::{Belief, ExtendedKalmanFilter};
+use luenberger_observers::kalman::{ExtendedKalmanFilter, GaussianEstimate};
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, DimAdd, DimSum, U1};
@@ -51,7 +51,7 @@ where
     }
 
     fn innovation_covariance(&self, t: f64, state: &[f64]) -> Option<DMatrix<f64>> {
-        let belief = Belief::try_from_slice(state)?;
+        let belief = GaussianEstimate::try_from_slice(state)?;
         let s = self.0.innovation_covariance(t, &belief);
         Some(DMatrix::from_fn(s.nrows(), s.ncols(), |i, j| s[(i, j)]))
     }

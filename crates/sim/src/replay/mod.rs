@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector, DefaultAllocator, DimAdd, DimSum, U1};
 
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check, check_finite, check_positive};
-use crate::integrate::{March, Settings};
+use crate::integrate::{Settings, Stepper};
 use filter::Filter;
 
 pub use innovation::{Consistency, InnovationStatistics, Whiteness};
@@ -135,7 +135,7 @@ impl<'a> Replay<'a> {
         self.entry(name, Box::new(Filter(filter)), initial, true)
     }
 
-    /// Method, tolerances and caps for observers in continuous time: rtol 1e-9 and atol 1e-12 unless told, far below what is lost between samples.
+    /// Method, tolerances and caps for observers in continuous time (default rtol 1e-9 and atol 1e-12), far below what is lost between samples.
     #[must_use]
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
@@ -264,7 +264,7 @@ impl<'r, 'a> Log<'r, 'a> {
         let replay = self.replay;
         let (recording, observer) = (&replay.recording, &self.entry.observer);
         let times = recording.times();
-        let mut march = March::new(replay.settings);
+        let mut march = Stepper::new(replay.settings);
         self.note(times[0], &state)?;
         for (k, pair) in times.windows(2).enumerate() {
             let (inputs, outputs) = (self.u.len(), self.y.len());

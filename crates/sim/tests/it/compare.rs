@@ -1,7 +1,7 @@
 //! Comparisons: same information, honest rows.
 
 use luenberger_observers::{
-    Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, MeanValueObserver, Noises, Observer,
+    Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, MeanValueObserver, NoiseModel, Observer,
     ObserverDimensions,
 };
 use luenberger_plants::{Chaotic, double_integrator};
@@ -82,7 +82,7 @@ fn who_was_told_stands_in_the_table() {
     let (x0, xhat0) = (Vector3::new(-2.0, -1.0, -1.0), Vector3::new(-1.0, -0.5, -1.5));
     let told = MeanValueObserver::new(Chaotic, 1.0, Integral, x0 - xhat0).unwrap();
     let blind = MeanValueObserver::new(Chaotic, 1.0, Integral, Vector3::zeros()).unwrap();
-    let noises = Noises { w: Matrix3::identity() * 1e-2, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
+    let noises = NoiseModel { w: Matrix3::identity() * 1e-2, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
     let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 1).unwrap();
     let table = Comparison::new(&Chaotic, x0.as_slice(), xhat0.as_slice())
         .noise(Noise::uniform(&[1e-3, 1e-3], 0.01, 7))
@@ -90,7 +90,7 @@ fn who_was_told_stands_in_the_table() {
         .observer("told", &told)
         .observer("blind", &blind)
         .sampled_observer("filter", &filter)
-        .told("filter", "the noise's intensity")
+        .prior_information("filter", "the noise's intensity")
         .run()
         .unwrap();
     assert_eq!(table.row("told").unwrap().given, ["its state at the start contains x(0) - xhat(0)"]);
@@ -135,7 +135,10 @@ fn bad_input_is_an_error() {
         of(&[1.0, 1.0], &[0.0, 0.0]).observer("linear", &linear).run(),
         Err(SimError::DuplicateName { .. })
     ));
-    assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).told("other", "x(0)").run(), Err(SimError::UnknownName { .. })));
+    assert!(matches!(
+        of(&[1.0, 1.0], &[0.0, 0.0]).prior_information("other", "x(0)").run(),
+        Err(SimError::UnknownName { .. })
+    ));
     let wrong = MeanValueObserver::new(Chaotic, 1.0, Beta, Vector3::zeros()).unwrap();
     assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).observer("other", &wrong).run(), Err(SimError::Length { .. })));
 }

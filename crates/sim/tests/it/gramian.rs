@@ -1,7 +1,7 @@
 //! The empirical observability Gramian against Lyapunov's equation, the variational equation and closed forms.
 
 use luenberger_linalg::lyapunov;
-use luenberger_plants::{Dimensions, DynamicPlant, Plant, VanDerPol, state_jacobian};
+use luenberger_plants::{Dimensions, Plant, StateSpace, VanDerPol, state_jacobian};
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian, solve};
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, dmatrix};
 use proptest::prelude::*;
@@ -30,7 +30,7 @@ macro_rules! still {
 still!(Product, |x| x[0] * x[1]);
 still!(Cubes, |x| x[0].powi(3) + x[1]);
 
-fn from(x0: &[f64], plant: &DynamicPlant, end: f64, settings: &GramianSettings) -> luenberger_sim::EmpiricalGramian {
+fn from(x0: &[f64], plant: &StateSpace, end: f64, settings: &GramianSettings) -> luenberger_sim::EmpiricalGramian {
     empirical_gramian(plant, x0, |t, u| u.fill(t.sin()), (0.0, end), settings).unwrap()
 }
 
@@ -60,7 +60,7 @@ proptest! {
     ) {
         let n = a.nrows();
         let p = lyapunov(&a, &(c.transpose() * &c)).unwrap().p;
-        let plant = DynamicPlant::new(a, DMatrix::from_element(n, 1, 1.0), c).unwrap();
+        let plant = StateSpace::new(a, DMatrix::from_element(n, 1, 1.0), c).unwrap();
         let s: Vec<f64> = scales[..n].iter().map(|e| 10f64.powi(*e)).collect();
         let settings = GramianSettings { scales: Some(s.clone()), perturbation: step, ..GramianSettings::default() };
         let found = from(&x0[..n], &plant, 20.0, &settings);
@@ -76,7 +76,7 @@ proptest! {
 fn what_no_output_sees_has_a_zero_eigenvalue() {
     // The sum of the states is seen; their difference is not.
     let a = dmatrix![-1.0, 0.5; 0.5, -1.0];
-    let plant = DynamicPlant::new(a, dmatrix![0.0; 0.0], dmatrix![1.0, 1.0]).unwrap();
+    let plant = StateSpace::new(a, dmatrix![0.0; 0.0], dmatrix![1.0, 1.0]).unwrap();
     let found = from(&[2.0, 1.0], &plant, 10.0, &unit(2));
     assert_eq!(found.rank, 1);
     assert!(found.eigenvalues[1].abs() <= found.tolerance * found.eigenvalues[0], "{:?}", found.eigenvalues);
@@ -91,7 +91,7 @@ fn what_no_output_sees_has_a_zero_eigenvalue() {
 fn the_gramian_does_not_depend_on_the_units_of_the_state() {
     let plant = |d: f64| {
         // x2 in units of 1/d.
-        DynamicPlant::new(dmatrix![-1.0, 1.0 / d; -d, -2.0], dmatrix![0.0; d], dmatrix![1.0, 0.0]).unwrap()
+        StateSpace::new(dmatrix![-1.0, 1.0 / d; -d, -2.0], dmatrix![0.0; d], dmatrix![1.0, 0.0]).unwrap()
     };
     let one = from(&[1.0, 2.0], &plant(1.0), 3.0, &GramianSettings::default());
     let other = from(&[1.0, 2e9], &plant(1e9), 3.0, &GramianSettings::default());
@@ -160,7 +160,7 @@ fn what_makes_no_sense_is_refused_with_its_numbers() {
         assert!(refused(&x0, (0.0, 1.0), scaled).to_string().contains("scale"));
     }
     // A start that blows up says so.
-    let unstable = DynamicPlant::new(dmatrix![400.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
+    let unstable = StateSpace::new(dmatrix![400.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
     let error = empirical_gramian(&unstable, &[1.0], |_, u| u.fill(0.0), (0.0, 9.0), &unit(1)).unwrap_err();
     assert!(matches!(error, SimError::BlowUp { .. }), "{error}");
     // An input that is NaN is found by the integrator.

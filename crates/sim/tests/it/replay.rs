@@ -1,6 +1,6 @@
 //! Replay: an observer on a log of a simulation does what it did in the simulation, and the statistics say what is in the data.
 
-use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
+use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{LinearObserver, SampledObserver};
 use luenberger_plants::{Plant, double_integrator};
 use luenberger_sim::{Between, Noise, Recording, Replay, Scenario, Settings, Signal, SimError, Trajectory};
@@ -69,7 +69,7 @@ fn held_inputs_are_replayed_as_they_were() {
 }
 
 fn filter(v: f64) -> Filter {
-    let noises = Noises { w: Matrix2::zeros(), v: Matrix1::new(v), p0: Matrix2::identity() * 1e-2 };
+    let noises = NoiseModel { w: Matrix2::zeros(), v: Matrix1::new(v), p0: Matrix2::identity() * 1e-2 };
     ExtendedKalmanFilter::new(double_integrator(), noises, 0.02, 1).unwrap()
 }
 

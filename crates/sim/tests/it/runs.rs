@@ -3,7 +3,7 @@
 
 use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverDimensions, SampledCubicObserver};
 use luenberger_plants::linear::StaticPlant;
-use luenberger_plants::{DynamicPlant, LinearPlant, double_integrator, third_order};
+use luenberger_plants::{LinearPlant, StateSpace, double_integrator, third_order};
 use luenberger_sim::{Integrand, Integrator, Noise, Scenario, Settings, Signal, SimError, Trajectory, metrics, solve};
 use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector1, Vector2, Vector3};
 
@@ -405,7 +405,7 @@ fn bad_input_is_an_error() {
     assert!(length(base().observer("o", linear(), &[0.0; 3]).run()));
     assert!(length(base().input(Signal::constant(&[1.0, 2.0])).run()));
     assert!(length(base().noise(Noise::uniform(&[1.0, 1.0], 0.1, 0)).run()));
-    let wide = DynamicPlant::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 2), DMatrix::zeros(1, 2)).unwrap();
+    let wide = StateSpace::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 2), DMatrix::zeros(1, 2)).unwrap();
     let two_inputs = LinearObserver::of(wide, DMatrix::zeros(2, 1)).unwrap();
     assert!(length(base().observer("o", two_inputs, &[0.0; 2]).run()));
     let one_state: StaticPlant<f64, 1, 1, 1> =

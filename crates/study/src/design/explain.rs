@@ -12,7 +12,7 @@ use super::runnable::Chains;
 use crate::execute::in_words;
 use crate::model::{Builtin, Model};
 use crate::results::FailureReport;
-use crate::study::{ObserverWish, Study};
+use crate::study::{ObserverSpec, Study};
 
 /// A design that failed, or a hypothesis that is checked here.
 pub(super) enum Misfit {
@@ -26,7 +26,7 @@ impl<E: Into<DesignError>> From<E> for Misfit {
     }
 }
 
-fn failure(wish: &ObserverWish, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
+fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
     FailureReport { hypothesis, alternatives, line: wish.place.line }
 }
 
@@ -47,7 +47,7 @@ fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
     kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
 }
 
-pub(super) fn not_linear(study: &Study, wish: &ObserverWish) -> FailureReport {
+pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
     let parts = study.plant.model.nonlinearities();
     let what = match (&study.plant.model, parts.is_empty()) {
         (Model::Builtin(builtin), _) => format!("`{}` is not", builtin.name()),
@@ -59,7 +59,7 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverWish) -> FailureReport {
     failure(wish, hypothesis, for_nonlinear(study, kind))
 }
 
-pub(super) fn any(study: &Study, wish: &ObserverWish, misfit: Misfit) -> FailureReport {
+pub(super) fn any(study: &Study, wish: &ObserverSpec, misfit: Misfit) -> FailureReport {
     match misfit {
         Misfit::Design(design) => error(study, wish, &design),
         Misfit::NonlinearOutput { output, state, low, high } => {
@@ -77,7 +77,7 @@ pub(super) fn any(study: &Study, wish: &ObserverWish, misfit: Misfit) -> Failure
 }
 
 /// A design error in the words of the study.
-pub(super) fn error(study: &Study, wish: &ObserverWish, error: &DesignError) -> FailureReport {
+pub(super) fn error(study: &Study, wish: &ObserverSpec, error: &DesignError) -> FailureReport {
     let kind = wish.kind.name();
     let mut hypothesis = error.to_string();
     let alternatives = match error {
@@ -107,7 +107,7 @@ pub(super) fn error(study: &Study, wish: &ObserverWish, error: &DesignError) -> 
         DesignError::NotHurwitz { .. }
         | DesignError::StabilityUndecided { .. }
         | DesignError::UnstableVertex { .. } => {
-            vec!["poles, decay_rate or lmi in place of a gain of one's own".to_owned()]
+            vec!["poles, decay_rate or lmi in place of a given gain".to_owned()]
         }
         DesignError::NumericalKkl(_) => for_nonlinear(study, kind),
         _ => Vec::new(),
@@ -116,7 +116,7 @@ pub(super) fn error(study: &Study, wish: &ObserverWish, error: &DesignError) -> 
 }
 
 /// A linear plant with a mode that no output sees: which mode, in which direction, and what is possible nevertheless.
-fn hidden(study: &Study, wish: &ObserverWish, why: String) -> FailureReport {
+fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
     let mut hypothesis = why;
     let mut alternatives = Vec::new();
     let found = study
@@ -168,7 +168,7 @@ fn points(n: usize) -> Vec<DVector<f64>> {
     [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
 }
 
-pub(super) fn first_states_measured(study: &Study, wish: &ObserverWish) -> Result<(), FailureReport> {
+pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
     let kind = wish.kind.name();
     if size.outputs >= size.states {
@@ -188,7 +188,7 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverWish) -> Resul
 }
 
 /// Each chain begins at its output, and no state of a chain but the next one enters its equation from above.
-pub(super) fn triangular(study: &Study, wish: &ObserverWish, chains: &Chains) -> Result<(), FailureReport> {
+pub(super) fn triangular(study: &Study, wish: &ObserverSpec, chains: &Chains) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
     let (states, kind) = (&study.plant.states, wish.kind.name());
     let misfit = |hypothesis| Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
@@ -228,7 +228,7 @@ pub(super) fn triangular(study: &Study, wish: &ObserverWish, chains: &Chains) ->
     Ok(())
 }
 
-pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverWish) -> Result<(), FailureReport> {
+pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
     let kind = wish.kind.name();
     let what = if size.inputs > 0 {

@@ -14,7 +14,7 @@ use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
 use crate::results::DesignReport;
-use crate::study::KklWish;
+use crate::study::KklSpec;
 
 /// The observer, for two and for three states.
 #[derive(Debug, Clone)]
@@ -53,7 +53,7 @@ impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
 }
 
 /// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output. It ends once `cancel` is true.
-pub(super) fn design(model: &Model, wish: &KklWish, cancel: &AtomicBool) -> Result<Designed, DesignError> {
+pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, DesignError> {
     if model.size().states == 2 {
         let (design, report) = of_size::<2, 3>(model, wish, cancel)?;
         let kkl = if wish.embedded {
@@ -76,7 +76,7 @@ type Design<const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z>;
 
 fn of_size<const N: usize, const Z: usize>(
     model: &Model,
-    wish: &KklWish,
+    wish: &KklSpec,
     cancel: &AtomicBool,
 ) -> Result<(Design<N, Z>, DesignReport), DesignError> {
     let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));

@@ -1,30 +1,36 @@
 //! The observers of linear plants.
 
 use luenberger_design::number::{decay, significant};
-use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
+use luenberger_design::{CubicDesign, CubicGain, DesignError, LinearDesign, SampledCubicDesign};
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::Settings;
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
-use crate::study::LinearWish;
+use crate::study::{GainSpec, LinearSpec};
 
-fn of(plant: &DynamicPlant, wish: &LinearWish, settings: &Settings) -> Result<LinearDesign, DesignError> {
-    LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)
+fn of(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<LinearDesign, DesignError> {
+    let design = match &wish.gain {
+        GainSpec::Poles(poles) => LinearDesign::with_poles(plant, poles),
+        GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),
+        GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, settings),
+        GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, settings),
+        GainSpec::Given(l) => LinearDesign::with_gain(plant, l.clone()),
+    }?;
+    match &wish.weight {
+        Some(weight) => design.lyapunov_weight(weight.clone()),
+        None => Ok(design),
+    }
 }
 
-pub(super) fn luenberger(
-    plant: &DynamicPlant,
-    wish: &LinearWish,
-    settings: &Settings,
-) -> Result<Designed, DesignError> {
+pub(super) fn luenberger(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<Designed, DesignError> {
     let design = of(plant, wish, settings)?;
     let rate = -spectral_abscissa(&design.error_matrix())?;
-    let promised = match wish.wish {
-        Wish::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
+    let promised = match wish.gain {
+        GainSpec::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
         _ => String::new(),
     };
     let report = DesignReport {
@@ -47,10 +53,10 @@ pub(super) fn luenberger(
 }
 
 pub(super) fn cubic(
-    plant: &DynamicPlant,
-    wish: &LinearWish,
+    plant: &StateSpace,
+    wish: &LinearSpec,
     theta: &DMatrix<f64>,
-    correction: &Correction,
+    correction: &CubicGain,
     settings: &Settings,
 ) -> Result<Designed, DesignError> {
     let linear = of(plant, wish, settings)?;
@@ -82,8 +88,8 @@ pub(super) fn cubic(
 }
 
 pub(super) fn sampled(
-    plant: &DynamicPlant,
-    wish: &LinearWish,
+    plant: &StateSpace,
+    wish: &LinearSpec,
     theta: &DMatrix<f64>,
     strength: f64,
     period: f64,

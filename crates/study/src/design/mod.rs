@@ -21,7 +21,7 @@ use luenberger_proof::wording::at_least;
 use nalgebra::{Complex, DMatrix};
 
 use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
-use crate::study::{ObserverKind, ObserverWish, Study};
+use crate::study::{ObserverKind, ObserverSpec, Study};
 
 /// An observer with its evidence.
 #[derive(Debug, Clone)]
@@ -53,12 +53,12 @@ impl From<FailureReport> for NoDesign {
 ///
 /// # Errors
 /// [`NoDesign`].
-pub fn design(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
+pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     study.plant.names().with(|| in_words(study, wish, cancel))
 }
 
 /// As [`design`], with the names of the study in all sentences.
-fn in_words(study: &Study, wish: &ObserverWish, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
+fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let settings = Settings { solver: study.solver, ..Settings::default() };
     let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
@@ -157,7 +157,7 @@ fn reach(certificate: &Certificate) -> String {
     }
     let theorems = certificate.theorems().iter().map(ProvedTheorem::theorem);
     let mut balls =
-        theorems.filter_map(|theorem| if let Theorem::CubicObserver(x) = theorem { Some(x.ball()) } else { None });
+        theorems.filter_map(|theorem| if let Theorem::CubicConvergence(x) = theorem { Some(x.ball()) } else { None });
     match balls.next() {
         Some(ball) => format!(
             "With its gains exactly as stored it converges from every first error of a norm below {}.",

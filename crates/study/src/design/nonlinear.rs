@@ -3,9 +3,9 @@
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::number::{decay, significant};
-use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, Region, RepairedDesign, Sector};
+use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, MeanValueDesign, Region, Sector};
 use luenberger_lmi::Settings;
-use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, Noises};
+use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel};
 use luenberger_proof::wording::at_most;
 use nalgebra::{DMatrix, DVector};
 
@@ -14,21 +14,21 @@ use super::runnable::{Chains, Runnable};
 use super::{Designed, facts, matrix, number, verdict};
 use crate::model::Model;
 use crate::results::DesignReport;
-use crate::study::{RateWish, Study};
+use crate::study::{RateSpec, Study};
 
 pub(super) fn lpv(
     model: &Model,
     region: &Region,
-    rate: &RateWish,
+    rate: &RateSpec,
     settings: &Settings,
 ) -> Result<Designed, DesignError> {
     let design = match rate {
-        RateWish::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, settings),
+        RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, settings),
         // A hundredth of the ceiling is as near as a plan for an observer needs it.
-        RateWish::Fastest(ceiling) => {
+        RateSpec::Fastest(ceiling) => {
             LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, settings)
         }
-        RateWish::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, settings),
+        RateSpec::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, settings),
     }?;
     let evidence = design
         .stopped
@@ -138,7 +138,7 @@ pub(super) fn mean_value(
 ) -> Result<Designed, DesignError> {
     let polytope = Polytope::new(enclose(model, region)?)?;
     let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
-    let design = RepairedDesign::new_with(&vertices, model.size().outputs, rate, settings)?;
+    let design = MeanValueDesign::new_with(&vertices, model.size().outputs, rate, settings)?;
     let names: Vec<String> = polytope.vertices.iter().map(ToString::to_string).collect();
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
     let hypothesis = match region.to_string().as_str() {
@@ -197,7 +197,7 @@ pub(super) fn extended_kalman(
     period: f64,
     substeps: usize,
 ) -> Result<Designed, DesignError> {
-    let noises = Noises { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
     let report = DesignReport {
         statement: format!("One measurement every {period}; its gain follows its own covariance along the estimate."),

@@ -74,7 +74,7 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     let _ = simulate::trajectory(&plant, &short, &[], None, Variation::NONE);
     let plant = began.elapsed().as_secs_f64() / SHARE * WITH_OBSERVER;
     // Filters step at their own period, whatever the integrator does.
-    let step = |wish: &crate::study::ObserverWish| match &wish.kind {
+    let step = |wish: &crate::study::ObserverSpec| match &wish.kind {
         ObserverKind::ExtendedKalman { period, substeps, w, .. } => {
             let n = w.nrows() as f64;
             simulation.duration / period * *substeps as f64 * 4.0 * n * n * n * 4e-9

@@ -15,20 +15,20 @@ pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, Step};
 
 use luenberger_figures::Figure;
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 
 use crate::design::{Designed, NoDesign, design, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
 use crate::results::{FailureReport, ObserverReport, PlantSummary, Results, report};
-use crate::study::{ObserverKind, ObserverWish, Study};
+use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
 /// An observer that has a design.
 #[derive(Clone, Copy)]
 pub(crate) struct Member<'a> {
-    pub(crate) wish: &'a ObserverWish,
+    pub(crate) wish: &'a ObserverSpec,
     pub(crate) designed: &'a Designed,
 }
 
@@ -104,7 +104,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     } else {
         designs(study, options, &folder, all || step == Step::Certify)?
     };
-    let described = |(wish, outcome): (&ObserverWish, &Option<Outcome>)| Some(described(wish, outcome.as_ref()?));
+    let described = |(wish, outcome): (&ObserverSpec, &Option<Outcome>)| Some(described(wish, outcome.as_ref()?));
     let observers = study.observers.iter().zip(&designs).filter_map(described).collect();
     if options.interrupted() {
         results.observers = observers;
@@ -229,7 +229,7 @@ fn designs(
     use rayon::prelude::*;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let total = study.observers.len();
-    let one = |wish: &ObserverWish| -> Result<Option<Outcome>, StudyError> {
+    let one = |wish: &ObserverSpec| -> Result<Option<Outcome>, StudyError> {
         if options.interrupted() {
             return Ok(None);
         }
@@ -247,7 +247,7 @@ fn designs(
         Ok(Some(Outcome { designed, open }))
     };
     // Those that take minutes come last, so that an interruption finds the others finished.
-    let takes_long = |wish: &ObserverWish| matches!(wish.kind, ObserverKind::KklNumerical(_));
+    let takes_long = |wish: &ObserverSpec| matches!(wish.kind, ObserverKind::KklNumerical(_));
     let mut outcomes: Vec<Option<Outcome>> = study.observers.iter().map(|_| None).collect();
     for long in [false, true] {
         let wishes = study.observers.par_iter().enumerate().filter(|(_, wish)| takes_long(wish) == long);
@@ -259,7 +259,7 @@ fn designs(
     Ok(outcomes)
 }
 
-fn described(wish: &ObserverWish, outcome: &Outcome) -> ObserverReport {
+fn described(wish: &ObserverSpec, outcome: &Outcome) -> ObserverReport {
     let (design, failure) = match &outcome.designed {
         Ok(designed) => (Some(designed.report.clone()), None),
         Err(failure) => (None, Some(failure.clone())),
@@ -298,7 +298,7 @@ fn summary(study: &Study) -> PlantSummary {
     if linear.is_some() {
         equations.extend([motion.to_owned(), "y = C x".to_owned()]);
     }
-    let named = |plant: &DynamicPlant| {
+    let named = |plant: &StateSpace| {
         let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
         all.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect()
     };

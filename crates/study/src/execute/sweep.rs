@@ -13,10 +13,10 @@ use super::{Member, member};
 use crate::design::{Designed, NoDesign, design};
 use crate::error::StudyError;
 use crate::results::{MeritsReport, SweepReport, SweepRow};
-use crate::study::{ObserverWish, Simulation, Study, Sweep, Swept};
+use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
 
 /// An observer at a value, as it is wished there; none if the parameter is not one of it.
-fn varied(wish: &ObserverWish, simulation: &Simulation, parameter: Swept, value: f64) -> Option<ObserverWish> {
+fn varied(wish: &ObserverSpec, simulation: &Simulation, parameter: Swept, value: f64) -> Option<ObserverSpec> {
     let mut wish = wish.clone();
     match parameter {
         Swept::Gamma => wish.kind = wish.kind.with_gamma(value)?,
@@ -32,7 +32,7 @@ fn varied(wish: &ObserverWish, simulation: &Simulation, parameter: Swept, value:
 }
 
 /// The first estimate of a member of the ensemble: member 0 is the study's own, the others err as much in other directions.
-fn initial(wish: &ObserverWish, simulation: &Simulation, seed: u64, number: usize) -> Vec<f64> {
+fn initial(wish: &ObserverSpec, simulation: &Simulation, seed: u64, number: usize) -> Vec<f64> {
     if number == 0 {
         return wish.initial.clone();
     }
@@ -52,8 +52,8 @@ pub(super) fn runs(study: &Study, sweep: &Sweep) -> usize {
     chosen(study, sweep).len() * sweep.values.len() * sweep.ensemble
 }
 
-fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverWish> {
-    let named = |wish: &&ObserverWish| sweep.observers.as_ref().is_none_or(|names| names.contains(&wish.name));
+fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverSpec> {
+    let named = |wish: &&ObserverSpec| sweep.observers.as_ref().is_none_or(|names| names.contains(&wish.name));
     study.observers.iter().filter(named).collect()
 }
 
@@ -65,18 +65,18 @@ pub(super) fn all(
     members: &[Member<'_>],
     options: &RunOptions<'_>,
 ) -> Result<SweepReport, StudyError> {
-    let cells: Vec<(&ObserverWish, f64)> = chosen(study, sweep)
+    let cells: Vec<(&ObserverSpec, f64)> = chosen(study, sweep)
         .into_iter()
         .flat_map(|wish| sweep.values.iter().map(move |value| (wish, *value)))
         .collect();
-    let cells: Vec<(ObserverWish, f64)> = cells
+    let cells: Vec<(ObserverSpec, f64)> = cells
         .into_iter()
         .filter_map(|(wish, value)| Some((varied(wish, simulation, sweep.parameter, value)?, value)))
         .collect();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let total = cells.len();
     let one =
-        |(wish, value): &(ObserverWish, f64)| match cell(study, simulation, sweep, members, (wish, *value), options) {
+        |(wish, value): &(ObserverSpec, f64)| match cell(study, simulation, sweep, members, (wish, *value), options) {
             Ok(row) => {
                 let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 options.tell("sweep", &wish.name, count, total);
@@ -99,7 +99,7 @@ fn cell(
     simulation: &Simulation,
     sweep: &Sweep,
     members: &[Member<'_>],
-    (wish, value): (&ObserverWish, f64),
+    (wish, value): (&ObserverSpec, f64),
     options: &RunOptions<'_>,
 ) -> Result<SweepRow, StudyError> {
     options.check()?;
@@ -137,7 +137,7 @@ fn cell(
     let mut merits: Vec<MeritsReport> = Vec::new();
     for number in 0..sweep.ensemble {
         options.check()?;
-        let wish = ObserverWish { initial: initial(wish, simulation, sweep.seed, number), ..wish.clone() };
+        let wish = ObserverSpec { initial: initial(wish, simulation, sweep.seed, number), ..wish.clone() };
         let member = Member { wish: &wish, designed };
         // The observer that is fed back is the swept one where it is that, and the study's own otherwise.
         let variation = Variation { noise: factor, seed: number as u64 };

@@ -2,7 +2,7 @@
 //!
 //! | what | how it is written |
 //! |---|---|
-//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t`; names of one's own ([`Scope::named`]) |
+//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t`; names supplied by the user ([`Scope::named`]) |
 //! | numbers, parameters | `0.5`, `.5`, `1e-3`, `pi`, `e`; any other name that has a value |
 //! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
 //! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |

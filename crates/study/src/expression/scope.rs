@@ -71,14 +71,14 @@ enum Reads {
     Nothing,
 }
 
-/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names of one's own for the states and inputs.
+/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names supplied by the user for the states and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     states: usize,
     inputs: usize,
     reads: Reads,
     parameters: Parameters,
-    /// Names of one's own, of all states or of none.
+    /// Names supplied by the user, of all states or of none.
     state_names: Vec<String>,
     /// Of all inputs or of none.
     input_names: Vec<String>,
@@ -105,7 +105,7 @@ impl Scope {
         Self { states, inputs, reads, parameters, state_names, input_names }
     }
 
-    /// The same with names of one's own for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an empty list names none.
+    /// The same with names supplied by the user for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an empty list names none.
     ///
     /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression can say it.
     ///

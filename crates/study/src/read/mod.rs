@@ -8,7 +8,7 @@ mod csv;
 mod json;
 mod observer;
 mod plant;
-mod surroundings;
+mod simulation_settings;
 mod toml;
 mod tree;
 
@@ -72,18 +72,18 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
 fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<Study> {
     let plant = plant::plant(root.get("plant")?, reader)?;
     let observers = observer::observers(root, &plant, source, reader);
-    let input = surroundings::input(root.get("input"), &plant, observers.as_deref(), reader);
-    let simulation = root.get("simulation").and_then(|node| surroundings::simulation(node, &plant, reader));
+    let input = simulation_settings::input(root.get("input"), &plant, observers.as_deref(), reader);
+    let simulation = root.get("simulation").and_then(|node| simulation_settings::simulation(node, &plant, reader));
     if let (Some(node), Some(input), Some(simulation)) = (root.get("input"), &input, &simulation) {
-        surroundings::input_over(node, input, plant.inputs.len(), simulation, reader);
+        simulation_settings::input_over(node, input, plant.inputs.len(), simulation, reader);
     }
-    let log = root.get("log").and_then(|node| surroundings::log(node, &plant, reader));
-    let plot = surroundings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
+    let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
+    let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
             reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
         }
-        surroundings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
+        simulation_settings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
     });
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
     let stem = Path::new(source.name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());

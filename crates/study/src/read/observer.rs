@@ -1,6 +1,6 @@
 //! The tables [[observer]].
 
-use luenberger_design::{Correction, Decrease, Region, Sector, Wish};
+use luenberger_design::{CubicGain, LyapunovWeight, Region, Sector};
 use luenberger_plants::Dimensions;
 use nalgebra::{Complex, DMatrix};
 
@@ -8,7 +8,7 @@ use super::tree::Node;
 use super::{Reader, check};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
-use crate::study::{KklWish, LinearWish, ObserverKind, ObserverWish, RateWish};
+use crate::study::{GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
 
 /// The observers; none if one of them has mistakes.
 pub(super) fn observers(
@@ -16,11 +16,11 @@ pub(super) fn observers(
     plant: &PlantModel,
     source: &Source,
     reader: &mut Reader,
-) -> Option<Vec<ObserverWish>> {
+) -> Option<Vec<ObserverSpec>> {
     let Some(list) = root.get("observer") else { return Some(Vec::new()) };
-    let read: Vec<Option<ObserverWish>> =
+    let read: Vec<Option<ObserverSpec>> =
         list.list()?.iter().map(|node| observer(node, plant.model.size(), source, reader)).collect();
-    let observers: Vec<ObserverWish> = read.into_iter().collect::<Option<_>>()?;
+    let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
     let mut sound = true;
     for (i, (observer, node)) in observers.iter().zip(list.list()?).enumerate() {
         if observers[..i].iter().any(|other| other.name == observer.name) {
@@ -44,7 +44,7 @@ pub(crate) fn file_name(name: &str) -> String {
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
 }
 
-fn observer(node: &Node, size: Dimensions, source: &Source, reader: &mut Reader) -> Option<ObserverWish> {
+fn observer(node: &Node, size: Dimensions, source: &Source, reader: &mut Reader) -> Option<ObserverSpec> {
     let kind_name = node.get("kind")?.text()?;
     let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
     let initial = match node.get("initial") {
@@ -53,7 +53,7 @@ fn observer(node: &Node, size: Dimensions, source: &Source, reader: &mut Reader)
     };
     let kind = kind(node, kind_name, size, reader);
     let place = source.place(check::head(node).start);
-    Some(ObserverWish { name, initial: initial?, kind: kind?, place })
+    Some(ObserverSpec { name, initial: initial?, kind: kind?, place })
 }
 
 fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
@@ -88,9 +88,9 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let region = region(node, size, reader);
             alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
             let rate = match (node.get("fastest"), node.get("gain")) {
-                (Some(ceiling), _) => RateWish::Fastest(ceiling.number()?),
-                (_, Some(gain)) => RateWish::Gain(this_gain(gain, size, reader)?, 0.0),
-                _ => RateWish::Rate(positive("decay_rate", 0.0)?),
+                (Some(ceiling), _) => RateSpec::Fastest(ceiling.number()?),
+                (_, Some(gain)) => RateSpec::Gain(this_gain(gain, size, reader)?, 0.0),
+                _ => RateSpec::Rate(positive("decay_rate", 0.0)?),
             };
             ObserverKind::Lpv { region: region?, rate }
         }
@@ -149,7 +149,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 return None;
             }
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
-            ObserverKind::KklNumerical(KklWish {
+            ObserverKind::KklNumerical(KklSpec {
                 domain,
                 cutoff: number("cutoff")?,
                 escape: number("escape"),
@@ -183,45 +183,57 @@ fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -
     }
 }
 
-fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearWish> {
+fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
     let (n, p) = (size.states, size.outputs);
     let of_states = format!("the plant has {n} states");
     let of_outputs = format!("the plant has {p} outputs");
     let intensities = |node: &Node, reader: &mut Reader| {
         let w = reader.weight(node.get("w")?, "w", n, &of_states);
         let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
-        Some(Wish::Kalman { w: w?, v: v? })
+        Some(GainSpec::Kalman { w: w?, v: v? })
     };
-    let wish = if node.get("w").is_some() || node.get("v").is_some() {
+    let gain = if node.get("w").is_some() || node.get("v").is_some() {
         intensities(node, reader)
     } else {
         if let Some(entry) = node.entry("lmi").filter(|entry| entry.node.truth() == Some(false)) {
-            reader.wrong(entry.node.span.clone(), "`lmi = false` wishes nothing", "expected true, or another wish");
+            reader.wrong(
+                entry.node.span.clone(),
+                "`lmi = false` asks for nothing",
+                "expected true, or another way to the gain",
+            );
             return None;
         }
         alternatives(node, &["poles", "decay_rate", "lmi", "kalman", "gain"], true, reader)?;
         if let Some(poles) = node.get("poles") {
             self::poles(poles, n, reader)
         } else if let Some(rate) = node.get("decay_rate") {
-            Some(Wish::DecayRate(rate.number()?))
+            Some(GainSpec::DecayRate(rate.number()?))
         } else if let Some(kalman) = node.get("kalman") {
             intensities(kalman, reader)
         } else if let Some(gain) = node.get("gain") {
-            this_gain(gain, size, reader).map(Wish::Gain)
+            this_gain(gain, size, reader).map(GainSpec::Given)
         } else {
-            Some(Wish::Lmi)
+            Some(GainSpec::Lmi)
         }
     };
     alternatives(node, &["rho", "q"], false, reader)?;
-    let decrease = match (node.get("rho"), node.get("q")) {
-        (_, Some(q)) => Decrease::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), &of_states)?),
-        (Some(rho), None) => Decrease::Scaled(rho.number()?),
-        (None, None) => Decrease::default(),
+    let weight = match (node.get("rho"), node.get("q")) {
+        (_, Some(q)) => Some(LyapunovWeight::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), &of_states)?)),
+        (Some(rho), None) => Some(LyapunovWeight::Identity(rho.number()?)),
+        (None, None) => None,
     };
-    Some(LinearWish { wish: wish?, decrease })
+    let gain = gain?;
+    if matches!(gain, GainSpec::Lmi | GainSpec::DecayRate(_))
+        && let Some(given) = ["rho", "q"].iter().find_map(|&name| node.entry(name))
+    {
+        let message = "the inequality that gives the gain gives P as well: a Lyapunov weight has no effect";
+        reader.wrong(given.node.span.clone(), message, "expected `poles`, `kalman` or `gain` with it");
+        return None;
+    }
+    Some(LinearSpec { gain, weight })
 }
 
-fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<Wish> {
+fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
     let pole = |node: &Node| match node.list() {
         Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
         Some(_) => None,
@@ -248,7 +260,7 @@ fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<Wish> {
             sound = false;
         }
     }
-    sound.then_some(Wish::Poles(poles))
+    sound.then_some(GainSpec::Poles(poles))
 }
 
 fn shown(pole: Complex<f64>) -> String {
@@ -268,16 +280,16 @@ fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
     }
 }
 
-fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<Correction> {
+fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
     alternatives(node, &["gamma", "radial", "s"], true, reader)?;
     if let Some(gamma) = node.get("gamma") {
-        return Some(Correction::Gamma(gamma.number()?));
+        return Some(CubicGain::Gamma(gamma.number()?));
     }
     if let Some(w) = node.get("radial") {
-        return Some(Correction::Radial(w.number()?));
+        return Some(CubicGain::Radial(w.number()?));
     }
     let s = reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &format!("the plant has {p} outputs"))?;
-    Some(Correction::General(s))
+    Some(CubicGain::General(s))
 }
 
 fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {

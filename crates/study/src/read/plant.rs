@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use luenberger_plants::{Dimensions, DynamicPlant};
+use luenberger_plants::{Dimensions, StateSpace};
 use nalgebra::DMatrix;
 
 use super::tree::{Node, Value};
@@ -128,7 +128,7 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
         Some(b) => reader.matrix(b, "b", (Some(n), None), &why),
         None => Some(DMatrix::zeros(n, 0)),
     };
-    match DynamicPlant::new(a, b?, c?) {
+    match StateSpace::new(a, b?, c?) {
         Ok(plant) => Some(Model::Linear(plant)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected matrices of a plant");
@@ -199,7 +199,7 @@ fn parameters(node: Option<&Node>, scope: &Scope, reader: &mut Reader) -> Option
             Err(error) => {
                 let span =
                     if matches!(error, ParameterError::NotFinite { .. }) { &entry.node.span } else { &entry.span };
-                reader.wrong(span.clone(), error.to_string(), "expected a name of one's own with a finite number");
+                reader.wrong(span.clone(), error.to_string(), "expected another name with a finite number");
                 sound = false;
             }
         }

@@ -31,7 +31,7 @@ const DECAY: Key =
 const LMI: Key =
     optional("lmi", Kind::Switch, "true: a matrix inequality with the largest margin decides on the gain.");
 const KALMAN: Key = optional("kalman", Kind::Table(&NOISES), "The stationary Kalman gain for these intensities.");
-const GAIN: Key = optional("gain", Kind::Rows, "A gain L of one's own, n x p.");
+const GAIN: Key = optional("gain", Kind::Rows, "A given gain L, n x p.");
 const RHO: Key = optional(
     "rho",
     Kind::Number(Range::Positive),

@@ -348,7 +348,7 @@ fn what_is_not_affine_is_named() {
     }
 }
 
-/// Names of one's own are the same columns; where they have no derivative it is said of them as they are written.
+/// Names supplied by the user are the same columns; where they have no derivative it is said of them as they are written.
 #[test]
 fn names_are_columns() {
     let (states, inputs) = (["angle", "x2", "wheel speed"].map(str::to_owned), ["torque".to_owned()]);

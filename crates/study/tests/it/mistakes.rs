@@ -282,7 +282,7 @@ fn what_joins_keys() {
     assert!(found.iter().any(|mistake| mistake.message == "[sweep] without a [simulation]"), "{found:?}");
 }
 
-/// States and inputs by names of one's own, in expressions and in what is said of them.
+/// States and inputs by names supplied by the user, in expressions and in what is said of them.
 const NAMED: &str = r#"[plant]
 f = ["speed", "-k*sin(angle) + torque"]
 h = ["angle"]
@@ -316,7 +316,7 @@ fn names_in_expressions() {
             (states, &called("speed"), 4, "the name \"speed\" is given twice", "different names"),
             (states, "states = [\"angle\"]", 4, "`states` has 1 names, and the plant has 2 states", "2 names"),
             ("[\"torque\"]", "[\"angle\"]", 5, "`angle` cannot be the name of an input: it is a state", "nothing else"),
-            ("{ k = 2.0 }", "{ k = 2.0, speed = 1.0 }", 6, "the name of a parameter: it is a state", "one's own"),
+            ("{ k = 2.0 }", "{ k = 2.0, speed = 1.0 }", 6, "the name of a parameter: it is a state", "another name"),
             (
                 "[simulation]",
                 "[input]\nexpressions = [\"speed\"]\n[simulation]",
@@ -365,13 +365,7 @@ fn expressions() {
             ("h = [\"x1\"]", "h = [\" \"]", 3, "entry 1 of `h` is empty", "a text"),
             ("h = [\"x1\"]", "h = [3]", 3, "entry 1 of `h` is 3", "a text"),
             ("h = [\"x1\"]\n", "", 1, "and no `h`", "one expression for each output"),
-            (
-                "k = 2.0",
-                "k = 2.0, x1 = 3",
-                4,
-                "`x1` cannot be the name of a parameter: it is a state",
-                "a name of one's own",
-            ),
+            ("k = 2.0", "k = 2.0, x1 = 3", 4, "`x1` cannot be the name of a parameter: it is a state", "another name"),
             ("k = 2.0", "k = nan", 4, "the parameter `k` is NaN", "finite"),
             ("\"x2\"", "\"1/(x2 - 1)\"", 6, "the plant is not defined where it starts", "finite"),
             ("\"x2\"", "\"ln(x2 - 1)\"", 6, "the plant is not defined where it starts", "finite"),

@@ -5,7 +5,7 @@ use luenberger_design::kkl::KklSettings;
 use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
 use luenberger_design::{DesignError, KklCandidate, LpvDesign, Region};
 use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
-use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
+use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::mean_value::EstimateAndError;
 use luenberger_observers::{Integral, MeanValueObserver, NonlinearLuenbergerObserver, Observer, SampledObserver};
 use luenberger_plants::{
@@ -160,7 +160,7 @@ fn observers_run_on_a_plant_of_text() {
     let apart = (&text.observers[0].estimate - &rust.observers[0].estimate).amax();
     assert!(apart < 1e-8, "{apart:e}");
     let noises =
-        Noises { w: DMatrix::identity(4, 4) * 0.1, v: DMatrix::identity(2, 2) * 1e-4, p0: DMatrix::identity(4, 4) };
+        NoiseModel { w: DMatrix::identity(4, 4) * 0.1, v: DMatrix::identity(2, 2) * 1e-4, p0: DMatrix::identity(4, 4) };
     let filter: ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn> =
         ExtendedKalmanFilter::new(joint(), noises, 0.01, 2).unwrap();
     let (u, y) = (dvector![0.0], dvector![0.5, -0.2]);

@@ -1,9 +1,9 @@
 //! Files of deployed observers, made by the designs, changed in meaning and sealed again: whatever the checker accepts has to survive the step itself, run bit by bit on a plant in exact arithmetic.
 
-use luenberger_design::{Decrease, LinearDesign, SampledCubicDesign, Wish, deployed_linear};
+use luenberger_design::{LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_linalg::zero_order_hold;
 use luenberger_observers::{LinearObserver, Observer, SampledCubicObserver, SampledObserver, cubic};
-use luenberger_plants::DynamicPlant;
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{CertificateFile, Certified, ClaimedBall, DeployedObserver, Theorem, verify};
 use luenberger_proof::statement::{self, Deployed, Format, Operation, Step};
 use luenberger_proof::{Exact, Matrix, Ring};
@@ -236,15 +236,15 @@ fn derived(theorem: &DeployedObserver) -> Option<Deployed> {
 }
 
 /// Plants with a bounded state: one measured of two, and both.
-fn plants() -> Vec<DynamicPlant> {
+fn plants() -> Vec<StateSpace> {
     let turning = dmatrix![-0.5, 1.0; -1.0, -0.5];
     vec![
-        DynamicPlant::new(turning.clone(), dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap(),
-        DynamicPlant::new(turning, dmatrix![0.5; 1.0], dmatrix![1.0, 0.25; 0.0, 1.0]).unwrap(),
+        StateSpace::new(turning.clone(), dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap(),
+        StateSpace::new(turning, dmatrix![0.5; 1.0], dmatrix![1.0, 0.25; 0.0, 1.0]).unwrap(),
     ]
 }
 
-fn meets(plant: &DynamicPlant, error: f64, noise: f64) -> Operation {
+fn meets(plant: &StateSpace, error: f64, noise: f64) -> Operation {
     let n = plant.a.nrows();
     Operation {
         state: vec![2.0; n],
@@ -263,7 +263,7 @@ fn theorem(file: &CertificateFile) -> DeployedObserver {
 fn cubic_files() -> Vec<DeployedObserver> {
     let mut files = Vec::new();
     for plant in plants() {
-        let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -3.0]), &Decrease::Scaled(1.0)).unwrap();
+        let linear = LinearDesign::with_poles(&plant, &[-2.0, -3.0]).unwrap();
         let outputs = plant.c.nrows();
         // Semidefinite of rank 1, with digits that binary32 does not hold.
         let v = DVector::from_fn(outputs, |i, _| 1.0 + 0.3 * (i as f64 + 1.0));
@@ -287,7 +287,7 @@ fn linear_files() -> Vec<DeployedObserver> {
     let mut files = Vec::new();
     for plant in plants() {
         let held = zero_order_hold(&plant.a, &plant.b, 0.2).unwrap();
-        let sampled = DynamicPlant::new(held.ad, held.bd, plant.c.clone()).unwrap();
+        let sampled = StateSpace::new(held.ad, held.bd, plant.c.clone()).unwrap();
         let l = DMatrix::from_fn(2, sampled.c.nrows(), |i, j| if i == j { 0.61 } else { -0.13 });
         for step in [Step::Innovation, Step::Joined] {
             for format in [Format::Binary32, Format::Binary64, Format::Fixed { integer_bits: 8, fraction_bits: 14 }] {
@@ -463,7 +463,7 @@ fn v_never_grows_for_a_stored_weight_that_is_not_semidefinite() {
     }
     // By the design itself: v v' is semidefinite in binary64, and what binary32 makes of it is not.
     let plant = plants().remove(1);
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -3.0]), &Decrease::Scaled(1.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -3.0]).unwrap();
     let mut rounded_off = 0;
     for k in 0..12 {
         let v = dmatrix![4099.0 + f64::from(2 * k); 8191.0 - f64::from(4 * k)];

@@ -5,12 +5,12 @@ mod intermediates;
 mod recorded;
 
 use luenberger_design::{
-    Decrease, LinearDesign, SampledCubicDesign, Wish, deployed_linear, enclosed_lyapunov, enclosed_stein,
+    LinearDesign, LyapunovWeight, SampledCubicDesign, deployed_linear, enclosed_lyapunov, enclosed_stein,
 };
 use luenberger_linalg::{place_observer, zero_order_hold};
 use luenberger_observers::{LinearObserver, Observer, SampledCubicObserver, SampledObserver};
-use luenberger_plants::DynamicPlant;
-use luenberger_proof::statement::{Deployed, Format, Obstacle, Operation, Running, Step};
+use luenberger_plants::StateSpace;
+use luenberger_proof::statement::{Deployed, Format, NoErrorBallReason, Operation, Running, Step};
 use luenberger_proof::{Matrix, Verdict};
 use nalgebra::{Complex, DMatrix, DVector, Dyn, dmatrix};
 
@@ -27,7 +27,7 @@ struct Trajectory {
 
 impl Trajectory {
     /// The plant from 0 under a feedback that keeps it near a moving target, its inputs numbers of f32.
-    fn of(plant: &DynamicPlant, k: &DMatrix<f64>, steps: usize, amplitude: f64) -> Self {
+    fn of(plant: &StateSpace, k: &DMatrix<f64>, steps: usize, amplitude: f64) -> Self {
         let (n, m) = plant.b.shape();
         let mut x = Columns::from_element(n, 0.1 * amplitude);
         let mut run = Self { x: Vec::new(), u: Vec::new() };
@@ -79,12 +79,12 @@ impl Trajectory {
 }
 
 /// Sampled plants with a stabilising feedback and a gain: name, plant, K, L.
-fn zoo() -> Vec<(&'static str, DynamicPlant, DMatrix<f64>, DMatrix<f64>)> {
+fn zoo() -> Vec<(&'static str, StateSpace, DMatrix<f64>, DMatrix<f64>)> {
     let sampled = |a: DMatrix<f64>, b: DMatrix<f64>, c: DMatrix<f64>, h: f64, k: DMatrix<f64>, poles: &[f64]| {
         let held = zero_order_hold(&a, &b, h).unwrap();
         let poles: Vec<Complex<f64>> = poles.iter().map(|s| Complex::from((s * h).exp())).collect();
         let l = place_observer(&held.ad, &c, &poles).unwrap().gain;
-        (DynamicPlant::new(held.ad, held.bd, c).unwrap(), k, l)
+        (StateSpace::new(held.ad, held.bd, c).unwrap(), k, l)
     };
     let (double, k2, l2) = sampled(
         dmatrix![0.0, 1.0; 0.0, 0.0],
@@ -146,12 +146,15 @@ fn the_linear_observer_in_single_precision_stays_in_its_ball() {
 #[test]
 fn the_sampled_cubic_observer_in_single_precision_stays_in_its_ball() {
     let plant = luenberger_plants::double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
     for (h, w, theta) in [(0.1, 10.0, 1.0), (0.02, 1.0, 10.0), (0.5, 100.0, 0.1)] {
         let design = SampledCubicDesign::new(&linear, &dmatrix![theta], w, h).unwrap();
         assert!(design.certificate.is_proved(), "{}", design.certificate);
         let o = &design.observer;
-        let sampled = DynamicPlant::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
+        let sampled = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
         let run = Trajectory::of(&sampled, &dmatrix![0.5, 1.0], 4000, 1.0);
         for error in [1.0, 300.0] {
             let operation = run.operation(1, error);
@@ -188,7 +191,10 @@ fn the_sampled_cubic_observer_in_single_precision_stays_in_its_ball() {
 fn the_stored_cubic_gain_is_proved_where_the_structure_is_refuted() {
     // In f32 the stored N misses P N = -C'S by 1e-7, and still converges from every error.
     let plant = luenberger_plants::double_integrator().to_dynamic();
-    let linear = LinearDesign::new(&plant, &Wish::poles(&[-2.0, -5.0]), &Decrease::Scaled(10.0)).unwrap();
+    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
+        .unwrap()
+        .lyapunov_weight(LyapunovWeight::Identity(10.0))
+        .unwrap();
     let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1).unwrap();
     let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
     let deployed = design.deployed(Format::Binary32.into(), &operation).unwrap();
@@ -200,7 +206,7 @@ fn the_stored_cubic_gain_is_proved_where_the_structure_is_refuted() {
     // Fixed point: 16 bits hold this gain, and the root of the running observer is not specified there.
     let q6_10 = Format::Fixed { integer_bits: 6, fraction_bits: 10 };
     let in_16 = design.deployed(q6_10.into(), &operation).unwrap();
-    assert!(in_16.is_stable() && in_16.running == Running::Unproved(Obstacle::RootInFixedPoint), "{in_16:?}");
+    assert!(in_16.is_stable() && in_16.running == Running::Unproved(NoErrorBallReason::RootInFixedPoint), "{in_16:?}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ContractingCoordinates {
+pub struct ContractionInCoordinates {
     /// The Jacobians J at the vertices, n x n, measured states first.
     pub vertices: Vec<Matrix<f64>>,
     /// K, (n - p) x p.
@@ -33,7 +33,7 @@ pub struct ContractingCoordinates {
     pub rate: f64,
 }
 
-impl Statement for ContractingCoordinates {
+impl Statement for ContractionInCoordinates {
     const NAME: &'static str = "contracting-coordinates";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {

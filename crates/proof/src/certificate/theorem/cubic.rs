@@ -13,11 +13,11 @@ use super::super::fields::Fields;
 use super::super::number::Number;
 use super::super::write::Out;
 use super::super::{Certificate, Fault, Witness};
-use super::{Fact, FileError, Plant, Statement, StructuredCubicObserver, check_rate, decay, decrease_label};
+use super::{Fact, FileError, PlantMatrices, Statement, StructuredCubicConvergence, check_rate, decay, decrease_label};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::{UndecidedReason, Verdict};
 use crate::wording::exact;
 
 /// From which errors convergence is claimed.
@@ -31,9 +31,9 @@ pub enum Region {
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CubicObserver {
+pub struct CubicConvergence {
     /// The plant.
-    pub plant: Plant,
+    pub plant: PlantMatrices,
     /// The linear gain L, n x p, as stored.
     pub l: Matrix<f64>,
     /// The cubic gain N, n x p, as stored.
@@ -50,7 +50,7 @@ pub struct CubicObserver {
     pub region: Region,
 }
 
-impl CubicObserver {
+impl CubicConvergence {
     /// What is proved of these gains: convergence with N as stored from the largest region that is found, whatever [`region`](Self::region) says; or, where there is none, the theorem
     /// for the real gain `-P^-1 C'S`.
     ///
@@ -63,7 +63,7 @@ impl CubicObserver {
             Reach::Within(ellipsoid) => Region::Within(ellipsoid.level),
             Reach::Unproved => {
                 let Self { plant, l, theta, p, s, rate, .. } = self;
-                return Certificate::of([StructuredCubicObserver { plant, l, theta, p, s, rate }]);
+                return Certificate::of([StructuredCubicConvergence { plant, l, theta, p, s, rate }]);
             }
         };
         let facts = self.facts_from(deployed)?;
@@ -81,7 +81,7 @@ impl CubicObserver {
     }
 
     fn decided(&self) -> Result<DeployedCubic, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
+        let PlantMatrices { a, c, .. } = &self.plant;
         deployed_cubic(a, &self.l, c, &self.p, &self.n, &self.s, &self.theta)
     }
 
@@ -92,7 +92,7 @@ impl CubicObserver {
         {
             return Err(ProofError::Sign { what: "the level of a region, which should be positive,", value: level });
         }
-        let Plant { a, c, .. } = &self.plant;
+        let PlantMatrices { a, c, .. } = &self.plant;
         let decrease =
             if self.rate == 0.0 { deployed.decrease } else { decay_rate(a, &self.l, c, &self.p, self.rate)? };
         let (reached, level) = match (&deployed.reach, self.region) {
@@ -104,7 +104,7 @@ impl CubicObserver {
         let convergence: Verdict<Witness> = if reached {
             Verdict::Proved { margin: 0.0 }
         } else {
-            Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "P" }, best: level }
+            Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "P" }, best: level }
         };
         let region = match self.region {
             Region::Everywhere => "everywhere".to_owned(),
@@ -157,7 +157,7 @@ impl CubicObserver {
     }
 }
 
-impl Statement for CubicObserver {
+impl Statement for CubicConvergence {
     const NAME: &'static str = "cubic-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
@@ -174,7 +174,7 @@ impl Statement for CubicObserver {
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = Plant::read(file)?;
+        let plant = PlantMatrices::read(file)?;
         let (order, outputs) = plant.gain();
         let mut observer = file.object("observer")?;
         let l = observer.take("L")?.matrix((order, outputs))?;

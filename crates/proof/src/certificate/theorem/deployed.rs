@@ -22,7 +22,7 @@ use crate::statement::{
     CubicGains, Deployed, ErrorBall, Format, Formats, Operation, Running, SampledPlant, Step, Stored, deployed_linear,
     deployed_sampled_cubic,
 };
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::{UndecidedReason, Verdict};
 
 /// The largest order of a plant in such a file: the powers of the error map are summed with outward rounding, which takes seconds here.
 pub const LARGEST_DEPLOYED: usize = 32;
@@ -210,16 +210,18 @@ impl DeployedObserver {
 /// The claims about the running observer, against what is proved of it.
 fn running_facts(claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
     let compared = |inequality: String, row: usize, claimed: f64, proved: &dyn Fn(&ErrorBall) -> Option<f64>| {
-        let undecided = |why: Doubt, best: f64| Verdict::Undecided { why, best };
+        let undecided = |why: UndecidedReason, best: f64| Verdict::Undecided { why, best };
         let verdict = match running {
             Running::Within(ball) => match proved(ball) {
                 Some(proved) if proved <= claimed => Verdict::Proved { margin: 0.0 },
                 found => {
                     let proved = found.unwrap_or(f64::INFINITY);
-                    undecided(Doubt::TighterThanProved { row, column: 0, claimed, proved }, claimed - proved)
+                    undecided(UndecidedReason::TighterThanProved { row, column: 0, claimed, proved }, claimed - proved)
                 }
             },
-            Running::Unproved(obstacle) => undecided(Doubt::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN),
+            Running::Unproved(obstacle) => {
+                undecided(UndecidedReason::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN)
+            }
         };
         Fact::stated(inequality, verdict)
     };

@@ -8,27 +8,27 @@
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Plant, Statement};
+use super::{Fact, FileError, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, stein_decrease};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DiscreteObserver {
+pub struct DiscreteConvergence {
     /// The plant `x+ = A x + B u`, `y = C x`.
-    pub plant: Plant,
+    pub plant: PlantMatrices,
     /// The gain L, n x p, as stored.
     pub l: Matrix<f64>,
     /// P, n x n.
     pub p: Matrix<f64>,
 }
 
-impl Statement for DiscreteObserver {
+impl Statement for DiscreteConvergence {
     const NAME: &'static str = "discrete-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
+        let PlantMatrices { a, c, .. } = &self.plant;
         Ok(vec![
             Fact::new("P > 0", positive(&self.p)?),
             Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
@@ -43,7 +43,7 @@ impl Statement for DiscreteObserver {
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = Plant::read(file)?;
+        let plant = PlantMatrices::read(file)?;
         let mut observer = file.object("observer")?;
         let l = observer.take("L")?.matrix(plant.gain())?;
         observer.finish()?;

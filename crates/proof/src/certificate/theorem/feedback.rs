@@ -1,6 +1,6 @@
 //! The cubic observer inside the loop `u = -K xhat`.
 //!
-//! **Hypotheses.** Those of the [`CubicObserver`], `P1 > 0`, and `[He((A - BK)'P1), P1 B K; *, He((A - LC)'P)] < 0` (25).
+//! **Hypotheses.** Those of the [`CubicConvergence`], `P1 > 0`, and `[He((A - BK)'P1), P1 B K; *, He((A - LC)'P)] < 0` (25).
 //!
 //! **Theorem.** x and e tend to 0 exponentially from every x(0) and the e(0) of the observer. With the real matrix `-P^-1 C'S` in place of N, `x'P1x + e'Pe` decreases, from every e(0).
 //!
@@ -9,7 +9,7 @@
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{CubicObserver, Fact, FileError, Statement};
+use super::{CubicConvergence, Fact, FileError, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{feedback_block, positive};
@@ -18,7 +18,7 @@ use crate::statement::{feedback_block, positive};
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeedbackLoop {
     /// The plant and its observer.
-    pub observer: CubicObserver,
+    pub observer: CubicConvergence,
     /// The feedback gain K, m x n.
     pub k: Matrix<f64>,
     /// P1, n x n.
@@ -48,7 +48,7 @@ impl Statement for FeedbackLoop {
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let observer = CubicObserver::read(file)?;
+        let observer = CubicConvergence::read(file)?;
         let (n, m) = observer.plant.b.shape();
         let mut feedback = file.object("feedback")?;
         let k = feedback.take("K")?;

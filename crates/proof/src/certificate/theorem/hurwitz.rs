@@ -20,14 +20,14 @@ use crate::statement::{decay_rate_within, hurwitz, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hurwitz {
+pub struct HurwitzStability {
     /// A, n x n.
     pub a: Matrix<Datum>,
     /// P, n x n.
     pub p: Matrix<f64>,
 }
 
-impl Hurwitz {
+impl HurwitzStability {
     /// A matrix of numbers with its P.
     ///
     /// # Errors
@@ -45,7 +45,7 @@ impl Hurwitz {
     }
 }
 
-impl Statement for Hurwitz {
+impl Statement for HurwitzStability {
     const NAME: &'static str = "hurwitz";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {

@@ -17,7 +17,7 @@ use crate::statement::{decay_rate_within, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearObserver {
+pub struct LinearConvergence {
     /// The plant.
     pub plant: PlantWithin,
     /// The gain L, n x p, as stored.
@@ -28,7 +28,7 @@ pub struct LinearObserver {
     pub rate: f64,
 }
 
-impl Statement for LinearObserver {
+impl Statement for LinearConvergence {
     const NAME: &'static str = "linear-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {

@@ -33,23 +33,23 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::wording::exact;
 
-pub use contracting::ContractingCoordinates;
-pub use cubic::{CubicObserver, Region};
+pub use contracting::ContractionInCoordinates;
+pub use cubic::{CubicConvergence, Region};
 pub use definiteness::{Definiteness, Sign};
 pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
-pub use discrete::DiscreteObserver;
+pub use discrete::DiscreteConvergence;
 pub use feedback::FeedbackLoop;
-pub use hurwitz::Hurwitz;
+pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, InequalityHolds, InequalityRefuted, MatrixInequality};
-pub use linear::LinearObserver;
-pub use plant::{Plant, PlantWithin};
+pub use linear::LinearConvergence;
+pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
-pub use sampled::SampledCubicObserver;
-pub use schur::Schur;
-pub use sector::SectorObserver;
+pub use sampled::SampledCubicConvergence;
+pub use schur::SchurStability;
+pub use sector::SectorConvergence;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
-pub use structured::StructuredCubicObserver;
+pub use structured::StructuredCubicConvergence;
 pub use theorem1::CubicTheorem1;
 
 /// What a theorem says of itself.
@@ -131,21 +131,21 @@ macro_rules! theorems {
 
 theorems! {
     /// The linear observer (12), perhaps with a rate.
-    LinearObserver,
+    LinearConvergence,
     /// The linear observer in discrete time.
-    DiscreteObserver,
+    DiscreteConvergence,
     /// All eigenvalues in the open left half plane.
-    Hurwitz,
+    HurwitzStability,
     /// All eigenvalues inside the unit circle.
-    Schur,
+    SchurStability,
     /// The cubic observer with its gains as stored.
-    CubicObserver,
+    CubicConvergence,
     /// The cubic observer with the real gain `N = -P^-1 C'S`.
-    StructuredCubicObserver,
+    StructuredCubicConvergence,
     /// Theorem 1 for gains of any origin.
     CubicTheorem1,
     /// The sampled cubic observer.
-    SampledCubicObserver,
+    SampledCubicConvergence,
     /// An observer in the numbers of its target, with the rounding of its steps.
     DeployedObserver,
     /// The loop `u = -K xhat` around the cubic observer (25).
@@ -155,9 +155,9 @@ theorems! {
     /// One gain for a polytope of mean Jacobians.
     JacobianPolytope,
     /// The observer of a plant with nonlinearities in sectors.
-    SectorObserver,
+    SectorConvergence,
     /// Coordinates in which the unmeasured states contract.
-    ContractingCoordinates,
+    ContractionInCoordinates,
     /// A matrix is definite.
     Definiteness,
     /// The solution of a Lyapunov or Stein equation lies within.

@@ -10,7 +10,7 @@ use crate::matrix::Matrix;
 
 /// A plant known exactly: A n x n, B n x m (m may be 0), C p x n.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plant {
+pub struct PlantMatrices {
     /// The state matrix.
     pub a: Matrix<f64>,
     /// The input matrix.
@@ -30,7 +30,7 @@ pub struct PlantWithin {
     pub c: Matrix<Datum>,
 }
 
-impl Plant {
+impl PlantMatrices {
     pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let mut fields = file.object("plant")?;
         let a = fields.take("A")?.square()?;

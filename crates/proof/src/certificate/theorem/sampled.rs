@@ -11,7 +11,7 @@
 use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Plant, Statement};
+use super::{Fact, FileError, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, saturated_decrease, stein_decrease};
@@ -19,9 +19,9 @@ use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SampledCubicObserver {
+pub struct SampledCubicConvergence {
     /// The sampled plant `x+ = A x + B u`, `y = C x`.
-    pub plant: Plant,
+    pub plant: PlantMatrices,
     /// The linear gain L, n x p.
     pub l: Matrix<f64>,
     /// The cubic gain N, n x p.
@@ -36,11 +36,11 @@ pub struct SampledCubicObserver {
     pub p: Matrix<f64>,
 }
 
-impl Statement for SampledCubicObserver {
+impl Statement for SampledCubicConvergence {
     const NAME: &'static str = "sampled-cubic-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
+        let PlantMatrices { a, c, .. } = &self.plant;
         for (what, value) in [("w, which should be positive,", self.w), ("h, which should be positive,", self.period)] {
             if value <= 0.0 {
                 return Err(ProofError::Sign { what, value });
@@ -63,7 +63,7 @@ impl Statement for SampledCubicObserver {
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = Plant::read(file)?;
+        let plant = PlantMatrices::read(file)?;
         let (order, outputs) = plant.gain();
         let mut observer = file.object("observer")?;
         let l = observer.take("L")?.matrix((order, outputs))?;

@@ -15,14 +15,14 @@ use crate::statement::{positive, stein_decrease};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Schur {
+pub struct SchurStability {
     /// A, n x n.
     pub a: Matrix<f64>,
     /// P, n x n.
     pub p: Matrix<f64>,
 }
 
-impl Statement for Schur {
+impl Statement for SchurStability {
     const NAME: &'static str = "schur";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {

@@ -18,7 +18,7 @@ use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SectorObserver {
+pub struct SectorConvergence {
     /// The linear part, n x n.
     pub a: Matrix<f64>,
     /// The output matrix, p x n.
@@ -42,7 +42,7 @@ fn sector(k: usize, term: &SectorTerm) -> String {
     format!("(w_{k} - low H_{k} e)'(high H_{k} e - w_{k}) >= 0 for low = {low}, high = {high}")
 }
 
-impl Statement for SectorObserver {
+impl Statement for SectorConvergence {
     const NAME: &'static str = "sector-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {

@@ -11,7 +11,7 @@ use super::super::write::Out;
 use super::{Fact, FileError, Statement, combination, counted, unknown_word};
 use crate::error::ProofError;
 use crate::semidefinite::{Block, DualBlock, Entry, Program};
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::{UndecidedReason, Verdict};
 use crate::wording::exact;
 
 /// What is claimed of the program, and the point that shows it.
@@ -136,7 +136,8 @@ impl Statement for SemidefiniteProgram {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let fact = |inequality: String, margin: Option<f64>| {
-            let undecided = Verdict::Undecided { why: Doubt::NotByThisMatrix { name: "point" }, best: f64::NAN };
+            let undecided =
+                Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "point" }, best: f64::NAN };
             Fact::stated(inequality, margin.map_or(undecided, |margin| Verdict::Proved { margin }))
         };
         let shown = |x: f64| Number::from_f64(x).map_or_else(|| x.to_string(), |x| x.to_string());

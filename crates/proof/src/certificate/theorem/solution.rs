@@ -14,7 +14,7 @@ use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::statement::{Enclosure, lyapunov_solution, stein_solution};
-use crate::verdict::{Doubt, Verdict};
+use crate::verdict::{UndecidedReason, Verdict};
 
 /// Which equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,7 +105,7 @@ impl SolutionWithin {
     }
 
     /// The first end that lies within what is proved.
-    fn too_tight(&self, proved: &Matrix<Interval>) -> Option<Doubt> {
+    fn too_tight(&self, proved: &Matrix<Interval>) -> Option<UndecidedReason> {
         for row in 0..proved.rows() {
             for column in 0..proved.cols() {
                 let (claimed, proved) = (self.p[(row, column)], proved[(row, column)]);
@@ -113,7 +113,7 @@ impl SolutionWithin {
                 if let Some((claimed, proved)) =
                     [(lo, lo.0 > lo.1), (hi, hi.0 < hi.1)].iter().find(|x| x.1).map(|x| x.0)
                 {
-                    return Some(Doubt::TighterThanProved { row, column, claimed, proved });
+                    return Some(UndecidedReason::TighterThanProved { row, column, claimed, proved });
                 }
             }
         }

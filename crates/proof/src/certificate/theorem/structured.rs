@@ -9,7 +9,7 @@
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Plant, Statement, check_rate, decay, decrease_label};
+use super::{Fact, FileError, PlantMatrices, Statement, check_rate, decay, decrease_label};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -17,9 +17,9 @@ use crate::statement::{cubic_dissipation_structured, decay_rate, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StructuredCubicObserver {
+pub struct StructuredCubicConvergence {
     /// The plant.
-    pub plant: Plant,
+    pub plant: PlantMatrices,
     /// The linear gain L, n x p, as stored.
     pub l: Matrix<f64>,
     /// The weight theta, p x p.
@@ -32,12 +32,12 @@ pub struct StructuredCubicObserver {
     pub rate: f64,
 }
 
-impl Statement for StructuredCubicObserver {
+impl Statement for StructuredCubicConvergence {
     const NAME: &'static str = "cubic-observer-with-structured-gain";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let Plant { a, c, .. } = &self.plant;
+        let PlantMatrices { a, c, .. } = &self.plant;
         Ok(vec![
             Fact::new("P > 0", positive(&self.p)?),
             Fact::new(decrease_label(self.rate), decay_rate(a, &self.l, c, &self.p, self.rate)?),
@@ -55,7 +55,7 @@ impl Statement for StructuredCubicObserver {
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = Plant::read(file)?;
+        let plant = PlantMatrices::read(file)?;
         let (order, outputs) = plant.gain();
         let mut observer = file.object("observer")?;
         let l = observer.take("L")?.matrix((order, outputs))?;

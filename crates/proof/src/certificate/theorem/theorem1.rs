@@ -8,7 +8,7 @@
 
 use super::super::fields::Fields;
 use super::super::write::Out;
-use super::{Fact, FileError, Plant, Statement, decay};
+use super::{Fact, FileError, PlantMatrices, Statement, decay};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -18,7 +18,7 @@ use crate::statement::{cubic_dissipation, lyapunov_decrease, positive};
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubicTheorem1 {
     /// The plant.
-    pub plant: Plant,
+    pub plant: PlantMatrices,
     /// The linear gain L, n x p.
     pub l: Matrix<f64>,
     /// The cubic gain N, n x p.
@@ -33,7 +33,7 @@ impl Statement for CubicTheorem1 {
     const NAME: &'static str = "cubic-observer-theorem-1";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let Plant { a, c, .. } = &self.plant;
+        let PlantMatrices { a, c, .. } = &self.plant;
         Ok(vec![
             Fact::new("P > 0", positive(&self.p)?),
             Fact::new("(A - LC)'P + P(A - LC) < 0 (12)", lyapunov_decrease(a, &self.l, c, &self.p)?),
@@ -51,7 +51,7 @@ impl Statement for CubicTheorem1 {
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = Plant::read(file)?;
+        let plant = PlantMatrices::read(file)?;
         let (order, outputs) = plant.gain();
         let mut observer = file.object("observer")?;
         let l = observer.take("L")?.matrix((order, outputs))?;

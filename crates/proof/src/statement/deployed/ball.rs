@@ -17,7 +17,7 @@ pub enum Running {
     /// The error stays bounded, and shrinks to within known bounds.
     Within(ErrorBall),
     /// Nothing is proved.
-    Unproved(Obstacle),
+    Unproved(NoErrorBallReason),
 }
 
 /// Bounds of the error `e = x - xhat` of the running observer, all rounding counted.
@@ -53,7 +53,7 @@ pub struct Intermediate {
 /// Why no ball is proved.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub enum Obstacle {
+pub enum NoErrorBallReason {
     /// The observer is not proved to converge as stored, in exact arithmetic.
     NotStable,
     /// Contraction and rounding together do not shorten the error: `contraction + relative` is 1 or more.
@@ -76,7 +76,7 @@ pub enum Obstacle {
     RootInFixedPoint,
 }
 
-impl fmt::Display for Obstacle {
+impl fmt::Display for NoErrorBallReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotStable => write!(f, "this P does not prove the stored observer stable"),
@@ -119,7 +119,8 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
         }));
     }
     let maps = disturbance.maps()?;
-    let unproved = |contraction, relative| Ok(Running::Unproved(Obstacle::RoundingDominates { contraction, relative }));
+    let unproved =
+        |contraction, relative| Ok(Running::Unproved(NoErrorBallReason::RoundingDominates { contraction, relative }));
     let Some(rho) = contraction(&metric, &maps, 1.0)? else { return unproved(f64::INFINITY, 0.0) };
     let Some(half_widths) = half_widths(p, &metric)? else { return unproved(rho, f64::INFINITY) };
     let sizes = metric.map(|x| Interval::of(x.magnitude()));
@@ -174,13 +175,13 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
 }
 
 /// The stages at `|e_i| = reach_i`, or the first that may leave its range.
-fn in_range(stages: &[Stage], reach: &[f64]) -> Result<Result<Vec<Intermediate>, Obstacle>, ProofError> {
+fn in_range(stages: &[Stage], reach: &[f64]) -> Result<Result<Vec<Intermediate>, NoErrorBallReason>, ProofError> {
     let mut found = Vec::with_capacity(stages.len());
     for &Stage { what, ref size, limit } in stages {
         let size = evaluated(size, reach)?;
         let size = size.into_iter().fold(0.0_f64, |largest, x| if x.is_nan() { f64::INFINITY } else { largest.max(x) });
         if size > limit {
-            return Ok(Err(Obstacle::Range { what, size, limit }));
+            return Ok(Err(NoErrorBallReason::Range { what, size, limit }));
         }
         found.push(Intermediate { what, size, limit });
     }

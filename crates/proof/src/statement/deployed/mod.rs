@@ -57,7 +57,7 @@
 //! p = p' = 1/b                                       if c > 1/epsilon,
 //! j = p d,   i = (((k p) p') s) d,                   and i = j = z if s = 0.
 //! ```
-//! (`observers::SampledCubicObserver` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g = 0.)
+//! (`observers::SampledCubicConvergence` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g = 0.)
 //! Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q, k and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is
 //! that i and j belong to this r, that is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`, `|delta| <= u`, in numerators or denominators:
 //! a has 2 (the sum and its square, both under the root, then the root: a half, a half and 1), so that p has 3 and p' 4; d has 1, and j, one product more, has **5**. Where c > 1/epsilon, `b s = c` has 1,
@@ -90,7 +90,7 @@ mod ball;
 mod disturbance;
 mod format;
 
-pub use ball::{ErrorBall, Intermediate, Obstacle, Running};
+pub use ball::{ErrorBall, Intermediate, NoErrorBallReason, Running};
 pub use format::{Format, Formats};
 
 use super::{Expression, embed, embed_symmetric, number, positive, stein_decrease};
@@ -132,7 +132,7 @@ pub struct Operation {
 pub enum Step {
     /// `xhat+ = F xhat + B u + L y`, with F the exact `A - L C` of the plant's A and C and the stored L, rounded once.
     Joined,
-    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearObserver` does.
+    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearConvergence` does.
     Innovation,
 }
 
@@ -274,14 +274,14 @@ pub fn deployed_linear(
     let running = if positive.is_proved() && decrease.is_proved() {
         ball::running(p, &disturbance)?
     } else {
-        Running::Unproved(Obstacle::NotStable)
+        Running::Unproved(NoErrorBallReason::NotStable)
     };
     Ok(Deployed { stored, positive, decrease, saturated: None, running })
 }
 
 /// The sampled cubic observer with gains `l` and `cubic`, its matrices stored and its steps computed in the formats given.
 ///
-/// As [`deployed_linear`], for the step of `observers::SampledCubicObserver`. In fixed point the stored matrices are judged, and the running observer is not. The head
+/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point the stored matrices are judged, and the running observer is not. The head
 /// of this module has the theory, in particular why two Stein inequalities are enough for an N that is rounded.
 /// # Errors
 /// As [`deployed_linear`], and for a `w` or `h` that is not positive (as stored).
@@ -322,9 +322,9 @@ pub fn deployed_sampled_cubic(
     let disturbance =
         Disturbance { plant, stored: &stored, step: Step::Innovation, format: formats.running, operation };
     let running = if !(positive.is_proved() && decrease.is_proved() && saturated.is_proved()) {
-        Running::Unproved(Obstacle::NotStable)
+        Running::Unproved(NoErrorBallReason::NotStable)
     } else if matches!(formats.running, Format::Fixed { .. }) {
-        Running::Unproved(Obstacle::RootInFixedPoint)
+        Running::Unproved(NoErrorBallReason::RootInFixedPoint)
     } else {
         ball::running(p, &disturbance)?
     };

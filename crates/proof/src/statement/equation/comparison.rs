@@ -6,7 +6,7 @@ use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::Doubt;
+use crate::verdict::UndecidedReason;
 
 /// How often the first bound may be halved: it exceeds the best one by the condition of D at most.
 const HALVINGS: usize = 120;
@@ -14,7 +14,7 @@ const HALVINGS: usize = 120;
 impl Posed<'_> {
     pub(super) fn by_comparison(&self, w: &Matrix<Interval>) -> Result<Enclosure, ProofError> {
         let n = self.a.rows();
-        let undecided = || Ok(Enclosure::Undecided { why: Doubt::NotByThisMatrix { name: "W" } });
+        let undecided = || Ok(Enclosure::Undecided { why: UndecidedReason::NotByThisMatrix { name: "W" } });
         let d = self.kind.apply(self.a, w)?.negative();
         let Some(least) = proved_eigenvalue_bound(&d).or((n == 0).then_some(1.0)) else { return undecided() };
         let is_definite = |sense| Ok::<_, ProofError>(definite::decide(w, sense)?.is_proved());

@@ -5,7 +5,7 @@ use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::Doubt;
+use crate::verdict::UndecidedReason;
 
 /// The order of A up to which the equation is eliminated: a linear system of order 300.
 pub const ELIMINATION_ORDER: usize = 24;
@@ -14,7 +14,8 @@ impl Posed<'_> {
     pub(super) fn by_elimination(&self) -> Result<Enclosure, ProofError> {
         let n = self.a.rows();
         let operator = operator(self.kind, self.a);
-        let undecided = |estimate: f64| Ok(Enclosure::Undecided { why: Doubt::ProposalNotProved { estimate } });
+        let undecided =
+            |estimate: f64| Ok(Enclosure::Undecided { why: UndecidedReason::ProposalNotProved { estimate } });
         let Some(inverse) = approximate_inverse(&operator.map(|x| x.lo() / 2.0 + x.hi() / 2.0)) else {
             return undecided(0.0);
         };

@@ -38,7 +38,7 @@ use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::verdict::Doubt;
+use crate::verdict::UndecidedReason;
 
 /// What is known of the exact solution of a matrix equation.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,7 +48,7 @@ pub enum Enclosure {
     /// Neither existence nor uniqueness was shown.
     Undecided {
         /// What stood in the way.
-        why: Doubt,
+        why: UndecidedReason,
     },
 }
 
@@ -187,7 +187,7 @@ fn enclose(
         embed_symmetric::<Interval>(part, "the approximation", n)?;
     }
     let posed = pose(kind, a, q, approximation)?;
-    let mut why = Doubt::NoProposal { status: "no stability matrix" };
+    let mut why = UndecidedReason::NoProposal { status: "no stability matrix" };
     if let Some(w) = stability {
         let w = embed_symmetric::<Interval>(w, "W", n)?;
         match posed.by_comparison(&w)? {
@@ -240,7 +240,7 @@ impl Posed<'_> {
     fn corrected(&self, x: &Matrix<Interval>) -> Result<Enclosure, ProofError> {
         let distance = x.as_slice().iter().map(Interval::magnitude).fold(0.0, f64::max);
         if !distance.is_finite() {
-            return Ok(Enclosure::Undecided { why: Doubt::Overflow });
+            return Ok(Enclosure::Undecided { why: UndecidedReason::Overflow });
         }
         Ok(Enclosure::Enclosed(Enclosed { p: self.near.sum(x)?, distance }))
     }

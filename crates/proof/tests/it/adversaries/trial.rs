@@ -1,7 +1,7 @@
 //! What the crate says of a matrix, held against what is true of it.
 
 use luenberger_proof::{
-    Direction, Doubt, Entry, Matrix, Verdict, negative_definite, negative_semidefinite, positive_definite,
+    Direction, Entry, Matrix, UndecidedReason, Verdict, negative_definite, negative_semidefinite, positive_definite,
     positive_semidefinite,
 };
 
@@ -111,7 +111,7 @@ impl Judged {
             Verdict::Proved { margin } => (!self.has_margin(*margin, sense)).then_some("a margin above the truth"),
             Verdict::Refuted { .. } if truth => Some("wrongly refuted"),
             Verdict::Refuted { witness } => (!refutes(&self.m, witness, sense)).then_some("a witness of nothing"),
-            Verdict::Undecided { why: Doubt::DataTooUncertain { .. }, .. } => {
+            Verdict::Undecided { why: UndecidedReason::DataTooUncertain { .. }, .. } => {
                 Some("uncertain of numbers that are given")
             }
             Verdict::Undecided { .. } => None,

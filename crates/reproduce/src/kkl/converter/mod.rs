@@ -15,7 +15,7 @@ use crate::evidence::Evidence;
 use crate::paper::Drawing;
 use crate::value::{Value, short};
 
-use noise::{SEEDS, Spread};
+use noise::{RmsErrors, SEEDS};
 use runs::{CukObserver, OBSERVERS, PRINTED, RUN};
 
 /// From when on errors count as gone: 1 uA and 1 uV.
@@ -339,7 +339,7 @@ fn statistics(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 /// One figure of merit: which part of the run, and which state.
-type Merit = (&'static str, fn(&Spread) -> f64);
+type Merit = (&'static str, fn(&RmsErrors) -> f64);
 
 const MERITS: [Merit; 4] = [
     ("i1, over the switching run", |spread| spread.switching[0]),
@@ -349,7 +349,7 @@ const MERITS: [Merit; 4] = [
 ];
 
 /// Whether observer `a` has smaller errors than observer `b`: by more than three standard errors of their difference over the seeds.
-fn beats(ensemble: &noise::Ensemble, merit: fn(&Spread) -> f64, a: usize, b: usize) -> bool {
+fn beats(ensemble: &noise::Ensemble, merit: fn(&RmsErrors) -> f64, a: usize, b: usize) -> bool {
     let (mean, error) = statistics(ensemble.iter().map(|row| merit(&row[b]) - merit(&row[a])));
     mean > 3.0 * error
 }
@@ -400,7 +400,7 @@ fn high_gain_worst(context: &Context) -> Result<Outcome, CheckError> {
         (what, Value::Truth((0..4).all(|k| (4..PRINTED).all(|h| beats(&ensemble, merit, k, h)))))
     };
     let exact = OBSERVERS.len() - 1;
-    let first = |merit: fn(&Spread) -> f64| (0..PRINTED).all(|k| beats(&ensemble, merit, exact, k));
+    let first = |merit: fn(&RmsErrors) -> f64| (0..PRINTED).all(|k| beats(&ensemble, merit, exact, k));
     let wins: Vec<&str> = MERITS.iter().filter(|(_, merit)| first(*merit)).map(|(what, _)| *what).collect();
     Ok(Outcome::new(Evidence::Readings(MERITS.into_iter().map(worst).collect())).note(format!(
         "It is not the injection: the exact high-gain observer, with the small r2, is better than all six in: {}.",

@@ -37,14 +37,14 @@ fn holds() -> Vec<f64> {
 
 /// The root mean squares of the errors in i1 and v4, of one observer in one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spread {
+pub(super) struct RmsErrors {
     /// From [`SETTLED`] on, with the jumps of the set-point at 0.4, 0.6, 0.8 and 1 s.
     pub(super) switching: [f64; 2],
     /// In the second half of each set-point from there on.
     pub(super) quiet: [f64; 2],
 }
 
-impl Spread {
+impl RmsErrors {
     pub(super) fn of(run: &Trajectory, observer: &str) -> Result<Self, CheckError> {
         let error = &run.observer(observer)?.error;
         let mean = |entry: usize, counts: &dyn Fn(f64) -> bool| {
@@ -61,18 +61,18 @@ impl Spread {
 }
 
 /// One row for each seed, one entry for each observer.
-pub(super) type Ensemble = Vec<[Spread; OBSERVERS.len()]>;
+pub(super) type Ensemble = Vec<[RmsErrors; OBSERVERS.len()]>;
 
 /// The spreads of all seeds. Two threads share the seeds, each of which is a run of its own: the result does not depend on them.
 pub(super) fn ensemble(context: &Context) -> Result<Arc<Ensemble>, CheckError> {
     context.once("kkl.cuk.ensemble", || shared(SEEDS, one))
 }
 
-fn one(seed: u64) -> Result<[Spread; OBSERVERS.len()], CheckError> {
+fn one(seed: u64) -> Result<[RmsErrors; OBSERVERS.len()], CheckError> {
     let run = run(seed, &holds())?;
-    let mut spreads = [Spread { switching: [0.0; 2], quiet: [0.0; 2] }; OBSERVERS.len()];
+    let mut spreads = [RmsErrors { switching: [0.0; 2], quiet: [0.0; 2] }; OBSERVERS.len()];
     for (spread, (name, _)) in spreads.iter_mut().zip(OBSERVERS) {
-        *spread = Spread::of(&run, name)?;
+        *spread = RmsErrors::of(&run, name)?;
     }
     Ok(spreads)
 }
@@ -116,7 +116,7 @@ fn sweep_once(seed: u64) -> Result<Vec<f64>, CheckError> {
         scenario = runs::with(scenario, &k.to_string(), observer, Some(&noise));
     }
     let run = scenario.noise(noise).settings(settings()).times(&holds()).run()?;
-    let spread = |name: &str| Spread::of(&run, name).map(|spread| spread.switching[0]);
+    let spread = |name: &str| RmsErrors::of(&run, name).map(|spread| spread.switching[0]);
     (0..gains().len()).map(|k| spread(&k.to_string())).chain([spread("kklo")]).collect()
 }
 

@@ -16,7 +16,7 @@ use crate::error::DesignError;
 
 /// A change of coordinates that makes the outputs the first states.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredFirst {
+pub struct OutputCoordinates {
     /// C, p x n, in the plant's own coordinates.
     pub c: DMatrix<f64>,
     /// T, n x n, `x = T z`, `C T = [I 0]` up to rounding; the identity where C already is [I 0].
@@ -25,14 +25,14 @@ pub struct MeasuredFirst {
     pub condition: f64,
 }
 
-impl MeasuredFirst {
+impl OutputCoordinates {
     /// T for C (p x n, p <= n).
     ///
     /// ```
-    /// use luenberger_design::mean_value::MeasuredFirst;
+    /// use luenberger_design::mean_value::OutputCoordinates;
     /// use nalgebra::{DMatrix, dmatrix};
     /// let c = dmatrix![1.0, 1.0, 0.0; 0.0, 3.0, 4.0];
-    /// let change = MeasuredFirst::of_matrix(&c)?;
+    /// let change = OutputCoordinates::of_matrix(&c)?;
     /// let residual = (&c * &change.t - DMatrix::identity(2, 3)).amax();
     /// assert!(residual <= 16.0 * f64::EPSILON);
     /// println!("{change}");
@@ -125,7 +125,7 @@ impl MeasuredFirst {
     }
 }
 
-impl fmt::Display for MeasuredFirst {
+impl fmt::Display for OutputCoordinates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (p, n) = self.c.shape();
         if self.t == DMatrix::identity(n, n) {

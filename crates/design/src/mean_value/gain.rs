@@ -5,7 +5,7 @@
 
 use luenberger_lmi::{Problem, Settings};
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
-use luenberger_plants::{Differentiable, DynamicPlant, Size};
+use luenberger_plants::{Differentiable, Size, StateSpace};
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, JacobianPolytope, Vertex};
 use luenberger_proof::statement::overshoot_bound;
@@ -16,12 +16,12 @@ use crate::check;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 
-certified!(RepairedDesign);
+certified!(MeanValueDesign);
 
 /// A gain for the repaired observer, with its evidence.
 #[readonly::make]
 #[derive(Debug, Clone)]
-pub struct RepairedDesign {
+pub struct MeanValueDesign {
     /// The gain L, n x p.
     pub l: DMatrix<f64>,
     /// `P > 0`.
@@ -36,13 +36,13 @@ pub struct RepairedDesign {
     pub certificate: Certificate,
 }
 
-impl RepairedDesign {
+impl MeanValueDesign {
     /// L and P for a plant with `C = [I 0]` of `outputs` rows, whose mean Jacobians lie in the convex hull of `vertices` (n x n each).
     ///
     /// Bounds of the entries of Df over a convex region give such vertices: the mean over a segment lies in the hull of what is averaged.
     ///
     /// ```
-    /// use luenberger_design::mean_value::RepairedDesign;
+    /// use luenberger_design::mean_value::MeanValueDesign;
     /// use luenberger_plants::flexible_joint;
     /// use nalgebra::DMatrix;
     /// let a = flexible_joint::classical().linear_part();
@@ -51,7 +51,7 @@ impl RepairedDesign {
     ///     vertex[(3, 2)] += slope;
     ///     vertex
     /// });
-    /// let design = RepairedDesign::new(&vertices, 2, 1.0)?;
+    /// let design = MeanValueDesign::new(&vertices, 2, 1.0)?;
     /// assert!(design.certificate.is_proved() && design.overshoot < 1e4);
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
@@ -73,7 +73,7 @@ impl RepairedDesign {
     ) -> Result<Self, DesignError> {
         let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
-        let nominal = DynamicPlant::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
+        let nominal = StateSpace::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
         let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
         let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), settings)?;
         let Gain { l, p } = gain;

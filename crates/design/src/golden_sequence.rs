@@ -3,12 +3,12 @@
 //! Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018; for n = 1 the golden ratio's.
 
 /// The points, one after the other, without end.
-pub(crate) struct Spread {
+pub(crate) struct GoldenSequence {
     now: Vec<f64>,
     step: Vec<f64>,
 }
 
-impl Spread {
+impl GoldenSequence {
     /// In `dimensions` coordinates; the seed says where it begins.
     pub(crate) fn new(dimensions: usize, seed: u64) -> Self {
         // g^(n+1) = g + 1 by fixed-point iteration, which contracts at least by half.
@@ -29,7 +29,7 @@ impl Spread {
     }
 }
 
-impl Iterator for Spread {
+impl Iterator for GoldenSequence {
     type Item = Vec<f64>;
 
     fn next(&mut self) -> Option<Vec<f64>> {

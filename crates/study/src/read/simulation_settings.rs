@@ -9,12 +9,12 @@ use crate::expression::Scope;
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
-use crate::study::{Log, NoiseWish, ObserverWish, Plot, Quantity, Simulation, Sweep, Swept};
+use crate::study::{Log, NoiseSpec, ObserverSpec, Plot, Quantity, Simulation, Sweep, Swept};
 
 pub(super) fn input(
     node: Option<&Node>,
     plant: &PlantModel,
-    observers: Option<&[ObserverWish]>,
+    observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Option<Input> {
     let Some(node) = node else { return Some(Input::Zero) };
@@ -78,7 +78,7 @@ pub(super) fn input_over(node: &Node, input: &Input, inputs: usize, simulation: 
 fn feedback(
     node: &Node,
     plant: &PlantModel,
-    observers: Option<&[ObserverWish]>,
+    observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Option<(DMatrix<f64>, String)> {
     let (n, m) = (plant.states.len(), plant.inputs.len());
@@ -113,7 +113,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         Settings { integrator, rtol: number("rtol", 1e-9)?, atol: number("atol", 1e-10)?, ..Settings::default() };
     let noise = match node.get("noise") {
         None => None,
-        Some(noise) => Some(NoiseWish {
+        Some(noise) => Some(NoiseSpec {
             gaussian: noise.get("distribution").and_then(Node::text) != Some("uniform"),
             amplitude: reader.numbers(noise.get("amplitude")?, "amplitude", plant.outputs.len(), "outputs")?,
             period: noise.get("period")?.number()?,
@@ -153,7 +153,7 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
 pub(super) fn plot(
     node: Option<&Node>,
     plant: &PlantModel,
-    observers: Option<&[ObserverWish]>,
+    observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Option<Plot> {
     let Some(node) = node else { return Some(Plot::default()) };
@@ -200,7 +200,7 @@ pub(super) fn plot(
 /// The names of the key `observers`, each of which must be one; `None` without the key.
 fn named(
     node: &Node,
-    observers: Option<&[ObserverWish]>,
+    observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Result<Option<Vec<String>>, Reported> {
     let (Some(list), Some(observers)) = (node.get("observers"), observers) else { return Ok(None) };
@@ -213,7 +213,7 @@ fn named(
 
 pub(super) fn sweep(
     node: &Node,
-    observers: Option<&[ObserverWish]>,
+    observers: Option<&[ObserverSpec]>,
     simulation: Option<&Simulation>,
     reader: &mut Reader,
 ) -> Option<Sweep> {
@@ -226,8 +226,8 @@ pub(super) fn sweep(
         _ => return None,
     };
     let observers_named = named(node, observers, reader).ok()?;
-    let chosen = |observer: &&ObserverWish| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
-    let swept: Vec<&ObserverWish> = observers?.iter().filter(chosen).collect();
+    let chosen = |observer: &&ObserverSpec| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
+    let swept: Vec<&ObserverSpec> = observers?.iter().filter(chosen).collect();
     if swept.is_empty() {
         reader.absent(check::head(node), "[sweep] without an [[observer]]", "expected at least one observer");
         return None;
