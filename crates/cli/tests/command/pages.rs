@@ -135,7 +135,8 @@ fn every_example_does_what_its_page_says() {
                 .current_dir(&here)
                 .env("PATH", path.as_ref().unwrap());
             let ran = run(&mut shell, b"");
-            let found: Vec<&str> = ran.stdout.lines().collect();
+            // The estimate of a run's length, which a slow machine is given, is on no page.
+            let found: Vec<&str> = ran.stdout.lines().filter(|line| !line.starts_with("this takes about")).collect();
             if !is_output(&found, &expected) {
                 let (found, expected) = (&ran.stdout, expected.join("\n"));
                 let pieces =

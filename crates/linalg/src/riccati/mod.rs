@@ -63,7 +63,7 @@ pub struct Riccati {
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`] (`q`);
 /// [`LinalgError::NotStabilizable`] names an eigenvalue that no input moves, [`LinalgError::NotDetectable`] one on the imaginary axis that the
 /// weight does not see; [`LinalgError::NotStabilizing`] if the closed loop is not stable for reasons of rounding alone, [`LinalgError::NotConverged`] if rounding
-/// leaves a residual beyond half of the digits;
+/// leaves a residual beyond half of the digits and no bound of the error below 1;
 /// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
 ///
 /// # Example
@@ -155,7 +155,7 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
         Ok(plain) if plain.evidence.residual <= good => plain,
         Ok(plain) => match normalized::solve(problem, Some(&plain.x))? {
             // The residual of an X of which entries are rounded says less than the bound of its error.
-            Some(better) if better.evidence.forward_error <= plain.evidence.forward_error => better,
+            Some(better) if better.evidence.forward_error <= plain.evidence.forward_error => solved(better)?,
             _ => solved(plain)?,
         },
         // No eigenvalue of the plant explains it: rounding, perhaps.
@@ -170,10 +170,10 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
 }
 
-/// Half of the digits: a residual beyond this is no solution that rounding has spoilt, but none at all.
+/// A solution has a residual of at most half of the digits, or a bound of its error below 1.
 fn solved(outcome: Outcome) -> Result<Outcome> {
     let (residual, allowed) = (outcome.evidence.residual, f64::EPSILON.sqrt());
-    if residual <= allowed {
+    if residual <= allowed || outcome.evidence.forward_error < 1.0 {
         return Ok(outcome);
     }
     Err(LinalgError::NotConverged {

@@ -222,7 +222,7 @@ fn what_joins_keys() {
                 "expected one of poles",
             ),
             ("poles = [-2, -5]\n[[", "[[", 12, "does not say what is wished", "expected one of poles"),
-            ("poles = [-2, -5]", "lmi = false", 15, "`lmi = false` wishes nothing", "true"),
+            ("poles = [-2, -5]", "lmi = false", 15, "`lmi = false` asks for nothing", "true"),
             ("gamma = 2", "gamma = 2\nradial = 1", 21, "`radial` beside `gamma`", "expected one of gamma"),
             (
                 "poles = [-2, -5]",
