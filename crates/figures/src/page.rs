@@ -48,7 +48,7 @@ impl fmt::Display for Shell<'_> {
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{style}</style>\n</head>\n<body>\n{body}\n\
              <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
-             <script>\n{PLOTTING_LIBRARY}</script>\n<script>\n{script}</script>\n</body>\n</html>\n"
+             <script type=\"text/javascript\">\n{PLOTTING_LIBRARY}</script>\n<script>\n{script}</script>\n</body>\n</html>\n"
         )
     }
 }
