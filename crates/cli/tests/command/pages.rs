@@ -153,7 +153,7 @@ fn every_example_does_what_its_page_says() {
 fn each_command_has_a_page_with_an_example() {
     let help = crate::terminal::luenberger(&["--help"], "").stdout;
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
-    let overview = std::fs::read_to_string(docs().join("commands/README.md")).unwrap();
+    let overview = std::fs::read_to_string(docs().join("commands/index.md")).unwrap();
     for command in listed.filter_map(|line| line.split_whitespace().next()).filter(|command| *command != "help") {
         let page = std::fs::read_to_string(docs().join(format!("commands/{command}.md")));
         let page = page.unwrap_or_else(|error| panic!("docs/commands/{command}.md: {error}"));
