@@ -130,7 +130,7 @@ fn test() -> Result<(), Failure> {
     // What is in the packages, not whether they compile: `cargo package --workspace` does both, in twice the time.
     let unpublished = ["luenberger-reproduce", "luenberger-tests", "xtask"].map(|name| format!("--exclude={name}"));
     let package = cargo(&["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"]);
-    unpublished.iter().fold(package, |package, exclude| package.argument(exclude)).step("packages")?;
+    unpublished.iter().fold(package, step::Step::argument).step("packages")?;
     if is_installed("cargo-deny") {
         cargo(&["deny", "--offline", "check", "licenses", "bans", "sources"]).step("licences")?;
     } else {
