@@ -1,3 +1,12 @@
 //! What crosses crates: see the integration tests beside this file. [`falsify`] tries to contradict the theorems of certificates.
 
 pub mod falsify;
+
+/// The examples of the README and of `docs/`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+mod pages {
+    #[doc = include_str!("../../README.md")]
+    struct Readme;
+    #[doc = include_str!("../../docs/adding-an-observer.md")]
+    struct AddingAnObserver;
+}

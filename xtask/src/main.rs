@@ -1,4 +1,4 @@
-//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask bench linalg`,
+//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`, `cargo xtask bench linalg`,
 //! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`, `cargo xtask stress theorems`.
 //!
 //! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
@@ -11,7 +11,7 @@ mod stress;
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use step::{Failure, cargo};
+use step::{Failure, cargo, is_installed, program};
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "The workspace's own commands")]
@@ -28,8 +28,11 @@ enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Everything a change must pass: format, clippy, tests, documentation, the observers without an allocator
+    /// Everything a change must pass: format, clippy, tests, documentation, the observers without an allocator, packages;
+    /// licences and spelling where cargo-deny and typos are installed
     Test,
+    /// Build the book of docs/ with mdbook: target/book/index.html
+    Docs,
     /// Measure beside other tools (needs python3 and the network, for the other tools)
     Bench {
         what: Subject,
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Reproduce { out } => reproduce(out.as_deref()),
         Command::Test => test(),
+        Command::Docs => docs(),
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
@@ -121,5 +125,57 @@ fn test() -> Result<(), Failure> {
     cargo(&["test", "--workspace"]).step("tests")?;
     cargo(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
     cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;
-    cargo(&["check", "--package", "luenberger-observers", "--no-default-features"]).step("observers without allocator")
+    cargo(&["check", "--package", "luenberger-observers", "--no-default-features"])
+        .step("observers without allocator")?;
+    // What is in the packages, not whether they compile: `cargo package --workspace` does both, in twice the time.
+    let unpublished = ["luenberger-reproduce", "luenberger-tests", "xtask"].map(|name| format!("--exclude={name}"));
+    let package = cargo(&["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"]);
+    unpublished.iter().fold(package, step::Step::argument).step("packages")?;
+    if is_installed("cargo-deny") {
+        cargo(&["deny", "--offline", "check", "licenses", "bans", "sources"]).step("licences")?;
+    } else {
+        skipped("licences and sources of the dependencies", "cargo-deny");
+    }
+    if is_installed("typos") {
+        program("typos").step("spelling")?;
+    } else {
+        skipped("spelling", "typos-cli");
+    }
+    Ok(())
+}
+
+fn docs() -> Result<(), Failure> {
+    if is_installed("mdbook") {
+        return program("mdbook").arguments(&["build", "docs"]).step("book");
+    }
+    skipped("the book", "mdbook");
+    Err(Failure::Missing("mdbook"))
+}
+
+fn skipped(what: &str, package: &str) {
+    eprintln!("── SKIPPED: {what}. To have it: cargo install --locked {package}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each `cargo xtask ..` in a block of the README and of `docs/` is a command with its arguments.
+    #[test]
+    fn the_pages_name_commands_that_exist() {
+        let mut count = 0;
+        let pages = ["README.md", "CONTRIBUTING.md"].map(|page| step::root().join(page));
+        let docs = std::fs::read_dir(step::root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+        for page in pages.into_iter().chain(docs.filter(|page| page.extension().is_some_and(|md| md == "md"))) {
+            let text = std::fs::read_to_string(&page).unwrap();
+            for line in text.lines().filter(|line| line.starts_with("cargo xtask ")) {
+                let words = line.split('#').next().unwrap_or(line).split_whitespace().skip(1);
+                if let Err(error) = Arguments::try_parse_from(words) {
+                    panic!("{}: {line}: {error}", page.display());
+                }
+                count += 1;
+            }
+        }
+        assert!(count > 2, "{count} commands");
+    }
 }

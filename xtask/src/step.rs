@@ -12,6 +12,8 @@ use std::time::Instant;
 pub(crate) enum Failure {
     /// A command ran and failed.
     Step { name: String, status: ExitStatus },
+    /// A program that is needed is not installed.
+    Missing(&'static str),
     /// A command could not be started, or a file not be written.
     Io { what: PathBuf, source: io::Error },
 }
@@ -27,7 +29,7 @@ impl Failure {
             Self::Step { status, .. } => {
                 ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-            Self::Io { .. } => ExitCode::FAILURE,
+            Self::Io { .. } | Self::Missing(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -37,6 +39,7 @@ impl fmt::Display for Failure {
         match self {
             Self::Step { name, status } => write!(f, "{name} failed ({status})"),
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
+            Self::Missing(name) => write!(f, "{name} is not installed"),
         }
     }
 }
@@ -45,6 +48,12 @@ impl fmt::Display for Failure {
 pub(crate) fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).to_path_buf()
+}
+
+/// Whether a program can be started.
+pub(crate) fn is_installed(name: &str) -> bool {
+    let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+    quiet(Command::new(name).arg("--version")).is_ok_and(|status| status.success())
 }
 
 /// A command to run at the root.

@@ -66,3 +66,8 @@ pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::NumericalKklDesign;
 pub use sampled::SampledCubicDesign;
 pub use weights::{theta_from_cost_shares, theta_from_importance};
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

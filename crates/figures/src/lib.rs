@@ -18,3 +18,8 @@ pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
 pub use number::short;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

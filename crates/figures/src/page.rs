@@ -2,9 +2,11 @@
 //!
 //! The plotting library, the style sheet and the few lines of script are written into the page; the data of the figures
 //! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
+//!
+//! The plotting library is plotly.js 3.0.1 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
+//! plotly.js-basic-dist-min: `src/plotly`, with its licence. Version and SHA-256 are tested in `tests/it/report.rs`.
 
 use crate::figure::{Figure, FigureError, interactive};
-use plotly::Plot;
 use serde_json::{Map, Value as Json};
 use std::fmt;
 
@@ -15,6 +17,9 @@ pub const DRAW_PICTURES: &str = include_str!("pictures.js");
 /// The look of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed` of a
 /// `badge`.
 pub const STYLE: &str = include_str!("page.css");
+
+/// plotly.js. It has no `</script` within, so that it can stand in an element.
+const PLOTTING_LIBRARY: &str = include_str!("plotly/plotly-basic.min.js");
 
 /// What differs between two pages.
 #[derive(Debug, Clone, Copy)]
@@ -43,8 +48,7 @@ impl fmt::Display for Shell<'_> {
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{style}</style>\n</head>\n<body>\n{body}\n\
              <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
-             {library}\n<script>\n{script}</script>\n</body>\n</html>\n",
-            library = plotting_library()
+             <script type=\"text/javascript\">\n{PLOTTING_LIBRARY}</script>\n<script>\n{script}</script>\n</body>\n</html>\n"
         )
     }
 }
@@ -103,12 +107,4 @@ impl fmt::Display for Pictures {
 /// `text` as it stands in HTML, within an element or a quoted attribute.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// The element with plotly alone: the crate hands it out followed by a library for formulas, which no label here needs.
-fn plotting_library() -> String {
-    let sources = Plot::offline_js_sources();
-    let end = "</script>";
-    let length = sources.find(end).map_or(sources.len(), |i| i + end.len());
-    sources[..length].to_owned()
 }

@@ -1,7 +1,6 @@
 //! Columns of numbers, written as CSV with as many digits as it takes to read back the same number, and as npz, which has
 //! the numbers themselves.
 
-use npyz::WriterBuilder;
 use std::io::{Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -112,11 +111,10 @@ impl Table {
             .last_modified_time(DateTime::DEFAULT);
         let mut archive = ZipWriter::new(to);
         for (name, values) in &self.columns {
-            archive.start_file(npyz::npz::file_name_from_array_name(name), stored)?;
-            let options = npyz::WriteOptions::new().default_dtype().shape(&[rows as u64]);
-            let mut array = options.writer(&mut archive).begin_nd()?;
-            array.extend(values)?;
-            array.finish()?;
+            archive.start_file(format!("{name}.npy"), stored)?;
+            archive.write_all(&npy_header(rows))?;
+            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+            archive.write_all(&bytes)?;
         }
         archive.finish()?;
         Ok(())
@@ -148,9 +146,22 @@ impl Table {
     }
 }
 
+/// What stands before the numbers of a one-dimensional array of float64 in a file `.npy` of version 1.0: a magic word, the
+/// version, the length of the text, and the text, filled with spaces so that the numbers begin at a multiple of 64 bytes.
+fn npy_header(rows: usize) -> Vec<u8> {
+    let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows},), }}");
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    let filled = (header.len() + 2 + text.len() + 1).next_multiple_of(64) - header.len() - 3;
+    // The text has at most 78 characters.
+    header.extend((filled as u16 + 1).to_le_bytes());
+    header.extend(format!("{text:filled$}\n").bytes());
+    header
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Read;
 
     fn csv(table: &Table) -> Result<String, TableError> {
         let mut bytes = Vec::new();
@@ -199,8 +210,14 @@ mod tests {
         let bytes = npz(&table).unwrap();
         let mut archive = zip::ZipArchive::new(std::io::Cursor::new(&bytes)).unwrap();
         assert_eq!(archive.len(), 2);
-        let entry = archive.by_name("cubic: x\u{302}1 - x1.npy").unwrap();
-        let read: Vec<f64> = npyz::NpyFile::new(entry).unwrap().into_vec().unwrap();
+        let mut entry = archive.by_name("cubic: x\u{302}1 - x1.npy").unwrap();
+        let mut array = Vec::new();
+        entry.read_to_end(&mut array).unwrap();
+        // As numpy 2.4 writes it.
+        let header = format!("\u{1}\0\u{76}\0{:117}\n", "{'descr': '<f8', 'fortran_order': False, 'shape': (5,), }");
+        assert_eq!(array[..128], [b"\x93NUMPY", header.as_bytes()].concat());
+        let read: Vec<f64> =
+            array[128..].chunks(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap())).collect();
         assert_eq!(read.map_bits(), values.map_bits());
         assert_eq!(npz(&table).unwrap(), bytes, "the same table, the same bytes");
     }

@@ -30,3 +30,8 @@ mod element;
 mod lu;
 mod svd;
 pub mod symbols;
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

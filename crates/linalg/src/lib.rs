@@ -118,3 +118,8 @@ pub use zeros::{InvariantZeros, invariant_zeros};
 
 /// The result of this crate's functions.
 pub type Result<T> = core::result::Result<T, LinalgError>;
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

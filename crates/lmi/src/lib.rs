@@ -49,3 +49,8 @@ pub use problem::{Problem, Settings};
 pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution};
 pub use solver::Solver;
 pub use variable::{Structure, Variable};
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

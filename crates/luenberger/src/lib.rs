@@ -63,11 +63,7 @@ pub mod prelude {
     pub use luenberger_sim::{Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, Trajectory, metrics};
 }
 
-/// The examples of the README and of `docs/`, compiled and run with the documentation's tests.
+/// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
-mod pages {
-    #[doc = include_str!("../../../README.md")]
-    struct Readme;
-    #[doc = include_str!("../../../docs/adding-an-observer.md")]
-    struct AddingAnObserver;
-}
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -68,3 +68,8 @@ pub use mean_value::{Beta, EstimateAndError, Integral, MappedObserver, Mean, Mea
 pub use nonlinear_luenberger::NonlinearLuenbergerObserver;
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use pebo::{PeboObserver, Regression};
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

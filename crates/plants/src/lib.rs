@@ -57,3 +57,8 @@ pub use linear::{LinearPlant, StaticPlant};
 pub use oscillators::{ReverseDuffing, VanDerPol};
 pub use plant::{Dimensions, Plant};
 pub use size::Size;
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -47,3 +47,8 @@ pub use interval::Interval;
 pub use matrix::Matrix;
 pub use ring::Ring;
 pub use verdict::{UndecidedReason, Verdict};
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -76,3 +76,8 @@ pub use scenario::Scenario;
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
 pub use view::View;
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -39,3 +39,8 @@ pub use read::Format;
 pub use results::Results;
 pub use study::Study;
 pub use template::{TEMPLATES, Template};
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

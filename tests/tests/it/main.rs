@@ -5,6 +5,7 @@ mod certificates;
 mod falsify;
 mod golden_trajectories;
 mod numerical_kkl;
+mod pages;
 mod polytopes;
 mod second_checker;
 mod stiff_starts;

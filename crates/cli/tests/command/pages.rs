@@ -1,4 +1,5 @@
-//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md` and in `docs/guide.md` are run, and do what the pages say.
+//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, in `docs/guide.md` and in the READMEs are run, and
+//! do what the pages say.
 
 use crate::terminal::{folder, run};
 use std::path::{Path, PathBuf};
@@ -16,21 +17,24 @@ fn docs() -> PathBuf {
 
 fn pages() -> Vec<PathBuf> {
     let commands = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
-    let mut pages: Vec<_> = commands.chain(["from-matlab.md", "guide.md"].map(|page| docs().join(page))).collect();
+    let others = ["from-matlab.md", "guide.md", "../README.md", "../crates/cli/README.md"];
+    let mut pages: Vec<_> = commands.chain(others.map(|page| docs().join(page))).collect();
     pages.sort();
     pages
 }
 
-/// The commands of a page, each with the lines that follow it. A block "```toml NAME" is a command as well: its lines are added to the file of that name.
+/// The commands of a page, each with the lines that follow it. A block "```toml NAME" is a command as well: its lines are added
+/// to the file of that name. In a block "```sh" the commands `luenberger` are run, and have to succeed.
 fn examples(page: &str) -> Vec<(String, Vec<String>)> {
     let mut examples: Vec<(String, Vec<String>)> = Vec::new();
-    let (mut is_inside, mut is_file) = (false, false);
+    let (mut is_inside, mut is_file, mut is_shell) = (false, false, false);
     for line in page.lines() {
         if line.starts_with("```") {
             if is_file {
                 examples.last_mut().expect("a file that was begun").0 += "END";
             }
             is_inside = line == "```console";
+            is_shell = line == "```sh";
             is_file = line.starts_with("```toml ");
             if let Some(name) = line.strip_prefix("```toml ") {
                 examples.push((format!("cat >> {name} << 'END'\n"), Vec::new()));
@@ -38,6 +42,8 @@ fn examples(page: &str) -> Vec<(String, Vec<String>)> {
         } else if is_file {
             let file = &mut examples.last_mut().expect("a file that was begun").0;
             file.extend([line, "\n"]);
+        } else if is_shell && line.starts_with("luenberger ") {
+            examples.push((format!("{{ {line}\n}} > out 2>&1 || cat out"), Vec::new()));
         } else if let (true, Some(command)) = (is_inside, line.strip_prefix("$ ")) {
             examples.push((command.to_owned(), Vec::new()));
         } else if is_inside {
@@ -122,7 +128,8 @@ fn every_example_does_what_its_page_says() {
     let (mut count, mut wrong) = (0, String::new());
     for page in pages() {
         let name = page.file_stem().unwrap().to_string_lossy().into_owned();
-        let here = folder(&format!("page-{name}"));
+        let above = page.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+        let here = folder(&format!("page-{above}-{name}"));
         let path = std::env::join_paths(
             [binary.clone()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
         );
@@ -154,7 +161,7 @@ fn every_example_does_what_its_page_says() {
 fn each_command_has_a_page_with_an_example() {
     let help = crate::terminal::luenberger(&["--help"], "").stdout;
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
-    let overview = std::fs::read_to_string(docs().join("commands/README.md")).unwrap();
+    let overview = std::fs::read_to_string(docs().join("commands/index.md")).unwrap();
     for command in listed.filter_map(|line| line.split_whitespace().next()).filter(|command| *command != "help") {
         let page = std::fs::read_to_string(docs().join(format!("commands/{command}.md")));
         let page = page.unwrap_or_else(|error| panic!("docs/commands/{command}.md: {error}"));

@@ -104,7 +104,7 @@ pub struct Look {
 /// A colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hue {
-    /// Number in the Okabe-Ito palette, without its yellow (unreadable on white): blue, vermillion, green, purple,
+    /// Number in the Okabe-Ito palette, without its yellow (unreadable on white): blue, vermilion, green, purple,
     /// sky blue, orange, black; then again from the first.
     Palette(usize),
     /// A point of the cividis colour map between 0 (dark blue) and 1 (yellow), for ordered families of curves.

@@ -2,6 +2,7 @@
 
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
+use sha2::{Digest, Sha256};
 
 fn errors(name: &str) -> Figure {
     let panel = Panel::new("time t (s)", "error e (m)").series(Series::line(name, &[0.0, 1.0], &[1.0, 0.1]));
@@ -80,6 +81,16 @@ fn the_page_is_the_same_every_time_and_loads_nothing() {
     let json = html.split_once("id=\"pictures\">").unwrap().1.split_once("</script>").unwrap().0;
     let pictures: serde_json::Value = serde_json::from_str(json).unwrap();
     assert_eq!(pictures["errors"]["data"][0]["name"], "e </script>");
+}
+
+/// The bytes that npm has in plotly.js-basic-dist-min 3.0.1.
+#[test]
+fn the_plotting_library_is_the_published_one() {
+    let html = report().html().unwrap();
+    let library = html.split_once("<script type=\"text/javascript\">\n").unwrap().1.split_once("</script>").unwrap().0;
+    assert!(library.starts_with("/**\n* plotly.js (basic - minified) v3.0.1\n"));
+    let digest = format!("{:x}", Sha256::digest(library));
+    assert_eq!(digest, "9750237b42d97af386c25ad644d858ac5b7735dd65e8583e32c9234d551db7f4");
 }
 
 #[test]
