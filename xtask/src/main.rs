@@ -5,6 +5,7 @@
 //! its exit code.
 
 mod bench;
+mod features;
 mod step;
 mod stress;
 
@@ -28,7 +29,7 @@ enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Everything a change must pass: format, clippy, tests, documentation, the observers without an allocator
+    /// Everything a change must pass: format, features of dependencies, clippy, tests, documentation, the observers without an allocator
     Test,
     /// Measure beside other tools (needs python3 and the network, for the other tools)
     Bench {
@@ -116,8 +117,10 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
 
 fn test() -> Result<(), Failure> {
     cargo(&["fmt", "--all", "--check"]).step("format")?;
+    features::check()?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
-    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off.
+    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing but lmi is compiled for it, because the features of all
+    // that it stands on are those of the workspace.
     cargo(&["test", "--workspace"]).step("tests")?;
     cargo(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
     cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;
