@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use luenberger_design::Wish;
 use luenberger_lmi::Solver;
 use luenberger_sim::Recording;
 use nalgebra::{Complex, DMatrix};
@@ -270,6 +271,18 @@ pub struct KklWish {
 }
 
 impl ObserverKind {
+    /// Whether it is found by solving a matrix inequality.
+    pub fn poses_inequality(&self) -> bool {
+        match self {
+            Self::Luenberger(linear)
+            | Self::Kalman(linear)
+            | Self::Cubic { linear, .. }
+            | Self::SampledCubic { linear, .. } => matches!(linear.wish, Wish::DecayRate(_) | Wish::Lmi),
+            Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
+            Self::HighGain { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => false,
+        }
+    }
+
     /// The name of the kind in study files.
     pub fn name(&self) -> &'static str {
         match self {
