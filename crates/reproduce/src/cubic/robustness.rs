@@ -140,7 +140,7 @@ fn theorem4(_: &Context) -> Result<Outcome, CheckError> {
         decrease.push(lyapunov_decrease(&data(a)?, &data(&o.l)?, &data(&o.c)?, &data(&design.p)?)?);
     }
     let given = vec![
-        hypotheses::in_each("(A(ε), C) is observable, at both ends and between", &observability),
+        hypotheses::in_each("(A(ε), C) is observable, at both ends and half-way", &observability),
         hypotheses::in_each("(21) at both ends, hence for every ε", &decrease),
     ];
     Ok(readings(&design, &oscillator(1.1)?, "an oscillation that does not decay")?
