@@ -379,7 +379,7 @@ fn a_partial_estimate_is_compared_with_its_states() {
         .unwrap();
     // e' = -3 e from e(0) = 2.
     for (t, e) in run.t.iter().zip(run.observers[0].error.iter()) {
-        assert_abs_diff_eq!(e, 2.0 * (-3.0 * t).exp(), epsilon = 1e-9);
+        assert_abs_diff_eq!(*e, 2.0 * (-3.0 * t).exp(), epsilon = 1e-9);
     }
 }
 
