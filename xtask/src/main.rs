@@ -5,6 +5,7 @@
 //! its exit code.
 
 mod bench;
+mod features;
 mod step;
 mod stress;
 
@@ -28,7 +29,7 @@ enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Everything a change must pass: format, clippy, tests, documentation, the observers without an allocator, packages;
+    /// Everything a change must pass: format, features of dependencies, clippy, tests, documentation, the observers without an allocator, packages;
     /// licences and spelling where cargo-deny and typos are installed
     Test,
     /// Build the book of docs/ with mdbook: target/book/index.html
@@ -120,8 +121,10 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
 
 fn test() -> Result<(), Failure> {
     cargo(&["fmt", "--all", "--check"]).step("format")?;
+    features::check()?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
-    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off.
+    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing but lmi is compiled for it, because the features of all
+    // that it stands on are those of the workspace.
     cargo(&["test", "--workspace"]).step("tests")?;
     cargo(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
     cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;

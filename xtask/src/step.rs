@@ -14,6 +14,8 @@ pub(crate) enum Failure {
     Step { name: String, status: ExitStatus },
     /// A program that is needed is not installed.
     Missing(&'static str),
+    /// Members that are built by themselves would compile dependencies a second time.
+    Features { missing: String },
     /// A command could not be started, or a file not be written.
     Io { what: PathBuf, source: io::Error },
 }
@@ -29,7 +31,7 @@ impl Failure {
             Self::Step { status, .. } => {
                 ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-            Self::Io { .. } | Self::Missing(_) => ExitCode::FAILURE,
+            Self::Features { .. } | Self::Io { .. } | Self::Missing(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -38,6 +40,9 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Step { name, status } => write!(f, "{name} failed ({status})"),
+            Self::Features { missing } => {
+                write!(f, "tests/features/Cargo.toml lacks features that the whole workspace turns on:{missing}")
+            }
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
             Self::Missing(name) => write!(f, "{name} is not installed"),
         }
@@ -99,6 +104,17 @@ impl Step {
     pub(crate) fn output(mut self, name: &str) -> Result<String, Failure> {
         self.command.stdout(Stdio::piped());
         self.run(name)
+    }
+
+    /// Runs it without a word and returns what it wrote to standard output.
+    pub(crate) fn quiet_output(mut self, name: &str) -> Result<String, Failure> {
+        let output = self.command.stderr(Stdio::inherit()).output();
+        let output = output.map_err(|source| Failure::io(self.command.get_program(), source))?;
+        if output.status.success() {
+            Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+        } else {
+            Err(Failure::Step { name: name.to_owned(), status: output.status })
+        }
     }
 
     fn run(mut self, name: &str) -> Result<String, Failure> {

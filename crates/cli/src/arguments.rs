@@ -3,7 +3,8 @@
 use crate::input::Source;
 use crate::output;
 use clap::error::ErrorKind;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use luenberger_lmi::Solver;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -184,6 +185,26 @@ pub(crate) struct SdpInput {
     /// A program in SDPA's sparse format
     #[arg(value_name = "FILE.dat-s")]
     pub(crate) file: PathBuf,
+    /// Who proposes the points that are proved
+    #[arg(long, value_enum, default_value_t = Proposer::Interior)]
+    pub(crate) solver: Proposer,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Proposer {
+    /// The interior-point method of this project
+    Interior,
+    /// Clarabel
+    Clarabel,
+}
+
+impl From<Proposer> for Solver {
+    fn from(proposer: Proposer) -> Self {
+        match proposer {
+            Proposer::Interior => Self::Interior,
+            Proposer::Clarabel => Self::Clarabel,
+        }
+    }
 }
 
 #[derive(Args)]

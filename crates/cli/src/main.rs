@@ -55,6 +55,6 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Eig(input) => matrix::spectrum::eig(&input.file),
         Command::Import(import) => import::import(&import),
         Command::Verify(input) => verify::verify(&input.files),
-        Command::Sdp(sdp) => sdp::sdp(&sdp.file),
+        Command::Sdp(sdp) => sdp::sdp(&sdp.file, sdp.solver.into()),
     }
 }

@@ -39,26 +39,12 @@ pub fn joint_design(
     rate: f64,
     gamma: f64,
 ) -> Result<CubicDesign, DesignError> {
-    joint_design_with(plant, theta, rate, gamma, &Settings::default())
-}
-
-/// [`joint_design`] by the solver of `settings`.
-///
-/// # Errors
-/// As [`joint_design`]; [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
-pub fn joint_design_with(
-    plant: &StateSpace,
-    theta: &DMatrix<f64>,
-    rate: f64,
-    gamma: f64,
-    settings: &Settings,
-) -> Result<CubicDesign, DesignError> {
     check::positive("gamma", gamma)?;
     let outputs = plant.c.nrows();
     let mut lmi = Problem::new();
     let s = lmi.rectangular("S", outputs, outputs);
     lmi.constrain("S + S' > 0", he(&s) >> 0.0);
-    let (gain, solution) = gain_lmi::solve(plant, std::slice::from_ref(&plant.a), rate, lmi, settings)?;
+    let (gain, solution) = gain_lmi::solve(plant, std::slice::from_ref(&plant.a), rate, lmi, &Settings::default())?;
     let s = solution.value(&s);
     let s = &s * (gamma / s.norm());
     let linear = LinearDesign::with_lyapunov_matrix(plant, gain, rate)?;

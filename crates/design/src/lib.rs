@@ -53,7 +53,7 @@ pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, InfeasibilityReason, NearlyHidden};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
-pub use joint::{joint_design, joint_design_with};
+pub use joint::joint_design;
 pub use kkl::{KklCandidate, KklDesign};
 pub use kkl_peb::KklPebDesign;
 pub use linear::{LinearDesign, LyapunovWeight};

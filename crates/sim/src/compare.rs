@@ -34,8 +34,7 @@ pub struct Comparison<'a> {
     plant: Box<dyn AnyPlant + 'a>,
     x0: Vec<f64>,
     xhat0: Vec<f64>,
-    end: f64,
-    samples: usize,
+    span: Span,
     band: f64,
     input: Option<Input<'a>>,
     hold: Option<f64>,
@@ -43,6 +42,13 @@ pub struct Comparison<'a> {
     settings: Settings,
     entries: Vec<Entry<'a>>,
     told: Vec<(String, String)>,
+}
+
+enum Span {
+    /// To this end, at so many equally spaced times.
+    Even(f64, usize),
+    /// At these times.
+    At(Vec<f64>),
 }
 
 struct Entry<'a> {
@@ -59,8 +65,7 @@ impl<'a> Comparison<'a> {
             plant: Box::new(Erased(plant)),
             x0: x0.to_vec(),
             xhat0: xhat0.to_vec(),
-            end: 1.0,
-            samples: 101,
+            span: Span::Even(1.0, 101),
             band: 0.05,
             input: None,
             hold: None,
@@ -74,7 +79,14 @@ impl<'a> Comparison<'a> {
     /// The end of the runs, which begin at 0, and the number of times kept of each (default 1 and 101).
     #[must_use]
     pub fn until(mut self, end: f64, samples: usize) -> Self {
-        (self.end, self.samples) = (end, samples);
+        self.span = Span::Even(end, samples);
+        self
+    }
+
+    /// The times at which the trajectories are wanted, from 0 on and increasing; the last one ends the runs.
+    #[must_use]
+    pub fn times(mut self, times: &[f64]) -> Self {
+        self.span = Span::At(times.to_vec());
         self
     }
 
@@ -186,10 +198,13 @@ impl<'a> Comparison<'a> {
         let name = &entry.name;
         let mut scenario = (self.scenario)()
             .initial_state(&self.x0)
-            .until(self.end, self.samples)
             .settings(self.settings)
             .entry(name, (entry.observer)(), &self.xhat0, None)
             .integral("e^2", Integrand::squared_error(name));
+        scenario = match &self.span {
+            Span::Even(end, samples) => scenario.until(*end, *samples),
+            Span::At(times) => scenario.times(times),
+        };
         if let Some(input) = &self.input {
             let input = Rc::clone(input);
             scenario = scenario.input(Signal::function(move |t, u| input(t, u)));
@@ -230,11 +245,11 @@ impl<'a> Comparison<'a> {
 
         let cost = cost(observer.as_ref(), &z0, &u0, &y0);
         let cost = Cost { seconds: cost, per_sample: observer.period().is_some() };
-        let outcome = match trajectory {
-            Ok(trajectory) => Ok(Merits::of(&trajectory, name, "e^2", band)?),
-            Err(error) => Err(error),
+        let (outcome, trajectory) = match trajectory {
+            Ok(trajectory) => (Ok(Merits::of(&trajectory, name, "e^2", band)?), Some(trajectory)),
+            Err(error) => (Err(error), None),
         };
-        Ok(Row { name: name.clone(), given, outcome, cost })
+        Ok(Row { name: name.clone(), given, outcome, cost, trajectory })
     }
 }
 
@@ -293,6 +308,8 @@ pub struct Row {
     pub outcome: Result<Merits, SimError>,
     /// What it costs. Measured, hence different from run to run.
     pub cost: Cost,
+    /// Its run; none if it failed.
+    pub trajectory: Option<Trajectory>,
 }
 
 /// Figures of merit of the norm of the error, |e|.

@@ -290,6 +290,18 @@ pub struct KklSpec {
 }
 
 impl ObserverKind {
+    /// Whether it is found by solving a matrix inequality.
+    pub fn poses_inequality(&self) -> bool {
+        match self {
+            Self::Luenberger(linear)
+            | Self::Kalman(linear)
+            | Self::Cubic { linear, .. }
+            | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
+            Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
+            Self::HighGain { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => false,
+        }
+    }
+
     /// The name of the kind in study files.
     pub fn name(&self) -> &'static str {
         match self {

@@ -169,6 +169,9 @@ fn observer(text: &mut String, report: &ObserverReport) {
     for entry in &design.numbers {
         _ = writeln!(text, "  {} {}", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number));
     }
+    if let Some(solver) = report.solver {
+        _ = writeln!(text, "  proposed by the solver {solver}");
+    }
     for fact in &design.facts {
         _ = writeln!(text, "  {}: {}", fact.statement, fact.words);
     }

@@ -1,5 +1,6 @@
 //! The designs against closed forms and against each other.
 
+use approx::assert_abs_diff_eq;
 use std::cmp::Ordering;
 
 use luenberger_design::robust::{
@@ -26,9 +27,9 @@ fn example1() -> LinearDesign {
 #[test]
 fn example_1_has_its_printed_matrices_and_is_proved_as_stored() {
     let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
-    assert!((&cubic.observer.l - dmatrix![7.0; 10.0]).amax() < 1e-12);
-    assert!((&cubic.p - dmatrix![55.0 / 7.0, -5.0; -5.0, 30.0 / 7.0]).amax() < 1e-13);
-    assert!((&cubic.observer.n - dmatrix![-168.0 / 17.0; -196.0 / 17.0]).amax() < 1e-12);
+    assert_abs_diff_eq!(cubic.observer.l, dmatrix![7.0; 10.0], epsilon = 1e-12);
+    assert_abs_diff_eq!(cubic.p, dmatrix![55.0 / 7.0, -5.0; -5.0, 30.0 / 7.0], epsilon = 1e-13);
+    assert_abs_diff_eq!(cubic.observer.n, dmatrix![-168.0 / 17.0; -196.0 / 17.0], epsilon = 1e-12);
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
     assert!(cubic.certificate.converges_from_everywhere(), "{}", cubic.certificate);
 }
@@ -94,15 +95,15 @@ fn the_margins_of_example_2_are_ordered_and_right() {
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
     let bound = theorem5_bound(&cubic.p, &cubic.q).unwrap();
-    assert!((bound - 0.001_350_411_303).abs() < 1e-11, "{bound}");
+    assert_abs_diff_eq!(bound, 0.001_350_411_303, epsilon = 1e-11);
     // Q is a multiple of I: the bound is exact for this P.
-    assert!((fixed_lyapunov_margin(&cubic.p, &cubic.q).unwrap() - bound).abs() < 1e-10);
+    assert_abs_diff_eq!(fixed_lyapunov_margin(&cubic.p, &cubic.q).unwrap(), bound, epsilon = 1e-10);
     let closed = positive_real_margin(&f, c, n).unwrap();
-    assert!((closed - 4.136_786_421_6).abs() < 1e-9, "{closed}");
+    assert_abs_diff_eq!(closed, 4.136_786_421_6, epsilon = 1e-9);
     let by_lmi = fixed_gain_margin(&plant, &cubic.observer.l, n, 1e-3).unwrap();
     assert!(by_lmi.at_margin.certificate.is_proved() && by_lmi.at_margin.certificate.converges_from_everywhere());
     assert!(by_lmi.margin <= closed && closed - by_lmi.margin < 2e-2, "{} against {closed}", by_lmi.margin);
-    assert!((redesigned_margin(&f).unwrap() - 5.0).abs() < 1e-8);
+    assert_abs_diff_eq!(redesigned_margin(&f).unwrap(), 5.0, epsilon = 1e-8);
 }
 
 #[test]
@@ -146,9 +147,9 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     let linear = LinearDesign::with_gain(&plant, DMatrix::zeros(2, 2)).unwrap();
     // J_1 = 1/2 and J_2 = 1/4 per unit of e_i^2.
     let theta = theta_from_cost_shares(&linear, None, 3.0).unwrap();
-    assert!((theta - dmatrix![2.0, 0.0; 0.0, 1.0]).amax() < 1e-12);
+    assert_abs_diff_eq!(theta, dmatrix![2.0, 0.0; 0.0, 1.0], epsilon = 1e-12);
     let theta = theta_from_cost_shares(&linear, Some(&dvector![1.0, 0.0]), 3.0).unwrap();
-    assert!((theta - dmatrix![3.0, 0.0; 0.0, 0.0]).amax() < 1e-12);
+    assert_abs_diff_eq!(theta, dmatrix![3.0, 0.0; 0.0, 0.0], epsilon = 1e-12);
     assert!(theta_from_cost_shares(&linear, Some(&dvector![0.0, 0.0]), 3.0).is_err());
 }
 
@@ -160,7 +161,7 @@ fn a_margin_far_to_the_left_is_found_by_both_methods() {
     let plant = StateSpace::new(f.clone(), DMatrix::zeros(2, 0), dmatrix![30.0, 1.0]).unwrap();
     let (l, n) = (DMatrix::zeros(2, 1), dmatrix![0.0; -1.0]);
     let closed = positive_real_margin(&f, &plant.c, &n).unwrap();
-    assert!((closed + 27.0).abs() < 1e-9, "{closed}");
+    assert_abs_diff_eq!(closed, -27.0, epsilon = 1e-9);
     let by_lmi = fixed_gain_margin(&plant, &l, &n, 1e-2).unwrap().margin;
     assert!(by_lmi <= closed + 1e-9 && closed - by_lmi < 0.5, "{by_lmi}");
 }

@@ -1,5 +1,6 @@
 //! Lipschitz observers against closed forms: the greatest constant for one unmeasured state, and for a fixed gain the H-infinity norm.
 
+use approx::assert_abs_diff_eq;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Split, greatest_factor};
 use luenberger_design::{DesignError, InfeasibilityReason};
 use luenberger_linalg::{lambda_min, place_observer};
@@ -227,7 +228,7 @@ fn a_plant_is_split_at_a_point() {
     let split = Split::at(&flexible_joint::printed(), 0.0, &Vector4::zeros(), &Vector1::zeros()).unwrap();
     assert_eq!(split.a[(3, 2)], -19.5 - 3.33);
     let slope = split.slope(&flexible_joint::printed(), 0.0, &Vector4::repeat(2.0), &Vector1::zeros()).unwrap();
-    assert!((slope[(3, 2)] - 3.33 * (1.0 - 2f64.cos())).abs() < 1e-14);
+    assert_abs_diff_eq!(slope[(3, 2)], 3.33 * (1.0 - 2f64.cos()), epsilon = 1e-14);
 }
 
 #[test]

@@ -228,7 +228,7 @@ fn one_state_is_a_plant() {
     assert!(design.observer.l()[(0, 0)] > 101.5);
     assert!((1.0..1.0 + 1e-8).contains(&design.overshoot), "{:e}", design.overshoot);
     assert_eq!(design.excursion(&dvector![2.0]).unwrap().len(), 1);
-    assert!((design.excursion(&dvector![2.0]).unwrap()[0] - 2.0).abs() < 1e-12);
+    approx::assert_abs_diff_eq!(design.excursion(&dvector![2.0]).unwrap()[0], 2.0, epsilon = 1e-12);
     assert!(design.excursion(&dvector![2.0, 1.0]).is_none());
 }
 

@@ -1,5 +1,6 @@
 //! T against closed forms, as a property over random linear plants, and what is refused.
 
+use approx::assert_abs_diff_eq;
 use std::ops::ControlFlow::{Break, Continue};
 
 use luenberger_design::DesignError;
@@ -89,8 +90,8 @@ fn two_outputs_have_a_bank_each() {
             .x;
     let x = SVector::from([0.7, -1.1]);
     let (value, slope) = t.with_jacobian(&x).unwrap();
-    assert!((dynamic(slope.as_slice(), 4, 2) - &exact).amax() < 1e-9);
-    assert!((dynamic(value.as_slice(), 4, 1) - exact * dynamic(x.as_slice(), 2, 1)).amax() < 1e-9);
+    assert_abs_diff_eq!(dynamic(slope.as_slice(), 4, 2), exact, epsilon = 1e-9);
+    assert_abs_diff_eq!(dynamic(value.as_slice(), 4, 1), exact * dynamic(x.as_slice(), 2, 1), epsilon = 1e-9);
 }
 
 /// A matrix with spectrum in |Re| < 1.2, whatever its entries: the norm is bounded.
@@ -205,7 +206,7 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
     let (u, y) = (SVector::zeros(), Vector1::new(0.0));
     let z = design.interpolated.initial(0.0, &SVector::from([0.2, 0.4]), &u, &y);
     let back = design.interpolated.estimate(0.0, &z, &u, &y);
-    assert!((back - SVector::from([0.2, 0.4])).amax() < 1e-8);
+    assert_abs_diff_eq!(back, SVector::from([0.2, 0.4]), epsilon = 1e-8);
 }
 
 /// x' = -x^3 from x was infinite 1 / (2 x^2) earlier.
@@ -348,7 +349,7 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
     let transform = Transform::new(&plant, &target, &line(Escape::Free), Vector1::new(0.5), 1e-12).unwrap();
     let value = transform.at(&Vector1::new(0.4)).unwrap()[0];
     // tolerance^(2/3) is cut off.
-    assert!((value - (1.5 * 0.4 - 0.5 * 0.5)).abs() < 1e-7, "{value}");
+    assert_abs_diff_eq!(value, 1.5 * 0.4 - 0.5 * 0.5, epsilon = 1e-7);
     let huge = Trial { start: [0.1], transient: 2.0, end: 1.0, samples: 10 };
     let design =
         NumericalKklDesign::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), &small(), &mut |_| {

@@ -1,5 +1,6 @@
 //! The four parts have the orders they were built with, in any coordinates, and the first alone makes the transfer function.
 
+use approx::assert_abs_diff_eq;
 use luenberger_linalg::{KalmanDecomposition, LinalgError, kalman_decomposition};
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
@@ -44,7 +45,7 @@ fn the_example_of_slicot_tb01pd() {
     let (b, c) = (dmatrix![1.0; 0.0; 1.0], dmatrix![0.0, 1.0, -1.0; 0.0, 0.0, 1.0]);
     let found = kalman_decomposition(&a, &b, &c).unwrap();
     assert_eq!(orders(&found), [3, 0, 0, 0]);
-    assert!((found.condition - 1.0).abs() < 1e-14);
+    assert_abs_diff_eq!(found.condition, 1.0, epsilon = 1e-14);
     assert_similar(&a, &b, &c, &found, 1e-14);
 }
 

@@ -1,5 +1,6 @@
 //! The two bounds hold, are near each other, and the perturbation does what it says.
 
+use approx::assert_abs_diff_eq;
 use luenberger_linalg::{LinalgError, UnobservabilityDistance, distance_to_unobservability};
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
@@ -44,7 +45,7 @@ fn the_minimum_may_lie_between_the_eigenvalues() {
     let h = 0.01;
     let (a, c) = (dmatrix![h, 0.0; 0.0, -h], dmatrix![1.0, 1.0]);
     let d = distance_to_unobservability(&a, &c).unwrap();
-    assert!((d.upper - h).abs() < 1e-12, "{:e}", d.upper);
+    assert_abs_diff_eq!(d.upper, h, epsilon = 1e-12);
     assert!(d.at.norm() < 1e-6 && d.lower >= 0.9 * h - 1e-14, "{} {:e}", d.at, d.lower);
     assert!(sigma_min(&a, &c, Complex::from(h)) > 1.2 * h);
     assert_perturbation(&a, &c, &d);

@@ -1,5 +1,6 @@
 //! What is hidden is found, named and pointed at; what is seen is not called hidden, in any units.
 
+use approx::assert_relative_eq;
 use luenberger_linalg::{
     LinalgError, Mode, TimeDomain, detectability, discrete_detectability, observability, observability_within,
 };
@@ -78,7 +79,7 @@ fn margins_of_a_symmetric_pair_by_hand() {
     let expected = 1.0 / (0.25f64 + 1.0 + 1.0 + 1.0).sqrt();
     for mode in &seen.modes {
         // The two singular values are 1 and 1.118: the iteration stops when the margin rests, to six digits.
-        assert!((mode.margin - expected).abs() < 1e-5 * expected, "{} for {expected}", mode.margin);
+        assert_relative_eq!(mode.margin, expected, max_relative = 1e-5);
     }
 }
 

@@ -1,5 +1,7 @@
 //! Poles land where they are wished, as exactly as their condition allows; what cannot be placed is named.
 
+use approx::assert_abs_diff_eq;
+use approx::assert_relative_eq;
 use luenberger_linalg::{LinalgError, Placement, eigenvalues, observability, place, place_observer};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
@@ -58,7 +60,7 @@ fn the_double_integrator_by_hand() {
     // A - L C = [-7 1; -10 0] has the eigenvectors (1, 5) and (1, 2).
     let cosine: f64 = 11.0 / (26.0f64 * 5.0).sqrt();
     let expected = ((1.0 + cosine) / (1.0 - cosine)).sqrt();
-    assert!((placed.condition - expected).abs() < 1e-10 * expected, "{} for {expected}", placed.condition);
+    assert_relative_eq!(placed.condition, expected, max_relative = 1e-10);
     // Each of two eigenvectors at that angle has the condition 1/sin.
     let sine = (1.0 - cosine * cosine).sqrt();
     for (sensitivity, error) in placed.sensitivities.iter().zip(&placed.errors) {
@@ -156,7 +158,7 @@ fn every_state_measured() {
     for wished in [[c(-1.0, 2.0), c(-1.0, -2.0)], [c(-4.0, 0.0), c(-4.0, 0.0)], [c(-1.0, 0.0), c(-9.0, 0.0)]] {
         let placed = place_observer(&a, &outputs, &wished).unwrap();
         assert_placed(&placed, &wished, observer_terms(&a, &outputs, &placed));
-        assert!((placed.condition - 1.0).abs() < 1e-12);
+        assert_abs_diff_eq!(placed.condition, 1.0, epsilon = 1e-12);
     }
     let scalar = place(&dmatrix![3.0], &dmatrix![2.0], &real(&[-1.0])).unwrap();
     assert_eq!((scalar.gain[0], scalar.condition, scalar.poles[0]), (2.0, 1.0, c(-1.0, 0.0)));

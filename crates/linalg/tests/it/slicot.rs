@@ -2,6 +2,7 @@
 //!
 //! SB03MD, SB03QD, SB04MD and SB04QD are beside the equations they belong to (`equations.rs`), SB02MD and BB01AD 1.3 in `riccati.rs`, SB01BD in `placement.rs`.
 
+use approx::assert_abs_diff_eq;
 use luenberger_linalg::{generalized_lyapunov, lyapunov_factor};
 use nalgebra::dmatrix;
 
@@ -29,7 +30,7 @@ fn sb03od() {
         0.0, 0.0, 0.0, 1.0
     ];
     // Integers, so that more than the printed digits are known; the condition of the equation is 1e3.
-    assert!((found.u - printed).amax() <= 1e-11);
+    assert_abs_diff_eq!(found.u, printed, epsilon = 1e-11);
     assert!(found.residual <= 30.0 * 4.0 * f64::EPSILON);
 }
 

@@ -2,6 +2,7 @@
 
 #![cfg(feature = "dual")]
 
+use approx::assert_abs_diff_eq;
 use luenberger_observers::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel, ObserverError, SampledObserver};
 use luenberger_plants::{Chaotic, Column, Plant, PlantError, double_integrator};
 use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, Matrix3, RowVector2, SVector, Vector1, Vector2, Vector3};
@@ -80,7 +81,7 @@ fn the_unmeasured_state_is_found() {
         }
     }
     // The midpoint rule here and Runge-Kutta there agree to about 1e-6.
-    assert!((x - belief.estimate()).amax() < 1e-4, "{x}{}", belief.estimate());
+    assert_abs_diff_eq!(x, belief.estimate(), epsilon = 1e-4);
 }
 
 /// A belief that is no covariance has no gain, and the sample is passed over. A sample that is not a number is not swallowed:

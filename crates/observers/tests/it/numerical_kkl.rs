@@ -1,5 +1,6 @@
 //! Tables that do not fit are refused, and what runs is bounded.
 
+use approx::assert_abs_diff_eq;
 use luenberger_observers::ObserverError;
 use luenberger_observers::numerical_kkl::least_squares::nearest;
 use luenberger_observers::numerical_kkl::polynomial_tree::{monomial_count, monomials};
@@ -122,8 +123,8 @@ fn a_start_that_fails_is_mended_by_the_coarse_grid_and_nothing_makes_nan() {
     assert!(InterpolatedInverse::new(identity(5), start.clone(), Search { tolerance: f64::NAN, ..search }).is_err());
     let inverse = InterpolatedInverse::new(identity(5), start, search).unwrap();
     let z = Vector2::new(-0.4, 0.3);
-    assert!((inverse.state(&z) - z).amax() < 1e-12);
-    assert!((inverse.target(&z) - z).amax() < 1e-12);
+    assert_abs_diff_eq!(inverse.state(&z), z, epsilon = 1e-12);
+    assert_abs_diff_eq!(inverse.target(&z), z, epsilon = 1e-12);
     // Out of reach: every start is tried, the end is the projection.
     let far = inverse.solve(&Vector2::new(5.0, 0.0), &Vector2::zeros());
     assert!((far.x - Vector2::new(1.0, 0.0)).amax() < 1e-7 && (far.residual - 4.0).abs() < 1e-12, "{far:?}");

@@ -1,10 +1,8 @@
-//! What the paper says in passing: the behaviour near 0, Zubov's equation of Remark 2, the shift of footnote 1, and (25) as what it is, an inequality in P and P1.
+//! What the paper says in passing: the behaviour near 0, Zubov's equation of Remark 2 and the shift of footnote 1.
 
 use luenberger_design::CubicDesign;
 use luenberger_design::robust::theorem5_bound;
 use luenberger_design::{CubicGain, LinearDesign};
-use luenberger_linalg::lqr;
-use luenberger_lmi::{Problem, block, he};
 use luenberger_observers::Observer;
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::decay_rate;
@@ -17,7 +15,6 @@ use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
 use crate::hypotheses::data;
-use crate::value::short;
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
@@ -58,19 +55,6 @@ pub(super) fn claims() -> Vec<Claim> {
         .quoting(
             "If both bounds are positive, we can replace ε by ε' = ε - ε_min with ε'_min = 0, ε'_max = ε_max - ε_min and A by A + ε_min I. Similar arguments hold if both bounds are negative.",
             "L, P and Q of (9) are then those of the shifted A; strictly below the bound",
-        ),
-        Claim::holds(
-            Class::Theorem,
-            "cubic.thm6.lmi",
-            "Theorem 6, (25)",
-            "(25) with P, P1 > 0 is feasible if A - BK and A - LC are Hurwitz, and only if: solved as an inequality in both unknowns",
-            &["random plants with K and L by their Riccati equation and poles; and with A - BK, or A - LC, made unstable by a sign"],
-            inequality,
-        )
-        .quoting(
-            "The closed loop control system governed by (1), (5) and (24) is stable if the positive definite symmetric matrices P, P_1 fulfill (25). [..] Note that stability of (A - BK) \
-             and (A - L_cC) is necessary for (25).",
-            "P is an unknown of (25), as P1 is; N = -P⁻¹C'S follows from the P that is found",
         ),
     ]
 }
@@ -178,41 +162,4 @@ fn footnote(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::cases(truths)).note(format!(
         "V decreases, proved at each point for A + εI with the L and P of the shifted plant. Negative ε only help. Seed {SEED}."
     )))
-}
-
-fn inequality(_: &Context) -> Result<Outcome, CheckError> {
-    let mut truths = Vec::new();
-    let mut least = f64::INFINITY;
-    for design in random_designs(|_, _| CubicGain::Gamma(1.0))? {
-        let o = &design.observer;
-        let (n, m) = o.b.shape();
-        let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m))?.k;
-        let (closed, error, coupling) = (&o.a - &o.b * &k, design.error_matrix(), &o.b * &k);
-        for (closed, error, feasible) in
-            [(&closed, &error, true), (&-&closed, &error, false), (&closed, &-&error, false)]
-        {
-            let mut lmi = Problem::new();
-            let (p1, p) = (lmi.symmetric("P1", n), lmi.symmetric("P", n));
-            lmi.constrain("P1 > 0", &p1 >> 0.0);
-            lmi.constrain("P > 0", &p >> 0.0);
-            let across = &p1 * &coupling;
-            lmi.constrain(
-                "(25)",
-                block!([he(&p1 * closed), across.clone()], [across.transpose(), he(&p * error)]) << 0.0,
-            );
-            let solution = lmi.solve()?;
-            let verdict = if solution.verdict.is_proved() {
-                least = least.min(solution.verdict.margin().unwrap_or(f64::NAN));
-                Some(true)
-            } else {
-                solution.verdict.is_refuted().then_some(false)
-            };
-            truths.push(verdict.map(|found| found == feasible));
-        }
-    }
-    Ok(Outcome::new(Evidence::cases(truths)).note(seeded(&format!(
-        "Each feasible case is proved at the P and P1 that the solver proposes, with margins from {} up; each infeasible one is refuted by exact multipliers. cubic.thm6 keeps the P of the \
-         observer and scales P1.",
-        short(least)
-    ))))
 }

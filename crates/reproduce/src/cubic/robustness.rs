@@ -5,7 +5,7 @@ use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::Matrix;
-use luenberger_proof::statement::decay_rate;
+use luenberger_proof::statement::{decay_rate, lyapunov_decrease};
 use luenberger_sim::{Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
 
@@ -13,7 +13,7 @@ use super::{FORCING, example1};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::{Evidence, Hypothesis};
-use crate::hypotheses;
+use crate::hypotheses::{self, data};
 use crate::value::{Value, short};
 
 const TWO_ERRORS: &str = "the error is that of the proof's dynamics, or x - x̂ of an observer that runs the nominal A";
@@ -133,7 +133,29 @@ fn theorem4(_: &Context) -> Result<Outcome, CheckError> {
         return Err(format!("the common P is not proved:\n{}", polytope.certificate).into());
     }
     let design = CubicDesign::new(&polytope.nominal, &dmatrix![1.0], &CubicGain::Gamma(1.0))?;
-    readings(&design, &oscillator(1.1)?, "an oscillation that does not decay")
+    let o = &design.observer;
+    let (mut observability, mut decrease) = (Vec::new(), Vec::new());
+    for a in std::iter::once(&o.a).chain(&vertices) {
+        observability.push(hypotheses::observability(a, &o.c)?);
+        decrease.push(lyapunov_decrease(&data(a)?, &data(&o.l)?, &data(&o.c)?, &data(&design.p)?)?);
+    }
+    let given = vec![
+        hypotheses::in_each("(A(ε), C) is observable, at both ends and half-way", &observability),
+        hypotheses::in_each("(21) at both ends, hence for every ε", &decrease),
+    ];
+    Ok(readings(&design, &oscillator(1.1)?, "an oscillation that does not decay")?
+        .given(given)
+        .given(of_both(&design)?))
+}
+
+/// P > 0, what (13) says of theta and N, and (11), which follows.
+fn of_both(design: &CubicDesign) -> Result<Vec<Hypothesis>, CheckError> {
+    Ok(vec![
+        hypotheses::positive("P = P' > 0", &design.p)?,
+        hypotheses::nonnegative("θ = θ' ≥ 0", &design.observer.theta)?,
+        hypotheses::nonnegative("(13): S + S' ≥ 0, with N = -P⁻¹C'S", &(&design.s + design.s.transpose()))?,
+        hypotheses::stable("(11), which follows from these where A - LC is stable: A - LC", &design.error_matrix())?,
+    ])
 }
 
 /// A plant with poles -eps +- i, so that at A + eps I it neither grows nor decays.
@@ -148,7 +170,21 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
         return Err(format!("ε = {eps} is not below the bound {bound}").into());
     }
     let design = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0))?;
-    readings(&design, &at_eps, "a state that does not decay")
+    let o = &design.observer;
+    let given = vec![
+        hypotheses::observable(&o.a, &o.c)?,
+        hypotheses::positive("(12), Q > 0", &design.q)?,
+        Hypothesis::proof(
+            "(9): -(F'P + PF) > 0",
+            &lyapunov_decrease(&data(&o.a)?, &data(&o.l)?, &data(&o.c)?, &data(&design.p)?)?,
+        ),
+        // For a Q that is a multiple of I this is (23).
+        hypotheses::positive(
+            "(23) with ε_max = 0.05, Q = I: Q - 2 ε_max P > 0",
+            &(&design.q - &design.p * (2.0 * eps)),
+        )?,
+    ];
+    Ok(readings(&design, &at_eps, "a state that does not decay")?.given(given).given(of_both(&design)?))
 }
 
 /// At ε = 1 the error dynamics of A - LC = -I are the cubic term alone, which an error that θ does not weigh does not feel.

@@ -4,6 +4,7 @@
 
 mod converter;
 mod duffing;
+mod extensions;
 mod findings;
 mod prop5;
 mod prop6;
@@ -25,6 +26,7 @@ pub(crate) fn paper() -> Paper {
             prop5::claims(),
             prop6::claims(),
             prop7::claims(),
+            extensions::claims(),
             converter::claims(),
             duffing::claims(),
         ]

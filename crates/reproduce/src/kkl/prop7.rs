@@ -177,7 +177,7 @@ fn gradient(context: &Context) -> Result<Outcome, CheckError> {
 }
 
 /// The largest Floquet multiplier of `theta~' = -gain psi psi' theta~` over the period π, for the psi = F[b] to which the filters tend.
-fn floquet_multiplier(gain: f64) -> Result<f64, CheckError> {
+pub(super) fn floquet_multiplier(gain: f64) -> Result<f64, CheckError> {
     // F[sin 2t] = (alpha/|alpha + 2i|) sin(2t - arg(alpha + 2i)), F[1] = 1.
     let (size, angle) = (ALPHA / ALPHA.hypot(2.0), 2.0_f64.atan2(ALPHA));
     let flow = |t: f64, x: &[f64], slope: &mut [f64]| {

@@ -10,7 +10,7 @@ use luenberger_linalg::eigenvalues;
 use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::flexible_joint::FlexibleJoint;
 use luenberger_plants::{Differentiable, flexible_joint};
-use luenberger_sim::{Compared, Comparison, Noise, Scenario, Settings, Signal, Trajectory};
+use luenberger_sim::{Compared, Comparison, Noise, Settings, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix4, SMatrix, Vector4, dmatrix};
 
 use super::example1::entries;
@@ -270,8 +270,7 @@ fn horizon(system: System) -> f64 {
 struct Joint {
     clean: Compared,
     noisy: Compared,
-    trajectory: Trajectory,
-    noisy_trajectory: Trajectory,
+    t: Vec<f64>,
 }
 
 fn joint(context: &Context, system: System) -> Result<Arc<Joint>, CheckError> {
@@ -311,64 +310,45 @@ where
     let (filter, noisy_filter) = (filter(NOISE / 30.0)?, filter(NOISE)?);
     // Input and noise jump every 10 ms, and no number of these runs is printed.
     let settings = Settings { rtol: 1e-9, atol: 1e-12, ..Settings::default() };
-    let noise = || Noise::uniform(&[NOISE; P], PERIOD, SEED);
-
-    let table = |noise: Option<Noise>,
-                 filter: &ExtendedKalmanFilter<FlexibleJoint<P>, f64, Const<4>, Const<1>, Const<P>>| {
-        let mut comparison = Comparison::new(&plant, start.x, start.xhat)
-            .until(horizon(system), 201)
-            .input(|t, u| u.fill(t.sin()))
-            .hold_input(PERIOD)
-            .settings(settings)
-            .observer(TOLD, &told)
-            .observer(PARTLY, &partly)
-            .prior_information(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
-            .observer(BLIND, &blind)
-            .observer(REPAIRED, &repaired)
-            .observer(LPV, &lpv)
-            .observer(STRUCTURED, &lipschitz)
-            .sampled_observer(KALMAN, filter)
-            .prior_information(KALMAN, "how large the noise is, and how wrong x̂(0) may be");
-        if let Some(sixteen) = &sixteen {
-            comparison = comparison.observer(SIXTEEN, sixteen);
-        }
-        if let Some(noise) = noise {
-            comparison = comparison.noise(noise);
-        }
-        comparison.run()
-    };
     // At its samples, between which it is held, the filter's estimate is meant for just that time.
     let count = (horizon(system) / PERIOD).round() as u32;
     let samples: Vec<f64> = (0..=count).map(|k| f64::from(k) * PERIOD).collect();
-    let flight = |noise: Option<Noise>,
-                  filter: &ExtendedKalmanFilter<FlexibleJoint<P>, f64, Const<4>, Const<1>, Const<P>>| {
-        let mut scenario = Scenario::new(plant)
-            .initial_state(start.x)
-            .input(Signal::scalar(f64::sin))
-            .hold_input(PERIOD)
-            .settings(settings)
-            .observer(TOLD, &told, start.xhat)
-            .observer(PARTLY, &partly, start.xhat)
-            .observer(BLIND, &blind, start.xhat)
-            .observer(REPAIRED, &repaired, start.xhat)
-            .observer(LPV, &lpv, start.xhat)
-            .observer(STRUCTURED, &lipschitz, start.xhat)
-            .sampled_observer(KALMAN, filter, start.xhat)
-            .times(&samples);
-        if let Some(sixteen) = &sixteen {
-            scenario = scenario.observer(SIXTEEN, sixteen, start.xhat);
-        }
-        if let Some(noise) = noise {
-            scenario = scenario.noise(noise);
-        }
-        scenario.run()
-    };
+    let side_by_side =
+        |noise: Option<Noise>, filter: &ExtendedKalmanFilter<FlexibleJoint<P>, f64, Const<4>, Const<1>, Const<P>>| {
+            let mut comparison = Comparison::new(&plant, start.x, start.xhat)
+                .times(&samples)
+                .input(|t, u| u.fill(t.sin()))
+                .hold_input(PERIOD)
+                .settings(settings)
+                .observer(TOLD, &told)
+                .observer(PARTLY, &partly)
+                .prior_information(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
+                .observer(BLIND, &blind)
+                .observer(REPAIRED, &repaired)
+                .observer(LPV, &lpv)
+                .observer(STRUCTURED, &lipschitz)
+                .sampled_observer(KALMAN, filter)
+                .prior_information(KALMAN, "how large the noise is, and how wrong x̂(0) may be");
+            if let Some(sixteen) = &sixteen {
+                comparison = comparison.observer(SIXTEEN, sixteen);
+            }
+            if let Some(noise) = noise {
+                comparison = comparison.noise(noise);
+            }
+            comparison.run()
+        };
     Ok(Joint {
-        clean: table(None, &filter)?,
-        noisy: table(Some(noise()), &noisy_filter)?,
-        trajectory: flight(None, &filter)?,
-        noisy_trajectory: flight(Some(noise()), &noisy_filter)?,
+        clean: side_by_side(None, &filter)?,
+        noisy: side_by_side(Some(Noise::uniform(&[NOISE; P], PERIOD, SEED)), &noisy_filter)?,
+        t: samples,
     })
+}
+
+impl Joint {
+    /// The run of an observer without noise, or with it.
+    fn run<'a>(table: &'a Compared, name: &str) -> Result<&'a Trajectory, CheckError> {
+        Ok(table.row(name)?.trajectory.as_ref().ok_or_else(|| format!("{name} has no run"))?)
+    }
 }
 
 pub(super) fn figures() -> Vec<Drawing> {
@@ -391,17 +371,17 @@ fn figure(context: &Context, system: System) -> Result<Plate, CheckError> {
         "All start from the same wrong x̂(0) and see the same y; the noise is uniform, ± {NOISE}, a new value every {PERIOD} s. \"As printed, e0\" was told x(0), \"e01\" most of it, the filter how \
          large the noise is. {blind}{sixteen}"
     ));
-    let mut data = Table::new().column("t", runs.trajectory.t.clone());
-    for (run, title, suffix, floor) in
-        [(&runs.trajectory, "without noise", "", 1e-14), (&runs.noisy_trajectory, "with noise", "_noise", 1e-4)]
+    let mut data = Table::new().column("t", runs.t.clone());
+    for (table, title, suffix, floor) in
+        [(&runs.clean, "without noise", "", 1e-14), (&runs.noisy, "with noise", "_noise", 1e-4)]
     {
         let mut panel = Panel::new("time t (s)", "|x - x̂|").title(title).log_y().y_range(floor, 1e3);
         for (k, name) in [TOLD, PARTLY, BLIND, REPAIRED, LPV, STRUCTURED, KALMAN, SIXTEEN].into_iter().enumerate() {
-            let Ok(observer) = run.observer(name) else { continue };
+            let Ok(run) = Joint::run(table, name) else { continue };
             // Zeros have no place on a logarithmic axis; 1e-16 is below what can be told from them.
-            let error: Vec<f64> = norms(&observer.error).iter().map(|e| e.max(1e-16)).collect();
+            let error: Vec<f64> = norms(&run.observer(name)?.error).iter().map(|e| e.max(1e-16)).collect();
             let hue = if k < 7 { Hue::Palette(k) } else { Hue::Grey };
-            panel = panel.series(Series::line(name, &run.t, &error).hue(hue).width(0.9));
+            panel = panel.series(Series::line(name, &runs.t, &error).hue(hue).width(0.9));
             data = data.column(format!("{}{suffix}", KEYS[k]), error);
         }
         figure = figure.panel(panel);
@@ -415,17 +395,16 @@ const KEYS: [&str; 8] =
 
 pub(super) fn fig9(context: &Context) -> Result<Plate, CheckError> {
     let runs = joint(context, System::Corrected)?;
-    let run = &runs.trajectory;
-    let x4 = entries(&run.x, 3);
+    let x4 = entries(&Joint::run(&runs.clean, TOLD)?.x, 3);
     let mut left = Panel::new("time t (s)", "state x₄ and its estimates")
-        .series(Series::line("x₄", &run.t, &x4).hue(Hue::Palette(6)));
+        .series(Series::line("x₄", &runs.t, &x4).hue(Hue::Palette(6)));
     let mut right = Panel::new("time t (s)", "|x₄ - x̂₄|").log_y();
-    let mut data = Table::new().column("t", run.t.clone()).column("x4", x4.clone());
+    let mut data = Table::new().column("t", runs.t.clone()).column("x4", x4.clone());
     for (k, name, key) in [(0, TOLD, "printed_e0"), (1, PARTLY, "printed_e01"), (2, SIXTEEN, "sixteen")] {
-        let estimate = entries(&run.observer(name)?.estimate, 3);
+        let estimate = entries(&Joint::run(&runs.clean, name)?.observer(name)?.estimate, 3);
         let error: Vec<f64> = estimate.iter().zip(&x4).map(|(xhat, x)| (x - xhat).abs().max(1e-16)).collect();
-        left = left.series(Series::line(name, &run.t, &estimate).hue(Hue::Palette(k)));
-        right = right.series(Series::line(name, &run.t, &error).hue(Hue::Palette(k)));
+        left = left.series(Series::line(name, &runs.t, &estimate).hue(Hue::Palette(k)));
+        right = right.series(Series::line(name, &runs.t, &error).hue(Hue::Palette(k)));
         data = data.column(format!("x4_hat_{key}"), estimate);
     }
     Ok(Plate {

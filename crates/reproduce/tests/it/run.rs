@@ -446,6 +446,7 @@ fn the_readings_of_the_papers_come_out_as_the_docs_say() {
         ("mvt.thm1.eta-half", Ours, Reproduced),
         ("mvt.lsqnonlin-finds-beta", Ours, Reproduced),
         ("cubic.thm4", Theorem, Underspecified),
+        ("cubic.thm5", Theorem, Underspecified),
         // What the papers say in passing.
         ("cubic.near-zero", Theorem, Reproduced),
         ("cubic.remark2.zubov", Theorem, Reproduced),
@@ -462,6 +463,10 @@ fn the_readings_of_the_papers_come_out_as_the_docs_say() {
         ("kkl.r6", Theorem, Reproduced),
         ("kkl.r9", Theorem, Underspecified),
         ("kkl.r2", Ours, Reproduced),
+        ("kkl.prop7.blocks", Theorem, Reproduced),
+        ("kkl.prop7.rows", Theorem, Reproduced),
+        ("kkl.prop7.monotonic", Theorem, Reproduced),
+        ("kkl.phi-of-the-input", Ours, Reproduced),
         ("kkl.cuk.output-feedback", Ours, Reproduced),
     ] {
         let (paper, claim) = papers
@@ -496,4 +501,16 @@ fn every_counterexample_to_theorem_1_fulfils_condition_4() {
     assert_eq!((fourth.len(), everywhere, along), (5, 3, 2), "{fourth:?}");
     assert!(fourth.iter().all(|found| found.holds == Some(true) && found.how.starts_with("proved")), "{fourth:?}");
     assert_eq!(record.note.matches("Counterexample, ").count(), 5, "{}", record.note);
+}
+
+/// Theorems 4 and 5 are tested where their hypotheses hold, and the ledger shows them.
+#[test]
+fn the_robust_theorems_show_their_hypotheses() {
+    let papers = luenberger_reproduce::papers();
+    for id in ["cubic.thm4", "cubic.thm5"] {
+        let claim = papers.iter().flat_map(|paper| &paper.claims).find(|claim| claim.id == id).unwrap();
+        let record = claim.examine("cubic", &Context::new("."));
+        let proved = |found: &Hypothesis| found.holds == Some(true) && found.how.contains("proved");
+        assert!(record.hypotheses.len() >= 6 && record.hypotheses.iter().all(proved), "{id}: {:?}", record.hypotheses);
+    }
 }

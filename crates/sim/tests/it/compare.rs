@@ -1,5 +1,6 @@
 //! Comparisons: same information, honest rows.
 
+use approx::assert_abs_diff_eq;
 use luenberger_observers::{
     Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, MeanValueObserver, NoiseModel, Observer,
     ObserverDimensions,
@@ -58,7 +59,7 @@ fn a_row_is_what_a_run_gives() {
         .unwrap();
     let norm = run.trace(|view| view.error("linear").map_or(f64::NAN, |e| e[0].hypot(e[1])));
     let merits = table.row("linear").unwrap().outcome.clone().unwrap();
-    assert!((table.band - 0.05 * 18f64.sqrt()).abs() <= 1e-15);
+    assert_abs_diff_eq!(table.band, 0.05 * 18f64.sqrt(), epsilon = 1e-15);
     // Tolerances of the integrator are 1e-11.
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     assert!(near(merits.settling_last.unwrap(), metrics::settling_last(&norm, table.band).unwrap()));

@@ -1,5 +1,6 @@
 //! The empirical observability Gramian against Lyapunov's equation, the variational equation and closed forms.
 
+use approx::assert_abs_diff_eq;
 use luenberger_linalg::lyapunov;
 use luenberger_plants::{Dimensions, Plant, StateSpace, VanDerPol, state_jacobian};
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian, solve};
@@ -84,7 +85,7 @@ fn what_no_output_sees_has_a_zero_eigenvalue() {
     let v = found.weakest().unwrap();
     assert!((v[0] + v[1]).abs() < 1e-6, "{v}");
     // The sum decays like e^(-t/2): W = (1 - e^-10) [1 1; 1 1], with eigenvalues 2 (1 - e^-10) and 0.
-    assert!((found.eigenvalues[0] - 2.0 * (1.0 - (-10f64).exp())).abs() < 1e-8, "{:?}", found.eigenvalues);
+    assert_abs_diff_eq!(found.eigenvalues[0], 2.0 * (1.0 - (-10f64).exp()), epsilon = 1e-8);
 }
 
 #[test]
@@ -138,7 +139,7 @@ fn where_the_output_is_stationary_the_step_decides() {
     // y = x1^3 + x2 at 0: the linearisation does not see x1, a step of eps does, W_11 = 2 eps^4.
     let settings = GramianSettings { perturbation: 0.1, ..unit(2) };
     let found = empirical_gramian(&Cubes, &[0.0, 0.0], |_, _| {}, (0.0, 2.0), &settings).unwrap();
-    assert!((found.gramian[(0, 0)] - 2e-4).abs() < 1e-12, "{}", found.gramian);
+    assert_abs_diff_eq!(found.gramian[(0, 0)], 2e-4, epsilon = 1e-12);
 }
 
 #[test]

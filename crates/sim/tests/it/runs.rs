@@ -1,6 +1,8 @@
 //! Runs as a whole: accuracy against closed forms and between integrators, the paper's Example 1, stiff starts, blow-up,
 //! sampled data, noise, feedback, and bad input.
 
+use approx::assert_abs_diff_eq;
+use approx::assert_relative_eq;
 use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverDimensions, SampledCubicObserver};
 use luenberger_plants::linear::StaticPlant;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator, third_order};
@@ -72,13 +74,13 @@ fn crossings_and_extrema_of_a_linear_error_match_the_closed_form() {
     let e2 = run.error_trace("linear", 1).unwrap();
     for k in 0..=40 {
         let t = 0.1 * f64::from(k);
-        assert!((e2.at(t).unwrap() - (a * (-2.0 * t).exp() + b * (-5.0 * t).exp())).abs() < 1e-9);
+        assert_abs_diff_eq!(e2.at(t).unwrap(), a * (-2.0 * t).exp() + b * (-5.0 * t).exp(), epsilon = 1e-9);
     }
     let zero = (8f64 / 5.0).ln() / 3.0;
-    assert!((e2.first_sign_change().unwrap() - zero).abs() < 1e-10);
+    assert_abs_diff_eq!(e2.first_sign_change().unwrap(), zero, epsilon = 1e-10);
     let summit = 4f64.ln() / 3.0;
     let overshoot = metrics::overshoot(&e2).unwrap();
-    assert!((overshoot.value - (a * (-2.0 * summit).exp() + b * (-5.0 * summit).exp())).abs() < 1e-9);
+    assert_abs_diff_eq!(overshoot.value, a * (-2.0 * summit).exp() + b * (-5.0 * summit).exp(), epsilon = 1e-9);
     assert!((overshoot.time - summit).abs() < 1e-5, "a summit is flat: its time is good to the root of its value");
     // The last |e2| = 0.05, by Newton on the closed form.
     let mut t = 2.3;
@@ -89,7 +91,7 @@ fn crossings_and_extrema_of_a_linear_error_match_the_closed_form() {
         );
         t -= value / slope;
     }
-    assert!((metrics::settling_last(&e2, 0.05).unwrap() - t).abs() < 1e-8);
+    assert_abs_diff_eq!(metrics::settling_last(&e2, 0.05).unwrap(), t, epsilon = 1e-8);
     assert!(metrics::settling_first(&e2, 0.05).unwrap() < zero);
     assert_eq!(metrics::settling_last(&e2, 1e-9), None);
     assert_eq!(metrics::peak(&e2).unwrap().value, 3.0);
@@ -105,7 +107,7 @@ fn integrators_agree() {
                 assert!(difference < 1e-9, "e(0) = {size}, observer {k}: {difference:e}");
             }
             let (a, b) = (runs[0].integral("j").unwrap()[400], run.integral("j").unwrap()[400]);
-            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+            assert_relative_eq!(a, b, max_relative = 1e-9);
         }
     }
 }
@@ -144,7 +146,7 @@ fn an_integral_is_the_integral() {
         .unwrap();
     let e0 = Vector2::new(-3.0, -3.0);
     let exact = e0.dot(&(p() * e0)) / 10.0;
-    assert!((run.integral("j").unwrap()[120] / exact - 1.0).abs() < 1e-9);
+    assert_relative_eq!(run.integral("j").unwrap()[120], exact, max_relative = 1e-9);
     assert_eq!(run.integral("j2").unwrap(), run.integral("custom").unwrap());
     let v = metrics::lyapunov(&run, "linear", &DMatrix::from_column_slice(2, 2, p().as_slice())).unwrap();
     assert!(v.windows(2).all(|v| v[1] < v[0]));
@@ -176,7 +178,7 @@ fn blow_up_of_a_scalar_cubic_is_located() {
 #[test]
 fn exponential_growth_is_no_blow_up() {
     let growth = solve(|_, x, slope| slope[0] = 3.0 * x[0], 0.0, 30.0, &[1.0], &Settings::default()).unwrap();
-    assert!((growth.at(30.0).unwrap()[0].ln() / 90.0 - 1.0).abs() < 1e-9);
+    assert_relative_eq!(growth.at(30.0).unwrap()[0].ln(), 90.0, max_relative = 1e-9);
 }
 
 #[test]
@@ -215,7 +217,7 @@ fn a_stiff_plant_is_finished_implicitly() {
     let settings = Settings { max_steps: 50_000, ..Settings::default() };
     let solution = solve(stiff, 0.0, 10.0, &[0.0], &settings).unwrap();
     // x = cos t + 1e-6 sin t + O(1e-12)
-    assert!((solution.at(10.0).unwrap()[0] - (10f64.cos() + 1e-6 * 10f64.sin())).abs() < 1e-9);
+    assert_abs_diff_eq!(solution.at(10.0).unwrap()[0], 10f64.cos() + 1e-6 * 10f64.sin(), epsilon = 1e-9);
     let explicit = Settings { integrator: Integrator::Explicit, ..settings };
     assert!(matches!(solve(stiff, 0.0, 10.0, &[0.0], &explicit), Err(SimError::TooManySteps { steps: 50_000, .. })));
 }
@@ -242,7 +244,7 @@ fn the_printed_sign_of_example_3_blows_up() {
     let cost = run.integral("cost").unwrap();
     assert!(cost.windows(2).all(|cost| cost[1] >= cost[0]));
     let implicit = scenario(-1.0, Integrator::Implicit).unwrap();
-    assert!((cost[300] / implicit.integral("cost").unwrap()[300] - 1.0).abs() < 1e-9);
+    assert_relative_eq!(cost[300], implicit.integral("cost").unwrap()[300], max_relative = 1e-9);
     match scenario(1.0, Integrator::Auto) {
         Err(SimError::BlowUp { time, .. }) => assert!(time > 0.0 && time < 1e-2),
         other => panic!("{:?}", other.map(|run| run.steps)),
@@ -304,7 +306,7 @@ fn a_sampled_observer_holds_between_its_samples_and_predicts() {
         .unwrap();
     let estimate = &run.observers[0].estimate;
     for (row, wished) in [1.0, 1.0, 1.5, 1.5, 2.0].into_iter().enumerate() {
-        assert!((estimate[(row, 0)] - wished).abs() < 1e-12, "{estimate}");
+        assert_abs_diff_eq!(estimate[(row, 0)], wished, epsilon = 1e-12);
     }
 }
 
@@ -340,7 +342,7 @@ fn crossings_between_the_points_of_one_step_are_found() {
     let crossings = run.trace(|view| view.x[0]).crossings(1e-8);
     assert_eq!(crossings.len(), 2, "{crossings:?}");
     for (crossing, exact) in crossings.iter().zip([1.0 - 1e-4, 1.0 + 1e-4]) {
-        assert!((crossing.time - exact).abs() < 1e-9, "{crossing:?}");
+        assert_abs_diff_eq!(crossing.time, exact, epsilon = 1e-9);
     }
     assert!(!crossings[0].rising && crossings[1].rising);
     assert!(run.trace(|view| view.x[0]).crossings(-1e-8).is_empty());
@@ -377,7 +379,7 @@ fn a_partial_estimate_is_compared_with_its_states() {
         .unwrap();
     // e' = -3 e from e(0) = 2.
     for (t, e) in run.t.iter().zip(run.observers[0].error.iter()) {
-        assert!((e - 2.0 * (-3.0 * t).exp()).abs() < 1e-9);
+        assert_abs_diff_eq!(*e, 2.0 * (-3.0 * t).exp(), epsilon = 1e-9);
     }
 }
 
@@ -472,7 +474,7 @@ fn dense_output_agrees_with_samples_and_with_more_of_them() {
     let run = example1(3.0, Integrator::Auto).unwrap();
     let e2 = run.error_trace("cubic", 1).unwrap();
     for (k, &t) in run.t.iter().enumerate() {
-        assert!((e2.at(t).unwrap() - run.observers[1].error[(k, 1)]).abs() < 1e-12);
+        assert_abs_diff_eq!(e2.at(t).unwrap(), run.observers[1].error[(k, 1)], epsilon = 1e-12);
     }
     // The order of the interpolant is less than that of the method: against a run with steps ten times shorter.
     let fine = Scenario::new(double_integrator())

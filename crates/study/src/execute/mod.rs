@@ -104,7 +104,8 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     } else {
         designs(study, options, &folder, all || step == Step::Certify)?
     };
-    let described = |(wish, outcome): (&ObserverSpec, &Option<Outcome>)| Some(described(wish, outcome.as_ref()?));
+    let described =
+        |(wish, outcome): (&ObserverSpec, &Option<Outcome>)| Some(described(study, wish, outcome.as_ref()?));
     let observers = study.observers.iter().zip(&designs).filter_map(described).collect();
     if options.interrupted() {
         results.observers = observers;
@@ -259,12 +260,13 @@ fn designs(
     Ok(outcomes)
 }
 
-fn described(wish: &ObserverSpec, outcome: &Outcome) -> ObserverReport {
+fn described(study: &Study, wish: &ObserverSpec, outcome: &Outcome) -> ObserverReport {
     let (design, failure) = match &outcome.designed {
         Ok(designed) => (Some(designed.report.clone()), None),
         Err(failure) => (None, Some(failure.clone())),
     };
-    ObserverReport { name: wish.name.clone(), kind: wish.kind.name().to_owned(), design, failure }
+    let solver = wish.kind.poses_inequality().then(|| study.solver.name());
+    ObserverReport { name: wish.name.clone(), kind: wish.kind.name().to_owned(), solver, design, failure }
 }
 
 /// The certificate of an observer, if it has one, as a file; or why its proof makes none.

@@ -143,6 +143,9 @@ pub struct ObserverReport {
     pub name: String,
     /// Its kind.
     pub kind: String,
+    /// The solver that proposed, where a matrix inequality is solved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solver: Option<&'static str>,
     /// Its design; none if it does not fit the plant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignReport>,

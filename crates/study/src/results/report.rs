@@ -196,12 +196,12 @@ fn observer(section: Section, observer: &ObserverReport) -> Section {
         }
     }
     match &observer.design {
-        Some(design) => designed(section, design),
+        Some(design) => designed(section, design, observer.solver),
         None => section,
     }
 }
 
-fn designed(section: Section, design: &DesignReport) -> Section {
+fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Section {
     let mut section = section.prose(&design.statement);
     if let Some(evidence) = &design.evidence {
         section = section.prose(format!("Evidence: {evidence}."));
@@ -214,6 +214,7 @@ fn designed(section: Section, design: &DesignReport) -> Section {
         let poles = design.poles.iter().map(|pole| eigenvalue(*pole)).collect::<Vec<_>>().join(",  ");
         facts.push(("poles".to_owned(), Cell::number(poles)));
     }
+    facts.extend(solver.map(|solver| ("proposed by the solver".to_owned(), Cell::from(solver))));
     section = section.facts(facts);
     let shown = |matrix: &&NamedMatrix| matrix.name != "P" && matrix.name != "Q" && matrix.name != "S";
     section = matrices(section, design.matrices.iter().filter(shown));

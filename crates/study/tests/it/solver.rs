@@ -78,6 +78,8 @@ fn it_reaches_every_inequality_of_a_design_and_the_proof_decides() {
         assert_eq!(read(&format!("solver = \"interior\"\n{text}")).unwrap().solver, Solver::Interior);
         let theirs = read(&format!("solver = \"clarabel\"\n{text}")).unwrap();
         assert_eq!(theirs.solver, Solver::Clarabel);
+        // Which is what the reports name it for.
+        assert!(theirs.observers.iter().all(|wish| wish.kind.poses_inequality()));
         for ((name, ours), (_, theirs)) in designs(&ours).into_iter().zip(designs(&theirs)) {
             assert_eq!((ours.verdict.as_str(), theirs.verdict.as_str()), ("proved", "proved"), "{name}");
             assert_ne!(ours.matrices, theirs.matrices, "{name}");

@@ -1,0 +1,53 @@
+//! Whether `--package X` builds its dependencies as `--workspace` does, so that nothing is compiled a second time: see `tests/features/Cargo.toml`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::step::{Failure, cargo};
+
+/// What is built of each dependency: package and version, and its features. One package may be built in several ways.
+type Built = BTreeMap<String, BTreeSet<String>>;
+
+/// Fails with the features that are missing in `tests/features/Cargo.toml`.
+pub(crate) fn check() -> Result<(), Failure> {
+    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
+    let metadata: serde_json::Value = serde_json::from_str(&metadata).unwrap_or_default();
+    let members = metadata["packages"].as_array().into_iter().flatten().filter_map(|package| package["name"].as_str());
+    let whole = built(&["--workspace"])?;
+    let mut missing: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    // This program has to start where the workspace does not compile, and shares nothing with it.
+    for member in members.filter(|&member| member != env!("CARGO_PKG_NAME")) {
+        for (package, ways) in built(&["--package", member])? {
+            for features in ways.difference(whole.get(&package).unwrap_or(&BTreeSet::new())) {
+                missing.entry(lacking(&package, features, &whole)).or_default().push(member);
+            }
+        }
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let lines: Vec<_> = missing.iter().map(|(what, members)| format!("\n  {what}: {}", members.join(", "))).collect();
+    Err(Failure::Features { missing: lines.concat() })
+}
+
+/// The package with the features that the workspace has and `features` lacks.
+fn lacking(package: &str, features: &str, whole: &Built) -> String {
+    let found: BTreeSet<&str> = features.split(',').collect();
+    let lacking = whole.get(package).into_iter().flatten().map(|all| all.split(',').filter(|f| !found.contains(f)));
+    let least = lacking.map(Iterator::collect::<Vec<_>>).min_by_key(Vec::len).unwrap_or_default();
+    format!("{package} without {}", least.join(","))
+}
+
+/// What a selection of packages builds of others, tests included.
+fn built(selection: &[&str]) -> Result<Built, Failure> {
+    let tree = cargo(&["tree", "--edges", "normal,build,dev", "--prefix", "none", "--format", "{p}|{f}"])
+        .arguments(selection)
+        .quiet_output("the dependencies")?;
+    let mut built = Built::new();
+    // Members have a path in brackets.
+    for line in tree.lines().filter(|line| !line.contains("(/") && !line.contains(":\\")) {
+        let Some((package, features)) = line.trim_end_matches(" (*)").split_once('|') else { continue };
+        let package = package.trim_end_matches(" (proc-macro)").to_owned();
+        built.entry(package).or_default().insert(features.to_owned());
+    }
+    Ok(built)
+}
