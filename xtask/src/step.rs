@@ -14,6 +14,8 @@ pub(crate) enum Failure {
     Step { name: String, status: ExitStatus },
     /// A command could not be started, or a file not be written.
     Io { what: PathBuf, source: io::Error },
+    /// What the mutants of the formulas were to show does not hold.
+    Mutants(String),
 }
 
 impl Failure {
@@ -27,7 +29,7 @@ impl Failure {
             Self::Step { status, .. } => {
                 ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-            Self::Io { .. } => ExitCode::FAILURE,
+            Self::Io { .. } | Self::Mutants(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -37,6 +39,7 @@ impl fmt::Display for Failure {
         match self {
             Self::Step { name, status } => write!(f, "{name} failed ({status})"),
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
+            Self::Mutants(said) => write!(f, "{said}"),
         }
     }
 }
