@@ -1,7 +1,9 @@
-//! Mutation testing: the formulas of the papers, each changed in a way that a mistake would change it, and the tests that have to notice.
+//! Mutation testing: the formulas of the papers, each changed as a mistake would change it, and the tests that have
+//! to notice.
 //!
-//! The mutants are data ([`table`]). A run copies the workspace to `target/mutate` (the checkout is never edited), runs the unchanged tests, and then, for each
-//! mutant, the tests of the crate that owns the formula and, while these pass, those of the crates above it. The first failing test ends a mutant.
+//! The mutants are data ([`table`]). A run copies the workspace to `target/mutate` (the checkout is never edited) and
+//! goes in rounds: first the tests of the crates that own the formulas, then, for what these did not notice, those of
+//! the crates above. Each round begins with the unchanged tests; the first failing test ends a mutant.
 
 mod copy;
 mod suite;
@@ -27,7 +29,8 @@ enum Fate {
     DoesNotBuild,
 }
 
-/// Runs the mutants whose name contains `only`; fails if one survives that is not listed as equivalent, or is killed although it is.
+/// Runs the mutants with `only` in their names or files; fails if one survives that is not listed as equivalent, is
+/// killed although it is, or does not build.
 pub(crate) fn run(only: Option<&str>, list: bool) -> Result<(), Failure> {
     check(|file| read(&root().join(file)))?;
     let chosen: Vec<_> = chosen(only.unwrap_or_default()).collect();
@@ -42,22 +45,30 @@ pub(crate) fn run(only: Option<&str>, list: bool) -> Result<(), Failure> {
     let folder = root().join("target/mutate");
     let (tree, target) = (folder.join("workspace"), folder.join("target"));
     copy::mirror(&root(), &tree)?;
-    let allowed = unchanged(&chosen, &tree, &target)?;
-
-    let (began, mut fates) = (Instant::now(), Vec::new());
-    for (k, (source, mutant)) in chosen.iter().enumerate() {
-        eprint!("── {}/{} {}: ", k + 1, chosen.len(), mutant.name);
-        let started = Instant::now();
-        let fate = tried(source, mutant, &tree, &target, &allowed)?;
-        let word = match (&fate, mutant.equivalent) {
-            (Fate::Killed { by }, None) => format!("killed by {by}"),
-            (Fate::Killed { by }, Some(_)) => format!("KILLED by {by}, although listed as equivalent"),
-            (Fate::Survived, Some(_)) => "survived, equivalent".to_owned(),
-            (Fate::Survived, None) => "SURVIVED".to_owned(),
-            (Fate::DoesNotBuild, _) => "DOES NOT BUILD".to_owned(),
-        };
-        eprintln!("{word} ({:.0} s)", started.elapsed().as_secs_f64());
-        fates.push(fate);
+    let began = Instant::now();
+    let mut fates = vec![Fate::Survived; chosen.len()];
+    let rounds = chosen.iter().map(|(source, _)| source.suites.len()).max().unwrap_or(0);
+    for round in 0..rounds {
+        let left: Vec<_> = (0..chosen.len())
+            .filter(|&k| fates[k] == Fate::Survived)
+            .filter_map(|k| chosen[k].0.suites.get(round).map(|&suite| (k, suite)))
+            .collect();
+        let allowed = unchanged(left.iter().map(|(_, suite)| *suite), &tree, &target)?;
+        for (done, (k, suite)) in left.iter().enumerate() {
+            let (source, mutant) = chosen[*k];
+            eprint!("── {}/{} {}: ", done + 1, left.len(), mutant.name);
+            let started = Instant::now();
+            fates[*k] = tried(source, mutant, *suite, (&tree, &target), allowed[suite])?;
+            let word = match (&fates[*k], mutant.equivalent) {
+                (Fate::Killed { by }, None) => format!("killed by {by}"),
+                (Fate::Killed { by }, Some(_)) => format!("KILLED by {by}, although listed as equivalent"),
+                (Fate::Survived, _) if source.suites.get(round + 1).is_some() => "not noticed yet".to_owned(),
+                (Fate::Survived, Some(_)) => "survived, equivalent".to_owned(),
+                (Fate::Survived, None) => "SURVIVED".to_owned(),
+                (Fate::DoesNotBuild, _) => "DOES NOT BUILD".to_owned(),
+            };
+            eprintln!("{word} ({:.0} s)", started.elapsed().as_secs_f64());
+        }
     }
     let rows: Vec<_> = chosen.into_iter().zip(fates).collect();
     print!("{}", report(&rows));
@@ -72,7 +83,8 @@ fn chosen(only: &str) -> impl Iterator<Item = (&'static Source, &'static Mutant)
         .filter(move |(source, mutant)| mutant.name.contains(only) || (!only.is_empty() && source.file.contains(only)))
 }
 
-/// Each fragment occurs exactly once in its file and is changed by its mutant, each name is there once: the table and the sources belong together.
+/// The table and the sources belong together: each fragment occurs exactly once in its file, and each name is there
+/// once.
 fn check(text: impl Fn(&str) -> Result<String, Failure>) -> Result<(), Failure> {
     let (mut names, mut said) = (BTreeSet::new(), Vec::new());
     for source in SOURCES {
@@ -105,12 +117,12 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 
 /// The unchanged tests, which must pass; how long each suite may take with a mutant in it.
 fn unchanged(
-    chosen: &[(&'static Source, &'static Mutant)],
+    suites: impl Iterator<Item = Suite>,
     tree: &Path,
     target: &Path,
 ) -> Result<BTreeMap<Suite, Duration>, Failure> {
     let mut allowed = BTreeMap::new();
-    for &suite in chosen.iter().flat_map(|(source, _)| source.suites) {
+    for suite in suites {
         if allowed.contains_key(&suite) {
             continue;
         }
@@ -125,44 +137,37 @@ fn unchanged(
                 );
                 allowed.insert(suite, Duration::from_secs(60) + time * 5);
             }
-            other => return Err(Failure::Mutants(format!("the unchanged tests fail in {suite}: {other:?}"))),
+            Answer::DoesNotBuild { errors } => {
+                return Err(Failure::Mutants(format!("the unchanged tests do not build in {suite}:\n{errors}")));
+            }
+            other => return Err(Failure::Mutants(format!("the unchanged tests do not pass in {suite}: {other:?}"))),
         }
     }
     Ok(allowed)
 }
 
-/// The mutant in the copy, through the suites of its source until one notices; the copy is as before afterwards.
+/// The mutant in the copy, through one suite; the copy is as before afterwards.
 fn tried(
     source: &Source,
     mutant: &Mutant,
-    tree: &Path,
-    target: &Path,
-    allowed: &BTreeMap<Suite, Duration>,
+    suite: Suite,
+    (tree, target): (&Path, &Path),
+    allowed: Duration,
 ) -> Result<Fate, Failure> {
     let path = tree.join(source.file);
     let text = read(&path)?;
     write(&path, &text.replacen(mutant.fragment, mutant.replacement, 1))?;
-    let mut fate = Ok(Fate::Survived);
-    for suite in source.suites {
-        let by = match suite.run(tree, target, allowed[suite]) {
-            Ok(Answer::Passed { .. }) => continue,
-            Ok(Answer::DoesNotBuild { errors }) => {
-                eprintln!("\n{errors}");
-                fate = Ok(Fate::DoesNotBuild);
-                break;
-            }
-            Ok(Answer::Failed { test }) => test,
-            Ok(Answer::TimedOut) => "the time that its tests may take".to_owned(),
-            Err(failure) => {
-                fate = Err(failure);
-                break;
-            }
-        };
-        fate = Ok(Fate::Killed { by });
-        break;
-    }
+    let answer = suite.run(tree, target, allowed);
     write(&path, &text)?;
-    fate
+    Ok(match answer? {
+        Answer::Passed { .. } => Fate::Survived,
+        Answer::Failed { test } => Fate::Killed { by: test },
+        Answer::TimedOut => Fate::Killed { by: "the time that its tests may take".to_owned() },
+        Answer::DoesNotBuild { errors } => {
+            eprintln!("\n{errors}");
+            Fate::DoesNotBuild
+        }
+    })
 }
 
 /// The counts of each file as a table of Markdown, and the survivors with their reasons.

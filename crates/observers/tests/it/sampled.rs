@@ -52,6 +52,8 @@ proptest! {
         let innovation = &c * &e;
         let at = |t: f64| flow(&theta, w, &innovation, t);
         let now = at(t);
+        // C N = -w I, for any number of outputs.
+        prop_assert!((cubic::rate(&c, &n) - w).abs() <= 1e-9 * w);
         // The two parts of the answer agree: y~(t) = y~(0) + C N impulse.
         let scale = innovation.amax();
         prop_assert!((&innovation + &c * &n * &now.impulse - &now.innovation).amax() <= 1e-9 * scale);
@@ -195,6 +197,9 @@ fn bad_data_are_errors() {
     assert!(matches!(make(indefinite, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
     let hollow = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 1.0, 1.0);
     assert!(matches!(make(hollow, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 0, .. })));
+    // v'theta v is that of the symmetric part, and v1^2 + 4 v1 v2 + v2^2 is indefinite: no pivot of theta itself says so.
+    let triangular = SMatrix::<f64, 2, 2>::new(1.0, 4.0, 0.0, 1.0);
+    assert!(matches!(make(triangular, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
     // Semidefinite, and definite only in its symmetric part, are fine.
     assert_eq!(make(SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0), -identity, 1.0, 0.1), Ok(()));
     assert_eq!(make(SMatrix::<f64, 2, 2>::new(1.0, 5.0, -5.0, 1.0), -identity, 1.0, 0.1), Ok(()));
