@@ -65,9 +65,9 @@ enum Command {
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
     Mutate {
-        /// Only mutants with this in their names or in the paths of their files
+        /// Only mutants with this in their names or in the paths of their files; may be repeated
         #[arg(long)]
-        only: Option<String>,
+        only: Vec<String>,
         /// Show the mutants and run nothing
         #[arg(long)]
         list: bool,
@@ -103,7 +103,7 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
-        Command::Mutate { only, list } => mutate::run(only.as_deref(), list),
+        Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -248,14 +248,16 @@ proptest! {
 
     /// Theorem 6: (25) has a P1 for every stabilising K.
     #[test]
-    fn the_loop_is_certified_for_every_stabilising_feedback(plant in observable_plant(1..=5), input in matrix(5, 5), weights in importance()) {
+    fn the_loop_is_certified_for_every_stabilising_feedback(
+        plant in observable_plant(1..=5), input in matrix(5, 5), weights in importance(), rho in 0.01..10.0,
+    ) {
         let n = plant.a.nrows();
         // A full-rank input, so that every plant is stabilisable by construction.
         let b = input.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 3.0;
         let plant = DynamicPlant::new(plant.a, b, plant.c).unwrap();
         let p = plant.c.nrows();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant, 1.0), &theta(p, &weights), &Correction::Gamma(1.0)).unwrap();
+        let observer = CubicDesign::new(&linear(&plant, rho), &theta(p, &weights), &Correction::Gamma(1.0)).unwrap();
         let feedback = FeedbackDesign::new(&observer, &k).unwrap();
         prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
     }

@@ -29,18 +29,18 @@ enum Fate {
     DoesNotBuild,
 }
 
-/// Runs the mutants with `only` in their names or files; fails if one survives that is not listed as equivalent, is
+/// Runs the mutants with one of `only` in their names or files, all if there is none; fails if one survives that is not listed as equivalent, is
 /// killed although it is, or does not build.
-pub(crate) fn run(only: Option<&str>, list: bool) -> Result<(), Failure> {
+pub(crate) fn run(only: &[String], list: bool) -> Result<(), Failure> {
     check(|file| read(&root().join(file)))?;
-    let chosen: Vec<_> = chosen(only.unwrap_or_default()).collect();
+    let chosen: Vec<_> = chosen(only).collect();
     if list {
         chosen.iter().for_each(|(source, mutant)| println!("{:<56} {:<18} {}", mutant.name, mutant.kind, source.file));
         println!("{} mutants", chosen.len());
         return Ok(());
     }
     if chosen.is_empty() {
-        return Err(Failure::Mutants(format!("no mutant has {:?} in its name", only.unwrap_or_default())));
+        return Err(Failure::Mutants(format!("no mutant has one of {only:?} in its name or in the path of its file")));
     }
     let folder = root().join("target/mutate");
     let (tree, target) = (folder.join("workspace"), folder.join("target"));
@@ -76,11 +76,11 @@ pub(crate) fn run(only: Option<&str>, list: bool) -> Result<(), Failure> {
     verdict(&rows)
 }
 
-fn chosen(only: &str) -> impl Iterator<Item = (&'static Source, &'static Mutant)> {
-    SOURCES
-        .iter()
-        .flat_map(|source| source.mutants.iter().map(move |mutant| (source, mutant)))
-        .filter(move |(source, mutant)| mutant.name.contains(only) || (!only.is_empty() && source.file.contains(only)))
+fn chosen(only: &[String]) -> impl Iterator<Item = (&'static Source, &'static Mutant)> {
+    let all = SOURCES.iter().flat_map(|source| source.mutants.iter().map(move |mutant| (source, mutant)));
+    all.filter(move |(source, mutant)| {
+        only.is_empty() || only.iter().any(|part| mutant.name.contains(part) || source.file.contains(part))
+    })
 }
 
 /// The table and the sources belong together: each fragment occurs exactly once in its file, and each name is there
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn only_listed_survivors_pass() {
         let row = |equivalent: bool, fate: Fate| {
-            let found = chosen("").find(|(_, mutant)| mutant.equivalent.is_some() == equivalent).unwrap();
+            let found = chosen(&[]).find(|(_, mutant)| mutant.equivalent.is_some() == equivalent).unwrap();
             verdict(&[(found, fate)])
         };
         let killed = Fate::Killed { by: "a test".to_owned() };

@@ -77,6 +77,9 @@ fn the_joint_design_is_proved_for_several_outputs() {
     .unwrap();
     let design = joint_design(&plant, &DMatrix::identity(2, 2), 0.25, 2.0).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
+    // (9), whichever way P was found.
+    let half = &design.p * design.error_matrix();
+    assert!((&half + half.transpose() + &design.q).norm() < 1e-13 * half.norm());
     assert!(spectral_abscissa(&design.error_matrix()).unwrap() < -0.25);
 }
 
@@ -199,6 +202,18 @@ fn the_sampled_design_has_the_poles_and_the_strength_of_the_continuous_one() {
     let f = o.ad() - o.ld() * o.c();
     let residual = f.transpose() * &design.p * &f - &design.p + DMatrix::identity(2, 2) * h;
     assert!(residual.amax() < 1e-13 * design.p.amax(), "{residual}");
+}
+
+/// C = I and N = -[1 10; 0 1]: Hurwitz, but N + N' is indefinite. P = I, which F = -5 I would like best, gives no S with S + S' > 0; P = diag(1, 30) does. S = -P N is not symmetric.
+#[test]
+fn a_gain_that_is_not_dissipative_gets_a_lyapunov_matrix_of_its_own() {
+    let plant = DynamicPlant::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let n = dmatrix![-1.0, -10.0; 0.0, -1.0];
+    let found = certify_gain(&plant, &(DMatrix::identity(2, 2) * 5.0), &n).unwrap();
+    assert!(found.certificate.is_proved() && found.certificate.converges_from_everywhere(), "{}", found.certificate);
+    let (p, s) = (&found.p, &found.s);
+    assert!((p * &n + s).norm() < 1e-14 * p.norm() * n.norm(), "{p}{s}");
+    assert!((s + s.transpose()).cholesky().is_some(), "{s}");
 }
 
 /// x1' = x2 needs L2 > 0 and x1' = -x2 needs L2 < 0: each alone has a gain, and the two have none in common, whichever is the nominal one.

@@ -49,6 +49,14 @@ proptest! {
         let m = rows.row(0).into_owned();
         let mut rate = vec![0.0; state.len()];
         estimator.rate(&state, &Vector1::new(values[0]), &m, &mut rate);
+        // Each filter of Y and of M moves at its own rate: beta (present - past).
+        for (k, beta) in [1.0, 3.0].into_iter().enumerate() {
+            let past = values[k + 1];
+            prop_assert!((rate[3 + 4 * k] - beta * (values[0] - past)).abs() <= 4.0 * f64::EPSILON * beta * 12.0);
+            for j in 0..3 {
+                prop_assert_eq!(rate[4 + 4 * k + j], (m[j] - rows[(k + 1, j)]) * beta);
+            }
+        }
         let delta = rows.determinant();
         prop_assert!((estimator.excitation(&state, &m).unwrap() - delta.abs()).abs() <= 64.0 * f64::EPSILON * 6.0);
         // |adj| <= 2 per entry, |Z| <= 6, |Delta| <= 6, |theta_hat| <= 5.
@@ -121,6 +129,10 @@ proptest! {
         let (bound, smallest) = (least_eigenvalue(&two), two.symmetric_eigenvalues().min());
         prop_assert!(bound <= smallest + 64.0 * f64::EPSILON * two.trace());
         prop_assert!(bound >= 0.5 * smallest - 64.0 * f64::EPSILON * two.trace());
+        // Equality of the means, for diag(a, b, b): a b^2 (2/(a + 2 b))^2.
+        let (a, b) = (m[(0, 0)].abs() + 0.1, m[(1, 1)].abs() + 0.1);
+        let exact = a * (2.0 * b / (a + 2.0 * b)).powi(2);
+        prop_assert!((least_eigenvalue(&Matrix3::from_diagonal(&Vector3::new(a, b, b))) / exact - 1.0).abs() <= 32.0 * f64::EPSILON);
         let one = gram.fixed_view::<1, 1>(0, 0).into_owned();
         prop_assert!((least_eigenvalue(&one) - one[0]).abs() <= 4.0 * f64::EPSILON * one[0]);
         // Of rank 1.
