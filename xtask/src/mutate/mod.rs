@@ -18,6 +18,8 @@ use crate::step::{Failure, root};
 use suite::{Answer, Suite};
 use table::{Mutant, SOURCES, Source};
 
+const MINUTE: Duration = Duration::new(60, 0);
+
 /// What became of one mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Fate {
@@ -35,7 +37,9 @@ pub(crate) fn run(only: &[String], list: bool) -> Result<(), Failure> {
     check(|file| read(&root().join(file)))?;
     let chosen: Vec<_> = chosen(only).collect();
     if list {
-        chosen.iter().for_each(|(source, mutant)| println!("{:<56} {:<18} {}", mutant.name, mutant.kind, source.file));
+        for (source, mutant) in &chosen {
+            println!("{:<56} {:<14} {}", mutant.name, mutant.kind, source.file);
+        }
         println!("{} mutants", chosen.len());
         return Ok(());
     }
@@ -45,6 +49,7 @@ pub(crate) fn run(only: &[String], list: bool) -> Result<(), Failure> {
     let folder = root().join("target/mutate");
     let (tree, target) = (folder.join("workspace"), folder.join("target"));
     copy::mirror(&root(), &tree)?;
+    suite::write_modules(&tree)?;
     let began = Instant::now();
     let mut fates = vec![Fate::Survived; chosen.len()];
     let rounds = chosen.iter().map(|(source, _)| source.suites.len()).max().unwrap_or(0);
@@ -128,14 +133,14 @@ fn unchanged(
         }
         eprint!("── unchanged, {suite}: ");
         let began = Instant::now();
-        match suite.run(tree, target, Duration::from_secs(3600))? {
+        match suite.run(tree, target, MINUTE * 60)? {
             Answer::Passed { time } => {
                 eprintln!(
                     "passed in {:.0} s, {:.0} s of them tests",
                     began.elapsed().as_secs_f64(),
                     time.as_secs_f64()
                 );
-                allowed.insert(suite, Duration::from_secs(60) + time * 5);
+                allowed.insert(suite, MINUTE + time * 5);
             }
             Answer::DoesNotBuild { errors } => {
                 return Err(Failure::Mutants(format!("the unchanged tests do not build in {suite}:\n{errors}")));

@@ -1,6 +1,10 @@
 //! One row of tests of one package: built, run until the first test fails, ended after a time.
+//!
+//! The test binaries of `design` and of the workspace take minutes to compile, and a mutant needs a few modules of them: these are compiled alone, in a
+//! package of their own that exists in the copy only.
 
 use std::fmt;
+use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -19,6 +23,54 @@ pub(super) struct Suite {
     pub(super) binaries: &'static [&'static str],
     /// Only tests with one of these in their names; all if there is none.
     pub(super) only: &'static [&'static str],
+}
+
+/// The package that exists in the copy only.
+pub(super) const MODULES: &str = "luenberger-mutants";
+
+/// Its test binaries, each with the modules that it consists of.
+const BINARIES: [(&str, &[&str]); 4] = [
+    ("designs", &["crates/design/tests/it/designs.rs", "crates/design/tests/it/bad_input.rs"]),
+    ("cubic", &["tests/tests/it/theorems_cubic.rs"]),
+    ("mean_value", &["tests/tests/it/theorems_mvt.rs"]),
+    ("kkl", &["tests/tests/it/theorems_kkl.rs", "tests/tests/it/theorems_kkl_converter.rs"]),
+];
+
+const MANIFEST: &str = r#"[package]
+name = "luenberger-mutants"
+edition.workspace = true
+publish = false
+
+[dev-dependencies]
+luenberger-design.workspace = true
+luenberger-linalg.workspace = true
+luenberger-lmi.workspace = true
+luenberger-observers.workspace = true
+luenberger-plants.workspace = true
+luenberger-proof.workspace = true
+luenberger-sim.workspace = true
+nalgebra = { workspace = true, features = ["macros", "std"] }
+proptest.workspace = true
+"#;
+
+/// Writes the package of modules into the copy `tree`.
+pub(super) fn write_modules(tree: &Path) -> Result<(), Failure> {
+    let folder = tree.join("crates/mutants");
+    let put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&path, text));
+        written.map_err(|source| Failure::io(path, source))
+    };
+    put("Cargo.toml", MANIFEST)?;
+    put("src/lib.rs", "")?;
+    for (name, modules) in BINARIES {
+        let lines = modules.iter().map(|module| {
+            let name = Path::new(module).file_stem().unwrap_or_default().to_string_lossy();
+            format!("#[path = \"../../../{module}\"]\nmod {name};\n")
+        });
+        put(&format!("tests/{name}.rs"), &lines.collect::<String>())?;
+    }
+    Ok(())
 }
 
 /// What a suite says of a tree.

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use super::suite::Suite;
+use super::suite::{MODULES, Suite};
 
 /// One change of one formula.
 pub(super) struct Mutant {
@@ -68,12 +68,11 @@ impl Mutant {
 use Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 
 const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--lib", "--test", "it"], only: &[] };
-const DESIGNS: Suite =
-    Suite { package: "luenberger-design", binaries: &["--test", "it"], only: &["designs::", "bad_input::"] };
+const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
-const CUBIC: Suite = Suite { package: "luenberger-tests", binaries: &["--test", "it"], only: &["theorems_cubic::"] };
-const MEAN_VALUE: Suite = Suite { package: "luenberger-tests", binaries: &["--test", "it"], only: &["theorems_mvt::"] };
-const KKL: Suite = Suite { package: "luenberger-tests", binaries: &["--test", "it"], only: &["theorems_kkl"] };
+const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
+const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
+const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
 /// All of them.
 pub(super) const SOURCES: &[Source] = &[
@@ -397,7 +396,12 @@ pub(super) const SOURCES: &[Source] = &[
                 "&f) - self.map.beta_directional",
                 "&f) + self.map.beta_directional",
             ),
-            mutant("I&I: no D_y beta Dh f", Dropped, " - self.map.beta_directional(y, chi, &output_rate, &still)", ""),
+            mutant(
+                "I&I: no D_y beta Dh f",
+                Dropped,
+                "self.map.beta_directional(y, chi, &output_rate, &still)",
+                "self.map.beta_directional(y, chi, &output_rate, &still) * T::zero()",
+            ),
             mutant("I&I: - rho", Sign, "wanted += rho", "wanted -= rho"),
             mutant("I&I: Q not projected", Dropped, "(wanted - seen)", "wanted"),
             mutant("I&I: I + projector", Sign, "(wanted - seen)", "(wanted + seen)"),
@@ -736,7 +740,7 @@ pub(super) const SOURCES: &[Source] = &[
     },
     Source {
         file: "crates/design/src/robust/positive_real.rs",
-        suites: &[DESIGN_UNITS, DESIGNS],
+        suites: &[DESIGNS, DESIGN_UNITS],
         mutants: &[
             mutant("positive real: signs of i^j (-i)^k", Sign, "j.abs_diff(k) % 4 == 0", "j.abs_diff(k) % 2 == 0"),
             mutant("positive real: C (s I - A)^-1 B", Sign, "-(c * &adjugate * b)", "(c * &adjugate * b)"),
