@@ -31,8 +31,9 @@ enum Fate {
     DoesNotBuild,
 }
 
-/// Runs the mutants with one of `only` in their names or files, all if there is none; fails if one survives that is not listed as equivalent, is
-/// killed although it is, or does not build.
+/// Runs the mutants with one of `only` in their names or files, all if there is none.
+///
+/// Fails if one survives that is not listed as equivalent, is killed although it is, or does not build.
 pub(crate) fn run(only: &[String], list: bool) -> Result<(), Failure> {
     check(|file| read(&root().join(file)))?;
     let chosen: Vec<_> = chosen(only).collect();

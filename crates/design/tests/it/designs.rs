@@ -137,6 +137,16 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
     assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
 }
 
+/// Theorem 6 for slow loops: both poles at -eps, so that P0 grows like 1/eps^3 and the share mu of P0 in (25) has to fall.
+#[test]
+fn a_slow_loop_is_certified() {
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &Correction::Gamma(2.0)).unwrap();
+    for eps in [1.0, 0.1, 0.01] {
+        let feedback = FeedbackDesign::new(&cubic, &dmatrix![eps * eps, 2.0 * eps]).unwrap();
+        assert!(feedback.certificate.is_proved(), "{eps}: {}", feedback.certificate);
+    }
+}
+
 #[test]
 fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     let plant =

@@ -76,8 +76,10 @@ proptest! {
         estimator.rate(&state, &(m * theta), &m, &mut rate);
         // Entries of Phi up to 5, of the adjugate up to 50, of Z up to 30.
         assert_monotone(&rate[..3], (guess - theta).as_slice(), &[1.0; 3], phi.determinant(), 3.0 * 50.0 * 30.0)?;
-        // The extension keeps Z = Phi theta.
+        // Phi' = -a Phi + M'M, and the extension keeps Z = Phi theta.
         let (z_rate, phi_rate) = rate[3..].split_at(3);
+        let deviation = Matrix3::from_column_slice(phi_rate) - (m.transpose() * m - phi * 0.7);
+        prop_assert!(deviation.amax() <= 16.0 * f64::EPSILON * 6.0, "{deviation}");
         let expected = Matrix3::from_column_slice(phi_rate) * theta;
         prop_assert!((Vector3::from_column_slice(z_rate) - expected).amax() <= 64.0 * f64::EPSILON * 60.0);
     }
