@@ -98,6 +98,9 @@ proptest! {
         let s = accretive(p, &d, &k);
         let design = CubicDesign::new(&linear, &theta(p, &weights), &Correction::General(s)).unwrap();
         assert_proved(&design);
+        // P N = -C'S with S itself: S' is admissible too, and V cannot tell the two apart.
+        let miss = &design.p * &design.observer.n + plant.c.transpose() * &design.s;
+        prop_assert!(miss.norm() <= 64.0 * n as f64 * f64::EPSILON * design.p.norm() * design.observer.n.norm(), "{miss}");
         let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 3.0);
         let v = metrics::lyapunov(&run, "cubic", &design.p).unwrap();

@@ -155,8 +155,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "theta >= 0 asked of theta, not of its symmetric part",
                 Transpose,
-                "(theta[(i, j)] + theta[(j, i)]) * half",
-                "(theta[(i, j)] + theta[(i, j)]) * half",
+                "(rest[(i, j)] + rest[(j, i)]) * half",
+                "(rest[(i, j)] + rest[(i, j)]) * half",
             ),
         ],
     },
