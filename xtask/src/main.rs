@@ -61,7 +61,7 @@ enum Command {
         #[arg(long, default_value_t = 2019)]
         seed: u64,
     },
-    /// Change the formulas of the papers one by one, in a copy, and show which tests notice (an hour or two)
+    /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
     Mutate {
