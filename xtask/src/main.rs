@@ -1,11 +1,13 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`, `cargo xtask bench linalg`,
-//! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`, `cargo xtask stress theorems`.
+//! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`, `cargo xtask stress theorems`,
+//! `cargo xtask mutate`.
 //!
 //! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
 //! its exit code.
 
 mod bench;
 mod features;
+mod mutate;
 mod step;
 mod stress;
 
@@ -63,6 +65,17 @@ enum Command {
         #[arg(long, default_value_t = 2019)]
         seed: u64,
     },
+    /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
+    ///
+    /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
+    Mutate {
+        /// Only mutants with this in their names or in the paths of their files; may be repeated
+        #[arg(long)]
+        only: Vec<String>,
+        /// Show the mutants and run nothing
+        #[arg(long)]
+        list: bool,
+    },
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -95,6 +108,7 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
+        Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

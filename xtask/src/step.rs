@@ -18,6 +18,8 @@ pub(crate) enum Failure {
     Features { missing: String },
     /// A command could not be started, or a file not be written.
     Io { what: PathBuf, source: io::Error },
+    /// What the mutants of the formulas were to show does not hold.
+    Mutants(String),
 }
 
 impl Failure {
@@ -31,7 +33,7 @@ impl Failure {
             Self::Step { status, .. } => {
                 ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-            Self::Features { .. } | Self::Io { .. } | Self::Missing(_) => ExitCode::FAILURE,
+            Self::Features { .. } | Self::Io { .. } | Self::Missing(_) | Self::Mutants(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -45,6 +47,7 @@ impl fmt::Display for Failure {
             }
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
             Self::Missing(name) => write!(f, "{name} is not installed"),
+            Self::Mutants(said) => write!(f, "{said}"),
         }
     }
 }

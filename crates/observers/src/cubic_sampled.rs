@@ -214,39 +214,52 @@ where
     matrix.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
 }
 
-/// Checks that the symmetric part of theta is positive semidefinite, by elimination without pivoting.
+/// Checks that the symmetric part of theta is positive semidefinite, by elimination with diagonal pivoting.
 ///
-/// A semidefinite matrix needs no pivoting: a pivot that is zero has a zero row. Rounding leaves p epsilon times the largest
-/// diagonal entry undecided, and that much is let pass.
+/// The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where theta is
+/// singular; a small pivot taken before a large one would amplify rounding. Rounding leaves 4 p^2 epsilon times the largest
+/// entry undecided, and that much is let pass.
 fn check_semidefinite<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>) -> Result<(), ObserverError>
 where
     DefaultAllocator: Allocator<P, P>,
 {
     let p = theta.nrows();
     let half = T::one() / (T::one() + T::one());
-    let mut rest = theta.clone();
+    let scale = magnitude(theta);
+    if scale == T::zero() {
+        return Ok(());
+    }
+    let mut rest = theta / scale;
     for i in 0..p {
-        for j in 0..p {
-            rest[(i, j)] = (theta[(i, j)] + theta[(j, i)]) * half;
+        for j in 0..=i {
+            let mean = (rest[(i, j)] + rest[(j, i)]) * half;
+            (rest[(i, j)], rest[(j, i)]) = (mean, mean);
         }
     }
-    let undecided = magnitude(&rest) * count(4 * p * p) * T::default_epsilon();
-    for k in 0..p {
+    let undecided = count::<T>(4 * p * p) * T::default_epsilon();
+    // The rows that are left are those whose diagonal entry has not been a pivot; a row that has is set to zero.
+    for _ in 0..p {
+        let k = (0..p).fold(0, |k, i| if rest[(i, i)] > rest[(k, k)] { i } else { k });
         let pivot = rest[(k, k)];
-        let off_diagonal = (k + 1..p).fold(T::zero(), |largest: T, j| largest.max(rest[(k, j)].abs()));
-        // |theta_kj|^2 <= theta_kk theta_jj in a semidefinite matrix.
-        let allowed = (undecided * magnitude(theta)).sqrt();
-        if pivot < -undecided || (pivot <= undecided && off_diagonal > allowed) {
-            return Err(ObserverError::ThetaIndefinite { row: k, pivot: pivot.to_subset_unchecked() });
+        if pivot <= undecided {
+            break;
         }
-        if pivot > undecided {
-            for i in k + 1..p {
-                let factor = rest[(i, k)] / pivot;
-                for j in k + 1..p {
-                    let reduced = rest[(i, j)] - factor * rest[(k, j)];
-                    rest[(i, j)] = reduced;
-                }
+        for i in (0..p).filter(|&i| i != k) {
+            let factor = rest[(i, k)] / pivot;
+            for j in (0..p).filter(|&j| j != k) {
+                let reduced = rest[(i, j)] - factor * rest[(k, j)];
+                rest[(i, j)] = reduced;
             }
+        }
+        for i in 0..p {
+            (rest[(i, k)], rest[(k, i)]) = (T::zero(), T::zero());
+        }
+    }
+    // What is left has no positive diagonal entry, and has to be zero.
+    for k in 0..p {
+        let off_diagonal = (0..p).filter(|&j| j != k).fold(T::zero(), |largest: T, j| largest.max(rest[(k, j)].abs()));
+        if rest[(k, k)] < -undecided || off_diagonal > undecided {
+            return Err(ObserverError::ThetaIndefinite { row: k, pivot: (rest[(k, k)] * scale).to_subset_unchecked() });
         }
     }
     Ok(())

@@ -98,6 +98,9 @@ proptest! {
         let s = accretive(p, &d, &k);
         let design = CubicDesign::new(&linear, &theta(p, &weights), &CubicGain::General(s)).unwrap();
         assert_proved(&design);
+        // P N = -C'S with S itself: S' is admissible too, and V cannot tell the two apart.
+        let miss = &design.p * &design.observer.n + plant.c.transpose() * &design.s;
+        prop_assert!(miss.norm() <= 64.0 * n as f64 * f64::EPSILON * design.p.norm() * design.observer.n.norm(), "{miss}");
         let e0 = head(&e0, n, size);
         let run = race(&design, &linear, &e0, 3.0);
         let v = metrics::lyapunov(&run, "cubic", &design.p).unwrap();
@@ -227,16 +230,37 @@ proptest! {
         prop_assert!(at(bound * (1.0 + room)).is_refuted());
     }
 
+    /// Theorem 5 for every Q > 0: (23) suffices, below the greatest margin that this P has, and that margin is `F'P + PF + 2 eps P < 0` exactly.
+    #[test]
+    fn the_bound_of_theorem_5_suffices_for_every_q(plant in observable_plant(1..=6), root in matrix(6, 6)) {
+        let n = plant.a.nrows();
+        let root = root.view((0, 0), (n, n));
+        let q = root * root.transpose() + DMatrix::identity(n, n) * 0.1;
+        let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.4 * k as f64).collect();
+        let design = LinearDesign::with_poles(&plant, &poles).unwrap().lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
+        let bound = theorem5_bound(&design.p, &design.q).unwrap();
+        let margin = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
+        prop_assert!(bound <= margin * (1.0 + 1e-9), "{bound} {margin}");
+        let exact = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
+        let o = &design.observer;
+        let at = |eps: f64| decay_rate(&exact(&o.a), &exact(&o.l), &exact(&o.c), &exact(&design.p), eps).unwrap();
+        let room = 1e-6;
+        prop_assert!(at(bound * (1.0 - room)).is_proved() && at(margin * (1.0 - room)).is_proved());
+        prop_assert!(at(margin * (1.0 + room)).is_refuted());
+    }
+
     /// Theorem 6: (25) has a P1 for every stabilising K.
     #[test]
-    fn the_loop_is_certified_for_every_stabilising_feedback(plant in observable_plant(1..=5), input in matrix(5, 5), weights in importance()) {
+    fn the_loop_is_certified_for_every_stabilising_feedback(
+        plant in observable_plant(1..=5), input in matrix(5, 5), weights in importance(), rho in 0.01..10.0,
+    ) {
         let n = plant.a.nrows();
         // A full-rank input, so that every plant is stabilisable by construction.
         let b = input.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 3.0;
         let plant = StateSpace::new(plant.a, b, plant.c).unwrap();
         let p = plant.c.nrows();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant, 1.0), &theta(p, &weights), &CubicGain::Gamma(1.0)).unwrap();
+        let observer = CubicDesign::new(&linear(&plant, rho), &theta(p, &weights), &CubicGain::Gamma(1.0)).unwrap();
         let feedback = FeedbackDesign::new(&observer, &k).unwrap();
         prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
     }
@@ -247,6 +271,8 @@ proptest! {
         let p = plant.c.nrows();
         let design = joint_design(&plant, &theta(p, &weights), 0.0, 1.0).unwrap();
         assert_proved(&design);
+        // S comes out of an inequality that any multiple of it solves; its size is the one asked for.
+        prop_assert!((design.s.norm() - 1.0).abs() <= 4.0 * p as f64 * f64::EPSILON, "{}", design.s);
     }
 
     /// Theorem C: the sampled observer is proved at every period, and its V never grows.

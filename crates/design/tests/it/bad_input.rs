@@ -28,6 +28,8 @@ fn a_pole_in_the_right_half_plane_is_named() {
     let error = refused_poles(&[-1.0, 0.5]);
     assert_eq!(error, DesignError::UnstablePole { pole: Complex::new(0.5, 0.0) });
     assert!(error.to_string().contains("0.5"));
+    // On the boundary an error never decays.
+    assert_eq!(refused_poles(&[-1.0, 0.0]), DesignError::UnstablePole { pole: Complex::new(0.0, 0.0) });
 }
 
 #[test]

@@ -4,11 +4,11 @@ use approx::assert_abs_diff_eq;
 use std::cmp::Ordering;
 
 use luenberger_design::robust::{
-    PolytopicDesign, certify_gain, fixed_gain_margin, fixed_lyapunov_margin, positive_real_margin, redesigned_margin,
-    theorem5_bound,
+    PolytopicDesign, certify_gain, fixed_gain_margin, fixed_lyapunov_margin, input_to_state_gain, positive_real_margin,
+    redesigned_margin, theorem5_bound,
 };
 use luenberger_design::{
-    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, Theorem1, joint_design,
+    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, Theorem1, joint_design,
     theta_from_cost_shares,
 };
 use luenberger_linalg::spectral_abscissa;
@@ -81,6 +81,9 @@ fn the_joint_design_is_proved_for_several_outputs() {
     .unwrap();
     let design = joint_design(&plant, &DMatrix::identity(2, 2), 0.25, 2.0).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
+    // (9), whichever way P was found.
+    let half = &design.p * design.error_matrix();
+    assert!((&half + half.transpose() + &design.q).norm() < 1e-13 * half.norm());
     assert!(spectral_abscissa(&design.error_matrix()).unwrap() < -0.25);
 }
 
@@ -141,6 +144,16 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
     assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
 }
 
+/// Theorem 6 for slow loops: both poles at -eps, so that P0 grows like 1/eps^3 and the share mu of P0 in (25) has to fall.
+#[test]
+fn a_slow_loop_is_certified() {
+    let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    for eps in [1.0, 0.1, 0.01] {
+        let feedback = FeedbackDesign::new(&cubic, &dmatrix![eps * eps, 2.0 * eps]).unwrap();
+        assert!(feedback.certificate.is_proved(), "{eps}: {}", feedback.certificate);
+    }
+}
+
 #[test]
 fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
@@ -151,6 +164,82 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     let theta = theta_from_cost_shares(&linear, Some(&dvector![1.0, 0.0]), 3.0).unwrap();
     assert_abs_diff_eq!(theta, dmatrix![3.0, 0.0; 0.0, 0.0], epsilon = 1e-12);
     assert!(theta_from_cost_shares(&linear, Some(&dvector![0.0, 0.0]), 3.0).is_err());
+}
+
+/// F = [-1 1; 0 -2], C = I: e2 = exp(-2t) e2(0), and e1 gets exp(-t) - exp(-2t) of e2(0). From e(0) = (0, 1), J = (1/2 - 2/3 + 1/4, 1/4) = (1, 3)/12; over all directions
+/// trace M_1 = 1/2 + 1/12 and trace M_2 = 1/4.
+#[test]
+fn shares_of_coupled_errors_are_those_along_the_error_equation() {
+    let plant = StateSpace::new(dmatrix![-1.0, 1.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let linear = LinearDesign::with_gain(&plant, DMatrix::zeros(2, 2)).unwrap();
+    let theta = theta_from_cost_shares(&linear, Some(&dvector![0.0, 1.0]), 4.0).unwrap();
+    assert!((theta - dmatrix![1.0, 0.0; 0.0, 3.0]).amax() < 1e-14);
+    let theta = theta_from_cost_shares(&linear, None, 10.0).unwrap();
+    assert!((theta - dmatrix![7.0, 0.0; 0.0, 3.0]).amax() < 1e-14);
+}
+
+/// With as many outputs as states (13) can hold as printed: C = I, P = I and N = -I give P N C + C'N'P = -2 I, and N = I the contrary.
+#[test]
+fn the_strict_condition_holds_where_every_direction_is_seen() {
+    let identity = DMatrix::identity(2, 2);
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, 0.0], DMatrix::zeros(2, 0), identity.clone()).unwrap();
+    let strict = |n: &DMatrix<f64>| Theorem1::examine(&plant, (&identity, n, &identity), &identity).unwrap();
+    let admissible = strict(&-&identity);
+    assert!(admissible.strict.is_proved() && admissible.certificate.is_proved(), "{:?}", admissible.strict);
+    let wrong = strict(&identity);
+    assert!(wrong.strict.is_refuted() && !wrong.certificate.is_proved(), "{:?}", wrong.strict);
+}
+
+/// P = diag(1, 4) and Q = 2 alpha P, of `e' = -alpha e`: the margin is alpha, and the ultimate bound sqrt(4/1)/alpha.
+#[test]
+fn the_gain_from_forcing_to_error_is_the_root_of_the_condition_over_the_rate() {
+    let p = dmatrix![1.0, 0.0; 0.0, 4.0];
+    for alpha in [0.25, 2.0] {
+        let q = &p * (2.0 * alpha);
+        assert!((fixed_lyapunov_margin(&p, &q).unwrap() - alpha).abs() < 1e-15);
+        assert!((input_to_state_gain(&p, &q).unwrap() - 2.0 / alpha).abs() < 1e-14);
+    }
+}
+
+/// The double integrator, sampled: poles z1 and z2 take Ld = (2 - z1 - z2, (1 - z1)(1 - z2)/h), and Theorem C asks for z = exp(h s). P solves the Stein equation with Q = h I.
+#[test]
+fn the_sampled_design_has_the_poles_and_the_strength_of_the_continuous_one() {
+    let linear = example1();
+    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let h = 0.125;
+    let design = SampledCubicDesign::from_cubic(&linear, &cubic, h).unwrap();
+    let o = &design.observer;
+    let (z1, z2) = ((-2.0 * h).exp(), (-5.0 * h).exp());
+    let expected = dmatrix![2.0 - z1 - z2; (1.0 - z1) * (1.0 - z2) / h];
+    assert!((o.ld() - expected).amax() < 1e-13, "{}", o.ld());
+    // -C N of Example 1.
+    assert!((o.w() - 168.0 / 17.0).abs() < 1e-12 && (o.c() * o.n() + dmatrix![o.w()]).amax() < 1e-12);
+    let f = o.ad() - o.ld() * o.c();
+    let residual = f.transpose() * &design.p * &f - &design.p + DMatrix::identity(2, 2) * h;
+    assert!(residual.amax() < 1e-13 * design.p.amax(), "{residual}");
+}
+
+/// C = I and N = -[1 10; 0 1]: Hurwitz, but N + N' is indefinite. P = I, which F = -5 I would like best, gives no S with S + S' > 0; P = diag(1, 30) does. S = -P N is not symmetric.
+#[test]
+fn a_gain_that_is_not_dissipative_gets_a_lyapunov_matrix_of_its_own() {
+    let plant = StateSpace::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let n = dmatrix![-1.0, -10.0; 0.0, -1.0];
+    let found = certify_gain(&plant, &(DMatrix::identity(2, 2) * 5.0), &n).unwrap();
+    assert!(found.certificate.is_proved() && found.certificate.converges_from_everywhere(), "{}", found.certificate);
+    let (p, s) = (&found.p, &found.s);
+    assert!((p * &n + s).norm() < 1e-14 * p.norm() * n.norm(), "{p}{s}");
+    assert!((s + s.transpose()).cholesky().is_some(), "{s}");
+}
+
+/// x1' = x2 needs L2 > 0 and x1' = -x2 needs L2 < 0: each alone has a gain, and the two have none in common, whichever is the nominal one.
+#[test]
+fn the_nominal_plant_is_a_vertex_of_its_polytope() {
+    let at = |sign: f64| dmatrix![0.0, sign; 0.0, 0.0];
+    for nominal in [1.0, -1.0] {
+        let plant = StateSpace::new(at(nominal), DMatrix::zeros(2, 0), dmatrix![1.0, 0.0]).unwrap();
+        assert!(PolytopicDesign::new(&plant, &[], 0.0).unwrap().certificate.is_proved());
+        assert!(PolytopicDesign::new(&plant, &[at(-nominal)], 0.0).is_err());
+    }
 }
 
 /// F = [0 1; -2 -3], C = [30 1], N = (0, -1): G(s) = (s + 30)/((s + 1)(s + 2)) is positive real only after a shift of -27, far to the left of

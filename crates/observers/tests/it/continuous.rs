@@ -1,9 +1,9 @@
 //! The right-hand sides (2) and (5): error dynamics (4) and (7) over random plants, sizes known at compile time and at run
 //! time, `f32`, and data that overflow.
 
-use luenberger_observers::{CubicObserver, LinearObserver, NonlinearLuenbergerObserver, Observer};
+use luenberger_observers::{CubicObserver, LinearObserver, NonlinearLuenbergerObserver, Observer, cubic};
 use luenberger_plants::{Plant, StateSpace};
-use nalgebra::{DMatrix, DVector, Matrix1, SMatrix, SVector, Vector1, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, SMatrix, SVector, Vector1, Vector2};
 use proptest::prelude::*;
 
 /// A plant, gains and a point, all of matching sizes.
@@ -143,6 +143,19 @@ fn saturation_does_not_touch_ordinary_numbers_of_single_precision() {
     }
     let slope = observer.derivative(0.0, &Vector1::zeros(), &Vector1::zeros(), &Vector1::new(1e12));
     assert!(slope[0].is_finite());
+}
+
+/// Beyond MAX^(1/4) the weight is that of the innovation shortened to it: continuous there, and the same for all that lie beyond on one ray.
+#[test]
+fn the_weight_stops_growing_without_a_jump() {
+    let (theta, ray) = (Matrix2::new(2.0, 0.5, 0.25, 1.0), Vector2::new(1.0, -0.5));
+    let bound = f64::MAX.sqrt().sqrt();
+    let at = |size: f64| cubic::weight(&theta, &(ray * size));
+    // 2 - 0.375 + 0.25, and two roundings of the bound.
+    assert!((at(bound) / (1.875 * bound * bound) - 1.0).abs() <= 4.0 * f64::EPSILON);
+    for beyond in [1.0 + 1e-9, 10.0, 1e200] {
+        assert!((at(bound * beyond) / at(bound) - 1.0).abs() <= 4.0 * f64::EPSILON, "{beyond}");
+    }
 }
 
 #[test]

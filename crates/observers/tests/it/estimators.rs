@@ -49,6 +49,14 @@ proptest! {
         let m = rows.row(0).into_owned();
         let mut rate = vec![0.0; state.len()];
         estimator.rate(&state, &Vector1::new(values[0]), &m, &mut rate);
+        // Each filter of Y and of M moves at its own rate: beta (present - past).
+        for (k, beta) in [1.0, 3.0].into_iter().enumerate() {
+            let past = values[k + 1];
+            prop_assert!((rate[3 + 4 * k] - beta * (values[0] - past)).abs() <= 4.0 * f64::EPSILON * beta * 12.0);
+            for j in 0..3 {
+                prop_assert_eq!(rate[4 + 4 * k + j], (m[j] - rows[(k + 1, j)]) * beta);
+            }
+        }
         let delta = rows.determinant();
         prop_assert!((estimator.excitation(&state, &m).unwrap() - delta.abs()).abs() <= 64.0 * f64::EPSILON * 6.0);
         // |adj| <= 2 per entry, |Z| <= 6, |Delta| <= 6, |theta_hat| <= 5.
@@ -68,8 +76,10 @@ proptest! {
         estimator.rate(&state, &(m * theta), &m, &mut rate);
         // Entries of Phi up to 5, of the adjugate up to 50, of Z up to 30.
         assert_monotone(&rate[..3], (guess - theta).as_slice(), &[1.0; 3], phi.determinant(), 3.0 * 50.0 * 30.0)?;
-        // The extension keeps Z = Phi theta.
+        // Phi' = -a Phi + M'M, and the extension keeps Z = Phi theta.
         let (z_rate, phi_rate) = rate[3..].split_at(3);
+        let deviation = Matrix3::from_column_slice(phi_rate) - (m.transpose() * m - phi * 0.7);
+        prop_assert!(deviation.amax() <= 16.0 * f64::EPSILON * 6.0, "{deviation}");
         let expected = Matrix3::from_column_slice(phi_rate) * theta;
         prop_assert!((Vector3::from_column_slice(z_rate) - expected).amax() <= 64.0 * f64::EPSILON * 60.0);
     }
@@ -121,6 +131,10 @@ proptest! {
         let (bound, smallest) = (least_eigenvalue(&two), two.symmetric_eigenvalues().min());
         prop_assert!(bound <= smallest + 64.0 * f64::EPSILON * two.trace());
         prop_assert!(bound >= 0.5 * smallest - 64.0 * f64::EPSILON * two.trace());
+        // Equality of the means, for diag(a, b, b): a b^2 (2/(a + 2 b))^2.
+        let (a, b) = (m[(0, 0)].abs() + 0.1, m[(1, 1)].abs() + 0.1);
+        let exact = a * (2.0 * b / (a + 2.0 * b)).powi(2);
+        prop_assert!((least_eigenvalue(&Matrix3::from_diagonal(&Vector3::new(a, b, b))) / exact - 1.0).abs() <= 32.0 * f64::EPSILON);
         let one = gram.fixed_view::<1, 1>(0, 0).into_owned();
         prop_assert!((least_eigenvalue(&one) - one[0]).abs() <= 4.0 * f64::EPSILON * one[0]);
         // Of rank 1.

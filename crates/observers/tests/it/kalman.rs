@@ -4,8 +4,11 @@
 
 use approx::assert_abs_diff_eq;
 use luenberger_observers::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel, ObserverError, SampledObserver};
-use luenberger_plants::{Chaotic, Column, Plant, PlantError, double_integrator};
-use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, Matrix3, RowVector2, SVector, Vector1, Vector2, Vector3};
+use luenberger_plants::{Chaotic, Column, LinearPlant, Plant, PlantError, double_integrator};
+use nalgebra::{
+    DMatrix, DVector, Matrix1, Matrix2, Matrix3, Matrix4, RowVector2, RowVector4, SVector, Vector1, Vector2, Vector3,
+    Vector4,
+};
 use proptest::prelude::*;
 
 fn joseph(p: Matrix2<f64>, c: RowVector2<f64>, v: f64) -> (Vector2<f64>, Matrix2<f64>) {
@@ -63,6 +66,28 @@ proptest! {
             prop_assert!(p.symmetric_eigenvalues().min() > 0.0, "{p}");
         }
     }
+}
+
+/// On a chain of four integrators with a constant input the estimate moves by a polynomial of degree 4 in time, which the classical Runge-Kutta method has exactly. With
+/// P(0) = 0 and W = 0 there is no correction.
+#[test]
+fn a_chain_of_integrators_is_propagated_exactly() {
+    let a = Matrix4::from_fn(|i, j| if j == i + 1 { 1.0 } else { 0.0 });
+    let plant = LinearPlant { a, b: Vector4::new(0.0, 0.0, 0.0, 1.0), c: RowVector4::new(1.0, 0.0, 0.0, 0.0) };
+    let noises = NoiseModel { w: Matrix4::zeros(), v: Matrix1::new(1.0), p0: Matrix4::zeros() };
+    let (h, x, u) = (0.5_f64, Vector4::new(1.0, -2.0, 3.0, -4.0), Vector1::new(24.0));
+    let filter = ExtendedKalmanFilter::new(plant, noises, h, 1).unwrap();
+    let mut belief = filter.initial(0.0, &x, &u, &Vector1::new(9.0));
+    filter.step(0.0, &mut belief, &u, &Vector1::new(9.0));
+    // exp(A h) x + int_0^h exp(A s) b ds u.
+    let expected = Vector4::new(
+        1.0 - 2.0 * h + 3.0 * h * h / 2.0 - 4.0 * h.powi(3) / 6.0 + h.powi(4),
+        -2.0 + 3.0 * h - 4.0 * h * h / 2.0 + 4.0 * h.powi(3),
+        3.0 - 4.0 * h + 12.0 * h * h,
+        -4.0 + 24.0 * h,
+    );
+    assert!((belief.estimate() - expected).amax() <= 16.0 * f64::EPSILON * 12.0, "{}", belief.estimate());
+    assert_eq!(belief.covariance(), Matrix4::zeros());
 }
 
 /// x3 is not measured; the filter finds it from x2' = x1 x3 and x3' = 0.2 - x1 x2.

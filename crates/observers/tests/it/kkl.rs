@@ -1,15 +1,18 @@
 //! KKL, [KKL+PEB] and high-gain observers over maps supplied by the user: constructors, sizes known at run time, states taken apart.
 
 use luenberger_observers::cascade::{Cascade, CascadeMap};
+use luenberger_observers::diagnosis::{Diagnose, Diagnosis};
 use luenberger_observers::estimator::gradient::Gradient;
+use luenberger_observers::exponential_cascade::{self, LOWEST};
 use luenberger_observers::high_gain::{HighGainMap, HighGainObserver, Place};
 use luenberger_observers::{
     KklMap, KklObserver, KklPebObserver, LeftInverse, LinearKkl, Observer, ObserverDimensions, ObserverError, cuk,
 };
-use luenberger_plants::{CukConverter, Plant, PlantError};
+use luenberger_plants::{CukConverter, ExponentialCascade, Plant, PlantError};
 use nalgebra::{
     DMatrix, DVector, Dyn, Matrix1, Matrix2, SMatrix, SVector, U0, U1, U2, Vector1, Vector2, Vector3, Vector4,
 };
+use proptest::prelude::*;
 
 /// `xhat = V^-1 z` for the z of a linear plant, `V A = D V + B C`.
 #[derive(Clone, Debug)]
@@ -146,6 +149,35 @@ impl HighGainMap<f64> for Chain {
     }
 }
 
+/// `x1' = 2 x2`, `x2' = 0`.
+#[derive(Debug)]
+struct Doubled;
+
+impl HighGainMap<f64> for Doubled {
+    type Xi = U2;
+    type Inputs = U0;
+    type Outputs = U1;
+    type Estimate = U2;
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 }
+    }
+    fn place(&self, i: usize) -> Place {
+        Place { output: 0, position: i + 1 }
+    }
+    fn drift(&self, _t: f64, xi: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
+        Vector2::new(2.0 * xi[1], 0.0)
+    }
+    fn shape(&self, _t: f64, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
+        Vector2::new(1.0, 0.5)
+    }
+    fn estimate(&self, _t: f64, xi: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *xi
+    }
+    fn start(&self, _t: f64, estimate: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *estimate
+    }
+}
+
 /// A pure chain of three: the error matrix has the roots of `s^3 + a1 s^2 + a2 s + a3` divided by r; and chains that are none.
 #[test]
 fn a_chain_of_three_has_its_poles() {
@@ -157,6 +189,12 @@ fn a_chain_of_three_has_its_poles() {
         SMatrix::<f64, 3, 3>::from_columns(&[column(Vector3::x()), column(Vector3::y()), column(Vector3::z())]);
     let shifted = matrix + SMatrix::<f64, 3, 3>::identity() * 4.0;
     assert_eq!(shifted * shifted * shifted, SMatrix::<f64, 3, 3>::zeros());
+
+    // x1' = 2 x2: the state that enters with the factor 2 gets the shape 1/2, and the poles are those of the pure chain.
+    let observer = HighGainObserver::new(Doubled, Vector2::new(2.0, 1.0), 0.25).unwrap();
+    let column = |e: Vector2<f64>| observer.derivative(0.0, &e, &SVector::zeros(), &Vector1::zeros());
+    let shifted = Matrix2::from_columns(&[column(Vector2::x()), column(Vector2::y())]) + Matrix2::identity() * 4.0;
+    assert_eq!(shifted * shifted, Matrix2::zeros());
 
     let refused = |places| HighGainObserver::new(Chain { places }, Vector3::new(3.0, 3.0, 1.0), 0.25).unwrap_err();
     let expected = ObserverError::Chain { state: 1, output: 1, position: 1, heads: 1 };
@@ -220,4 +258,80 @@ fn a_cascade_is_put_together() {
     let slope = observer.derivative(0.0, &SVector::from([2.0, 3.0, 5.0, 7.0, 0.0, 0.0, 0.0, 0.0, 0.0]), &u, &y);
     assert_eq!(slope.as_slice(), [5.0, 7.0, 2.0, 0.0, 33.0, 1.0, 7.0, 0.0, 0.0]);
     assert_eq!(CascadeMap::new::<f64>(Short { k: 1 }).err(), Some(ObserverError::Output { output: 1, outputs: 1 }));
+}
+
+/// Theta_hat of Proposition 6 at the end of its domain: held, reported, and no NaN.
+#[test]
+fn theta_of_proposition_6_stays_in_its_domain() {
+    let observer = exponential_cascade::observer(1.0, 5.0).unwrap();
+    let u = Vector1::new(0.0);
+    // psi = 1 and Y = alpha (y - w) - F[-y^3] = -3: the estimator pulls Theta_hat to -3 at the rate 5 (3 + Theta_hat).
+    let state = |theta: f64| SVector::<f64, 6>::from([0.0, 0.0, 3.0, 0.0, 1.0, theta]);
+    let y = Vector1::new(0.0);
+    let slope = observer.derivative(0.0, &state(0.5), &u, &y);
+    assert_eq!(slope[5], -17.5);
+    assert_eq!(
+        observer.diagnose(0.0, &state(0.5), &u, &y),
+        Diagnosis::LeavingDomain { parameter: 0, value: 0.5, bound: LOWEST, time: (LOWEST - 0.5) / -17.5 }
+    );
+    for theta in [LOWEST, 0.0, -1.0, -1e300] {
+        assert_eq!(
+            observer.diagnose(0.0, &state(theta), &u, &y),
+            Diagnosis::LeftDomain { parameter: 0, value: theta, bound: LOWEST }
+        );
+        assert!(observer.derivative(0.0, &state(theta), &u, &y)[5] >= 0.0);
+        assert_eq!(observer.estimate(0.0, &state(theta), &u, &y), Vector2::new(0.0, LOWEST.ln()));
+    }
+    // It finds its way back when the regression says so.
+    assert!(observer.derivative(0.0, &state(-1.0), &u, &Vector1::new(9.0))[5] > 0.0);
+    // exp(xi2) overflows at 710: that entry stands still, and says so.
+    let mut wild = state(1.0);
+    wild[1] = 800.0;
+    assert!(observer.derivative(0.0, &wild, &u, &y).iter().all(|entry| entry.is_finite()));
+    assert_eq!(observer.diagnose(0.0, &wild, &u, &y), Diagnosis::Overflow { entry: 4 });
+}
+
+proptest! {
+    /// (37) of Proposition 6: where Y = psi Theta, with x3 = xi2 + ln Theta, it stays so along the plant, whatever the filters have seen; W starts at y, where Y = 0.
+    #[test]
+    fn the_regression_of_proposition_6_stays_exact(
+        x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in prop::array::uniform2(-2.0..2.0f64), known in -5.0..5.0f64,
+        psi in 0.0..5.0f64, u in (-2.0..2.0f64).prop_map(Vector1::new), alpha in 0.5..4.0f64,
+    ) {
+        let observer = exponential_cascade::observer(alpha, 5.0).unwrap();
+        let y = ExponentialCascade.output(0.0, &x);
+        let rate: Vector3<f64> = ExponentialCascade.derivative(0.0, &x, &u);
+        let theta = (x[2] - xi[1]).exp();
+        let w = y[0] - (known + psi * theta) / alpha;
+        let state = SVector::<f64, 6>::from([xi[0], xi[1], w, known, psi, 1.0]);
+        // Theta is below exp(4).
+        let rounding = 64.0 * f64::EPSILON * alpha * (alpha + 1.0) * 400.0;
+        let (value, m) = observer.regression(0.0, &state, &y);
+        prop_assert!((value[0] - m[0] * theta).abs() <= rounding, "{value} {m}");
+        let slope = observer.derivative(0.0, &state, &u, &y);
+        let deviation = alpha * (rate[0] - slope[2]) - slope[3] - slope[4] * theta;
+        prop_assert!(deviation.abs() <= rounding, "{deviation}");
+        // xhat' of x2 and x3, with Theta_hat in the place of Theta.
+        let estimate = observer.estimate(0.0, &state, &u, &y);
+        prop_assert_eq!(estimate, Vector2::new(xi[0], xi[1]));
+        let start = observer.initial(0.0, &estimate, &u, &y);
+        prop_assert_eq!(observer.regression(0.0, &start, &y).0[0], 0.0);
+        prop_assert_eq!(observer.estimate(0.0, &start, &u, &y), estimate);
+    }
+
+    /// Proposition 1 for constant matrices: with phi = V x and y = x, `B = V A - D V` and `E = V B_plant` solve (4) for every V and D, and the error of z obeys D.
+    #[test]
+    fn the_error_of_a_linear_kkl_observer_obeys_its_matrix(entries in prop::collection::vec(-2.0..2.0f64, 3 * 9 + 3 * 3)) {
+        let matrix = |k: usize| DMatrix::from_column_slice(3, 3, &entries[9 * k..9 * (k + 1)]);
+        let column = |k: usize| DVector::from_column_slice(&entries[27 + 3 * k..30 + 3 * k]);
+        let (a, d, v) = (matrix(0), matrix(1), matrix(2) + DMatrix::identity(3, 3) * 8.0);
+        let (x, error, input) = (column(0), column(1), column(2));
+        let inverse = v.clone().try_inverse().unwrap();
+        let e = DMatrix::from_columns(&[&v * &input]);
+        let map = LinearKkl::new(d.clone(), &v * &a - &d * &v, e, Linear { v: v.clone(), inverse }).unwrap();
+        let u = DVector::from_element(1, 0.5);
+        let rate = KklObserver::new(map).derivative(0.0, &(&v * &x + &error), &u, &x) - &v * (a * x + input * u[0]);
+        // Entries of V up to 10, of V A x up to 400.
+        prop_assert!((rate - d * error).amax() <= 64.0 * f64::EPSILON * 1000.0);
+    }
 }

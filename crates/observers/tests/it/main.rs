@@ -2,6 +2,7 @@
 
 mod continuous;
 mod estimators;
+mod immersion_invariance;
 mod kalman;
 mod kkl;
 mod mean_value;

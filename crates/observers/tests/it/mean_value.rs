@@ -4,12 +4,16 @@
 
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::mean_value::integral::integral_mean;
-use luenberger_observers::{Beta, EstimateAndError, Integral, Mean, MeanValueObserver, Observer, ObserverError};
+use luenberger_observers::{
+    Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanValueObserver, Observer, ObserverError,
+};
+use luenberger_plants::coordinates::InCoordinates;
 use luenberger_plants::{
     Chaotic, Column, Differentiable, Dimensions, Plant, PlantError, double_integrator, flexible_joint,
 };
 use nalgebra::{
-    Const, DVector, Matrix4x2, RealField, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4, convert, vector,
+    Const, DVector, Matrix2, Matrix4x2, RealField, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4, convert,
+    vector,
 };
 use proptest::prelude::*;
 
@@ -107,10 +111,34 @@ proptest! {
                 // G_m is positive: the injection pulls towards the measurement.
                 prop_assert!(moved[k] * surprise[k] >= -rounding);
             }
+            // (5): xhat' = f(xhat) + G (y - C xhat; e), the measured rows by what is measured, the others by e.
+            let d = mean.mean(&plant, 0.0, &xhat, &u, &e).jacobian;
+            let own: Vector4<f64> = plant.derivative(0.0, &xhat, &u);
+            let corrected = printed.derivative(0.0, &state, &u, &y).estimate() - own;
+            for k in 0..4 {
+                let alpha: f64 = d.row(k).iter().chain(d.column(k).iter()).map(|entry| entry.abs()).sum();
+                let by = if k < 2 { y[k] - xhat[k] } else { e[k] };
+                prop_assert!((corrected[k] - eta * alpha * by).abs() <= rounding, "row {k}: {corrected}");
+            }
             let repaired = MeanValueObserver::repaired(plant, eta, mean, e, l).unwrap();
             let moved = repaired.derivative(0.0, &state, &u, &y).believed() - f;
             prop_assert!((moved - l * surprise).amax() <= rounding, "{moved}");
         }
+    }
+
+    /// In coordinates x = T z the observer of z is the observer of x: it starts where it is told, and its estimate moves by T z'.
+    #[test]
+    fn a_mapped_observer_estimates_in_the_coordinates_of_its_plant(turn in prop::array::uniform4(-1.0f64..1.0), xhat in prop::array::uniform2(-2.0f64..2.0)) {
+        // y = x1 is z1 for a T of this form; it is no involution.
+        let matrix = Matrix2::new(1.0, 0.0, turn[0], 2.0 + turn[1]);
+        let other = InCoordinates::measured_first(double_integrator(), matrix).unwrap();
+        let observer = MeanValueObserver::new(other.clone(), 1.0, Integral, Vector2::new(turn[2], turn[3])).unwrap();
+        let mapped = MappedObserver::new(&other, observer);
+        let (xhat, u, y) = (Vector2::from(xhat), Vector1::new(0.5), Vector1::new(0.25));
+        let state = mapped.initial(0.0, &xhat, &u, &y);
+        let rounding = 64.0 * f64::EPSILON * 4.0;
+        prop_assert!((state.estimate() - matrix.try_inverse().unwrap() * xhat).amax() <= rounding);
+        prop_assert!((mapped.estimate(0.0, &state, &u, &y) - xhat).amax() <= rounding);
     }
 
     /// Along the printed observer the internal error falls at least as fast as the theorem says; the factor 1/2 is what the

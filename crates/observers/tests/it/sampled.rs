@@ -52,6 +52,8 @@ proptest! {
         let innovation = &c * &e;
         let at = |t: f64| flow(&theta, w, &innovation, t);
         let now = at(t);
+        // C N = -w I, for any number of outputs.
+        prop_assert!((cubic::rate(&c, &n) - w).abs() <= 1e-9 * w);
         // The two parts of the answer agree: y~(t) = y~(0) + C N impulse.
         let scale = innovation.amax();
         prop_assert!((&innovation + &c * &n * &now.impulse - &now.innovation).amax() <= 1e-9 * scale);
@@ -195,10 +197,37 @@ fn bad_data_are_errors() {
     assert!(matches!(make(indefinite, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
     let hollow = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 1.0, 1.0);
     assert!(matches!(make(hollow, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 0, .. })));
+    // v'theta v is that of the symmetric part, and v1^2 + 4 v1 v2 + v2^2 is indefinite: no pivot of theta itself says so.
+    let triangular = SMatrix::<f64, 2, 2>::new(1.0, 4.0, 0.0, 1.0);
+    assert!(matches!(make(triangular, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
     // Semidefinite, and definite only in its symmetric part, are fine.
     assert_eq!(make(SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0), -identity, 1.0, 0.1), Ok(()));
     assert_eq!(make(SMatrix::<f64, 2, 2>::new(1.0, 5.0, -5.0, 1.0), -identity, 1.0, 0.1), Ok(()));
     assert_eq!(make(SMatrix::<f64, 2, 2>::from_diagonal(&Vector2::new(0.0, 2.0)), -identity, 1.0, 0.1), Ok(()));
+}
+
+proptest! {
+    /// theta = D D' >= 0 of every rank and in every order of its rows is admissible, and D D' - v v' with a v outside the range of D is not.
+    #[test]
+    fn every_semidefinite_theta_is_admissible(entries in prop::array::uniform16(-4..=4_i32), rank in 0..=4_usize, unit in -300..=300_i32) {
+        // In sixteenths: D D' is not rounded. The last row of D is that of an output nobody weighs.
+        let d = DMatrix::from_fn(5, rank, |i, j| if i < 4 { f64::from(entries[4 * j + i]) / 4.0 } else { 0.0 });
+        let theta = &d * d.transpose();
+        let identity = DMatrix::<f64>::identity(5, 5);
+        let make = |theta: DMatrix<f64>| {
+            SampledCubicObserver::new(
+                identity.clone(), DMatrix::zeros(5, 0), identity.clone(), &identity * 0.5, -&identity, theta, 1.0, 0.1,
+            )
+        };
+        let unit = 10f64.powi(unit);
+        prop_assert!(make(&theta * unit).is_ok(), "{theta}");
+        for (row, size) in [(4, 0.0), (0, 0.5)] {
+            let mut v = DVector::zeros(5);
+            (v[4], v[row]) = (0.25, if row == 4 { 0.25 } else { size });
+            let refused = make((&theta - &v * v.transpose()) * unit);
+            prop_assert!(matches!(refused, Err(ObserverError::ThetaIndefinite { .. })), "{refused:?}");
+        }
+    }
 }
 
 /// What a certificate of the running observer says that it computes, written out for two states and two outputs.

@@ -1,0 +1,843 @@
+//! The mutants: formulas of the papers and of the theorems in `docs/theory-*.md`, as the code has them, and what a
+//! mistake would make of them.
+
+use std::fmt;
+
+use super::suite::{MODULES, Suite};
+
+/// One change of one formula.
+pub(super) struct Mutant {
+    /// Its own name.
+    pub(super) name: &'static str,
+    pub(super) kind: Kind,
+    /// Exactly once in its file.
+    pub(super) fragment: &'static str,
+    pub(super) replacement: &'static str,
+    /// Why no test can notice, where none can.
+    pub(super) equivalent: Option<&'static str>,
+}
+
+/// The mutants of one file, and the tests that have to notice, the quick ones first.
+pub(super) struct Source {
+    pub(super) file: &'static str,
+    pub(super) suites: &'static [Suite],
+    pub(super) mutants: &'static [Mutant],
+}
+
+/// What is wrong with a mutant.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Kind {
+    Sign,
+    Transpose,
+    /// A factor or a term is missing.
+    Dropped,
+    /// Only the diagonal of a matrix, or a multiple of I, is used.
+    OffDiagonal,
+    /// Another number.
+    Constant,
+    /// Another matrix or vector in its place, or the factors in the other order.
+    WrongOperand,
+    /// A hypothesis is not checked, or another one is.
+    Hypothesis,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Sign => "sign",
+            Self::Transpose => "transpose",
+            Self::Dropped => "dropped",
+            Self::OffDiagonal => "off-diagonal",
+            Self::Constant => "constant",
+            Self::WrongOperand => "wrong operand",
+            Self::Hypothesis => "hypothesis",
+        })
+    }
+}
+
+const fn mutant(name: &'static str, kind: Kind, fragment: &'static str, replacement: &'static str) -> Mutant {
+    Mutant { name, kind, fragment, replacement, equivalent: None }
+}
+
+impl Mutant {
+    const fn equivalent(self, reason: &'static str) -> Self {
+        Self { equivalent: Some(reason), ..self }
+    }
+}
+
+use Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
+
+const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--lib", "--test", "it"], only: &[] };
+const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
+const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
+const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
+const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
+const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
+
+/// All of them.
+pub(super) const SOURCES: &[Source] = &[
+    Source {
+        file: "crates/observers/src/linear.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("linear observer: - B u", Sign, "+ &self.b * u", "- &self.b * u"),
+            mutant("linear observer: - L y~", Sign, "+ &self.l * innovation", "- &self.l * innovation"),
+            mutant("linear observer: y~ = y + C xhat", Sign, "y - &self.c * xhat", "y + &self.c * xhat"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/cubic.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("cubic observer: + N y~ (y~'theta y~)", Sign, "- &self.n * cubic", "+ &self.n * cubic"),
+            mutant("cubic observer: - L y~", Sign, "+ &self.l * innovation", "- &self.l * innovation"),
+            mutant("cubic observer: no B u", Dropped, " + &self.b * u", ""),
+            mutant("cubic observer: y~ = y + C xhat", Sign, "y - &self.c * xhat", "y + &self.c * xhat"),
+            mutant(
+                "cubic observer: theta = I",
+                Dropped,
+                "weight(&self.theta, &innovation)",
+                "innovation.dot(&innovation)",
+            ),
+            mutant(
+                "saturated weight: one factor of the bound",
+                Dropped,
+                "quadratic(theta, &(v / size)) * bound * bound",
+                "quadratic(theta, &(v / size)) * bound",
+            ),
+            mutant("cubic flow: w t y'theta y without the 2", Constant, "two * q * t", "q * t"),
+            mutant("cubic flow: no w", Dropped, "(w * drive).sqrt()", "drive.sqrt()"),
+            mutant("cubic flow: 1 + reach", Dropped, "(one + reach * reach).sqrt()", "(one + reach).sqrt()"),
+            mutant("cubic flow: impulse of Euler's step", Dropped, "size / (one + hypot)", "size / two"),
+            mutant(
+                "cubic flow: impulse of a far start doubled",
+                Constant,
+                "(one / root, one / root)",
+                "(one / root, two / root)",
+            ),
+            mutant(
+                "cubic flow: a negative weight flows back",
+                Hypothesis,
+                "quadratic(theta, &direction).max(zero)",
+                "quadratic(theta, &direction)",
+            ),
+            mutant("rate of a radial gain: + trace(C N)/p", Sign, "-trace / count", "trace / count"),
+            mutant("rate of a radial gain: - trace(C N)", Dropped, "-trace / count(c.nrows())", "-trace"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/cubic_sampled.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("sampled observer: + N impulse", Sign, "- &self.n * after.impulse", "+ &self.n * after.impulse"),
+            mutant(
+                "sampled observer: Ld y~ without r",
+                Dropped,
+                "&self.ld * after.innovation",
+                "&self.ld * innovation",
+            ),
+            mutant("sampled observer: no cubic step", Dropped, "&self.ad * moved", "&self.ad * &*xhat"),
+            mutant("sampled observer: y~ = y + C xhat", Sign, "y - &self.c * &*xhat", "y + &self.c * &*xhat"),
+            mutant("sampled observer: no Bd u", Dropped, "&self.bd * u + ", ""),
+            mutant(
+                "sampled observer: the flow of two periods",
+                Constant,
+                "&innovation, self.h)",
+                "&innovation, self.h + self.h)",
+            ),
+            mutant(
+                "radial gain: C N off its diagonal is not looked at",
+                OffDiagonal,
+                "for j in 0..c.nrows()",
+                "for j in i..=i",
+            ),
+            mutant("radial gain: C N - w I", Sign, "if i == j { w }", "if i == j { -w }"),
+            mutant(
+                "theta >= 0 asked of theta, not of its symmetric part",
+                Transpose,
+                "(rest[(i, j)] + rest[(j, i)]) * half",
+                "(rest[(i, j)] + rest[(i, j)]) * half",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kalman.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("Kalman: S = H P H'", Dropped, "cp * c.transpose() + &self.noises.v", "cp * c.transpose()"),
+            mutant("Kalman: xhat - K y~", Sign, "*xhat += &gain", "*xhat -= &gain"),
+            mutant("Kalman: I + K H", Sign, "order) - &gain * &c", "order) + &gain * &c"),
+            mutant("Kalman: no K V K'", Dropped, " + &gain * &self.noises.v * gain.transpose()", ""),
+            mutant("Kalman: (I - K H) P + K V K'", Dropped, "&keep * &*p * keep.transpose()", "&keep * &*p"),
+            mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + &self.noises.w", "fp.transpose() + fp"),
+            mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
+            mutant(
+                "Kalman: the third stage from the first",
+                WrongOperand,
+                "&(&*xhat + &k2 * (tau * half))",
+                "&(&*xhat + &k1 * (tau * half))",
+            ),
+            mutant(
+                "Kalman: the fourth stage half a step",
+                Constant,
+                "&(&*p + &p3 * tau)",
+                "&(&*p + &p3 * (tau * half))",
+            ),
+            mutant(
+                "Kalman: h not divided by the sub-steps",
+                Dropped,
+                "self.h / convert::<f64, T>(self.substeps as f64)",
+                "self.h",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/mod.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "mean value: alpha_k without its column",
+                Dropped,
+                "sum + d[(k, j)].abs() + d[(j, k)].abs()",
+                "sum + d[(k, j)].abs()",
+            ),
+            mutant(
+                "mean value: alpha_k without its row",
+                Dropped,
+                "sum + d[(k, j)].abs() + d[(j, k)].abs()",
+                "sum + d[(j, k)].abs()",
+            ),
+            mutant(
+                "mean value: alpha_k with signs",
+                Sign,
+                "d[(k, j)].abs() + d[(j, k)].abs()",
+                "d[(k, j)] + d[(j, k)]",
+            ),
+            mutant("mean value: no eta", Dropped, "self.eta * gain(&d, k)", "gain(&d, k)"),
+            mutant("mean value: xhat' = f - G e", Sign, "slope[k] += g * e1", "slope[k] -= g * e1"),
+            mutant("mean value: e' = D e + G e", Sign, "error_slope[k] -= g * e[k]", "error_slope[k] += g * e[k]"),
+            mutant("mean value: e1 = xhat - y", Sign, "{ y[k] - xhat[k] } else", "{ xhat[k] - y[k] } else"),
+            mutant("mean value: unmeasured rows not corrected", Dropped, "else { e[k] };", "else { T::zero() };"),
+            mutant(
+                "mean value: measured rows corrected by e",
+                WrongOperand,
+                "if k < y.nrows() { y[k] - xhat[k] } else { e[k] }",
+                "e[k]",
+            ),
+            mutant(
+                "repair: G_m left in the error",
+                Sign,
+                "error_slope[k] -= g * (e1 - e[k])",
+                "error_slope[k] += g * (e1 - e[k])",
+            ),
+            mutant("repair: - L surprise", Sign, "error_slope += l * surprise", "error_slope -= l * surprise"),
+            mutant("repair: surprise y - C xhat", Dropped, "y[k] - xhat[k] - e[k]", "y[k] - xhat[k]"),
+            mutant(
+                "mean value: z = xhat - e",
+                Sign,
+                "self.estimate() + self.error()",
+                "self.estimate() - self.error()",
+            ),
+            mutant("mean value: eta > 1", Hypothesis, "eta + eta > T::one()", "eta > T::one()"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/integral.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "integral mean: from xhat to xhat - e",
+                Sign,
+                "let at = xhat + e * convert",
+                "let at = xhat - e * convert",
+            ),
+            mutant("integral mean: weights 1", Dropped, "u) * convert::<f64, T>(weight)", "u)"),
+            mutant(
+                "integral mean: D e = f(xhat) - f(xhat + e)",
+                Sign,
+                "plant.derivative(t, &(xhat + e), u) - plant.derivative(t, xhat, u),",
+                "plant.derivative(t, xhat, u) - plant.derivative(t, &(xhat + e), u),",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/beta.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "mean value theorem: beta = 1/2 in every row",
+                Constant,
+                "_ => plant.state_jacobian(t, &(xhat + e * beta[i]), u)",
+                "_ => plant.state_jacobian(t, &(xhat + e * half), u)",
+            ),
+            mutant("mean value theorem: D'e", Transpose, "&jacobian * e", "jacobian.transpose() * e"),
+            mutant(
+                "mean value theorem: 1/2 where X(1/2) is not 0",
+                Hypothesis,
+                "middle[i].abs() <= negligible[i] || ",
+                "middle[i].abs() <= negligible[i] + T::one() || ",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/mapped.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "mapped observer: xhat = T^-1 zhat",
+                WrongOperand,
+                "&self.matrix * self.observer",
+                "&self.inverse * self.observer",
+            ),
+            mutant(
+                "mapped observer: zhat(0) = T xhat(0)",
+                WrongOperand,
+                "&self.inverse * estimate",
+                "&self.matrix * estimate",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kkl.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "KKL: - Lambda xi + B",
+                Sign,
+                "self.lambda(t, u, y) * xi + self",
+                "-self.lambda(t, u, y) * xi + self",
+            ),
+            mutant(
+                "KKL: Lambda'xi + B",
+                Transpose,
+                "self.lambda(t, u, y) * xi",
+                "self.lambda(t, u, y).transpose() * xi",
+            ),
+            mutant("KKL: Lambda xi - B", Sign, "* xi + self.injection", "* xi - self.injection"),
+            mutant("linear KKL: no E u", Dropped, "&self.b * y + &self.e * u", "&self.b * y"),
+            mutant("linear KKL: E u - B y", Sign, "&self.b * y + &self.e * u", "&self.e * u - &self.b * y"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kkl_peb.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant("[KKL+PEB]: phi^L(xi - missing)", Sign, "&parts.xi + self.map", "&parts.xi - self.map"),
+            mutant(
+                "[KKL+PEB]: xi(0) = phi + missing",
+                Sign,
+                "estimate, y) - self.map.missing",
+                "estimate, y) + self.map.missing",
+            ),
+            mutant(
+                "[KKL+PEB]: Y = W[s] + F[g]",
+                Sign,
+                "&self.map.signal(t, y)) - parts.known",
+                "&self.map.signal(t, y)) + parts.known",
+            ),
+            mutant("[KKL+PEB]: w(0) = 0", Dropped, "xi.iter().chain(signal.iter())", "xi.iter()"),
+            mutant("[KKL+PEB]: F[g] filters s", WrongOperand, "&self.map.known(t, xi, u, y)", "&self.map.signal(t, y)"),
+            mutant(
+                "[KKL+PEB]: theta_hat not held in its domain",
+                Hypothesis,
+                ".map_or(theta, |bound| theta.max(bound))",
+                ".map_or(theta, |_| theta)",
+            ),
+            mutant(
+                "[KKL+PEB]: projected when it rises",
+                Sign,
+                "&& slope[offset + i] < T::zero()",
+                "&& slope[offset + i] > T::zero()",
+            ),
+            mutant(
+                "[KKL+PEB]: leaves its domain in 1/alpha, other sign",
+                Sign,
+                "(bound - value) >= rate / self",
+                "(bound - value) <= rate / self",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/filters.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "filters: f' = alpha (f - g)",
+                Sign,
+                "(signal - state) * self.alpha",
+                "(state - signal) * self.alpha",
+            ),
+            mutant("filters: f' = g - f", Dropped, "(signal - state) * self.alpha", "signal - state"),
+            mutant("filters: W without alpha", Dropped, "self.rate(state, signal)", "signal - state"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/high_gain.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "high gain: alpha_i/r^(j - 1)",
+                Constant,
+                "(0..map.place(i).position)",
+                "(1..map.place(i).position)",
+            ),
+            mutant("high gain: y + head", Sign, "error[output] -= xi[i]", "error[output] += xi[i]"),
+            mutant("high gain: b - s alpha/r^j (y - head)", Sign, "slope[i] += shape", "slope[i] -= shape"),
+            mutant("high gain: no shape", Dropped, "shape[i] * self.gain[i]", "self.gain[i]"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/immersion_invariance.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "I&I: Dphi f + D_y beta Dh f",
+                Sign,
+                "&f) - self.map.beta_directional",
+                "&f) + self.map.beta_directional",
+            ),
+            mutant(
+                "I&I: no D_y beta Dh f",
+                Dropped,
+                "self.map.beta_directional(y, chi, &output_rate, &still)",
+                "self.map.beta_directional(y, chi, &output_rate, &still) * T::zero()",
+            ),
+            mutant("I&I: - rho", Sign, "wanted += rho", "wanted -= rho"),
+            mutant("I&I: Q not projected", Dropped, "(wanted - seen)", "wanted"),
+            mutant("I&I: I + projector", Sign, "(wanted - seen)", "(wanted + seen)"),
+            mutant("I&I: no Q in the kernel", Dropped, "free + pseudo_inverse", "pseudo_inverse"),
+            mutant(
+                "I&I: f at the output's rate 0",
+                WrongOperand,
+                "output_directional(t, &xhat, &f).1",
+                "output_directional(t, &xhat, &f).0",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/gradient.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("gradient: Y + M theta_hat", Sign, "y - m * leading", "y + m * leading"),
+            mutant("gradient: no Gamma", Dropped, "&self.gain * m.tr_mul(&residual)", "m.tr_mul(&residual)"),
+            mutant(
+                "gradient: the diagonal of Gamma alone",
+                OffDiagonal,
+                "&self.gain * m.tr_mul(&residual)",
+                "OMatrix::from_diagonal(&self.gain.diagonal()) * m.tr_mul(&residual)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/drem.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "DREM: no Delta in front",
+                Dropped,
+                "self.gain[i] * mixed.determinant * (v[i]",
+                "self.gain[i] * (v[i]",
+            ),
+            mutant("DREM: v - theta_hat", Dropped, "v[i] - mixed.determinant * theta", "v[i] - theta"),
+            mutant("DREM: v + Delta theta_hat", Sign, "v[i] - mixed.determinant", "v[i] + mixed.determinant"),
+            mutant("DREM: adj(Phi)'Z", Transpose, "&mixed.adjugate * z", "mixed.adjugate.transpose() * z"),
+            mutant("DREM: one gamma for all", OffDiagonal, "self.gain[i] * mixed", "self.gain[0] * mixed"),
+            mutant("Kreisselmeier: + a Phi", Sign, "source - state * self.a", "source + state * self.a"),
+            mutant("Kreisselmeier: a = 1", Dropped, "source - state * self.a", "source - state"),
+            mutant(
+                "Kreisselmeier: Z' = a (M'Y - Z), Phi as before",
+                Dropped,
+                "let (right, gram) = (m.tr_mul(y), m.tr_mul(m))",
+                "let (right, gram) = (m.tr_mul(y) * self.a, m.tr_mul(m))",
+            ),
+            mutant("filters of DREM: no beta", Dropped, "(*source - state[at]) * beta", "*source - state[at]"),
+            mutant(
+                "filters of DREM: the normal equations of the present alone",
+                Dropped,
+                "(0..rows).fold(T::zero(), |sum, row|",
+                "(0..r).fold(T::zero(), |sum, row|",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/excitation.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant("excitation: + mu E", Sign, "seen - gram * self.mu", "seen + gram * self.mu"),
+            mutant("excitation: det E/trace E^(q-1)", Dropped, "product * count", "product"),
+            mutant(
+                "excitation: q in the place of q - 1",
+                Constant,
+                "nalgebra::convert(others as f64)",
+                "nalgebra::convert(gram.nrows() as f64)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/adjugate.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "adjugate: no sign of the permutation of columns",
+                Sign,
+                "columns.swap_rows(k, column);\n            sign = -sign;",
+                "columns.swap_rows(k, column);",
+            ),
+            mutant("adjugate: + sum/u", Sign, "middle[(i, j)] = -sum", "middle[(i, j)] = sum"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/cubic.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("(14): N = P^-1 C'S", Sign, "let n = -(p_inverse_ct * &s)", "let n = p_inverse_ct * &s"),
+            mutant(
+                "(14): N = -P^-1 C'S'",
+                Transpose,
+                "let n = -(p_inverse_ct * &s)",
+                "let n = -(p_inverse_ct * s.transpose())",
+            ),
+            mutant(
+                "(14): N = -P C'S",
+                WrongOperand,
+                "check::solve_definite(\"P\", &linear.p, &o.c.transpose())?",
+                "&linear.p * o.c.transpose()",
+            ),
+            mutant("(14): no gamma", Dropped, "theta * *gamma", "theta.clone()"),
+            mutant(
+                "cubic design: any symmetric theta",
+                Hypothesis,
+                "check::positive_semidefinite(\"theta\", theta, outputs)",
+                "check::symmetric(\"theta\", theta, outputs)",
+            ),
+            mutant(
+                "cubic design: any S",
+                Hypothesis,
+                "check::positive_semidefinite(\"S + S'\", &(s + s.transpose()), outputs)?;",
+                "",
+            ),
+            mutant("cubic design: S = S' >= 0 asked", Hypothesis, "&(s + s.transpose())", "&(s + s)"),
+            mutant(
+                "radial S: no w",
+                Dropped,
+                "&(DMatrix::identity(outputs, outputs) * w)",
+                "&DMatrix::identity(outputs, outputs)",
+            ),
+            mutant(
+                "radial S: w C P^-1 C'",
+                WrongOperand,
+                "check::solve_definite(\"C P^-1 C'\", &check::symmetric_part(&gram), \
+                 &(DMatrix::identity(outputs, outputs) * w))",
+                "Ok(gram * w)",
+            ),
+            mutant("cubic design: F = A + L C", Sign, "&self.observer.a - &self", "&self.observer.a + &self"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/feedback.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("Theorem 6: A + B K", Sign, "let closed = &o.a - &o.b * k", "let closed = &o.a + &o.b * k"),
+            mutant(
+                "Theorem 6: P0 of the transposed loop",
+                Transpose,
+                "lyapunov(&closed, ",
+                "lyapunov(&closed.transpose(), ",
+            ),
+            mutant(
+                "Theorem 6: four times the mu",
+                Constant,
+                "0.5 * lambda_min(&observer.q)?",
+                "2.0 * lambda_min(&observer.q)?",
+            ),
+            mutant("Theorem 6: no lambda_min(Q) in mu", Dropped, "0.5 * lambda_min(&observer.q)?", "0.5"),
+            mutant("Theorem 6: P1 = P0", Dropped, "let p1 = p0 * mu", "let p1 = p0"),
+            mutant("Theorem 6: |B K| in the place of |P0 B K|", Dropped, "&p0 * &o.b * k", "&o.b * k"),
+            mutant(
+                "Theorem 6: lambda_max of the other Gram matrix",
+                Transpose,
+                "&(coupling.transpose() * &coupling)",
+                "&(&coupling * coupling.transpose())",
+            )
+            .equivalent("M'M and MM' have the same largest eigenvalue"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/joint.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("joint design: S + S' < 0", Sign, "he(&s) >> 0.0", "he(&s) << 0.0"),
+            mutant("joint design: |S| not scaled", Dropped, "(gamma / s.norm())", "gamma"),
+            mutant("joint design: stability only", Dropped, "rate, lmi, settings)?", "0.0, lmi, settings)?"),
+            mutant("joint design: S'", Transpose, "CubicGain::General(s)", "CubicGain::General(s.transpose())")
+                .equivalent(
+                    "S stands in the inequality as S + S' alone: with S, S' is a solution too, and nothing \
+                 distinguishes the two",
+                ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/gain_lmi.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("gain by LMI: + Y C", Sign, "&*p * a - &*y * c", "&*p * a + &*y * c"),
+            mutant("gain by LMI: rate P in the place of 2 rate P", Constant, "(2.0 * rate)", "rate"),
+            mutant("gain by LMI: - 2 rate P", Sign, ") + (2.0 * rate)", ") - (2.0 * rate)"),
+            mutant(
+                "gain by LMI: L = Y",
+                Dropped,
+                "let l = check::solve_definite(\"P\", &p, &value(\"Y\"))?",
+                "let l = value(\"Y\")",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/sampled.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("sampled design: z = h s", WrongOperand, "(s * h).exp()", "s * h"),
+            mutant("sampled design: Fd = Ad + Ld C", Sign, "&ad - &ld * &o.c", "&ad + &ld * &o.c"),
+            mutant("sampled design: Fd P Fd' - P", Transpose, "stein(&f, ", "stein(&f.transpose(), "),
+            mutant("sampled design: Q = I", Dropped, "&(DMatrix::identity(n, n) * h)", "&DMatrix::identity(n, n)"),
+            mutant(
+                "sampled design: N = P^-1 C'S",
+                Sign,
+                "let gain = -(p_inverse_ct * &s)",
+                "let gain = p_inverse_ct * &s",
+            ),
+            mutant(
+                "sampled form of a design: the strength 1",
+                Dropped,
+                "luenberger_observers::cubic::rate(&o.c, &o.n)",
+                "1.0",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/linear.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("(9): F P + P F'", Transpose, "lyapunov(&f, &q)", "lyapunov(&f.transpose(), &q)"),
+            mutant(
+                "(9): F = A + L C",
+                Sign,
+                "let f = &plant.a - &l * &plant.c;\n        check",
+                "let f = &plant.a + &l * &plant.c;\n        check",
+            ),
+            mutant("(9): Q = I whatever rho", Dropped, "DMatrix::identity(n, n) * *rho", "DMatrix::identity(n, n)"),
+            mutant(
+                "information: P = Sigma",
+                WrongOperand,
+                "let p = check::symmetric_part(&inverse)",
+                "let p = check::symmetric_part(&(&inverse * &kalman.p * &kalman.p))",
+            ),
+            mutant("poles on the imaginary axis", Hypothesis, "pole.re >= 0.0", "pole.re > 0.0"),
+            mutant(
+                "(9): Q of the LMI with F'P alone",
+                Transpose,
+                "let half = &p * f;\n        let q = -(&half + half.transpose())",
+                "let half = &p * f;\n        let q = -(&half + &half)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/conditions.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant(
+                "(13): P N C + C'N'P > 0",
+                Sign,
+                "negative_definite(&product)",
+                "luenberger_proof::positive_definite(&product)",
+            ),
+            mutant("(13): - P N C", Sign, "Matrix::embed(&theorem.n, \"N\")", "Matrix::embed(&exact(&-n)?, \"N\")"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/weights.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("cost shares: F M + M F'", Transpose, "lyapunov(&f, ", "lyapunov(&f.transpose(), "),
+            mutant("cost shares: trace(M)", Dropped, "m.trace() / n as f64", "m.trace()")
+                .equivalent("the factor 1/n, common to all outputs, cancels in J_i/sum J_j"),
+            mutant("cost shares: trace 1", Dropped, "(scale / total)", "(1.0 / total)"),
+            mutant(
+                "importance: negative indices",
+                Hypothesis,
+                "check::positive_semidefinite(\"theta\", &theta, importance.len())?;",
+                "",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/robust/bounds.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("(23): no 2", Constant, "(2.0 * lambda_max(p)?)", "lambda_max(p)?"),
+            mutant("(23): lambda_min(P)", WrongOperand, "(2.0 * lambda_max(p)?)", "(2.0 * lambda_min(p)?)"),
+            mutant("(23): lambda_max(Q)", WrongOperand, "Ok(lambda_min(q)? /", "Ok(lambda_max(q)? /"),
+            mutant("margin of P: no 1/2", Constant, "Some(0.5 * lambda_min", "Some(1.0 * lambda_min"),
+            mutant("margin of P: G^-2 Q", Transpose, "solve(&half.transpose())", "solve(&half)"),
+            mutant("redesigned margin: the abscissa", Sign, "Ok(-abscissa)", "Ok(abscissa)"),
+            mutant(
+                "input to state: no root",
+                Dropped,
+                "(lambda_max(p)? / lambda_min(p)?).sqrt()",
+                "(lambda_max(p)? / lambda_min(p)?)",
+            ),
+            mutant("input to state: sqrt(cond P) alpha", WrongOperand, ".sqrt() / alpha", ".sqrt() * alpha"),
+            mutant(
+                "input to state: no cond P",
+                Dropped,
+                "(lambda_max(p)? / lambda_min(p)?).sqrt() / alpha",
+                "1.0 / alpha",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/robust/fixed_gain.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant("fixed gain: eps P in the place of 2 eps P", Constant, "(2.0 * eps)", "eps"),
+            mutant("fixed gain: - 2 eps P", Sign, "he(half) + (2.0", "he(half) - (2.0"),
+            mutant(
+                "fixed gain: S + S' < 0",
+                Sign,
+                "he(&g * c * self.n_gain) << 0.0",
+                "he(&g * c * self.n_gain) >> 0.0",
+            ),
+            mutant(
+                "fixed gain: any S",
+                Hypothesis,
+                "lmi.constrain(\"S + S' > 0\", he(&g * c * self.n_gain) << 0.0);",
+                "",
+            ),
+            mutant("fixed gain: S = G C N", Sign, "let s = -(g * &self.cn)", "let s = g * &self.cn"),
+            mutant("fixed gain: S'", Transpose, "let s = -(g * &self.cn)", "let s = -(g * &self.cn).transpose()"),
+            mutant("fixed gain: P = C'G C - T'Y T", Sign, "p += self.t", "p -= self.t"),
+            mutant("fixed gain: A + L C", Sign, "- &p * self.l * c", "+ &p * self.l * c"),
+            mutant("fixed gain: T N = 0 with the other sign", Sign, "-n_gain[(j, 0)]", "n_gain[(j, 0)]"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/robust/polytope.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant(
+                "Theorem 4: the nominal plant left out",
+                Dropped,
+                "std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned())",
+                "vertices.iter().cloned()",
+            ),
+            mutant(
+                "Theorem 4: the last vertex left out",
+                Dropped,
+                "chain(vertices.iter().cloned())",
+                "chain(vertices.iter().skip(1).cloned())",
+            ),
+            mutant("Theorem 4: stability only", Dropped, "&all, rate, Problem", "&all, 0.0, Problem"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/robust/positive_real.rs",
+        suites: &[DESIGNS, DESIGN_UNITS],
+        mutants: &[
+            mutant("positive real: signs of i^j (-i)^k", Sign, "j.abs_diff(k) % 4 == 0", "j.abs_diff(k) % 2 == 0"),
+            mutant("positive real: C (s I - A)^-1 B", Sign, "-(c * &adjugate * b)", "(c * &adjugate * b)"),
+            mutant(
+                "positive real: Faddeev and LeVerrier without 1/k",
+                Dropped,
+                "-product.trace() / k as f64",
+                "-product.trace()",
+            ),
+            mutant("positive real: q' without its powers", Dropped, "k as f64 * a)", "*a)"),
+            mutant(
+                "positive real: companion of the other sign",
+                Sign,
+                "subdiagonal - polynomial[i]",
+                "subdiagonal + polynomial[i]",
+            ),
+            mutant(
+                "positive real: the leading coefficient not asked",
+                Hypothesis,
+                "q.last().is_none_or(|&leading| leading <= 0.0)",
+                "q.is_empty()",
+            ),
+        ],
+    },
+    // General theta >= 0 is a hypothesis of every theorem: the properties of the theorems themselves have to notice.
+    Source {
+        file: "crates/observers/src/cubic.rs",
+        suites: &[CUBIC],
+        mutants: &[
+            mutant(
+                "cubic observer: the diagonal of theta alone",
+                OffDiagonal,
+                "v.dot(&(theta * v))",
+                "v.iter().enumerate().fold(T::zero(), |sum, (i, &x)| sum + theta[(i, i)] * x * x)",
+            ),
+            mutant("cubic observer: theta11 I", OffDiagonal, "v.dot(&(theta * v))", "v.dot(v) * theta[(0, 0)]"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/cubic.rs",
+        suites: &[CUBIC],
+        mutants: &[
+            mutant(
+                "(14): the diagonal of theta in S",
+                OffDiagonal,
+                "theta * *gamma",
+                "DMatrix::from_diagonal(&theta.diagonal()) * *gamma",
+            ),
+            mutant(
+                "(14): theta11 I in S",
+                OffDiagonal,
+                "theta * *gamma",
+                "DMatrix::identity(outputs, outputs) * (theta[(0, 0)] * *gamma)",
+            ),
+            mutant(
+                "(5): the diagonal of theta in the observer",
+                OffDiagonal,
+                "o.l.clone(), n, theta.clone())",
+                "o.l.clone(), n, DMatrix::from_diagonal(&theta.diagonal()))",
+            ),
+            mutant(
+                "(5): theta11 I in the observer",
+                OffDiagonal,
+                "o.l.clone(), n, theta.clone())",
+                "o.l.clone(), n, DMatrix::identity(outputs, outputs) * theta[(0, 0)])",
+            ),
+            mutant(
+                "cubic design: the diagonal of theta everywhere",
+                OffDiagonal,
+                "&check::positive_semidefinite(\"theta\", theta, outputs)?",
+                "&DMatrix::from_diagonal(&check::positive_semidefinite(\"theta\", theta, outputs)?.diagonal())",
+            ),
+            mutant(
+                "cubic design: theta11 I everywhere",
+                OffDiagonal,
+                "&check::positive_semidefinite(\"theta\", theta, outputs)?",
+                "&(DMatrix::identity(outputs, outputs) * check::positive_semidefinite(\"theta\", theta, \
+                 outputs)?[(0, 0)])",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/sampled.rs",
+        suites: &[CUBIC],
+        mutants: &[
+            mutant(
+                "sampled design: the diagonal of theta",
+                OffDiagonal,
+                "gain, theta.clone(), w, h)",
+                "gain, DMatrix::from_diagonal(&theta.diagonal()), w, h)",
+            ),
+            mutant(
+                "sampled design: theta11 I",
+                OffDiagonal,
+                "gain, theta.clone(), w, h)",
+                "gain, DMatrix::identity(outputs, outputs) * theta[(0, 0)], w, h)",
+            ),
+        ],
+    },
+];
