@@ -213,6 +213,11 @@ impl LinearDesign {
         Ok(Self { observer, poles, p, q, rate, certificate })
     }
 
+    /// The largest real part of an eigenvalue of `F = A - L C`: in the end errors decay like `exp` of this times t.
+    pub fn spectral_abscissa(&self) -> f64 {
+        self.poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// `F = A - L C`.
     pub fn error_matrix(&self) -> DMatrix<f64> {
         &self.observer.a - &self.observer.l * &self.observer.c

@@ -1,16 +1,26 @@
 //! Why a candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
 
-use luenberger_proof::Verdict;
+use luenberger_linalg::LinalgError;
+use luenberger_observers::ObserverError;
+use luenberger_plants::PlantError;
+use luenberger_proof::{ProofError, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
-use crate::enclosure::Axis;
-use crate::kkl::{CommonImage, Obstacle, Reading, TwoStates, Worst};
+use super::witness::{CommonImage, Obstacle, Reading, TwoStates, Worst};
+use crate::enclosure::{Axis, EnclosureError};
+use crate::error::{DesignError, from_through_design_error};
 
 /// Why a candidate was refused. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum KklError {
+    /// A matrix or a vector is not what is asked for, or a computation with one failed.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    /// The box, or a Jacobian over it.
+    #[error(transparent)]
+    Enclosure(#[from] EnclosureError),
     /// A coordinate of the box without finite bounds: there is nothing to sample.
     #[error("{axis} runs from {lo} to {hi}: the check needs a bounded box of states and inputs")]
     Unbounded {
@@ -162,6 +172,8 @@ pub enum KklError {
         direction: Vec<f64>,
     },
 }
+
+from_through_design_error!(KklError: LinalgError, ObserverError, PlantError, ProofError);
 
 impl KklError {
     /// Refuses a number of the settings that is out of its range.

@@ -6,7 +6,7 @@ use luenberger_proof::certificate::{Certificate, Certified, Hurwitz};
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{Complex, DMatrix};
 
-use super::KklError;
+use super::error::KklError;
 use crate::certificate::exact;
 use crate::check;
 use crate::error::DesignError;
@@ -100,10 +100,10 @@ pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignErr
 
 impl Stability {
     /// An error that names the eigenvalue, unless the whole of Lambda is proved to forget.
-    pub(super) fn required(&self) -> Result<(), DesignError> {
+    pub(super) fn required(&self) -> Result<(), KklError> {
         let zero = Complex::new(0.0, 0.0);
         if !self.integrated.is_empty() {
-            return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero }.into());
+            return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero });
         }
         forgets("Lambda", &self.eigenvalues, &self.certificate)
     }
@@ -114,11 +114,11 @@ pub(crate) fn forgets(
     what: &'static str,
     spectrum: &[Complex<f64>],
     certificate: &Certificate,
-) -> Result<(), DesignError> {
+) -> Result<(), KklError> {
     let eigenvalue = spectrum.first().copied().unwrap_or(Complex::new(f64::NAN, f64::NAN));
     match certificate.facts().find(|fact| !fact.verdict.is_proved()) {
-        Some(fact) => Err(KklError::HurwitzUndecided { what, eigenvalue, verdict: fact.verdict.clone() }.into()),
+        Some(fact) => Err(KklError::HurwitzUndecided { what, eigenvalue, verdict: fact.verdict.clone() }),
         None if certificate.is_proved() => Ok(()),
-        None => Err(KklError::NotHurwitz { what, eigenvalue }.into()),
+        None => Err(KklError::NotHurwitz { what, eigenvalue }),
     }
 }

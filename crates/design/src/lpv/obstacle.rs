@@ -1,13 +1,12 @@
 //! Why there is no common gain: a direction that no output sees, or vertices that exclude each other.
 
-use core::fmt;
-
 use luenberger_linalg::{detectability, observability};
 use luenberger_lmi::{Infeasibility, Problem, Settings};
 use luenberger_proof::statement::{HiddenMotion, hidden_motion};
 use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::error::{Conflict, HiddenMode, LpvError};
 use super::polytope::Polytope;
 use crate::enclosure::Entry;
 use crate::error::{DesignError, NearlyHidden};
@@ -16,68 +15,6 @@ use crate::gain_lmi::{self, decrease_at};
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
 
-/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay faster than the rate asked for, in exact arithmetic.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HiddenMode {
-    /// The rate asked for.
-    pub rate: f64,
-    /// Which pair: a vertex in words, or a point inside the polytope.
-    pub place: String,
-    /// A.
-    pub a: DMatrix<f64>,
-    /// C.
-    pub c: DMatrix<f64>,
-    /// The eigenvalue of A: the rate cannot exceed minus its real part.
-    pub eigenvalue: Complex<f64>,
-    /// The direction v, `A v = lambda v`, `C v = 0`, of length 1. Both to rounding.
-    pub direction: DVector<Complex<f64>>,
-    /// The unobservable subspace of (A, C) in exact arithmetic, in which not every motion decays faster than `exp(-rate t)`: `witness.is_of` and `witness.decays_at` check it.
-    pub witness: HiddenMotion,
-}
-
-impl fmt::Display for HiddenMode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let entry = |z: &Complex<f64>| if z.im == 0.0 { format!("{:.4}", z.re) } else { format!("{z:.4}") };
-        let direction: Vec<String> = self.direction.iter().map(entry).collect();
-        write!(
-            f,
-            "no gain gives a rate beyond {} on the whole polytope: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
-            self.rate,
-            self.place,
-            direction.join(", "),
-            entry(&self.eigenvalue)
-        )
-    }
-}
-
-/// Vertices that together exclude a common P, each of them being possible alone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conflict {
-    /// The rate asked for.
-    pub rate: f64,
-    /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the contradiction.
-    pub vertices: Vec<usize>,
-    /// Each of them in words.
-    pub places: Vec<String>,
-    /// Whether it is a pair. If not, no two of them were found to exclude each other alone.
-    pub is_pair: bool,
-    /// The multipliers of the contradiction, verified exactly.
-    pub witness: Infeasibility,
-}
-
-impl fmt::Display for Conflict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let several = match self.vertices.len() {
-            1 => "this vertex excludes every P by itself",
-            _ if self.is_pair => "two vertices exclude each other",
-            _ => "these vertices together exclude each other",
-        };
-        let names: Vec<String> =
-            self.vertices.iter().zip(&self.places).map(|(k, place)| format!("{} ({place})", k + 1)).collect();
-        write!(f, "{several} at the rate {}: {}", self.rate, names.join("; "))
-    }
-}
-
 /// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode that floating point calls hidden is told beside an
 /// undecided verdict.
 pub(super) fn explain(
@@ -85,7 +22,7 @@ pub(super) fn explain(
     rate: f64,
     verdict: Verdict<Infeasibility>,
     settings: &Settings,
-) -> DesignError {
+) -> LpvError {
     let candidates = |weights: Option<&[f64]>| -> Seen {
         let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
         let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
@@ -118,18 +55,19 @@ pub(super) fn explain(
                 })
                 .collect();
             match candidates(Some(&weights)) {
-                Seen::Hidden(mode) => DesignError::HiddenMode(mode),
-                _ => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
+                Seen::Hidden(mode) => LpvError::HiddenMode(mode),
+                _ => LpvError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
             }
         }
-        Verdict::Undecided { why, best } => match candidates(None) {
-            Seen::Hidden(mode) => DesignError::HiddenMode(mode),
-            Seen::Nearly(mode) => {
-                DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen: Some(Box::new(mode)) }
-            }
-            Seen::Nothing => DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen: None },
-        },
-        proved @ Verdict::Proved { .. } => DesignError::not_proved(gain_lmi::WHAT, Some(proved)),
+        Verdict::Undecided { why, best } => {
+            let seen = match candidates(None) {
+                Seen::Hidden(mode) => return LpvError::HiddenMode(mode),
+                Seen::Nearly(mode) => Some(Box::new(mode)),
+                Seen::Nothing => None,
+            };
+            DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen }.into()
+        }
+        proved @ Verdict::Proved { .. } => DesignError::not_proved(gain_lmi::WHAT, Some(proved)).into(),
     }
 }
 
@@ -271,7 +209,7 @@ mod tests {
         assert!(verdict(&turned(1.9)).is_proved());
         let polytope = turned(2.1);
         let error = explain(&polytope, 0.0, verdict(&polytope), &Settings::default());
-        let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
+        let LpvError::Conflict(conflict) = &error else { panic!("{error}") };
         assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
         assert!(error.to_string().starts_with("these vertices together exclude each other at the rate 0: 1 ("));
         // Two of them are possible without the third.

@@ -6,10 +6,11 @@ use luenberger_observers::Observer;
 use luenberger_plants::Plant;
 use nalgebra::SVector;
 
-use crate::error::DesignError;
+use crate::numerical_kkl::domain::Domain;
 use crate::numerical_kkl::domain::within;
+use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
-use crate::numerical_kkl::{Domain, Injectivity, NumericalKklError};
+use crate::numerical_kkl::injectivity::Injectivity;
 
 /// Root mean square and largest size of an error, per state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +71,7 @@ pub fn held_out<S, O, const N: usize, const M: usize, const P: usize, const Z: u
     domain: &Domain<N>,
     input: &SVector<f64, M>,
     trials: &[Trial<N>],
-) -> Result<HeldOut<N>, DesignError>
+) -> Result<HeldOut<N>, NumericalKklError>
 where
     S: Plant<f64, State = SVector<f64, N>, Input = SVector<f64, M>, Output = SVector<f64, P>>,
     O: Observer<

@@ -88,9 +88,7 @@ fn proposition_6_is_proved_on_a_box() {
     // The integrated entry is for a parameter estimator: this is no KKLO.
     assert!(!report.is_proved());
     let refused = KklDesign::new(&ExponentialCascade, ExponentialCascadeMap, &[1, 2], &sixth(), &settings());
-    assert!(
-        matches!(refused, Err(DesignError::Kkl(KklError::NotHurwitz { what: "Lambda", eigenvalue })) if eigenvalue.re == 0.0)
-    );
+    assert!(matches!(refused, Err(KklError::NotHurwitz { what: "Lambda", eigenvalue }) if eigenvalue.re == 0.0));
 }
 
 #[test]
@@ -106,7 +104,7 @@ fn a_wrong_sign_is_refuted_at_a_point() {
     assert!(truth > 1.98 && report.residual.bounds[0] >= 2.0, "{:?}", report.residual);
     assert!(report.residual.bounds[1] == 0.0);
     let refused = KklDesign::new(&ExponentialCascade, WRONG_SIGN, &[1, 2], &sixth(), &settings());
-    assert!(matches!(refused, Err(DesignError::Kkl(KklError::NotASolution(worst))) if worst == *witness));
+    assert!(matches!(refused, Err(KklError::NotASolution(worst)) if worst == *witness));
     assert!(report.to_string().contains("Refuted"));
 }
 
@@ -191,7 +189,7 @@ impl<T: RealField + Copy> KklMap<T> for Scalar {
     }
 }
 
-fn scalar(plant: Scalar, lo: f64, hi: f64) -> Result<KklReport, DesignError> {
+fn scalar(plant: Scalar, lo: f64, hi: f64) -> Result<KklReport, KklError> {
     let region = Region::new(&[(lo, hi)]).inputs(&[(-1.0, 1.0)]);
     KklCandidate::new(&plant, &plant, &[0])?.check(&region, &settings())
 }
@@ -211,7 +209,7 @@ fn an_even_output_is_not_injective() {
     assert!(direct <= pair.gap * (1.0 + 1e-9) + 1e-15, "{direct} {pair:?}");
     let region = Region::new(&[(-1.0, 1.0)]).inputs(&[(0.0, 0.0)]);
     let refused = KklDesign::new(&Scalar::Square, Scalar::Square, &[0], &region, &settings());
-    assert!(matches!(refused, Err(DesignError::Kkl(KklError::NotInjective(_)))));
+    assert!(matches!(refused, Err(KklError::NotInjective(_))));
     // Where x > 0 it is injective, and phi^L is right there.
     let report = scalar(Scalar::Square, 0.1, 1.0).unwrap();
     assert!(report.is_proved(), "{report}");
@@ -244,9 +242,7 @@ fn without_a_polynomial_intervals_decide_what_they_can() {
     let fine = candidate.check(&region.subdivisions(20), &settings()).unwrap();
     assert!(matches!(fine.residual.verdict, Verdict::Undecided { .. }));
     let refused = KklDesign::new(&plant, plant, &[0], &Region::new(&[(0.5, 1.0)]).inputs(&[(0.0, 0.0)]), &settings());
-    assert!(
-        matches!(refused, Err(DesignError::Kkl(KklError::ResidualUndecided { row: 0, bound, allowed })) if bound > allowed)
-    );
+    assert!(matches!(refused, Err(KklError::ResidualUndecided { row: 0, bound, allowed }) if bound > allowed));
 }
 
 #[test]
@@ -256,9 +252,7 @@ fn lambda_may_vary_and_has_to_forget() {
     assert!(report.is_proved() && diagonal[0].lo() >= -2.0 - 1e-15 && diagonal[0].hi() <= 0.0, "{report}");
     let region = Region::new(&[(-1.0, 1.0)]).inputs(&[(0.0, 0.0)]);
     let refused = KklDesign::new(&Scalar::Unstable, Scalar::Unstable, &[0], &region, &settings());
-    assert!(
-        matches!(refused, Err(DesignError::Kkl(KklError::NotHurwitz { what: "Lambda", eigenvalue })) if eigenvalue.re == 1.0)
-    );
+    assert!(matches!(refused, Err(KklError::NotHurwitz { what: "Lambda", eigenvalue }) if eigenvalue.re == 1.0));
 }
 
 /// The converter's KKLO: Lambda = diag(-G/C4, -w/L1) is stable where u < 1 and only there.
@@ -286,7 +280,7 @@ fn the_converters_kklo_is_proved_where_it_is_stable() {
     let refused = report.stability.certificate_file("it grows at 1.5");
     assert!(matches!(refused, Err(Rejection::NotProved { .. } | Rejection::Nothing)), "{refused:?}");
     let refused = KklDesign::new(&plant, *observer.map(), &[0, 3], &region(0.5, 1.5), &settings());
-    assert!(matches!(refused, Err(DesignError::Kkl(KklError::HurwitzUndecided { .. } | KklError::NotHurwitz { .. }))));
+    assert!(matches!(refused, Err(KklError::HurwitzUndecided { .. } | KklError::NotHurwitz { .. })));
 }
 
 /// `z' = D z + B y`, phi = T x, for matrices of any size.
@@ -413,12 +407,12 @@ fn bad_boxes_indices_and_settings_are_refused() {
     let with = |states: &[(f64, f64)], inputs: &[(f64, f64)]| {
         candidate.check(&Region::new(states).inputs(inputs), &settings()).unwrap_err()
     };
-    let bounds = |error: DesignError| matches!(error, DesignError::Enclosure(EnclosureError::Bounds { .. }));
+    let bounds = |error: KklError| matches!(error, KklError::Enclosure(EnclosureError::Bounds { .. }));
     assert!(bounds(with(&[(-1.0, 1.0), (f64::NAN, 1.0), (0.0, 1.0)], &[(0.0, 1.0)])));
     assert!(bounds(with(&[(-1.0, 1.0), (1.0, -1.0), (0.0, 1.0)], &[(0.0, 1.0)])));
-    let dimension = |error: DesignError| matches!(error, DesignError::Enclosure(EnclosureError::Dimension { .. }));
+    let dimension = |error: KklError| matches!(error, KklError::Enclosure(EnclosureError::Dimension { .. }));
     assert!(dimension(with(&[], &[(0.0, 1.0)])) && dimension(with(&states, &[])));
-    let unbounded = |error: DesignError| matches!(error, DesignError::Kkl(KklError::Unbounded { .. }));
+    let unbounded = |error: KklError| matches!(error, KklError::Unbounded { .. });
     assert!(unbounded(with(&[(-1.0, 1.0), (0.0, f64::INFINITY), (0.0, 1.0)], &[(0.0, 1.0)])));
     // Inputs that nobody bounded.
     assert!(unbounded(candidate.check(&Region::new(&states), &settings()).unwrap_err()));
@@ -429,14 +423,14 @@ fn bad_boxes_indices_and_settings_are_refused() {
         KklSettings { samples: 0, ..settings() },
         KklSettings { samples: 5000, ..settings() },
     ] {
-        assert!(matches!(candidate.check(&region, &bad), Err(DesignError::Kkl(KklError::Setting { .. }))));
+        assert!(matches!(candidate.check(&region, &bad), Err(KklError::Setting { .. })));
     }
     for indices in [&[][..], &[1], &[1, 1], &[1, 3], &[0, 1, 2]] {
         let refused = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, indices);
-        assert!(matches!(refused, Err(DesignError::Kkl(KklError::Estimated { .. }))), "{indices:?}");
+        assert!(matches!(refused, Err(KklError::Estimated { .. })), "{indices:?}");
     }
     let misfit = KklCandidate::new(&CukConverter::default(), &ExponentialCascadeMap, &[1, 2]).map(|_| ());
-    assert!(matches!(misfit, Err(DesignError::Matrix(PlantError::DimensionMismatch { .. }))));
+    assert!(matches!(misfit, Err(KklError::Design(DesignError::Matrix(PlantError::DimensionMismatch { .. })))));
     let empty = LinearMap { d: DMatrix::zeros(0, 0), b: DMatrix::zeros(0, 1), t: DMatrix::zeros(0, 1) };
     let plant = DynamicPlant::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
     assert!(KklCandidate::new(&plant, &empty, &[0]).is_err());
@@ -444,21 +438,21 @@ fn bad_boxes_indices_and_settings_are_refused() {
     let crooked = LinearMap { d: dmatrix![-1.0], b: dmatrix![1.0; 1.0], t: dmatrix![1.0] };
     let region = Region::new(&[(-1.0, 1.0)]).inputs(&[(0.0, 0.0)]);
     let refused = KklCandidate::new(&plant, &crooked, &[0]).unwrap().check(&region, &settings());
-    assert!(matches!(refused, Err(DesignError::Kkl(KklError::Undefined { .. }))));
+    assert!(matches!(refused, Err(KklError::Undefined { .. })));
 }
 
 /// ln x on a box that holds 0: refused with the point; on one that does not, proved. A box that is one point is a box.
 #[test]
 fn what_is_not_defined_is_named_and_a_point_is_a_box() {
     let refused = scalar(Scalar::Logarithm, -1.0, 1.0).unwrap_err();
-    assert!(matches!(refused, DesignError::Kkl(KklError::Undefined { operation: "ln", .. })), "{refused}");
+    assert!(matches!(refused, KklError::Undefined { operation: "ln", .. }), "{refused}");
     assert!(scalar(Scalar::Logarithm, 0.5, 2.0).unwrap().is_proved());
     let point = scalar(Scalar::Logarithm, 0.5, 0.5).unwrap();
     assert!(point.residual.verdict.is_proved() && point.injectivity.verdict.is_proved());
     // So narrow that nothing lies between its ends.
     assert!(scalar(Scalar::Logarithm, 0.5, 0.5f64.next_up()).unwrap().residual.verdict.is_proved());
     let huge = scalar(Scalar::Cube, -1e200, 1e200);
-    assert!(matches!(huge, Err(DesignError::Kkl(KklError::Undefined { .. }))));
+    assert!(matches!(huge, Err(KklError::Undefined { .. })));
 }
 
 /// Proposition 7's class with blocks of 1, 1 and 2 states: `x1' = -x1 + x3 + u'x4`, `x2' = a x2 + sin x1`, `x3' = -3 x3 + x2 x1`, `x4' = -u x1/2`.
@@ -582,7 +576,7 @@ where
     KklPebObserver::new(map, Gradient::new(Matrix2::identity() * 2.0)?, 5.0)
 }
 
-fn design(plant: Seventh, excite: &Excite) -> Result<luenberger_design::kkl_peb::KklPebReport, DesignError> {
+fn design(plant: Seventh, excite: &Excite) -> Result<luenberger_design::kkl_peb::KklPebReport, KklError> {
     Ok(KklPebDesign::new(&plant, plant, &run(plant), excite, gradient)?.report)
 }
 
@@ -623,37 +617,28 @@ fn each_hypothesis_that_fails_is_an_error_with_numbers() {
     let excite = Excite::within(std::f64::consts::PI);
     // A2 with the eigenvalue 0.25: the run of 20 s is bounded by e^5, and the certificate is not there.
     let refused = design(Seventh { a2: 0.25, ..SEVENTH }, &excite).unwrap_err();
-    assert!(
-        matches!(&refused, DesignError::Kkl(KklError::NotHurwitz { what: "A2", eigenvalue }) if eigenvalue.re == 0.25),
-        "{refused}"
-    );
+    assert!(matches!(&refused, KklError::NotHurwitz { what: "A2", eigenvalue } if eigenvalue.re == 0.25), "{refused}");
     // b2 = 0: the second parameter is not seen.
     let refused = design(Seventh { b: [1.0, 0.0], ..SEVENTH }, &excite).unwrap_err();
-    let DesignError::Kkl(KklError::NotExciting { delta, needed, direction, .. }) = &refused else {
-        panic!("{refused}")
-    };
+    let KklError::NotExciting { delta, needed, direction, .. } = &refused else { panic!("{refused}") };
     assert!(*delta == 0.0 && *needed < 1e-10 && direction[1].abs() == 1.0, "{refused}");
     // b identically 0.
     let refused = design(Seventh { b: [0.0, 0.0], ..SEVENTH }, &excite).unwrap_err();
-    assert!(
-        matches!(&refused, DesignError::Kkl(KklError::NotExciting { delta, needed, .. }) if *delta == 0.0 && *needed == 0.0)
-    );
+    assert!(matches!(&refused, KklError::NotExciting { delta, needed, .. } if *delta == 0.0 && *needed == 0.0));
     // Exciting, and less than is asked for.
     let refused = design(SEVENTH, &Excite { needed: 2.0, ..excite }).unwrap_err();
-    assert!(
-        matches!(&refused, DesignError::Kkl(KklError::NotExciting { delta, needed, .. }) if *delta > 1.5 && *needed == 2.0)
-    );
+    assert!(matches!(&refused, KklError::NotExciting { delta, needed, .. } if *delta > 1.5 && *needed == 2.0));
     assert!(refused.to_string().contains("least eigenvalue"));
     // Larger than is allowed: x4 begins at 2, at once.
     let refused = design(SEVENTH, &Excite { bound: 1.5, ..excite }).unwrap_err();
     assert!(
-        matches!(refused, DesignError::Kkl(KklError::Unbounding { what: "x", index: 3, value, time }) if value == 2.0 && time == 0.0)
+        matches!(refused, KklError::Unbounding { what: "x", index: 3, value, time } if value == 2.0 && time == 0.0)
     );
     // Pieces of another plant.
     let other = Seventh { a2: -1.5, ..SEVENTH };
     let refused = KklPebDesign::new(&SEVENTH, other, &run(SEVENTH), &excite, gradient).map(|_| ()).unwrap_err();
     assert!(
-        matches!(&refused, DesignError::Kkl(KklError::Mismatch { equation, piece, plant, .. }) if equation == "x2'(1)" && piece != plant),
+        matches!(&refused, KklError::Mismatch { equation, piece, plant, .. } if equation == "x2'(1)" && piece != plant),
         "{refused}"
     );
 }
@@ -661,8 +646,8 @@ fn each_hypothesis_that_fails_is_an_error_with_numbers() {
 #[test]
 fn runs_that_are_none_are_refused() {
     let (t, x, u) = tables(SEVENTH);
-    let kkl = |result: Result<SampledRun, DesignError>| match result {
-        Err(DesignError::Kkl(error)) => error,
+    let kkl = |result: Result<SampledRun, KklError>| match result {
+        Err(error) => error,
         other => panic!("{other:?}"),
     };
     let none = DMatrix::zeros(0, 5);
@@ -690,15 +675,18 @@ fn runs_that_are_none_are_refused() {
     // Windows that are none, and longer than the run; another plant's run.
     for window in [0.0, -1.0, f64::NAN, 25.0, f64::INFINITY] {
         let refused = design(SEVENTH, &Excite::within(window)).unwrap_err();
-        assert!(matches!(refused, DesignError::Kkl(KklError::Setting { what: "the window", .. })), "{window}");
+        assert!(matches!(refused, KklError::Setting { what: "the window", .. }), "{window}");
     }
     let refused = design(SEVENTH, &Excite { needed: f64::NAN, ..Excite::within(1.0) }).unwrap_err();
-    assert!(matches!(refused, DesignError::Kkl(KklError::Setting { .. })));
+    assert!(matches!(refused, KklError::Setting { .. }));
     let narrow = SampledRun::new(&t, &x.columns(0, 4).into_owned(), &u).unwrap();
     let refused =
         KklPebDesign::new(&SEVENTH, SEVENTH, &narrow, &Excite::within(1.0), gradient).map(|_| ()).unwrap_err();
     assert!(
-        matches!(refused, DesignError::Matrix(PlantError::DimensionMismatch { what: "x of the run", .. })),
+        matches!(
+            refused,
+            KklError::Design(DesignError::Matrix(PlantError::DimensionMismatch { what: "x of the run", .. }))
+        ),
         "{refused}"
     );
 }

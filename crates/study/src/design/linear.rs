@@ -2,11 +2,11 @@
 
 use luenberger_design::number::{decay, significant};
 use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
-use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::Settings;
 use luenberger_plants::DynamicPlant;
 use nalgebra::DMatrix;
 
+use super::explain::Misfit;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
@@ -16,13 +16,9 @@ fn of(plant: &DynamicPlant, wish: &LinearWish, settings: &Settings) -> Result<Li
     LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)
 }
 
-pub(super) fn luenberger(
-    plant: &DynamicPlant,
-    wish: &LinearWish,
-    settings: &Settings,
-) -> Result<Designed, DesignError> {
+pub(super) fn luenberger(plant: &DynamicPlant, wish: &LinearWish, settings: &Settings) -> Result<Designed, Misfit> {
     let design = of(plant, wish, settings)?;
-    let rate = -spectral_abscissa(&design.error_matrix())?;
+    let rate = -design.spectral_abscissa();
     let promised = match wish.wish {
         Wish::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
         _ => String::new(),
@@ -52,7 +48,7 @@ pub(super) fn cubic(
     theta: &DMatrix<f64>,
     correction: &Correction,
     settings: &Settings,
-) -> Result<Designed, DesignError> {
+) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, settings)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
     let reach = reach(&design.certificate);
@@ -69,7 +65,7 @@ pub(super) fn cubic(
             matrix("S", &design.s),
         ],
         poles: poles(&linear.poles),
-        numbers: vec![number("decay rate of small errors", -spectral_abscissa(&design.error_matrix())?)],
+        numbers: vec![number("decay rate of small errors", -linear.spectral_abscissa())],
         facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
@@ -88,7 +84,7 @@ pub(super) fn sampled(
     strength: f64,
     period: f64,
     settings: &Settings,
-) -> Result<Designed, DesignError> {
+) -> Result<Designed, Misfit> {
     let design = SampledCubicDesign::new(&of(plant, wish, settings)?, theta, strength, period)?;
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {

@@ -3,7 +3,7 @@
 use luenberger_design::enclosure::enclose;
 use luenberger_design::kkl::KklSettings;
 use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
-use luenberger_design::{DesignError, KklCandidate, LpvDesign, Region};
+use luenberger_design::{KklCandidate, LpvDesign, LpvError, Region};
 use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
 use luenberger_observers::kalman::{ExtendedKalmanFilter, Noises};
 use luenberger_observers::mean_value::EstimateAndError;
@@ -126,7 +126,7 @@ fn the_chaotic_plant_in_text_is_proved_away_from_0() {
     assert!(design.certificate.is_proved());
     // Where x1 can vanish x3 is hidden, whoever wrote the plant.
     let error = LpvDesign::new(chaotic(), &Region::new(&[(-3.0, 3.0); 3]), 0.0).unwrap_err();
-    assert!(matches!(error, DesignError::HiddenMode(_)), "{error}");
+    assert!(matches!(error, LpvError::HiddenMode(_)), "{error}");
 }
 
 /// A kink is bounded by its two sides, a jump and a pole are refused by name.
