@@ -5,13 +5,16 @@
 
 use std::sync::OnceLock;
 
-use luenberger_observers::cuk::{self, Embedding, Tuning};
+use luenberger_design::kkl::KklSettings;
+use luenberger_design::{Certified, KklCandidate, KklDesign, KklError, Region};
 use luenberger_observers::diagnosis::{Diagnose, Diagnosis};
 use luenberger_observers::immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::pebo::Regression;
 use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::{Column, CukConverter, Plant, state_jacobian};
+use luenberger_proof::certificate::Rejection;
+use luenberger_reproduce::kkl::cuk::{self, Embedding, Tuning};
 use luenberger_sim::{Integrand, Scenario, Signal, Trajectory};
 use nalgebra::{Matrix2, Matrix4, RealField, U1, U2, U4, Vector1, Vector2, Vector4, Vector6, convert};
 use proptest::prelude::*;
@@ -482,4 +485,32 @@ proptest! {
         // A few operations per entry, of the entry's own size.
         prop_assert!((jacobian - claimed).abs().iter().zip(claimed.abs().iter()).all(|(d, entry)| *d <= 8.0 * f64::EPSILON * entry));
     }
+}
+
+/// The converter's KKLO: Lambda = diag(-G/C4, -w/L1) is stable where u < 1 and only there.
+#[test]
+fn the_converters_kklo_is_proved_where_it_is_stable() {
+    let plant = CukConverter::default();
+    let observer = cuk::kklo(plant).unwrap();
+    let region = |low: f64, high: f64| {
+        Region::new(&[(-2.0, 2.0), (0.0, 50.0), (-2.0, 2.0), (-40.0, 0.0)]).inputs(&[(low, high)])
+    };
+    let candidate = KklCandidate::new(&plant, observer.map(), &[0, 3]).unwrap();
+    let report = candidate.check(&region(0.1, 0.9), &KklSettings::default()).unwrap();
+    assert!(report.is_proved(), "{report}");
+    // A rounding or two of every coefficient: some tens of them against the terms.
+    for (bound, scale) in report.residual.bounds.iter().zip(&report.residual.scales) {
+        assert!(*bound <= 50.0 * f64::EPSILON * scale, "{bound:e} of {scale:e}");
+    }
+    assert!(report.left_inverse.as_ref().unwrap().0 < 1e-12);
+    let diagonal = report.stability.diagonal.as_ref().unwrap();
+    // -G/C4 and -w/L1 with w from 0.1 to 0.9.
+    assert!((diagonal[1].hi() + 0.1 / plant.l1).abs() < 1e-9 / plant.l1 && diagonal[0].hi() < 0.0);
+    let report = candidate.check(&region(0.5, 1.5), &KklSettings::default()).unwrap();
+    assert!(report.residual.verdict.is_proved() && !report.stability.is_proved());
+    assert!(report.stability.diagonal.as_ref().unwrap()[1].hi() > 0.0);
+    let refused = report.stability.certificate_file("it grows at 1.5");
+    assert!(matches!(refused, Err(Rejection::NotProved { .. } | Rejection::Nothing)), "{refused:?}");
+    let refused = KklDesign::new(&plant, *observer.map(), &[0, 3], &region(0.5, 1.5), &KklSettings::default());
+    assert!(matches!(refused, Err(KklError::HurwitzUndecided { .. } | KklError::NotHurwitz { .. })));
 }

@@ -105,9 +105,35 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi = (x2, x3):
     /// ```
     /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
-    /// use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
+    /// use luenberger_observers::{KklMap, ObserverDimensions};
     /// use luenberger_plants::ExponentialCascade;
-    /// let candidate = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, &[1, 2])?;
+    /// use nalgebra::{Matrix2, RealField, U1, U2, Vector1, Vector2};
+    ///
+    /// struct Sixth;
+    /// impl<T: RealField + Copy> KklMap<T> for Sixth {
+    ///     type Xi = U2;
+    ///     type Inputs = U1;
+    ///     type Outputs = U1;
+    ///     type Estimate = U2;
+    ///     fn dimensions(&self) -> ObserverDimensions {
+    ///         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    ///     }
+    ///     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix2<T> {
+    ///         Matrix2::from_diagonal(&Vector2::new(-T::one(), T::zero()))
+    ///     }
+    ///     fn injection(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
+    ///         let square = y[0] * y[0];
+    ///         Vector2::new(square + y[0].sin(), u[0] * y[0] + T::one() / (square + T::one()))
+    ///     }
+    ///     fn left_inverse(&self, _t: T, xi: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
+    ///         *xi
+    ///     }
+    ///     fn image(&self, _t: T, xhat: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
+    ///         *xhat
+    ///     }
+    /// }
+    ///
+    /// let candidate = KklCandidate::new(&ExponentialCascade, &Sixth, &[1, 2])?;
     /// let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0), (-1.0, 1.0)]).inputs(&[(-3.0, 3.0)]);
     /// let report = candidate.check(&region, &KklSettings::default())?;
     /// assert_eq!(report.residual.bounds, [0.0, 0.0]);

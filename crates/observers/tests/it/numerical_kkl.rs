@@ -1,4 +1,5 @@
 //! Tables that do not fit are refused, and what runs is bounded.
+#![cfg(feature = "alloc")]
 
 use luenberger_observers::ObserverError;
 use luenberger_observers::numerical_kkl::least_squares::nearest;
