@@ -3,7 +3,7 @@
 //! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever is built
 //! on top (the cubic term, robust margins, feedback) does not care where L came from.
 
-use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, lyapunov, place_observer};
+use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::Settings;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::DynamicPlant;
@@ -11,7 +11,7 @@ use luenberger_proof::certificate::{self, Certificate, PlantWithin};
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, exact};
-use crate::check;
+use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 
@@ -100,7 +100,7 @@ impl LinearDesign {
     ///
     /// [`Wish::Lmi`] exists whenever `(A, C)` is detectable. The others can ask for more: [`Wish::Poles`] and [`Wish::DecayRate`] than the
     /// unobservable modes allow, [`Wish::Kalman`] needs noise on every mode of the stability boundary, and a gain of one's own has to stabilise.
-    /// The wishes by LMI do not read `decrease`: they bring their own P. Cost: one Schur form and one Lyapunov equation, about `35 n^3`; an SDP of `n(n+1)/2 + np`
+    /// The wishes by LMI do not read `decrease`: they bring their own P. Cost: that of the gain, and one Schur form of F, from which its poles and P come, about `35 n^3`; an SDP of `n(n+1)/2 + np`
     /// unknowns for the wishes by LMI.
     ///
     /// ```
@@ -164,44 +164,43 @@ impl LinearDesign {
                 return Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, 0.0, settings)?, 0.0);
             }
         };
-        let f = &plant.a - &l * &plant.c;
-        check::hurwitz("A - L C", (&plant.a, &l, &plant.c))?;
+        let closed = StableLoop::new("A - L C", (&plant.a, &l, &plant.c))?;
         if *decrease == Decrease::Information {
             return Err(DesignError::NoCovariance);
         }
         let q = decrease.matrix(n)?;
-        let p = lyapunov(&f, &q)?.p;
-        Self::certified(plant, l, p, q, 0.0)
+        let poles = closed.poles.clone();
+        Self::certified(plant, l, poles, (closed.lyapunov(&q)?, q), 0.0)
     }
 
     /// The Kalman gain with the inverse covariance as P.
     fn with_information(plant: &DynamicPlant, kalman: &Kalman) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
         let inverse = check::solve_definite("the stationary covariance", &kalman.p, &DMatrix::identity(n, n))?;
-        let p = check::symmetric_part(&inverse);
-        let half = &p * (&plant.a - &kalman.l * &plant.c);
+        let p = symmetric_part(&inverse);
+        let f = &plant.a - &kalman.l * &plant.c;
+        let half = &p * &f;
         let q = -(&half + half.transpose());
         check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
-        Self::certified(plant, kalman.l.clone(), p, q, 0.0)
+        Self::certified(plant, kalman.l.clone(), eigenvalues(&f)?, (p, q), 0.0)
     }
 
     /// A design whose P came with the gain, and certifies the decay rate.
     pub(crate) fn with_lyapunov_matrix(plant: &DynamicPlant, gain: Gain, rate: f64) -> Result<Self, DesignError> {
         let Gain { l, p } = gain;
         let f = &plant.a - &l * &plant.c;
-        let half = &p * f;
+        let half = &p * &f;
         let q = -(&half + half.transpose());
-        Self::certified(plant, l, p, q, rate)
+        Self::certified(plant, l, eigenvalues(&f)?, (p, q), rate)
     }
 
     fn certified(
         plant: &DynamicPlant,
         l: DMatrix<f64>,
-        p: DMatrix<f64>,
-        q: DMatrix<f64>,
+        poles: Vec<Complex<f64>>,
+        (p, q): (DMatrix<f64>, DMatrix<f64>),
         rate: f64,
     ) -> Result<Self, DesignError> {
-        let poles = eigenvalues(&(&plant.a - &l * &plant.c))?;
         let theorem = certificate::LinearObserver {
             plant: PlantWithin::exactly(&exact(&plant.a)?, &exact(&plant.b)?, &exact(&plant.c)?)?,
             l: exact(&l)?,
@@ -209,7 +208,7 @@ impl LinearDesign {
             rate,
         };
         let certificate = Certificate::of([theorem])?;
-        let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
+        let observer = LinearObserver::of(plant.clone(), l)?;
         Ok(Self { observer, poles, p, q, rate, certificate })
     }
 

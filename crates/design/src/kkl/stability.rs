@@ -1,14 +1,13 @@
 //! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box. That is a statement about `e' = Lambda e`, which is the error of the
 //! observer where B reads no xi; else see [`coupling`](super::coupling).
 
-use luenberger_linalg::{LinalgError, eigenvalues, lyapunov};
+use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, symmetric_part};
 use luenberger_proof::certificate::{Certificate, Certified, Hurwitz};
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{Complex, DMatrix};
 
 use super::error::KklError;
 use crate::certificate::exact;
-use crate::check;
 use crate::error::DesignError;
 
 /// What is known of Lambda over the box.
@@ -69,7 +68,7 @@ pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
         return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
     }
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
-        Ok(solution) => check::symmetric_part(&solution.p),
+        Ok(solution) => symmetric_part(&solution.p),
         // Hurwitz to rounding only.
         Err(LinalgError::SingularEquation { .. } | LinalgError::UndecidedEquation { .. }) => {
             return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });

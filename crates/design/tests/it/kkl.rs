@@ -10,7 +10,7 @@ use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::{KklMap, KklPebObserver, Observer, ObserverDimensions};
 use luenberger_plants::{CukConverter, Dimensions, DynamicPlant, ExponentialCascade, Plant, PlantError};
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{Certified, Rejection, verify};
+use luenberger_proof::certificate::{Certified, verify};
 use nalgebra::{
     DMatrix, DVector, Dyn, Matrix1, Matrix2, RealField, SVector, U1, U2, Vector1, Vector2, convert, dmatrix,
 };

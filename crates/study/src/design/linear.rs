@@ -1,7 +1,7 @@
 //! The observers of linear plants.
 
 use luenberger_design::number::{decay, significant};
-use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
+use luenberger_design::{Correction, CubicDesign, LinearDesign, SampledCubicDesign, Wish};
 use luenberger_lmi::Settings;
 use luenberger_plants::DynamicPlant;
 use nalgebra::DMatrix;
@@ -12,12 +12,8 @@ use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
 use crate::study::LinearWish;
 
-fn of(plant: &DynamicPlant, wish: &LinearWish, settings: &Settings) -> Result<LinearDesign, DesignError> {
-    LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)
-}
-
 pub(super) fn luenberger(plant: &DynamicPlant, wish: &LinearWish, settings: &Settings) -> Result<Designed, Misfit> {
-    let design = of(plant, wish, settings)?;
+    let design = LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)?;
     let rate = -design.spectral_abscissa();
     let promised = match wish.wish {
         Wish::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
@@ -49,7 +45,7 @@ pub(super) fn cubic(
     correction: &Correction,
     settings: &Settings,
 ) -> Result<Designed, Misfit> {
-    let linear = of(plant, wish, settings)?;
+    let linear = LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
     let reach = reach(&design.certificate);
     let report = DesignReport {
@@ -85,7 +81,8 @@ pub(super) fn sampled(
     period: f64,
     settings: &Settings,
 ) -> Result<Designed, Misfit> {
-    let design = SampledCubicDesign::new(&of(plant, wish, settings)?, theta, strength, period)?;
+    let linear = LinearDesign::new_with(plant, &wish.wish, &wish.decrease, settings)?;
+    let design = SampledCubicDesign::new(&linear, theta, strength, period)?;
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
