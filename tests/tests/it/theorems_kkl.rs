@@ -23,15 +23,13 @@ use luenberger_study::plant::ExpressionPlant;
 use nalgebra::{Matrix2, RealField, SVector, U0, U1, U2, U3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
-fn pair(size: f64) -> impl Strategy<Value = Vector2<f64>> {
-    prop::array::uniform2(-size..size).prop_map(Vector2::from)
-}
+use crate::generators::vector2;
 
 proptest! {
     /// Proposition 6, F4: `phi = (x2, x3)`, and `y' = -y^3 + exp(xi2) Theta` with `Theta = exp(x3 - xi2)`.
     #[test]
     fn the_maps_of_proposition_6_solve_its_equations(
-        x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in pair(2.0), u in (-2.0..2.0f64).prop_map(Vector1::new),
+        x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in vector2(2.0), u in (-2.0..2.0f64).prop_map(Vector1::new),
     ) {
         let plant = ExponentialCascade;
         let (y, rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
@@ -50,7 +48,7 @@ proptest! {
     /// F3 of Proposition 6 does not survive a Lambda that depends on y and u: `e' = Lambda(y, u) e` with `Lambda <= diag(-1, 1 - c + u^2/12)`, and phi^L takes phi back.
     #[test]
     fn the_plant_of_proposition_6_has_a_kklo(
-        x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in pair(5.0), u in (-3.0..3.0f64).prop_map(Vector1::new), c in 0.1..10.0f64,
+        x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in vector2(5.0), u in (-3.0..3.0f64).prop_map(Vector1::new), c in 0.1..10.0f64,
     ) {
         let plant = ExponentialCascade;
         let (y, rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));

@@ -19,6 +19,8 @@ use luenberger_sim::{Integrand, Scenario, Signal, Trajectory};
 use nalgebra::{Matrix2, Matrix4, RealField, U1, U2, U4, Vector1, Vector2, Vector4, Vector6, convert};
 use proptest::prelude::*;
 
+use crate::generators::vector2;
+
 /// States of the converter of the size it has in operation, and beyond.
 fn state() -> impl Strategy<Value = Vector4<f64>> {
     (-3.0..3.0f64, -50.0..50.0f64, -3.0..3.0f64, -50.0..50.0f64)
@@ -27,10 +29,6 @@ fn state() -> impl Strategy<Value = Vector4<f64>> {
 
 fn duty() -> impl Strategy<Value = Vector1<f64>> {
     (0.05..0.95f64).prop_map(Vector1::new)
-}
-
-fn pair(size: f64) -> impl Strategy<Value = Vector2<f64>> {
-    prop::array::uniform2(-size..size).prop_map(Vector2::from)
 }
 
 /// The unmeasured states of the converter.
@@ -62,7 +60,7 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON * RATE;
 proptest! {
     /// Table I, KKLO: `e_i1' = -(w/L1) e_i1`, `e_v4' = -(G/C4) e_v4`, whatever the plant does.
     #[test]
-    fn the_error_of_the_kklo_obeys_lambda(x in state(), xi in pair(50.0), u in duty()) {
+    fn the_error_of_the_kklo_obeys_lambda(x in state(), xi in vector2(50.0), u in duty()) {
         let plant = CukConverter::default();
         let observer = cuk::kklo(plant).unwrap();
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
@@ -82,7 +80,7 @@ proptest! {
     /// Table I, I&IO: `e_i1' = -g1 w e_i1`, `e_v4' = -(G/C4 + g2) e_v4`.
     #[test]
     fn the_error_of_the_iio_has_the_poles_of_its_gains(
-        x in state(), chi in pair(50.0), u in duty(), g1 in 1.0..200.0f64, g2 in -500.0..500.0f64,
+        x in state(), chi in vector2(50.0), u in duty(), g1 in 1.0..200.0f64, g2 in -500.0..500.0f64,
     ) {
         let plant = CukConverter::default();
         let observer = cuk::immersion_invariance(plant, &Tuning { g1, g2, ..Tuning::default() }).unwrap();
@@ -95,7 +93,7 @@ proptest! {
 
     /// "KKLO is linear, I&IO is nonlinear" is false here: with g1 = 1/L1 and g2 = 0 they are one observer.
     #[test]
-    fn the_iio_contains_the_kklo(x in state(), estimate in pair(50.0), u in duty()) {
+    fn the_iio_contains_the_kklo(x in state(), estimate in vector2(50.0), u in duty()) {
         let plant = CukConverter::default();
         let linear = cuk::kklo(plant).unwrap();
         let immersed = cuk::immersion_invariance(plant, &Tuning { g1: 1.0 / plant.l1, g2: 0.0, ..Tuning::default() }).unwrap();
@@ -156,7 +154,7 @@ proptest! {
 
     /// What makes a PEBO: `d s(y)/dt = g + m theta` with `theta = phi(x) - xi`, a constant. For the converter's two.
     #[test]
-    fn the_regressions_of_the_converter_are_exact(x in state(), xi in pair(50.0), u in duty()) {
+    fn the_regressions_of_the_converter_are_exact(x in state(), xi in vector2(50.0), u in duty()) {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
         let y_rate = plant.output(0.0, &x_rate);
@@ -354,7 +352,7 @@ proptest! {
     /// rho = (0, d theta_hat/dt) the I&IO is the [KKL+PEB]O, state by state.
     #[test]
     fn proposition_5_needs_the_rate_of_the_parameter(
-        x in state(), xi in pair(5.0), filters in prop::array::uniform3(-10.0..10.0f64), theta in -3.0..3.0f64, u in duty(),
+        x in state(), xi in vector2(5.0), filters in prop::array::uniform3(-10.0..10.0f64), theta in -3.0..3.0f64, u in duty(),
     ) {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
