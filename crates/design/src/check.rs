@@ -8,6 +8,7 @@ use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
+use crate::certificate::exact;
 use crate::error::{DesignError, NearlyHidden};
 
 /// Shape and finiteness.
@@ -66,14 +67,14 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), DesignError
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(DesignError::NotPositive { what, value }) }
 }
 
-/// The matrix in exact arithmetic; its entries are finite.
-pub(crate) fn exactly(m: &DMatrix<f64>) -> Result<Matrix<Exact>, DesignError> {
-    Ok(Matrix::embed(&stored(m)?, "a matrix")?)
+/// A number of the settings between these bounds.
+pub(crate) fn within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), DesignError> {
+    if (least..=most).contains(&value) { Ok(()) } else { Err(DesignError::Setting { what, value, least, most }) }
 }
 
-/// The same numbers for the prover, which reads rows first.
-fn stored(m: &DMatrix<f64>) -> Result<Matrix<f64>, DesignError> {
-    Ok(Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())?)
+/// The matrix in exact arithmetic; its entries are finite.
+pub(crate) fn exactly(m: &DMatrix<f64>) -> Result<Matrix<Exact>, DesignError> {
+    Ok(Matrix::embed(&exact(m)?, "a matrix")?)
 }
 
 /// `A - L C` without rounding.
@@ -187,7 +188,7 @@ pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Resul
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;
     let Some(mode) = pair.offending.first() else { return Ok(None) };
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
-    let hidden = hidden_motion(&stored(a)?, &stored(c)?)?;
+    let hidden = hidden_motion(&exact(a)?, &exact(c)?)?;
     if hidden.and_then(|hidden| hidden.decays_at(rate)) == Some(false) {
         return Err(LinalgError::NotDetectable { eigenvalue, margin }.into());
     }

@@ -39,6 +39,18 @@ pub enum DesignError {
         /// Its value.
         value: f64,
     },
+    /// A number of the settings that is out of its range.
+    #[error("{what} is {value}; it must be from {least} to {most}")]
+    Setting {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its least value.
+        least: f64,
+        /// Its largest value.
+        most: f64,
+    },
     /// A pole asked for an observer that would not converge.
     #[error("the observer pole {pole} is not in the open left half plane")]
     UnstablePole {

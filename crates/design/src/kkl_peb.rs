@@ -26,6 +26,8 @@ use luenberger_proof::certificate::Certificate;
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector, SymmetricEigen, U1};
 
+use crate::check::within;
+use crate::error::DesignError;
 use crate::kkl::KklError;
 use crate::kkl::stability::{Forgetting, forgets, hurwitz};
 
@@ -249,7 +251,7 @@ impl<O> KklPebDesign<O> {
     /// # Errors
     /// [`KklError::NotHurwitz`] names the eigenvalue of A2 or A3; [`KklError::Mismatch`] the equation and the time at which pieces and plant differ;
     /// [`KklError::NotExciting`] has the delta achieved, the window and the direction that it does not show; [`KklError::Unbounding`] the time; [`KklError::NothingToEstimate`];
-    /// [`KklError::Setting`]; [`KklError::Design`] for shapes and entries, and what `make` returns.
+    /// [`DesignError::Setting`](crate::DesignError::Setting); [`KklError::Design`] for shapes and entries, and what `make` returns.
     pub fn new<S, C>(
         plant: &S,
         cascade: C,
@@ -304,9 +306,9 @@ where
         return Err(ObserverError::Output { output: cascade.k(), outputs: p }.into());
     }
     let length = run.t[run.t.len() - 1] - run.t[0];
-    KklError::unless_within("the window", excite.window, f64::MIN_POSITIVE, length)?;
-    KklError::unless_within("the excitation needed", excite.needed, 0.0, f64::MAX)?;
-    KklError::unless_within("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY)?;
+    within("the window", excite.window, f64::MIN_POSITIVE, length)?;
+    within("the excitation needed", excite.needed, 0.0, f64::MAX)?;
+    within("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY)?;
     let (mut blocks, mut slowest) = (Vec::new(), None);
     for (what, order, block) in [("A2", n2, dynamic(&cascade.a2())), ("A3", n3, dynamic(&cascade.a3()))] {
         check_matrix(what, &block, (order, order))?;
@@ -466,7 +468,7 @@ fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitati
     let Some((delta, direction, from, to)) = worst else {
         // The window was checked to fit into the run.
         let (least, most) = (f64::MIN_POSITIVE, last - t[0]);
-        return Err(KklError::Setting { what: "the window", value: window, least, most });
+        return Err(DesignError::Setting { what: "the window", value: window, least, most }.into());
     };
     // A sum of `to - from` terms of which none is larger than the trace, and the eigenvalue of a matrix of that size.
     let rounding = (to - from + order) as f64 * f64::EPSILON * greatest;

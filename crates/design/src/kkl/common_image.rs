@@ -188,7 +188,7 @@ pub(super) fn by_box<C: Pieces<IntervalDual>>(
             })
             .collect()
     };
-    let middle = |x: &Interval| x.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
+    let middle = Interval::midpoint;
     let middles =
         |columns: &[Vec<Interval>]| DMatrix::from_fn(rows.len(), columns.len(), |i, j| middle(&columns[j][i]));
     let mut z = z.clone();

@@ -41,18 +41,6 @@ pub enum KklError {
         /// n.
         states: usize,
     },
-    /// A number of the settings that is out of its range.
-    #[error("{what} is {value}; it must be from {least} to {most}")]
-    Setting {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its least value.
-        least: f64,
-        /// Its largest value.
-        most: f64,
-    },
     /// f, h, phi, Lambda or B has no value at a point of the box.
     #[error("{operation} has no value at the state {state:?} and the input {input:?}")]
     Undefined {
@@ -174,10 +162,3 @@ pub enum KklError {
 }
 
 from_through_design_error!(KklError: LinalgError, ObserverError, PlantError, ProofError);
-
-impl KklError {
-    /// Refuses a number of the settings that is out of its range.
-    pub(crate) fn unless_within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), Self> {
-        if (least..=most).contains(&value) { Ok(()) } else { Err(Self::Setting { what, value, least, most }) }
-    }
-}

@@ -46,12 +46,11 @@ impl<C: Pieces<IntervalDual>> Images<'_, C> {
     /// Phi and DPhi at a point, by intervals around single numbers; the numbers in their middles.
     pub(super) fn with_jacobian(&self, t: f64, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let (outputs, n) = (self.size.outputs, self.size.states);
-        let middle = |x: Interval| x.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
         let (mut value, mut jacobian) = (DVector::zeros(outputs), DMatrix::zeros(outputs, n));
         for (k, column) in jacobian.as_mut_slice().chunks_mut(outputs).enumerate() {
             let image = self.point(t, x, Some(k))?;
             for (i, image) in image.iter().enumerate() {
-                (value[i], column[i]) = (middle(image.value()), middle(image.slope()));
+                (value[i], column[i]) = (image.value().midpoint(), image.slope().midpoint());
             }
         }
         let finite = value.iter().chain(jacobian.iter()).all(|entry| entry.is_finite());

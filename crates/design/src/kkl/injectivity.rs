@@ -161,9 +161,7 @@ fn proof<C: Pieces<IntervalDual>>(
     let scaled = Matrix::from_fn(rows, varying.len(), |i, j| {
         Interval::from_f64(half[varying[j]]).map_or(Interval::UNBOUNDED, |half| enclosure.c[(i, varying[j])].mul(&half))
     });
-    let middle = DMatrix::from_fn(rows, varying.len(), |i, j| {
-        scaled[(i, j)].midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
-    });
+    let middle = DMatrix::from_fn(rows, varying.len(), |i, j| scaled[(i, j)].midpoint());
     if varying.is_empty() {
         return Ok(Verdict::Proved { margin: f64::INFINITY });
     }

@@ -51,6 +51,7 @@ use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
 use nalgebra::DefaultAllocator;
 
+use crate::check::within;
 use crate::enclosure::paths::explore;
 use crate::enclosure::{Axis, IntervalDual, Region};
 use crate::spread::Spread;
@@ -148,13 +149,13 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// [subdivisions](Region::subdivisions) and one more; n evaluations of (phi, h) at each sample; a comparison of all pairs of samples.
     ///
     /// # Errors
-    /// [`KklError::Setting`], [`KklError::Unbounded`], [`KklError::Undefined`] where a map has no value; [`KklError::Enclosure`] for the box.
+    /// [`DesignError::Setting`](crate::DesignError::Setting), [`KklError::Unbounded`], [`KklError::Undefined`] where a map has no value; [`KklError::Enclosure`] for the box.
     pub fn check(&self, region: &Region, settings: &KklSettings) -> Result<KklReport, KklError>
     where
         Self: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,
     {
-        KklError::unless_within("the tolerance of the residual", settings.tolerance, 0.0, 1.0)?;
-        KklError::unless_within("the number of samples", settings.samples as f64, 1.0, 4096.0)?;
+        within("the tolerance of the residual", settings.tolerance, 0.0, 1.0)?;
+        within("the number of samples", settings.samples as f64, 1.0, 4096.0)?;
         let size = Pieces::<IntervalDual>::plant_dimensions(self);
         let axes = region.axes(size)?;
         let unbounded = axes[..size.states + size.inputs].iter().position(|axis| !axis.is_bounded());

@@ -60,8 +60,7 @@ pub(crate) struct Forgetting {
 /// where the middle is not Hurwitz.
 pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let order = f.rows();
-    let middle = |entry: &Interval| entry.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
-    let matrix = DMatrix::from_fn(order, order, |i, j| middle(&f[(i, j)]));
+    let matrix = DMatrix::from_fn(order, order, |i, j| f[(i, j)].midpoint());
     let mut spectrum = eigenvalues(&matrix)?;
     spectrum.sort_by(|x, y| y.re.total_cmp(&x.re));
     if order == 0 || spectrum.first().is_some_and(|largest| largest.re >= 0.0) {

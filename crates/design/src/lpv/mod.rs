@@ -162,15 +162,8 @@ where
         let bisection = greatest_parameter_with(settings, 0.0, ceiling, tolerance, family)?;
         let stopped =
             bisection.stopped.map(|(rate, verdict)| (rate, obstacle::explain(&polytope, rate, verdict, settings)));
-        match (bisection.proved, stopped) {
-            (Some((rate, solution)), stopped) => {
-                let gain = gain_lmi::gain_of(&solution)?;
-                let stopped = stopped.map(|(rate, error)| (rate, Box::new(error)));
-                Self::certified(plant, region, polytope, gain, rate, stopped)
-            }
-            (None, Some((_, error))) => Err(error),
-            (None, None) => Err(DesignError::not_proved(GIVEN, None).into()),
-        }
+        let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
+        Self::certified(plant, region, polytope, gain_lmi::gain_of(&solution)?, rate, stopped)
     }
 
     /// The greatest rate that some P proves for a given gain L (n x p), to within 0.1 % of what the eigenvalues at the vertices allow.
@@ -205,15 +198,9 @@ where
         let family = |rate| pose_for(&polytope, l, rate, settings);
         let bisection = greatest_parameter_with(settings, 0.0, high, tolerance, family)?;
         let stopped = bisection.stopped.map(|(rate, verdict)| (rate, for_this_gain(&polytope, rate, verdict)));
-        match (bisection.proved, stopped) {
-            (Some((rate, solution)), stopped) => {
-                let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
-                let stopped = stopped.map(|(rate, error)| (rate, Box::new(error)));
-                Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
-            }
-            (None, Some((_, error))) => Err(error),
-            (None, None) => Err(DesignError::not_proved(GIVEN, None).into()),
-        }
+        let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
+        let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
+        Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
     }
 
     fn certified(
@@ -411,6 +398,18 @@ fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>
     match verdict {
         Verdict::Refuted { witness } => LpvError::Conflict(Box::new(Conflict::of(polytope, rate, witness))),
         other => DesignError::not_proved(GIVEN, Some(other)).into(),
+    }
+}
+
+/// The greatest rate that was proved with its solution, and where the search ended; why there is none, if no rate was proved.
+fn outcome(
+    proved: Option<(f64, Solution)>,
+    stopped: Option<(f64, LpvError)>,
+) -> Result<(f64, Solution, Option<(f64, Box<LpvError>)>), LpvError> {
+    match (proved, stopped) {
+        (Some((rate, solution)), stopped) => Ok((rate, solution, stopped.map(|(rate, error)| (rate, Box::new(error))))),
+        (None, Some((_, error))) => Err(error),
+        (None, None) => Err(DesignError::not_proved(GIVEN, None).into()),
     }
 }
 

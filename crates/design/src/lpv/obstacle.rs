@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::{Conflict, HiddenMode, LpvError};
 use super::polytope::Polytope;
+use crate::certificate::exact;
 use crate::enclosure::Entry;
 use crate::error::{DesignError, NearlyHidden};
 use crate::gain_lmi::{self, decrease_at};
@@ -103,10 +104,9 @@ fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Se
     let n = a.nrows();
     let Ok(pair) = detectability(&(&a + DMatrix::identity(n, n) * rate), &c) else { return Seen::Nothing };
     let Some(mode) = pair.offending.into_iter().next() else { return Seen::Nothing };
-    let stored = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice());
-    let exact = stored(&a).and_then(|a| hidden_motion(&a, &stored(&c)?)).ok().flatten();
-    let exact = exact.filter(|motion| motion.decays_at(rate) == Some(false));
-    if let Some(((eigenvalue, direction), witness)) = exact.and_then(|witness| Some((slowest(&witness)?, witness))) {
+    let motion = exact(&a).and_then(|a| hidden_motion(&a, &exact(&c)?)).ok().flatten();
+    let motion = motion.filter(|motion| motion.decays_at(rate) == Some(false));
+    if let Some(((eigenvalue, direction), witness)) = motion.and_then(|witness| Some((slowest(&witness)?, witness))) {
         return Seen::Hidden(Box::new(HiddenMode { rate, place, a, c, eigenvalue, direction, witness }));
     }
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);

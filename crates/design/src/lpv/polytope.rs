@@ -98,7 +98,7 @@ impl Polytope {
     /// A pair in the enclosure: its middle, with 0 wherever a varying entry may vanish if asked so.
     pub(crate) fn inner(&self, vanishing: bool) -> (DMatrix<f64>, DMatrix<f64>) {
         let middle = |interval: &Interval| {
-            if vanishing && interval.contains(0.0) { 0.0 } else { float(interval) }
+            if vanishing && interval.contains(0.0) { 0.0 } else { interval.midpoint() }
         };
         let of = |m: &Matrix<Interval>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| middle(&m[(i, j)]));
         (of(&self.enclosure.a), of(&self.enclosure.c))
@@ -113,11 +113,6 @@ fn is_narrow(interval: &Interval) -> bool {
     interval.width() <= NARROW * interval.magnitude()
 }
 
-/// The middle of a bounded interval, as the entries of an enclosure are.
-fn float(interval: &Interval) -> f64 {
-    interval.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
-}
-
 fn floats(m: &Matrix<Interval>) -> DMatrix<f64> {
-    DMatrix::from_fn(m.rows(), m.cols(), |i, j| float(&m[(i, j)]))
+    DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)].midpoint())
 }

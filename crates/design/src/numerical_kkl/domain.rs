@@ -6,6 +6,7 @@
 
 use nalgebra::SVector;
 
+use crate::check::within;
 use crate::numerical_kkl::error::NumericalKklError;
 
 /// What the plant does outside the box.
@@ -32,7 +33,7 @@ impl<const N: usize> Domain<N> {
     /// The box from `lower` to `upper`.
     ///
     /// # Errors
-    /// [`NumericalKklError::Box`] unless `lower < upper` in every entry, all finite; [`NumericalKklError::Setting`] for the margin.
+    /// [`NumericalKklError::Box`] unless `lower < upper` in every entry, all finite; [`DesignError::Setting`](crate::DesignError::Setting) for the margin.
     pub fn new(lower: [f64; N], upper: [f64; N], escape: Escape) -> Result<Self, NumericalKklError> {
         if N == 0 {
             return Err(NumericalKklError::Empty { states: 0, outputs: 1, targets: 1 });
@@ -109,11 +110,6 @@ fn fall(s: f64) -> (f64, f64) {
         let rise = s.powi(4) * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)));
         (1.0 - rise, -140.0 * (s * (1.0 - s)).powi(3))
     }
-}
-
-/// A finite number of a range.
-pub(crate) fn within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), NumericalKklError> {
-    if (least..=most).contains(&value) { Ok(()) } else { Err(NumericalKklError::Setting { what, value, least, most }) }
 }
 
 #[cfg(test)]

@@ -58,18 +58,6 @@ pub enum NumericalKklError {
         /// Where it ends.
         upper: f64,
     },
-    /// A number of the settings that is out of its range.
-    #[error("{what} is {value}; it must be from {least} to {most}")]
-    Setting {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its least value.
-        least: f64,
-        /// Its largest value.
-        most: f64,
-    },
     /// A grid larger than is computed.
     #[error("a grid of {points} points; at most {most} are computed")]
     GridTooLarge {

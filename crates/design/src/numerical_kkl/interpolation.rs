@@ -8,7 +8,7 @@
 use luenberger_observers::numerical_kkl::TensorSpline;
 use nalgebra::{DMatrix, SVector};
 
-use crate::numerical_kkl::domain::within;
+use crate::check::within;
 use crate::numerical_kkl::error::NumericalKklError;
 
 /// Largest number of grid points.

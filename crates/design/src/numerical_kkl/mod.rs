@@ -42,8 +42,8 @@ use luenberger_observers::numerical_kkl::{
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
+use crate::check::within;
 use crate::spread::Spread;
-use domain::within;
 use progress::Listener;
 use regression::{Budget, Samples};
 
@@ -143,7 +143,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// ```
     /// # Errors
     /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded
-    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`]; [`NumericalKklError::Setting`] and
+    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`]; [`DesignError::Setting`](crate::DesignError::Setting) and
     /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T;
     /// [`NumericalKklError::Stopped`] when `progress` says so.
     pub fn new<S>(
@@ -226,7 +226,7 @@ fn check<const N: usize>(settings: &Settings<N>) -> Result<(), NumericalKklError
     let points = (settings.injectivity_points as f64).powf(N as f64);
     // All pairs are compared.
     within("the points of the injectivity check", points, 3.0, 4096.0)?;
-    within("the number of held-out points", settings.held_out as f64, 10.0, 1e5)
+    Ok(within("the number of held-out points", settings.held_out as f64, 10.0, 1e5)?)
 }
 
 /// A spline on the heap.

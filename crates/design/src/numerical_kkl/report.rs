@@ -6,8 +6,8 @@ use luenberger_observers::Observer;
 use luenberger_plants::Plant;
 use nalgebra::SVector;
 
+use crate::check::within;
 use crate::numerical_kkl::domain::Domain;
-use crate::numerical_kkl::domain::within;
 use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
 use crate::numerical_kkl::injectivity::Injectivity;
@@ -63,7 +63,7 @@ pub struct HeldOut<const N: usize> {
 /// The field is the plant's own, not the slowed one. Costs one integration over `end` per trial.
 ///
 /// # Errors
-/// [`NumericalKklError::Setting`] for the times and the number of samples; [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`],
+/// [`DesignError::Setting`](crate::DesignError::Setting) for the times and the number of samples; [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`],
 /// [`NumericalKklError::NotFinite`] where the plant cannot be followed *forward*.
 pub fn held_out<S, O, const N: usize, const M: usize, const P: usize, const Z: usize>(
     plant: &S,

@@ -15,8 +15,8 @@ use luenberger_linalg::expm;
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, SMatrix, SVector};
 
+use crate::check::within;
 use crate::numerical_kkl::domain::Domain;
-use crate::numerical_kkl::domain::within;
 use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
 use crate::numerical_kkl::target::Target;
@@ -52,7 +52,7 @@ where
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`NumericalKklError::Setting`] for the tolerance, [`NumericalKklError::NotFinite`] when h is not finite in the box, [`DesignError::Matrix`](crate::DesignError::Matrix) for the input.
+    /// [`DesignError::Setting`](crate::DesignError::Setting) for the tolerance, [`NumericalKklError::NotFinite`] when h is not finite in the box, [`DesignError::Matrix`](crate::DesignError::Matrix) for the input.
     pub fn new(
         plant: &'p S,
         target: &Target<P, Z>,

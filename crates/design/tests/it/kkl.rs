@@ -393,7 +393,7 @@ fn bad_boxes_indices_and_settings_are_refused() {
         KklSettings { samples: 0, ..settings() },
         KklSettings { samples: 5000, ..settings() },
     ] {
-        assert!(matches!(candidate.check(&region, &bad), Err(KklError::Setting { .. })));
+        assert!(matches!(candidate.check(&region, &bad), Err(KklError::Design(DesignError::Setting { .. }))));
     }
     for indices in [&[][..], &[1], &[1, 1], &[1, 3], &[0, 1, 2]] {
         let refused = KklCandidate::new(&ExponentialCascade, &SIXTH, indices);
@@ -645,10 +645,10 @@ fn runs_that_are_none_are_refused() {
     // Windows that are none, and longer than the run; another plant's run.
     for window in [0.0, -1.0, f64::NAN, 25.0, f64::INFINITY] {
         let refused = design(SEVENTH, &Excite::within(window)).unwrap_err();
-        assert!(matches!(refused, KklError::Setting { what: "the window", .. }), "{window}");
+        assert!(matches!(refused, KklError::Design(DesignError::Setting { what: "the window", .. })), "{window}");
     }
     let refused = design(SEVENTH, &Excite { needed: f64::NAN, ..Excite::within(1.0) }).unwrap_err();
-    assert!(matches!(refused, KklError::Setting { .. }));
+    assert!(matches!(refused, KklError::Design(DesignError::Setting { .. })));
     let narrow = SampledRun::new(&t, &x.columns(0, 4).into_owned(), &u).unwrap();
     let refused =
         KklPebDesign::new(&SEVENTH, SEVENTH, &narrow, &Excite::within(1.0), gradient).map(|_| ()).unwrap_err();

@@ -350,7 +350,7 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
         ("injectivity", Settings { injectivity_points: 1, ..small() }),
     ] {
         let refused = with(settings);
-        assert!(matches!(refused, Some(NumericalKklError::Setting { .. })), "{what}");
+        assert!(matches!(refused, Some(NumericalKklError::Design(DesignError::Setting { .. }))), "{what}");
     }
     // The constant input belongs to T: x' = -x + u has T = lambda x / (lambda - 1) - u / (lambda - 1).
     let transform = Transform::new(&plant, &target, &line(Escape::Free), Vector1::new(0.5), 1e-12).unwrap();
