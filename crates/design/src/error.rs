@@ -1,5 +1,5 @@
-//! What can go wrong on the way from a plant to an observer. The families of designs that can fail in more ways have errors of their
-//! own, which take this one in: `LpvError`, `KklError`, `NumericalKklError`.
+//! What can go wrong on the way from a plant to an observer. The families of designs that can fail in more ways have
+//! errors of their own, which take this one in: `LpvError`, `KklError`, `NumericalKklError`.
 
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};

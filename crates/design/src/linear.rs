@@ -100,8 +100,8 @@ impl LinearDesign {
     ///
     /// [`Wish::Lmi`] exists whenever `(A, C)` is detectable. The others can ask for more: [`Wish::Poles`] and [`Wish::DecayRate`] than the
     /// unobservable modes allow, [`Wish::Kalman`] needs noise on every mode of the stability boundary, and a gain of one's own has to stabilise.
-    /// The wishes by LMI do not read `decrease`: they bring their own P. Cost: that of the gain, and one Schur form of F, from which its poles and P come, about `35 n^3`; an SDP of `n(n+1)/2 + np`
-    /// unknowns for the wishes by LMI.
+    /// The wishes by LMI do not read `decrease`: they bring their own P. Cost: that of the gain, and one Schur form of
+    /// F, from which its poles and P come, about `35 n^3`; an SDP of `n(n+1)/2 + np` unknowns for the wishes by LMI.
     ///
     /// ```
     /// use luenberger_design::{Decrease, LinearDesign, Wish};

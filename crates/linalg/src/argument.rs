@@ -42,8 +42,8 @@ pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: us
 /// mean of the matrix and its transpose.
 ///
 /// This is the one tolerance of symmetry: mirrored entries may differ by `8 n eps` of the largest entry. An entry of
-/// `C'WC`, two products of n terms each, has an error of 2n roundings, `n eps`, of `(|C'| |W| |C|)_ij`; mirrored entries
-/// differ by twice that, and cancellation within an entry may make this sum four times the largest entry.
+/// `C'WC`, two products of n terms each, has an error of 2n roundings, `n eps`, of `(|C'| |W| |C|)_ij`; mirrored
+/// entries differ by twice that, and cancellation within an entry may make this sum four times the largest entry.
 ///
 /// ```
 /// use luenberger_linalg::{LinalgError, symmetric};
@@ -55,7 +55,8 @@ pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: us
 /// # Ok::<(), LinalgError>(())
 /// ```
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotSymmetric`] names the entries that differ most.
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotSymmetric`] names the entries that differ
+/// most.
 pub fn symmetric(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let mut mean = DMatrix::zeros(m.nrows(), m.ncols());
     symmetric_into(what, m, &mut mean)?;

@@ -1,4 +1,5 @@
-//! What the theorems assume, built: plants that are observable by construction, gains that are admissible, columns of a size.
+//! What the theorems assume, built: plants that are observable by construction, gains that are admissible, columns of a
+//! size.
 
 use std::ops::RangeInclusive;
 
@@ -22,8 +23,8 @@ pub(crate) fn vector4(size: f64) -> impl Strategy<Value = Vector4<f64>> {
     prop::array::uniform4(-size..size).prop_map(Vector4::from)
 }
 
-/// An observable pair (A, C) by construction: in these coordinates each output is followed by a chain of integrators, plus
-/// injection and an orthogonal change of coordinates that observability does not notice.
+/// An observable pair (A, C) by construction: in these coordinates each output is followed by a chain of integrators,
+/// plus injection and an orthogonal change of coordinates that observability does not notice.
 fn observable_pair(orders: RangeInclusive<usize>) -> impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>)> {
     orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
         (matrix(n, p), matrix(n, n)).prop_map(move |(injection, turn)| {

@@ -264,7 +264,8 @@ proptest! {
     }
 }
 
-/// Proposition 6's maps are checked against its plant, in Rust and in text: the terms of the two sides of (4) cancel in both.
+/// Proposition 6's maps are checked against its plant, in Rust and in text: the terms of the two sides of (4) cancel in
+/// both.
 #[test]
 fn the_maps_of_proposition_6_are_proved_over_a_box() {
     fn check<S>(plant: &S)

@@ -20,8 +20,8 @@ pub(super) enum Failure {
 }
 
 impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
-    /// Df row by row, then Dh row by row, over one box, whose entries may be unbounded; and whether the box leaves a branch
-    /// open.
+    /// Df row by row, then Dh row by row, over one box, whose entries may be unbounded; and whether the box leaves a
+    /// branch open.
     pub(super) fn jacobians(&self, cell: &[Interval]) -> Result<(Vec<Interval>, bool), Failure> {
         let (n, m, p) = (self.size.states, self.size.inputs, self.size.outputs);
         let constant = |x: &Interval| IntervalDual::new(*x, Interval::zero());

@@ -22,7 +22,8 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// `map` as a KKL observer of `plant`, estimating the states with the indices `estimated`, from 0, in this order.
     ///
     /// # Errors
-    /// [`DesignError::Matrix`](crate::DesignError::Matrix) for a map with other numbers of inputs or outputs than the plant, [`KklError::Estimated`] for the indices.
+    /// [`DesignError::Matrix`](crate::DesignError::Matrix) for a map with other numbers of inputs or outputs than the
+    /// plant, [`KklError::Estimated`] for the indices.
     pub fn new(plant: &'a S, map: &'a K, estimated: &[usize]) -> Result<Self, KklError>
     where
         S: Plant<IntervalDual>,

@@ -19,9 +19,8 @@
 //! map estimates. Lambda may depend on t, u and y; B may read xi in cascade, and is taken at `xi = phi(x)` in (4). Maps and plant are supposed to be functions of their arguments: the same
 //! operations for every scalar, and nothing kept from one evaluation to the next.
 //!
-//! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`SymbolicPolynomial`], in which the two sides of (4)
-//! cancel before they are enclosed; which is to say that they are to be
-//! written once for every scalar.
+//! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`SymbolicPolynomial`], in which the two sides
+//! of (4) cancel before they are enclosed; which is to say that they are to be written once for every scalar.
 //!
 //! | file | subject |
 //! |---|---|
@@ -149,7 +148,8 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// [subdivisions](Region::subdivisions) and one more; n evaluations of (phi, h) at each sample; a comparison of all pairs of samples.
     ///
     /// # Errors
-    /// [`DesignError::Setting`](crate::DesignError::Setting), [`KklError::Unbounded`], [`KklError::Undefined`] where a map has no value; [`KklError::Enclosure`] for the box.
+    /// [`DesignError::Setting`](crate::DesignError::Setting), [`KklError::Unbounded`], [`KklError::Undefined`] where a
+    /// map has no value; [`KklError::Enclosure`] for the box.
     pub fn check(&self, region: &Region, settings: &KklSettings) -> Result<KklReport, KklError>
     where
         Self: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,

@@ -33,8 +33,8 @@ pub enum LpvError {
         /// Which ones.
         entries: VaryingEntries,
     },
-    /// Somewhere in the polytope a direction is not seen by any output, and an error along it does not decay at the rate
-    /// asked for.
+    /// Somewhere in the polytope a direction is not seen by any output, and an error along it does not decay at the
+    /// rate asked for.
     #[error("{0}")]
     HiddenMode(Box<HiddenMode>),
     /// Vertices that are possible alone exclude each other.

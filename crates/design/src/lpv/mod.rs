@@ -109,9 +109,10 @@ where
     /// # Ok::<(), luenberger_design::LpvError>(())
     /// ```
     /// # Errors
-    /// [`LpvError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point; [`LpvError::TooManyVertices`]; [`DesignError::BadRate`];
-    /// [`LpvError::HiddenMode`] names a direction that no output sees, with an exact witness, [`LpvError::Conflict`] the vertices that exclude each other, with verified
-    /// multipliers; [`DesignError::Undecided`] with what was seen.
+    /// [`LpvError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point;
+    /// [`LpvError::TooManyVertices`]; [`DesignError::BadRate`];
+    /// [`LpvError::HiddenMode`] names a direction that no output sees, with an exact witness, [`LpvError::Conflict`]
+    /// the vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with what was seen.
     pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, LpvError> {
         Self::new_with(plant, region, rate, &Settings::default())
     }
@@ -169,7 +170,8 @@ where
     /// The greatest rate that some P proves for a given gain L (n x p), to within 0.1 % of what the eigenvalues at the vertices allow.
     ///
     /// # Errors
-    /// [`DesignError::Matrix`] for the shape and entries of L; [`LpvError::UnstableVertex`] names a vertex at which `A - L C` is not Hurwitz;
+    /// [`DesignError::Matrix`] for the shape and entries of L; [`LpvError::UnstableVertex`] names a vertex at which
+    /// `A - L C` is not Hurwitz;
     /// [`LpvError::Conflict`] when no P serves all vertices; the errors of the enclosure.
     pub fn certify(plant: S, region: &Region, l: &DMatrix<f64>) -> Result<Self, LpvError> {
         Self::certify_with(plant, region, l, &Settings::default())
@@ -401,7 +403,8 @@ fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>
     }
 }
 
-/// The greatest rate that was proved with its solution, and where the search ended; why there is none, if no rate was proved.
+/// The greatest rate that was proved with its solution, and where the search ended; why there is none, if no rate was
+/// proved.
 fn outcome(
     proved: Option<(f64, Solution)>,
     stopped: Option<(f64, LpvError)>,

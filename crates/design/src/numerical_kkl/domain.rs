@@ -33,7 +33,8 @@ impl<const N: usize> Domain<N> {
     /// The box from `lower` to `upper`.
     ///
     /// # Errors
-    /// [`NumericalKklError::Box`] unless `lower < upper` in every entry, all finite; [`DesignError::Setting`](crate::DesignError::Setting) for the margin.
+    /// [`NumericalKklError::Box`] unless `lower < upper` in every entry, all finite;
+    /// [`DesignError::Setting`](crate::DesignError::Setting) for the margin.
     pub fn new(lower: [f64; N], upper: [f64; N], escape: Escape) -> Result<Self, NumericalKklError> {
         if N == 0 {
             return Err(NumericalKklError::Empty { states: 0, outputs: 1, targets: 1 });

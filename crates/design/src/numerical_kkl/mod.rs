@@ -143,7 +143,8 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// ```
     /// # Errors
     /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded
-    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`]; [`DesignError::Setting`](crate::DesignError::Setting) and
+    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`];
+    /// [`DesignError::Setting`](crate::DesignError::Setting) and
     /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T;
     /// [`NumericalKklError::Stopped`] when `progress` says so.
     pub fn new<S>(

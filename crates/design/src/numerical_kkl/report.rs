@@ -63,7 +63,8 @@ pub struct HeldOut<const N: usize> {
 /// The field is the plant's own, not the slowed one. Costs one integration over `end` per trial.
 ///
 /// # Errors
-/// [`DesignError::Setting`](crate::DesignError::Setting) for the times and the number of samples; [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`],
+/// [`DesignError::Setting`](crate::DesignError::Setting) for the times and the number of samples;
+/// [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`],
 /// [`NumericalKklError::NotFinite`] where the plant cannot be followed *forward*.
 pub fn held_out<S, O, const N: usize, const M: usize, const P: usize, const Z: usize>(
     plant: &S,

@@ -27,7 +27,9 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// A target of one's own.
     ///
     /// # Errors
-    /// [`DesignError::NotHurwitz`](crate::DesignError::NotHurwitz) with the spectral abscissa, [`NumericalKklError::Uncontrollable`], [`NumericalKklError::Empty`], [`DesignError::Matrix`](crate::DesignError::Matrix).
+    /// [`DesignError::NotHurwitz`](crate::DesignError::NotHurwitz) with the spectral abscissa,
+    /// [`NumericalKklError::Uncontrollable`], [`NumericalKklError::Empty`],
+    /// [`DesignError::Matrix`](crate::DesignError::Matrix).
     pub fn new(d: SMatrix<f64, Z, Z>, b: SMatrix<f64, Z, P>) -> Result<Self, NumericalKklError> {
         if Z == 0 || P == 0 {
             return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z });
@@ -63,7 +65,8 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::UnstablePole`](crate::DesignError::UnstablePole), [`LinalgError::PoleUnpaired`], [`LinalgError::PoleNotFinite`], [`NumericalKklError::PoleCount`], and those of [`new`](Self::new).
+    /// [`DesignError::UnstablePole`](crate::DesignError::UnstablePole), [`LinalgError::PoleUnpaired`],
+    /// [`LinalgError::PoleNotFinite`], [`NumericalKklError::PoleCount`], and those of [`new`](Self::new).
     pub fn poles(poles: &[Complex<f64>]) -> Result<Self, NumericalKklError> {
         if Z == 0 || P == 0 {
             return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z });
@@ -97,7 +100,8 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// Bessel's filter delays all frequencies below the cut-off by nearly the same time: one number says how fast the bank is.
     ///
     /// # Errors
-    /// [`DesignError::NotPositive`](crate::DesignError::NotPositive) for the cut-off, [`NumericalKklError::BesselOrder`], and those of [`poles`](Self::poles).
+    /// [`DesignError::NotPositive`](crate::DesignError::NotPositive) for the cut-off,
+    /// [`NumericalKklError::BesselOrder`], and those of [`poles`](Self::poles).
     pub fn bessel(cutoff: f64) -> Result<Self, NumericalKklError> {
         crate::check::positive("the cut-off", cutoff)?;
         if P == 0 || Z == 0 || !Z.is_multiple_of(P) {

@@ -52,7 +52,8 @@ where
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::Setting`](crate::DesignError::Setting) for the tolerance, [`NumericalKklError::NotFinite`] when h is not finite in the box, [`DesignError::Matrix`](crate::DesignError::Matrix) for the input.
+    /// [`DesignError::Setting`](crate::DesignError::Setting) for the tolerance, [`NumericalKklError::NotFinite`] when h
+    /// is not finite in the box, [`DesignError::Matrix`](crate::DesignError::Matrix) for the input.
     pub fn new(
         plant: &'p S,
         target: &Target<P, Z>,

@@ -1,5 +1,5 @@
-//! Polynomials with outward rounded coefficients: right-hand sides collected by their monomials, so that what cancels is
-//! gone before anything is enclosed.
+//! Polynomials with outward rounded coefficients: right-hand sides collected by their monomials, so that what cancels
+//! is gone before anything is enclosed.
 //!
 //! The two sides of `Dphi f = Lambda phi + B` are large and their difference is nothing: over a box, interval arithmetic forgets that both contain the same `x1^2 + sin x1` and returns
 //! twice its width. Here a value is a polynomial in atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded coefficients.
@@ -9,11 +9,13 @@
 //! An interval coefficient stands for one unknown number in it, and two that look the same need not be the same number. Functions of polynomials that have such coefficients are
 //! therefore one atom only where they were computed by the same operations from the same values.
 //!
-//! [`SymbolicPolynomial`] is a scalar, so that a map that is written once for every scalar is collected by evaluating it. What cannot be (a branch, an absolute value, too
-//! many terms) is noted, and there is no result. A polynomial encloses the function wherever all atoms are defined.
+//! [`SymbolicPolynomial`] is a scalar, so that a map that is written once for every scalar is collected by evaluating
+//! it. What cannot be (a branch, an absolute value, too many terms) is noted, and there is no result. A polynomial
+//! encloses the function wherever all atoms are defined.
 //!
-//! The arena of an evaluation belongs to its thread, and every value carries the number of its arena. A value of another arena (kept from an earlier evaluation) or of none
-//! (made on another thread) has no polynomial here: an operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison
+//! The arena of an evaluation belongs to its thread, and every value carries the number of its arena. A value of
+//! another arena (kept from an earlier evaluation) or of none (made on another thread) has no polynomial here: an
+//! operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison
 //! cannot be answered, leaves the evaluation that it belongs to without a result. What is not noticed: a map that lets a thread work for it which is itself in the middle of
 //! another evaluation, if that thread compares constants only.
 
@@ -37,7 +39,8 @@ const POWER: u32 = 32;
 /// Below this a product of numbers may have lost digits that its rounding error does not show.
 const UNDERFLOW: f64 = 1e-250;
 
-/// What leaves an evaluation without a result when one of its values is used in another arena, or one of another arena on its own.
+/// What leaves an evaluation without a result when one of its values is used in another arena, or one of another arena
+/// on its own.
 pub(crate) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
 
 /// A value in an arena: a polynomial in atoms. Plants and maps see it as their scalar `T`.
@@ -185,7 +188,8 @@ fn used_elsewhere(values: &[SymbolicPolynomial], here: u64) {
     }
 }
 
-/// The value of this origin in the current arena, made of `operands`; without an arena (a thread of the map's own) a value of none.
+/// The value of this origin in the current arena, made of `operands`; without an arena (a thread of the map's own) a
+/// value of none.
 fn in_arena(
     origin: Option<Origin>,
     operands: &[SymbolicPolynomial],
@@ -400,7 +404,8 @@ impl Arena {
         found
     }
 
-    /// Whether every root of the arena that depends on one of these variables is of what is above 0 at these values of the atoms, so that it has a derivative.
+    /// Whether every root of the arena that depends on one of these variables is of what is above 0 at these values of
+    /// the atoms, so that it has a derivative.
     pub(crate) fn roots_are_smooth(&self, variables: impl Fn(usize) -> bool, atoms: &[Interval]) -> bool {
         self.atoms.iter().all(|atom| match atom {
             Atom::Of(Function::Sqrt, argument) if self.variables(&argument.polynomial).into_iter().any(&variables) => {

@@ -24,7 +24,8 @@ fn settings() -> KklSettings {
     KklSettings::default()
 }
 
-/// The maps of Proposition 6, phi = (x2, x3), Lambda = diag(-1, 0) and `B = (square y^2 + sine sin y, u y + 1/(y^2 + 1))`, where both factors are to be 1.
+/// The maps of Proposition 6, phi = (x2, x3), Lambda = diag(-1, 0) and `B = (square y^2 + sine sin y, u y + 1/(y^2 +
+/// 1))`, where both factors are to be 1.
 #[derive(Debug, Clone, Copy)]
 struct Sixth {
     square: f64,

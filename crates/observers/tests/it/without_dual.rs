@@ -1,4 +1,5 @@
-//! As on a bare target, `--no-default-features`: no dual numbers, and maps that bring their own derivatives run the same.
+//! As on a bare target, `--no-default-features`: no dual numbers, and maps that bring their own derivatives run the
+//! same.
 #![cfg(not(feature = "dual"))]
 
 use luenberger_observers::immersion_invariance::{DifferentiableImmersion, Immersion, ImmersionInvarianceObserver};
@@ -88,7 +89,8 @@ impl<T: RealField + Copy> DifferentiableImmersion<T> for Speed {
     }
 }
 
-/// (18) by hand, with s = sinh y, c = cosh y and v the estimate of x2: beta has to move as phi(xhat) does along f(xhat),
+/// (18) by hand, with s = sinh y, c = cosh y and v the estimate of x2: beta has to move as phi(xhat) does along
+/// f(xhat),
 /// `chi' = s v^2 + c (u - v^3) - GAIN c v`.
 #[test]
 fn an_immersion_with_its_own_derivatives_needs_no_dual_numbers() {

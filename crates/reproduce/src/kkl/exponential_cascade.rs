@@ -8,8 +8,9 @@
 //! ```
 //!
 //! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta monotonically, and noise cannot take it below [`LOWEST`],
-//! where it is held; [`Diagnose`](luenberger_observers::Diagnose) reports that, and beforehand that it is about to happen. psi(0) = 0, not positive as the
-//! paper has it: the regression is then exact from the start (psi(0) > 0 adds a transient to it that decays with the filter).
+//! where it is held; [`Diagnose`](luenberger_observers::Diagnose) reports that, and beforehand that it is about to
+//! happen. psi(0) = 0, not positive as the paper has it: the regression is then exact from the start (psi(0) > 0 adds a
+//! transient to it that decays with the filter).
 //!
 //! F3, that the plant admits no KKLO, is true of a constant Lambda, and of one that depends on y. With a Lambda that depends on y and u, as the paper's own KKLO of the converter
 //! has, there is one: [`kklo`].

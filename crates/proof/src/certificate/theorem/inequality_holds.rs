@@ -1,6 +1,7 @@
 //! A point that satisfies linear matrix inequalities.
 //!
-//! **Theorem.** `F_k(x) > 0` (or `>= 0`) for every k, evaluated at the x given with outward rounding, then exactly. The margin is a lower bound of the smallest eigenvalue.
+//! **Theorem.** `F_k(x) > 0` (or `>= 0`) for every k, evaluated at the x given with outward rounding, then exactly. The
+//! margin is a lower bound of the smallest eigenvalue.
 
 use super::super::Fault;
 use super::super::fields::Fields;

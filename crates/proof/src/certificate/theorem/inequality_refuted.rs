@@ -1,7 +1,7 @@
 //! Multipliers that show that no point satisfies linear matrix inequalities.
 //!
-//! **Theorem.** There are `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for every unknown i and `sum_k tr(F_k0 Z_k) <= 0` (`< 0` for inequalities that are not strict), exactly.
-//! Then no x satisfies the inequalities.
+//! **Theorem.** There are `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for every unknown i and `sum_k
+//! tr(F_k0 Z_k) <= 0` (`< 0` for inequalities that are not strict), exactly. Then no x satisfies the inequalities.
 //!
 //! **Proof.** `sum_k tr(F_k(x) Z_k)` would be positive (not negative), and is that constant whatever x is.
 
