@@ -99,7 +99,7 @@ pub struct KklReport {
     pub left_inverse: Option<(f64, Place)>,
 }
 
-impl<'a, S, K> KklCandidate<'a, S, K> {
+impl<S, K> KklCandidate<'_, S, K> {
     /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate that does not do is a report, not an error.
     ///
     /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi = (x2, x3):

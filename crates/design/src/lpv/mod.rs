@@ -211,7 +211,7 @@ where
         polytope: Polytope,
         gain: Gain,
         rate: f64,
-        stopped: Option<(f64, Box<LpvError>)>,
+        stopped: Option<Stop>,
     ) -> Result<Self, LpvError> {
         let Gain { l, p } = gain;
         let mut vertex_rates = Vec::with_capacity(polytope.vertices.len());
@@ -403,12 +403,15 @@ fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>
     }
 }
 
+/// A rate for which nothing was proved, and why.
+type Stop = (f64, Box<LpvError>);
+
 /// The greatest rate that was proved with its solution, and where the search ended; why there is none, if no rate was
 /// proved.
 fn outcome(
     proved: Option<(f64, Solution)>,
     stopped: Option<(f64, LpvError)>,
-) -> Result<(f64, Solution, Option<(f64, Box<LpvError>)>), LpvError> {
+) -> Result<(f64, Solution, Option<Stop>), LpvError> {
     match (proved, stopped) {
         (Some((rate, solution)), stopped) => Ok((rate, solution, stopped.map(|(rate, error)| (rate, Box::new(error))))),
         (None, Some((_, error))) => Err(error),
