@@ -251,7 +251,7 @@ impl<O> KklPebDesign<O> {
     /// # Errors
     /// [`KklError::NotHurwitz`] names the eigenvalue of A2 or A3; [`KklError::Mismatch`] the equation and the time at which pieces and plant differ;
     /// [`KklError::NotExciting`] has the delta achieved, the window and the direction that it does not show; [`KklError::Unbounding`] the time; [`KklError::NothingToEstimate`];
-    /// [`DesignError::Setting`](crate::DesignError::Setting); [`KklError::Design`] for shapes and entries, and what
+    /// [`DesignError::Setting`]; [`KklError::Design`] for shapes and entries, and what
     /// `make` returns.
     pub fn new<S, C>(
         plant: &S,
