@@ -1,6 +1,6 @@
 //! Checks of what a user hands over, each with an error that names the matrix and the value.
 
-use luenberger_linalg::{LinalgError, detectability, lambda_min, spectral_abscissa};
+use luenberger_linalg::{LinalgError, LyapunovEquation, detectability, eigenvalues, lambda_min, spectral_abscissa};
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{PlantError, StateSpace};
 use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum};
@@ -8,6 +8,7 @@ use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
+use crate::certificate::exact;
 use crate::error::{DesignError, NearlyHidden};
 
 /// Shape and finiteness.
@@ -15,25 +16,11 @@ pub(crate) fn matrix(what: &'static str, m: &DMatrix<f64>, expected: (usize, usi
     Ok(check_matrix(what, m, expected)?)
 }
 
-/// Shape, finiteness and symmetry up to rounding: entries may differ by `n EPSILON` of the largest, which is what a
-/// product such as `C'C` computed in two orders can show. Returns the symmetric part, which is what is used from there on.
+/// Shape, finiteness and [symmetry](luenberger_linalg::symmetric) up to rounding. Returns the symmetric part, which is
+/// what is used from there on.
 pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<DMatrix<f64>, DesignError> {
     matrix(what, m, (n, n))?;
-    let allowed = n as f64 * f64::EPSILON * m.amax();
-    for col in 0..n {
-        for row in col + 1..n {
-            let asymmetry = m[(row, col)] - m[(col, row)];
-            if asymmetry.abs() > allowed {
-                return Err(LinalgError::NotSymmetric { what, row, col, asymmetry, allowed }.into());
-            }
-        }
-    }
-    Ok(symmetric_part(m))
-}
-
-/// `(M + M')/2`, of a square matrix.
-pub(crate) fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
-    (m + m.transpose()) * 0.5
+    Ok(luenberger_linalg::symmetric(what, m)?)
 }
 
 /// The same matrix with the sizes that a plant's type fixes, `expected` being what the plant says of them.
@@ -80,14 +67,14 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), DesignError
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(DesignError::NotPositive { what, value }) }
 }
 
-/// The matrix in exact arithmetic; its entries are finite.
-pub(crate) fn exactly(m: &DMatrix<f64>) -> Result<Matrix<Exact>, DesignError> {
-    Ok(Matrix::embed(&stored(m)?, "a matrix")?)
+/// A number of the settings between these bounds.
+pub(crate) fn within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), DesignError> {
+    if (least..=most).contains(&value) { Ok(()) } else { Err(DesignError::Setting { what, value, least, most }) }
 }
 
-/// The same numbers for the prover, which reads rows first.
-fn stored(m: &DMatrix<f64>) -> Result<Matrix<f64>, DesignError> {
-    Ok(Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())?)
+/// The matrix in exact arithmetic; its entries are finite.
+pub(crate) fn exactly(m: &DMatrix<f64>) -> Result<Matrix<Exact>, DesignError> {
+    Ok(Matrix::embed(&exact(m)?, "a matrix")?)
 }
 
 /// `A - L C` without rounding.
@@ -107,7 +94,15 @@ pub(crate) fn hurwitz(
     what: &'static str,
     (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
 ) -> Result<f64, DesignError> {
-    let abscissa = spectral_abscissa(&(a - l * c))?;
+    decided(what, spectral_abscissa(&(a - l * c))?, (a, l, c))
+}
+
+/// Whether `A - L C` is Hurwitz, of which floating point finds this spectral abscissa.
+fn decided(
+    what: &'static str,
+    abscissa: f64,
+    (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+) -> Result<f64, DesignError> {
     if abscissa < 0.0 {
         return Ok(abscissa);
     }
@@ -115,6 +110,33 @@ pub(crate) fn hurwitz(
         Some(true) => Ok(abscissa),
         Some(false) => Err(DesignError::NotHurwitz { what, abscissa }),
         None => Err(DesignError::StabilityUndecided { what, abscissa }),
+    }
+}
+
+/// A stable `F = A - L C` (or `A - B K`): its spectrum, and its Lyapunov equation, from one Schur form.
+pub(crate) struct StableLoop {
+    pub(crate) poles: Vec<Complex<f64>>,
+    equation: Result<LyapunovEquation, LinalgError>,
+}
+
+impl StableLoop {
+    /// # Errors
+    /// As [`hurwitz`].
+    pub(crate) fn new(
+        what: &'static str,
+        (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    ) -> Result<Self, DesignError> {
+        let f = a - l * c;
+        let equation = LyapunovEquation::new(&f);
+        // The equation is refused where it is singular, which a stable F is to rounding at most.
+        let poles = equation.as_ref().map_or_else(|_| eigenvalues(&f), |equation| Ok(equation.eigenvalues()))?;
+        decided(what, poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max), (a, l, c))?;
+        Ok(Self { poles, equation })
+    }
+
+    /// P of `F'P + P F + Q = 0`.
+    pub(crate) fn lyapunov(self, q: &DMatrix<f64>) -> Result<DMatrix<f64>, DesignError> {
+        Ok(self.equation?.solve(q)?.p)
     }
 }
 
@@ -166,7 +188,7 @@ pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Resul
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;
     let Some(mode) = pair.offending.first() else { return Ok(None) };
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
-    let hidden = hidden_motion(&stored(a)?, &stored(c)?)?;
+    let hidden = hidden_motion(&exact(a)?, &exact(c)?)?;
     if hidden.and_then(|hidden| hidden.decays_at(rate)) == Some(false) {
         return Err(LinalgError::NotDetectable { eigenvalue, margin }.into());
     }

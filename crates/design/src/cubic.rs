@@ -3,8 +3,8 @@
 //! `P N C + C'N'P <= 0` (13') holds iff `N = -P^-1 C'S` with `S + S' >= 0` (C of full row rank), and with (12) it gives
 //! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.
 
+use luenberger_linalg::symmetric_part;
 use luenberger_observers::CubicObserver;
-use luenberger_plants::StateSpace;
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{self, Certificate, Region, Theorem};
 use nalgebra::{DMatrix, Dyn};
@@ -89,8 +89,7 @@ impl CubicDesign {
         };
         let n = -(p_inverse_ct * &s);
         let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate)?.certify()?;
-        let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
-        let observer = CubicObserver::of(plant, o.l.clone(), n, theta.clone())?;
+        let observer = CubicObserver::new(o.a.clone(), o.b.clone(), o.c.clone(), o.l.clone(), n, theta.clone())?;
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 
@@ -134,5 +133,5 @@ pub(crate) fn theorem(
 pub(crate) fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
     let gram = c * p_inverse_ct;
     let outputs = c.nrows();
-    check::solve_definite("C P^-1 C'", &check::symmetric_part(&gram), &(DMatrix::identity(outputs, outputs) * w))
+    check::solve_definite("C P^-1 C'", &symmetric_part(&gram), &(DMatrix::identity(outputs, outputs) * w))
 }

@@ -1,4 +1,5 @@
-//! What can go wrong on the way from a plant to an observer.
+//! What can go wrong on the way from a plant to an observer. The families of designs that can fail in more ways have
+//! errors of their own, which take this one in: `LpvError`, `KklError`, `NumericalKklError`.
 
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
@@ -7,9 +8,6 @@ use luenberger_plants::PlantError;
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
-
-use crate::enclosure::EnclosureError;
-use crate::lpv::{Conflict, HiddenMode, VaryingEntries};
 
 /// Why a design was not possible. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -33,15 +31,6 @@ pub enum DesignError {
     /// A statement could not be handed to the prover.
     #[error(transparent)]
     Proof(#[from] ProofError),
-    /// T or its left inverse could not be computed.
-    #[error(transparent)]
-    NumericalKkl(#[from] crate::numerical_kkl::NumericalKklError),
-    /// A candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
-    #[error(transparent)]
-    Kkl(#[from] crate::kkl::KklError),
-    /// The rank of the derivatives of the output could not be computed.
-    #[error(transparent)]
-    Observability(#[from] crate::nonlinear_observability::ObservabilityError),
     /// A scalar that must be positive is not.
     #[error("{what} must be positive and finite; it is {value}")]
     NotPositive {
@@ -49,6 +38,18 @@ pub enum DesignError {
         what: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// A number of the settings that is out of its range.
+    #[error("{what} is {value}; it must be from {least} to {most}")]
+    Setting {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its least value.
+        least: f64,
+        /// Its largest value.
+        most: f64,
     },
     /// A pole asked for an observer that would not converge.
     #[error("the observer pole {pole} is not in the open left half plane")]
@@ -158,35 +159,6 @@ pub enum DesignError {
         /// The quantity that refutes it.
         reason: InfeasibilityReason,
     },
-    /// The Jacobians have no enclosure over the box.
-    #[error(transparent)]
-    Enclosure(#[from] EnclosureError),
-    /// Too many entries of the Jacobians vary over the box.
-    #[error("{varying} entries of the Jacobians vary over the box, {allowed} are allowed: {entries}")]
-    TooManyVertices {
-        /// How many vary.
-        varying: usize,
-        /// How many may.
-        allowed: usize,
-        /// Which ones.
-        entries: VaryingEntries,
-    },
-    /// Somewhere in the polytope a direction is not seen by any output, and an error along it does not decay at the rate asked for.
-    #[error("{0}")]
-    HiddenMode(Box<HiddenMode>),
-    /// Vertices that are possible alone exclude each other.
-    #[error("{0}")]
-    Conflict(Box<Conflict>),
-    /// A given gain does not stabilise at a vertex.
-    #[error("A - L C is not Hurwitz at vertex {} ({place}): its spectral abscissa is {abscissa:e}", vertex + 1)]
-    UnstableVertex {
-        /// The vertex, from 0.
-        vertex: usize,
-        /// The vertex in words.
-        place: String,
-        /// The largest real part of an eigenvalue there.
-        abscissa: f64,
-    },
     /// Neither a solution nor a refutation was found.
     #[error("{what} stayed undecided: {why} (best margin {best:e}){}", seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}")))]
     Undecided {
@@ -269,6 +241,18 @@ impl DesignError {
         }
     }
 }
+
+/// An error of one family of designs takes through [`DesignError`] what that takes.
+macro_rules! from_through_design_error {
+    ($error:ty: $($source:ty),+) => {$(
+        impl From<$source> for $error {
+            fn from(source: $source) -> Self {
+                Self::Design(source.into())
+            }
+        }
+    )+};
+}
+pub(crate) use from_through_design_error;
 
 impl From<luenberger_proof::certificate::Rejection> for DesignError {
     fn from(rejection: luenberger_proof::certificate::Rejection) -> Self {

@@ -5,12 +5,12 @@
 //! `mu < lambda_min(Q) / |P0 B K|^2`. Hence Corollary 1 with (13') in place of (13): whenever the loop with the linear observer is
 //! stable, so is the loop with the cubic one.
 
-use luenberger_linalg::{eigenvalues, lambda_max, lambda_min, lyapunov};
+use luenberger_linalg::{lambda_max, lambda_min};
 use luenberger_proof::certificate::{Certificate, FeedbackLoop};
 use nalgebra::{Complex, DMatrix};
 
 use crate::certificate::{certified, exact};
-use crate::check;
+use crate::check::{self, StableLoop};
 use crate::cubic::CubicDesign;
 use crate::error::DesignError;
 
@@ -54,9 +54,9 @@ impl FeedbackDesign {
         let o = &observer.observer;
         let (n, m) = o.b.shape();
         check::matrix("K", k, (m, n))?;
-        let closed = &o.a - &o.b * k;
-        check::hurwitz("A - B K", (&o.a, &o.b, k))?;
-        let p0 = lyapunov(&closed, &DMatrix::identity(n, n))?.p;
+        let closed = StableLoop::new("A - B K", (&o.a, &o.b, k))?;
+        let poles = closed.poles.clone();
+        let p0 = closed.lyapunov(&DMatrix::identity(n, n))?;
         let coupling = &p0 * &o.b * k;
         let coupling_squared = lambda_max(&(coupling.transpose() * &coupling))?;
         // Half of the largest admissible mu, so that (25) holds with room; any mu when x and e do not couple.
@@ -64,6 +64,6 @@ impl FeedbackDesign {
         let p1 = p0 * mu;
         let theorem = FeedbackLoop { observer: observer.theorem()?, k: exact(k)?, p1: exact(&p1)? };
         let certificate = Certificate::of([theorem])?;
-        Ok(Self { k: k.clone(), poles: eigenvalues(&closed)?, p1, certificate })
+        Ok(Self { k: k.clone(), poles, p1, certificate })
     }
 }

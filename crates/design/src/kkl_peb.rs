@@ -26,6 +26,7 @@ use luenberger_proof::certificate::Certificate;
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector, SymmetricEigen, U1};
 
+use crate::check::within;
 use crate::error::DesignError;
 use crate::kkl::KklError;
 use crate::kkl::stability::{Forgetting, forgets, hurwitz};
@@ -43,20 +44,20 @@ impl SampledRun {
     ///
     /// # Errors
     /// [`KklError::Samples`], [`KklError::Times`] for tables that are none; [`KklError::Unbounding`] has the time and the coordinate of the first value that is not finite.
-    pub fn new(t: &[f64], x: &DMatrix<f64>, u: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn new(t: &[f64], x: &DMatrix<f64>, u: &DMatrix<f64>) -> Result<Self, KklError> {
         if t.len() < 2 || x.nrows() != t.len() || u.nrows() != t.len() {
-            return Err(KklError::Samples { times: t.len(), states: x.nrows(), inputs: u.nrows() }.into());
+            return Err(KklError::Samples { times: t.len(), states: x.nrows(), inputs: u.nrows() });
         }
         for (before, pair) in t.windows(2).enumerate() {
             let increases = pair[0] < pair[1] && pair[0].is_finite() && pair[1].is_finite();
             if !increases {
-                return Err(KklError::Times { sample: before + 1, before: pair[0], after: pair[1] }.into());
+                return Err(KklError::Times { sample: before + 1, before: pair[0], after: pair[1] });
             }
         }
         for (row, &time) in t.iter().enumerate() {
             for (what, table) in [("x", x), ("u", u)] {
                 if let Some((index, &value)) = table.row(row).iter().enumerate().find(|(_, value)| !value.is_finite()) {
-                    return Err(KklError::Unbounding { what, index, value, time }.into());
+                    return Err(KklError::Unbounding { what, index, value, time });
                 }
             }
         }
@@ -242,7 +243,7 @@ impl<O> KklPebDesign<O> {
     /// let excess = design.report.excitation.delta - 0.5 * window;
     /// assert!(excess > -1e-3 && excess < 0.02);
     /// println!("{}", design.report);
-    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// # Ok::<(), luenberger_design::KklError>(())
     /// ```
     ///
     /// Cost: two Lyapunov equations and their proofs; two evaluations of the pieces at each sample; at most 512 windows of `n4^2` operations for each of their samples.
@@ -250,14 +251,15 @@ impl<O> KklPebDesign<O> {
     /// # Errors
     /// [`KklError::NotHurwitz`] names the eigenvalue of A2 or A3; [`KklError::Mismatch`] the equation and the time at which pieces and plant differ;
     /// [`KklError::NotExciting`] has the delta achieved, the window and the direction that it does not show; [`KklError::Unbounding`] the time; [`KklError::NothingToEstimate`];
-    /// [`KklError::Setting`]; [`DesignError::Matrix`], [`DesignError::Observer`] for shapes and entries, and what `make` returns.
+    /// [`DesignError::Setting`]; [`KklError::Design`] for shapes and entries, and what
+    /// `make` returns.
     pub fn new<S, C>(
         plant: &S,
         cascade: C,
         run: &SampledRun,
         excite: &Excite,
         make: impl FnOnce(CascadeMap<C>) -> Result<O, ObserverError>,
-    ) -> Result<Self, DesignError>
+    ) -> Result<Self, KklError>
     where
         S: Plant<f64>,
         C: Cascade<f64>,
@@ -269,7 +271,7 @@ impl<O> KklPebDesign<O> {
 }
 
 /// What can be said of the hypotheses.
-fn examine<S, C>(plant: &S, cascade: &C, run: &SampledRun, excite: &Excite) -> Result<KklPebReport, DesignError>
+fn examine<S, C>(plant: &S, cascade: &C, run: &SampledRun, excite: &Excite) -> Result<KklPebReport, KklError>
 where
     S: Plant<f64>,
     C: Cascade<f64>,
@@ -277,7 +279,7 @@ where
 {
     let [n2, n3, n4] = cascade.blocks();
     if n4 == 0 {
-        return Err(KklError::NothingToEstimate.into());
+        return Err(KklError::NothingToEstimate);
     }
     let (inputs, outputs) = cascade.inputs_and_outputs();
     let size = plant.dimensions();
@@ -305,9 +307,9 @@ where
         return Err(ObserverError::Output { output: cascade.k(), outputs: p }.into());
     }
     let length = run.t[run.t.len() - 1] - run.t[0];
-    KklError::unless_within("the window", excite.window, f64::MIN_POSITIVE, length)?;
-    KklError::unless_within("the excitation needed", excite.needed, 0.0, f64::MAX)?;
-    KklError::unless_within("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY)?;
+    within("the window", excite.window, f64::MIN_POSITIVE, length)?;
+    within("the excitation needed", excite.needed, 0.0, f64::MAX)?;
+    within("the bound of the states", excite.bound, f64::MIN_POSITIVE, f64::INFINITY)?;
     let (mut blocks, mut slowest) = (Vec::new(), None);
     for (what, order, block) in [("A2", n2, dynamic(&cascade.a2())), ("A3", n3, dynamic(&cascade.a3()))] {
         check_matrix(what, &block, (order, order))?;
@@ -357,7 +359,7 @@ fn bounded(run: &SampledRun, bound: f64) -> Result<(Vec<f64>, f64), KklError> {
 type Equation = (String, f64, f64);
 
 /// b at every sample, and the largest relative difference between the pieces and the plant.
-fn compare<S, C>(plant: &S, cascade: &C, run: &SampledRun) -> Result<(Vec<DVector<f64>>, f64), DesignError>
+fn compare<S, C>(plant: &S, cascade: &C, run: &SampledRun) -> Result<(Vec<DVector<f64>>, f64), KklError>
 where
     S: Plant<f64>,
     C: Cascade<f64>,
@@ -397,7 +399,7 @@ where
         let undefined = equations.iter().any(|(_, piece, plant)| !(piece.is_finite() && plant.is_finite()));
         if undefined || !b.iter().all(|entry| entry.is_finite()) {
             let input = run.u.row(row).iter().copied().collect();
-            return Err(KklError::Undefined { operation: "a piece or the plant", state: x, input }.into());
+            return Err(KklError::Undefined { operation: "a piece or the plant", state: x, input });
         }
         regressors.push(b);
         samples.push(equations);
@@ -412,7 +414,7 @@ where
             let (name, piece, plant) = &sample[equation];
             let difference = (piece - plant).abs();
             if difference > f64::EPSILON.sqrt() * size {
-                return Err(KklError::Mismatch { equation: name.clone(), piece: *piece, plant: *plant, time }.into());
+                return Err(KklError::Mismatch { equation: name.clone(), piece: *piece, plant: *plant, time });
             }
             mismatch = mismatch.max(if difference > 0.0 { difference / size } else { 0.0 });
         }
@@ -424,7 +426,7 @@ where
 const WINDOWS: usize = 512;
 
 /// The least eigenvalue of `int b b'` over windows of the run.
-fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitation, DesignError> {
+fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitation, KklError> {
     let Excite { window, needed, .. } = *excite;
     let last = t[t.len() - 1];
     // The windows that the run holds, from a sample to the first one that is T later.
@@ -467,13 +469,13 @@ fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitati
     let Some((delta, direction, from, to)) = worst else {
         // The window was checked to fit into the run.
         let (least, most) = (f64::MIN_POSITIVE, last - t[0]);
-        return Err(KklError::Setting { what: "the window", value: window, least, most }.into());
+        return Err(DesignError::Setting { what: "the window", value: window, least, most }.into());
     };
     // A sum of `to - from` terms of which none is larger than the trace, and the eigenvalue of a matrix of that size.
     let rounding = (to - from + order) as f64 * f64::EPSILON * greatest;
     if delta <= rounding.max(needed) {
         let needed = rounding.max(needed);
-        return Err(KklError::NotExciting { delta, needed, window, from: t[from], direction }.into());
+        return Err(KklError::NotExciting { delta, needed, window, from: t[from], direction });
     }
     let coarse = lambda_min(&gramian(from, to, 2))?;
     let quadrature = (coarse - delta).abs() / delta;

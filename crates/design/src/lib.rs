@@ -44,27 +44,29 @@ mod real_field;
 pub mod robust;
 pub mod sampled;
 mod separation;
+mod symbolic_polynomial;
 pub mod weights;
 
 pub use conditions::Theorem1;
 pub use cubic::{CubicDesign, CubicGain};
 pub use deployed::{DeployedLinear, deployed_linear};
-pub use enclosure::{IntervalDual, JacobianEnclosure, Region};
+pub use enclosure::{EnclosureError, IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, InfeasibilityReason, NearlyHidden};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use joint::joint_design;
-pub use kkl::{KklCandidate, KklDesign};
+pub use kkl::{KklCandidate, KklDesign, KklError};
 pub use kkl_peb::KklPebDesign;
 pub use linear::{LinearDesign, LyapunovWeight};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
-pub use lpv::LpvDesign;
+pub use lpv::{LpvDesign, LpvError};
 pub use luenberger_proof::certificate::{Certificate, Certified, Fact, ProvedTheorem};
 pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
-pub use numerical_kkl::NumericalKklDesign;
+pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use sampled::SampledCubicDesign;
+pub use symbolic_polynomial::SymbolicPolynomial;
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -3,7 +3,7 @@
 //! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever is built
 //! on top (the cubic term, robust margins, feedback) does not care where L came from.
 
-use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, lyapunov, place_observer};
+use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::Settings;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
@@ -11,7 +11,7 @@ use luenberger_proof::certificate::{self, Certificate, PlantWithin};
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, exact};
-use crate::check;
+use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 
@@ -194,42 +194,44 @@ impl LinearDesign {
         weight: &LyapunovWeight,
     ) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
-        let (p, q) = match (&origin, weight) {
+        let (poles, p, q) = match (&origin, weight) {
             (Origin::Inequality, _) => return Err(DesignError::LyapunovMatrixGiven),
             (Origin::Kalman(covariance), LyapunovWeight::InverseCovariance) => {
-                let inverse = check::solve_definite("the stationary covariance", covariance, &DMatrix::identity(n, n))?;
-                let p = check::symmetric_part(&inverse);
-                let half = &p * (&plant.a - &l * &plant.c);
+                let identity = DMatrix::identity(n, n);
+                let inverse = check::solve_definite("the stationary covariance", covariance, &identity)?;
+                let p = symmetric_part(&inverse);
+                let f = &plant.a - &l * &plant.c;
+                let half = &p * &f;
                 let q = -(&half + half.transpose());
                 check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
-                (p, q)
+                (eigenvalues(&f)?, p, q)
             }
             _ => {
-                check::hurwitz("A - L C", (&plant.a, &l, &plant.c))?;
+                let closed = StableLoop::new("A - L C", (&plant.a, &l, &plant.c))?;
                 let q = weight.matrix(n)?;
-                (lyapunov(&(&plant.a - &l * &plant.c), &q)?.p, q)
+                (closed.poles.clone(), closed.lyapunov(&q)?, q)
             }
         };
-        Self::certified(plant, l, (p, q), 0.0, origin)
+        Self::certified(plant, l, poles, (p, q), 0.0, origin)
     }
 
     /// A design whose P came with the gain, and certifies the decay rate.
     pub(crate) fn with_lyapunov_matrix(plant: &StateSpace, gain: Gain, rate: f64) -> Result<Self, DesignError> {
         let Gain { l, p } = gain;
         let f = &plant.a - &l * &plant.c;
-        let half = &p * f;
+        let half = &p * &f;
         let q = -(&half + half.transpose());
-        Self::certified(plant, l, (p, q), rate, Origin::Inequality)
+        Self::certified(plant, l, eigenvalues(&f)?, (p, q), rate, Origin::Inequality)
     }
 
     fn certified(
         plant: &StateSpace,
         l: DMatrix<f64>,
+        poles: Vec<Complex<f64>>,
         (p, q): (DMatrix<f64>, DMatrix<f64>),
         rate: f64,
         origin: Origin,
     ) -> Result<Self, DesignError> {
-        let poles = eigenvalues(&(&plant.a - &l * &plant.c))?;
         let theorem = certificate::LinearConvergence {
             plant: PlantWithin::exactly(&exact(&plant.a)?, &exact(&plant.b)?, &exact(&plant.c)?)?,
             l: exact(&l)?,
@@ -237,8 +239,13 @@ impl LinearDesign {
             rate,
         };
         let certificate = Certificate::of([theorem])?;
-        let observer = LinearObserver::new(plant.a.clone(), plant.b.clone(), plant.c.clone(), l)?;
+        let observer = LinearObserver::of(plant.clone(), l)?;
         Ok(Self { observer, poles, p, q, rate, certificate, origin })
+    }
+
+    /// The largest real part of an eigenvalue of `F = A - L C`: in the end errors decay like `exp` of this times t.
+    pub fn spectral_abscissa(&self) -> f64 {
+        self.poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// `F = A - L C`.

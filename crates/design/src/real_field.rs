@@ -10,7 +10,8 @@
 //!
 //! A macro and not a generic wrapper, because the types are public and appear in the messages of users' compilers: `IntervalDual` is to be read there, and not `Real<Dual<Interval>>`.
 //!
-//! The three: [`IntervalDual`](crate::IntervalDual) over a box, [`Collected`](crate::kkl::Collected) for what cancels, [`Jet`](crate::nonlinear_observability::Jet) along a trajectory.
+//! The three: [`IntervalDual`](crate::IntervalDual) over a box, [`SymbolicPolynomial`](crate::SymbolicPolynomial) for
+//! what cancels, [`Jet`](crate::nonlinear_observability::Jet) along a trajectory.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

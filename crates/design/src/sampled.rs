@@ -8,7 +8,7 @@
 //! g. The certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the observer in exact arithmetic.
 //! What f32 or fixed point make of it is [`SampledCubicDesign::deployed`].
 
-use luenberger_linalg::{discrete_kalman_gain, eigenvalues, place_observer, stein, zero_order_hold};
+use luenberger_linalg::{SteinEquation, discrete_kalman_gain, place_observer, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
 use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
 use nalgebra::{Complex, DMatrix, Dyn};
@@ -111,9 +111,10 @@ impl SampledCubicDesign {
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
         check::independent_outputs(&o.c)?;
         let f = &ad - &ld * &o.c;
-        let poles = eigenvalues(&f)?;
+        let mut equation = SteinEquation::new(&f)?;
         // The scale of Q is that of the continuous equation over one period.
-        let p = stein(&f, &(DMatrix::identity(n, n) * h))?.p;
+        let p = equation.solve(&(DMatrix::identity(n, n) * h))?.p;
+        let poles = equation.eigenvalues();
         let p_inverse_ct = check::solve_definite("P", &p, &o.c.transpose())?;
         let s = radial_s(&o.c, &p_inverse_ct, w)?;
         let gain = -(p_inverse_ct * &s);

@@ -38,12 +38,26 @@ pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: us
     finite(what, m)
 }
 
-/// Square, finite and symmetric up to the rounding of a matrix product; returns the exactly symmetric mean of the
-/// matrix and its transpose.
+/// Square, finite and symmetric up to the rounding of the products that it may come from; returns the exactly symmetric
+/// mean of the matrix and its transpose.
 ///
-/// The two halves of a product such as `C'C` of order n are sums of about n terms and may differ by `2 n eps` times
-/// the largest entry; four times that is allowed, which leaves room for one more product (`C' W C`).
-pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+/// This is the one tolerance of symmetry: mirrored entries may differ by `8 n eps` of the largest entry. An entry of
+/// `C'WC`, two products of n terms each, has an error of 2n roundings, `n eps`, of `(|C'| |W| |C|)_ij`; mirrored
+/// entries differ by twice that, and cancellation within an entry may make this sum four times the largest entry.
+///
+/// ```
+/// use luenberger_linalg::{LinalgError, symmetric};
+/// use nalgebra::dmatrix;
+/// let below = 1.0f64.next_down();
+/// assert_eq!(symmetric("q", &dmatrix![2.0, 1.0; below, 2.0])?, dmatrix![2.0, 1.0; 1.0, 2.0]);
+/// let refused = symmetric("q", &dmatrix![2.0, 1.0; 1.5, 2.0]);
+/// assert!(matches!(refused, Err(LinalgError::NotSymmetric { row: 1, col: 0, asymmetry: 0.5, .. })));
+/// # Ok::<(), LinalgError>(())
+/// ```
+/// # Errors
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotSymmetric`] names the entries that differ
+/// most.
+pub fn symmetric(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let mut mean = DMatrix::zeros(m.nrows(), m.ncols());
     symmetric_into(what, m, &mut mean)?;
     Ok(mean)
@@ -78,8 +92,8 @@ fn average(upper: f64, lower: f64) -> f64 {
     if upper == lower { upper } else { 0.5 * upper + 0.5 * lower }
 }
 
-/// `(M + M')/2`, exactly symmetric, without overflow.
-pub(crate) fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
+/// `(M + M')/2` of a square matrix, exactly symmetric, without overflow.
+pub fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
         let (upper, lower) = if i <= j { (m[(i, j)], m[(j, i)]) } else { (m[(j, i)], m[(i, j)]) };
         average(upper, lower)

@@ -92,6 +92,7 @@ mod triangular;
 mod units;
 pub mod zeros;
 
+pub use argument::{symmetric, symmetric_part};
 pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
 pub use distance::{UnobservabilityDistance, distance_to_unobservability};

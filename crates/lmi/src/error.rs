@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::solver::Solver;
+use crate::solver::NotBuiltIn;
 
 /// A fault inside a matrix expression, kept there until the problem is solved, since operators cannot return errors.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -119,13 +119,8 @@ pub enum LmiError {
         place: String,
     },
     /// The solver was left out of this build.
-    #[error("the solver {solver} is not part of this build: it needs the feature `{feature}` of luenberger-lmi")]
-    NotBuiltIn {
-        /// The solver that was asked for.
-        solver: Solver,
-        /// The feature that it needs.
-        feature: &'static str,
-    },
+    #[error(transparent)]
+    NotBuiltIn(#[from] NotBuiltIn),
     /// The bracket or the tolerance of a bisection is unusable.
     #[error("bisection over [{low}, {high}] with tolerance {tolerance}: needs finite low <= high and tolerance > 0")]
     BadBracket {

@@ -47,7 +47,7 @@ pub use expression::{Expression, he, identity, trace, zeros};
 pub use inequality::{Bound, Inequality};
 pub use problem::{Problem, Settings};
 pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution};
-pub use solver::Solver;
+pub use solver::{NotBuiltIn, Solver};
 pub use variable::{Structure, Variable};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

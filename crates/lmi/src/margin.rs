@@ -30,8 +30,27 @@ use crate::verify::verify;
 /// Above this margin in the scaled standard form, no witness of infeasibility is looked for.
 const HOPELESS: f64 = 1e-5;
 
-/// Solves a problem: margin first, then the objective, each proposal verified.
-pub(crate) fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
+impl Problem {
+    /// Solves with the default [`Settings`].
+    ///
+    /// # Errors
+    /// A problem that is not well-posed: see [`LmiError`], which names the constraint. That no values exist is not an error but
+    /// the verdict `Refuted`.
+    pub fn solve(&self) -> Result<Solution, LmiError> {
+        self.solve_with(&Settings::default())
+    }
+
+    /// Solves.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`]; [`LmiError::NotBuiltIn`] for a solver that this build does not have.
+    pub fn solve_with(&self, settings: &Settings) -> Result<Solution, LmiError> {
+        solve(self, settings)
+    }
+}
+
+/// Margin first, then the objective, each proposal verified.
+fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
     let standard = standard_form(problem, Anchor::Middle, Small::Kept)?;
     let first = attempt(problem, settings, &standard)?;
     let mut effort = first.effort;

@@ -3,10 +3,8 @@
 //! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite, with as much room as
 //! possible, or minimise a linear objective under these inequalities.
 
-use crate::error::LmiError;
 use crate::expression::Expression;
 use crate::inequality::Inequality;
-use crate::solution::Solution;
 use crate::solver::Solver;
 use crate::variable::{Structure, Variable};
 
@@ -109,24 +107,5 @@ impl Problem {
     /// Makes a scalar expression as large as the inequalities allow. Replaces any earlier objective.
     pub fn maximise(&mut self, expression: impl Into<Expression>) {
         self.objective = Some(Objective { expression: expression.into(), maximise: true });
-    }
-}
-
-impl Problem {
-    /// Solves with the default [`Settings`].
-    ///
-    /// # Errors
-    /// A problem that is not well-posed: see [`LmiError`], which names the constraint. That no values exist is not an error but
-    /// the verdict `Refuted`.
-    pub fn solve(&self) -> Result<Solution, LmiError> {
-        self.solve_with(&Settings::default())
-    }
-
-    /// Solves.
-    ///
-    /// # Errors
-    /// As [`Problem::solve`]; [`LmiError::NotBuiltIn`] for a solver that this build does not have.
-    pub fn solve_with(&self, settings: &Settings) -> Result<Solution, LmiError> {
-        crate::margin::solve(self, settings)
     }
 }

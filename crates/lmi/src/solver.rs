@@ -5,8 +5,9 @@
 use std::fmt;
 use std::time::Instant;
 
+use thiserror::Error;
+
 use crate::conic::ConicProgram;
-use crate::error::LmiError;
 use crate::interior::{self, Path};
 
 /// The solver that proposes values and multipliers.
@@ -20,7 +21,7 @@ use crate::interior::{self, Path};
 /// lmi.constrain("decrease", he(&p * dmatrix![0.0, 1.0; -2.0, -3.0]) << 0.0);
 /// match lmi.solve_with(&Settings { solver: Solver::Clarabel, ..Settings::default() }) {
 ///     Ok(solution) => assert!(solution.verdict.is_proved()),
-///     Err(error) => assert_eq!(error, LmiError::NotBuiltIn { solver: Solver::Clarabel, feature: "clarabel" }),
+///     Err(error) => assert!(matches!(error, LmiError::NotBuiltIn(missing) if missing.feature == "clarabel")),
 /// }
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -30,6 +31,16 @@ pub enum Solver {
     Interior,
     /// Clarabel, a general conic solver: slower here, and written by others. Needs the feature `clarabel`.
     Clarabel,
+}
+
+/// The solver was left out of this build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("the solver {solver} is not part of this build: it needs the feature `{feature}` of luenberger-lmi")]
+pub struct NotBuiltIn {
+    /// The solver that was asked for.
+    pub solver: Solver,
+    /// The feature that it needs.
+    pub feature: &'static str,
 }
 
 impl Solver {
@@ -44,12 +55,10 @@ impl Solver {
     /// Whether it is part of this build.
     ///
     /// # Errors
-    /// [`LmiError::NotBuiltIn`] names the feature that it needs.
-    pub fn require(self) -> Result<(), LmiError> {
+    /// [`NotBuiltIn`] names the feature that it needs.
+    pub fn require(self) -> Result<(), NotBuiltIn> {
         match self {
-            Self::Clarabel if !cfg!(feature = "clarabel") => {
-                Err(LmiError::NotBuiltIn { solver: self, feature: "clarabel" })
-            }
+            Self::Clarabel if !cfg!(feature = "clarabel") => Err(NotBuiltIn { solver: self, feature: "clarabel" }),
             Self::Interior | Self::Clarabel => Ok(()),
         }
     }
@@ -60,7 +69,7 @@ impl Solver {
         program: &ConicProgram,
         iterations: u32,
         end: Option<Instant>,
-    ) -> Result<Option<Path>, LmiError> {
+    ) -> Result<Option<Path>, NotBuiltIn> {
         self.require()?;
         Ok(match self {
             Self::Interior => interior::solve_until(program, iterations, end),

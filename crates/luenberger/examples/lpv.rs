@@ -27,7 +27,7 @@ impl<T: RealField + Copy> Plant<T> for Pendulum {
     }
 }
 
-pub(crate) fn main() -> Result<(), luenberger::design::DesignError> {
+pub(crate) fn main() -> Result<(), luenberger::design::LpvError> {
     let design = LpvDesign::new(Pendulum, &Region::everywhere(2), 3.0)?;
     println!("L = {}{design}", design.observer.l());
     Ok(())

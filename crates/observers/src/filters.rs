@@ -64,7 +64,10 @@ impl<T: RealField + Copy> Filter<T> {
 }
 
 /// Checks that `value` is positive and finite.
-pub(crate) fn positive<T: RealField + Copy>(what: &'static str, value: T) -> Result<T, ObserverError> {
+///
+/// # Errors
+/// [`ObserverError::NotPositive`] with the value.
+pub fn positive<T: RealField + Copy>(what: &'static str, value: T) -> Result<T, ObserverError> {
     if value.is_finite() && value > T::zero() {
         Ok(value)
     } else {

@@ -21,8 +21,7 @@
 //! | [`filters`], [`estimator`] | their parts: filters; gradient, DREM, excitation |
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
-//! | [`cuk`] | the Cuk converter's six observers of the [KKL+PEB] paper, and an exact high-gain one |
-//! | [`exponential_cascade`], [`cascade`] | the [KKL+PEB]O of Proposition 6, and the class of Proposition 7 |
+//! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
@@ -35,11 +34,9 @@
 pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
-pub mod cuk;
 pub mod diagnosis;
 pub mod error;
 pub mod estimator;
-pub mod exponential_cascade;
 pub mod filters;
 pub mod high_gain;
 pub mod immersion_invariance;

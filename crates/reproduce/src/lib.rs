@@ -4,7 +4,8 @@
 //! computes; the verdict follows from the two by the rules in [`evidence`] and is never typed in. A paper is a
 //! list of claims, of figures and of findings; [`run`] goes through all of them and writes the ledger.
 //!
-//! This crate holds no algorithm of control theory. Those are in the crates below it.
+//! This crate holds no algorithm of control theory. Those are in the crates below it; the observers that a paper writes
+//! for one plant are instances of them, and stand beside its claims ([`kkl::cuk`], [`kkl::exponential_cascade`]).
 //!
 //! - How to add a claim: [`claim`]. How to add a figure: [`paper`]. How to add a paper: a folder beside `cubic/` with a
 //!   function that returns a [`Paper`], and its name in [`papers`].
@@ -16,7 +17,7 @@ pub mod context;
 mod cubic;
 pub mod evidence;
 mod hypotheses;
-mod kkl;
+pub mod kkl;
 pub mod ledger;
 mod mvt;
 pub mod paper;

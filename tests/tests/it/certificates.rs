@@ -21,34 +21,7 @@ use luenberger_proof::{Interval, Matrix, Verdict};
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
-fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
-    prop::collection::vec(-1.0..1.0, rows * columns).prop_map(move |v| DMatrix::from_vec(rows, columns, v))
-}
-
-/// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of coordinates.
-fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
-    orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
-        (matrix(n, p), matrix(n, n), matrix(n, n)).prop_map(move |(injection, turn, b)| {
-            let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
-            let c = DMatrix::from_fn(p, n, |i, j| if i == j { 1.0 } else { 0.0 });
-            let a = chain + injection * &c;
-            let q = (turn + DMatrix::identity(n, n) * 2.0).qr().q();
-            // An input for every state, so that every plant is stabilisable by construction.
-            StateSpace::new(&q * a * q.transpose(), b + DMatrix::identity(n, n) * 3.0, c * q.transpose()).unwrap()
-        })
-    })
-}
-
-/// `D D' + K - K' + I/10`.
-fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
-    let (d, k) = (d.view((0, 0), (p, p)), k.view((0, 0), (p, p)));
-    d * d.transpose() + k - k.transpose() + DMatrix::identity(p, p) * 0.1
-}
-
-fn linear(plant: &StateSpace) -> LinearDesign {
-    let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
-    LinearDesign::with_poles(plant, &poles).unwrap()
-}
+use crate::generators::{accretive, linear, matrix, stabilisable_plant};
 
 /// Example 1 of the paper.
 fn example1() -> (StateSpace, LinearDesign, CubicDesign) {
@@ -79,9 +52,9 @@ proptest! {
 
     /// Theorems 1 and 2: the linear observer, the cubic one for any admissible S, and both with the margins that the design has.
     #[test]
-    fn theorems_1_and_2_go_into_files(plant in observable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6)) {
+    fn theorems_1_and_2_go_into_files(plant in stabilisable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6)) {
         let p = plant.c.nrows();
-        let linear = linear(&plant);
+        let linear = linear(&plant, 1.0);
         let proved = goes_the_whole_way(linear.certificate_file("Theorem 1"));
         for (fact, own) in proved.facts.iter().zip(linear.certificate.facts()) {
             prop_assert_eq!(fact.verdict.margin(), own.verdict.margin());
@@ -94,7 +67,7 @@ proptest! {
 
     /// The joint design, with a rate.
     #[test]
-    fn the_joint_design_goes_into_a_file(plant in observable_plant(1..=5), rate in 0.1..1.0) {
+    fn the_joint_design_goes_into_a_file(plant in stabilisable_plant(1..=5), rate in 0.1..1.0) {
         let p = plant.c.nrows();
         let design = joint_design(&plant, &DMatrix::identity(p, p), rate, 1.0).unwrap();
         let proved = goes_the_whole_way(design.certificate_file("the joint design"));
@@ -104,9 +77,9 @@ proptest! {
 
     /// Theorem 4: one gain for a polytope, feasible by construction (see `theorems_cubic.rs`). Theorem 5: (23) as a polytope of two.
     #[test]
-    fn theorems_4_and_5_go_into_files(plant in observable_plant(2..=5), spread in matrix(5, 5)) {
+    fn theorems_4_and_5_go_into_files(plant in stabilisable_plant(2..=5), spread in matrix(5, 5)) {
         let n = plant.a.nrows();
-        let nominal = linear(&plant);
+        let nominal = linear(&plant, 1.0);
         let direction = spread.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 0.01;
         let step = &direction * (0.2 / (nominal.p.norm() * direction.norm()));
         let design = PolytopicDesign::new(&plant, &[&plant.a - &step, &plant.a + &step], 0.0).unwrap();
@@ -120,10 +93,10 @@ proptest! {
 
     /// Theorem 6 and Corollary 1.
     #[test]
-    fn theorem_6_goes_into_a_file(plant in observable_plant(1..=6)) {
+    fn theorem_6_goes_into_a_file(plant in stabilisable_plant(1..=6)) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant), &DMatrix::identity(p, p), &CubicGain::Gamma(1.0)).unwrap();
+        let observer = CubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), &CubicGain::Gamma(1.0)).unwrap();
         let feedback = FeedbackDesign::new(&observer, &k).unwrap();
         let proved = goes_the_whole_way(feedback.certificate_file("Theorem 6"));
         prop_assert_eq!(proved.facts.len(), 7);
@@ -131,9 +104,9 @@ proptest! {
     }
 
     #[test]
-    fn the_sampled_observer_goes_into_a_file(plant in observable_plant(1..=6), period in 1e-3..0.3, w in 0.1..100.0) {
+    fn the_sampled_observer_goes_into_a_file(plant in stabilisable_plant(1..=6), period in 1e-3..0.3, w in 0.1..100.0) {
         let p = plant.c.nrows();
-        let design = SampledCubicDesign::new(&linear(&plant), &DMatrix::identity(p, p), w, period).unwrap();
+        let design = SampledCubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), w, period).unwrap();
         goes_the_whole_way(design.certificate_file("sampled"));
         goes_the_whole_way(design.linear_certificate_file("sampled, linear"));
     }
@@ -207,7 +180,7 @@ fn a_singular_weight_goes_into_a_file_that_says_how_far_it_reaches() {
     )
     .unwrap();
     let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
-    let design = CubicDesign::new(&linear(&plant), &theta, &CubicGain::Gamma(1.0)).unwrap();
+    let design = CubicDesign::new(&linear(&plant, 1.0), &theta, &CubicGain::Gamma(1.0)).unwrap();
     assert!(!design.certificate.converges_from_everywhere());
     let file = design.certificate_file("one output ignored").unwrap();
     let proved = goes_the_whole_way(Ok::<_, Rejection>(file.clone()));
@@ -268,7 +241,7 @@ fn deployed_observers_go_into_files() {
     let plants = [double_integrator().to_dynamic(), third_order::example3().to_dynamic()];
     for plant in plants {
         let n = plant.a.nrows();
-        let design = SampledCubicDesign::new(&linear(&plant), &dmatrix![1.0], 2.0, 0.1).unwrap();
+        let design = SampledCubicDesign::new(&linear(&plant, 1.0), &dmatrix![1.0], 2.0, 0.1).unwrap();
         let o = &design.observer;
         let sampled = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
         let meets = Operation {

@@ -3,6 +3,7 @@
 mod bad_input;
 mod certificates;
 mod falsify;
+mod generators;
 mod golden_trajectories;
 mod numerical_kkl;
 mod pages;

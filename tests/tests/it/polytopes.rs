@@ -7,15 +7,13 @@ use luenberger_observers::mean_value::integral::integral_mean;
 use luenberger_plants::{Chaotic, flexible_joint};
 use luenberger_proof::Interval;
 use luenberger_sim::{Scenario, Signal, Trajectory};
-use nalgebra::{DVector, SVector, Vector3, Vector4};
+use nalgebra::{DVector, SVector, Vector3};
 use proptest::prelude::*;
+
+use crate::generators::vector4;
 
 /// The integrator's tolerance is 1e-11 in each component, and the plants here grow no error by more than a factor 100 over the runs.
 const INTEGRATION: f64 = 1e-8;
-
-fn vector4(size: f64) -> impl Strategy<Value = Vector4<f64>> {
-    prop::array::uniform4(-size..size).prop_map(Vector4::from)
-}
 
 fn errors(run: &Trajectory) -> Vec<(f64, DVector<f64>)> {
     run.t.iter().copied().zip(run.observers[0].error.row_iter().map(|row| row.transpose())).collect()

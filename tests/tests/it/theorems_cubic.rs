@@ -16,34 +16,11 @@ use luenberger_sim::{Integrand, Scenario, Signal, SimError, metrics};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
-fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
-    prop::collection::vec(-1.0..1.0, rows * columns).prop_map(move |v| DMatrix::from_vec(rows, columns, v))
-}
-
-/// An observable plant by construction: in these coordinates each output is followed by a chain of integrators, plus injection
-/// and a well-conditioned change of coordinates that observability does not notice.
-fn observable_plant(orders: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
-    orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
-        (Just((n, p)), matrix(n, p), matrix(n, n), matrix(n, 1)).prop_map(|((n, p), injection, turn, b)| {
-            // x_1 .. x_p are measured, and x_k' = x_(k+p): every state is some derivative of some output.
-            let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
-            let c = DMatrix::from_fn(p, n, |i, j| if i == j { 1.0 } else { 0.0 });
-            let a = chain + injection * &c;
-            let q = (turn + DMatrix::identity(n, n) * 2.0).qr().q();
-            StateSpace::new(&q * a * q.transpose(), b, c * q.transpose()).unwrap()
-        })
-    })
-}
+use crate::generators::{accretive, linear, matrix, observable_plant};
 
 /// The first `n` entries, times `size`.
 fn head(entries: &DMatrix<f64>, n: usize, size: f64) -> DVector<f64> {
     DVector::from_fn(n, |i, _| entries[(i, 0)] * size)
-}
-
-/// `D D' + K - K' + I/10`.
-fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix<f64> {
-    let (d, k) = (d.view((0, 0), (p, p)), k.view((0, 0), (p, p)));
-    d * d.transpose() + k - k.transpose() + DMatrix::identity(p, p) * 0.1
 }
 
 /// Any theta = theta' >= 0, the singular ones among them: `D D'` with the first `rank` columns of D in sixteenths, so that no product is rounded and the stored theta is
@@ -58,11 +35,6 @@ fn theta(p: usize, (entries, rank): &(Vec<i32>, usize)) -> DMatrix<f64> {
         f64::from(if i == 0 && j == 0 { 4 } else { entries[6 * i + j] }) / 4.0
     });
     &d * d.transpose()
-}
-
-fn linear(plant: &StateSpace, rho: f64) -> LinearDesign {
-    let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
-    LinearDesign::with_poles(plant, &poles).unwrap().lyapunov_weight(LyapunovWeight::Identity(rho)).unwrap()
 }
 
 fn assert_proved(design: &CubicDesign) {

@@ -5,16 +5,21 @@
 
 use std::sync::OnceLock;
 
-use luenberger_observers::cuk::{self, Embedding, Tuning};
+use luenberger_design::kkl::KklSettings;
+use luenberger_design::{Certified, KklCandidate, KklDesign, KklError, Region};
 use luenberger_observers::diagnosis::{Diagnose, Diagnosis};
 use luenberger_observers::immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::pebo::Regression;
 use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::{Column, CukConverter, Plant, state_jacobian};
+use luenberger_proof::certificate::Rejection;
+use luenberger_reproduce::kkl::cuk::{self, Embedding, Tuning};
 use luenberger_sim::{Integrand, Scenario, Signal, Trajectory};
 use nalgebra::{Matrix2, Matrix4, RealField, U1, U2, U4, Vector1, Vector2, Vector4, Vector6, convert};
 use proptest::prelude::*;
+
+use crate::generators::vector2;
 
 /// States of the converter of the size it has in operation, and beyond.
 fn state() -> impl Strategy<Value = Vector4<f64>> {
@@ -24,10 +29,6 @@ fn state() -> impl Strategy<Value = Vector4<f64>> {
 
 fn duty() -> impl Strategy<Value = Vector1<f64>> {
     (0.05..0.95f64).prop_map(Vector1::new)
-}
-
-fn pair(size: f64) -> impl Strategy<Value = Vector2<f64>> {
-    prop::array::uniform2(-size..size).prop_map(Vector2::from)
 }
 
 /// The unmeasured states of the converter.
@@ -59,7 +60,7 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON * RATE;
 proptest! {
     /// Table I, KKLO: `e_i1' = -(w/L1) e_i1`, `e_v4' = -(G/C4) e_v4`, whatever the plant does.
     #[test]
-    fn the_error_of_the_kklo_obeys_lambda(x in state(), xi in pair(50.0), u in duty()) {
+    fn the_error_of_the_kklo_obeys_lambda(x in state(), xi in vector2(50.0), u in duty()) {
         let plant = CukConverter::default();
         let observer = cuk::kklo(plant).unwrap();
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
@@ -79,7 +80,7 @@ proptest! {
     /// Table I, I&IO: `e_i1' = -g1 w e_i1`, `e_v4' = -(G/C4 + g2) e_v4`.
     #[test]
     fn the_error_of_the_iio_has_the_poles_of_its_gains(
-        x in state(), chi in pair(50.0), u in duty(), g1 in 1.0..200.0f64, g2 in -500.0..500.0f64,
+        x in state(), chi in vector2(50.0), u in duty(), g1 in 1.0..200.0f64, g2 in -500.0..500.0f64,
     ) {
         let plant = CukConverter::default();
         let observer = cuk::immersion_invariance(plant, &Tuning { g1, g2, ..Tuning::default() }).unwrap();
@@ -92,7 +93,7 @@ proptest! {
 
     /// "KKLO is linear, I&IO is nonlinear" is false here: with g1 = 1/L1 and g2 = 0 they are one observer.
     #[test]
-    fn the_iio_contains_the_kklo(x in state(), estimate in pair(50.0), u in duty()) {
+    fn the_iio_contains_the_kklo(x in state(), estimate in vector2(50.0), u in duty()) {
         let plant = CukConverter::default();
         let linear = cuk::kklo(plant).unwrap();
         let immersed = cuk::immersion_invariance(plant, &Tuning { g1: 1.0 / plant.l1, g2: 0.0, ..Tuning::default() }).unwrap();
@@ -153,7 +154,7 @@ proptest! {
 
     /// What makes a PEBO: `d s(y)/dt = g + m theta` with `theta = phi(x) - xi`, a constant. For the converter's two.
     #[test]
-    fn the_regressions_of_the_converter_are_exact(x in state(), xi in pair(50.0), u in duty()) {
+    fn the_regressions_of_the_converter_are_exact(x in state(), xi in vector2(50.0), u in duty()) {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
         let y_rate = plant.output(0.0, &x_rate);
@@ -351,7 +352,7 @@ proptest! {
     /// rho = (0, d theta_hat/dt) the I&IO is the [KKL+PEB]O, state by state.
     #[test]
     fn proposition_5_needs_the_rate_of_the_parameter(
-        x in state(), xi in pair(5.0), filters in prop::array::uniform3(-10.0..10.0f64), theta in -3.0..3.0f64, u in duty(),
+        x in state(), xi in vector2(5.0), filters in prop::array::uniform3(-10.0..10.0f64), theta in -3.0..3.0f64, u in duty(),
     ) {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
         let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
@@ -482,4 +483,32 @@ proptest! {
         // A few operations per entry, of the entry's own size.
         prop_assert!((jacobian - claimed).abs().iter().zip(claimed.abs().iter()).all(|(d, entry)| *d <= 8.0 * f64::EPSILON * entry));
     }
+}
+
+/// The converter's KKLO: Lambda = diag(-G/C4, -w/L1) is stable where u < 1 and only there.
+#[test]
+fn the_converters_kklo_is_proved_where_it_is_stable() {
+    let plant = CukConverter::default();
+    let observer = cuk::kklo(plant).unwrap();
+    let region = |low: f64, high: f64| {
+        Region::new(&[(-2.0, 2.0), (0.0, 50.0), (-2.0, 2.0), (-40.0, 0.0)]).inputs(&[(low, high)])
+    };
+    let candidate = KklCandidate::new(&plant, observer.map(), &[0, 3]).unwrap();
+    let report = candidate.check(&region(0.1, 0.9), &KklSettings::default()).unwrap();
+    assert!(report.is_proved(), "{report}");
+    // A rounding or two of every coefficient: some tens of them against the terms.
+    for (bound, scale) in report.residual.bounds.iter().zip(&report.residual.scales) {
+        assert!(*bound <= 50.0 * f64::EPSILON * scale, "{bound:e} of {scale:e}");
+    }
+    assert!(report.left_inverse.as_ref().unwrap().0 < 1e-12);
+    let diagonal = report.stability.diagonal.as_ref().unwrap();
+    // -G/C4 and -w/L1 with w from 0.1 to 0.9.
+    assert!((diagonal[1].hi() + 0.1 / plant.l1).abs() < 1e-9 / plant.l1 && diagonal[0].hi() < 0.0);
+    let report = candidate.check(&region(0.5, 1.5), &KklSettings::default()).unwrap();
+    assert!(report.residual.verdict.is_proved() && !report.stability.is_proved());
+    assert!(report.stability.diagonal.as_ref().unwrap()[1].hi() > 0.0);
+    let refused = report.stability.certificate_file("it grows at 1.5");
+    assert!(matches!(refused, Err(Rejection::NotProved { .. } | Rejection::Nothing)), "{refused:?}");
+    let refused = KklDesign::new(&plant, *observer.map(), &[0, 3], &region(0.5, 1.5), &KklSettings::default());
+    assert!(matches!(refused, Err(KklError::HurwitzUndecided { .. } | KklError::NotHurwitz { .. })));
 }

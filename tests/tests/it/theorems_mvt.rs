@@ -22,6 +22,8 @@ use nalgebra::{
 };
 use proptest::prelude::*;
 
+use crate::generators::vector4;
+
 /// Both means that run on the target.
 fn both<S, const N: usize, const M: usize, const P: usize>()
 -> [&'static dyn Mean<S, f64, nalgebra::Const<N>, nalgebra::Const<M>, nalgebra::Const<P>>; 2]
@@ -33,10 +35,6 @@ where
 
 fn vector3(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(-size..size).prop_map(Vector3::from)
-}
-
-fn vector4(size: f64) -> impl Strategy<Value = Vector4<f64>> {
-    prop::array::uniform4(-size..size).prop_map(Vector4::from)
 }
 
 /// `alpha_k` of eq. (6), by its definition.

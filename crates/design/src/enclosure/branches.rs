@@ -13,9 +13,9 @@ use core::fmt;
 use luenberger_plants::Plant;
 use luenberger_proof::{Interval, Ring};
 
+use super::evaluation::{Evaluation, Failure, column, middle};
 use super::paths::{Undefined, Way, explore_ways, follow};
-use super::subdivide::middle;
-use super::{Evaluation, Failure, IntervalDual, column};
+use super::scalar::IntervalDual;
 use crate::number::significant;
 
 /// What is known of f and h where they change branches. That they are continuous there is a hypothesis of whatever is concluded from the Jacobians: a jump can be as small as one likes.

@@ -3,8 +3,8 @@
 use luenberger_plants::{Dimensions, LinearPlant, Plant, Size};
 use nalgebra::{DefaultAllocator, Dim, OVector, convert};
 
-use super::IntervalDual;
-use crate::kkl::Collected;
+use super::scalar::IntervalDual;
+use crate::symbolic_polynomial::SymbolicPolynomial;
 
 macro_rules! linear_plant_over {
     ($($scalar:ident),*) => {$(
@@ -31,4 +31,4 @@ macro_rules! linear_plant_over {
     )*};
 }
 
-linear_plant_over!(IntervalDual, Collected);
+linear_plant_over!(IntervalDual, SymbolicPolynomial);

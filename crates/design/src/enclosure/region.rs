@@ -5,8 +5,8 @@ use core::fmt;
 use luenberger_plants::Dimensions;
 use luenberger_proof::Interval;
 
-use super::EnclosureError;
-use crate::names;
+use super::error::EnclosureError;
+use super::place::Axis;
 
 /// How many bisections are spent on tightening unless [`Region::subdivisions`] says otherwise.
 const SUBDIVISIONS: usize = 400;
@@ -103,38 +103,5 @@ impl fmt::Display for Region {
             .map(|(axis, (lo, hi))| format!("{axis} in [{lo}, {hi}]"))
             .collect();
         f.write_str(&if bounds.is_empty() { "everywhere".to_owned() } else { bounds.join(", ") })
-    }
-}
-
-/// A coordinate of the box.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// A state, from 0.
-    State(usize),
-    /// An input, from 0.
-    Input(usize),
-    /// Time.
-    Time,
-}
-
-impl Axis {
-    pub(crate) fn of(k: usize, size: Dimensions) -> Self {
-        if k < size.states {
-            Self::State(k)
-        } else if k < size.states + size.inputs {
-            Self::Input(k - size.states)
-        } else {
-            Self::Time
-        }
-    }
-}
-
-impl fmt::Display for Axis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::State(k) => f.write_str(&names::state(*k)),
-            Self::Input(k) => f.write_str(&names::input(*k)),
-            Self::Time => f.write_str("t"),
-        }
     }
 }

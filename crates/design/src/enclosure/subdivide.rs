@@ -4,9 +4,12 @@ use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix};
 
 use super::branches::{Branches, Gap};
+use super::error::EnclosureError;
+use super::evaluation::{Evaluation, Failure, middle};
 use super::paths::Undefined;
-use super::region::{Axis, Region};
-use super::{EnclosureError, Entry, Evaluation, Failure, IntervalDual, JacobianEnclosure, Jacobians, Place};
+use super::place::{Axis, Entry, Place};
+use super::region::Region;
+use super::scalar::IntervalDual;
 
 /// How often one coordinate is halved in search of a finite enclosure: a part that is 2^-48 of the box names its point well enough.
 const HALVINGS: u32 = 48;
@@ -62,18 +65,14 @@ impl Cell {
     }
 }
 
-/// A number inside: the middle, or twice the finite end of a half line, so that 48 halvings reach 1e14.
-pub(super) fn middle(axis: &Interval) -> f64 {
-    match (axis.lo().is_finite(), axis.hi().is_finite()) {
-        (true, true) => axis.lo() / 2.0 + axis.hi() / 2.0,
-        (true, false) => (2.0 * axis.lo()).clamp(1.0, f64::MAX),
-        (false, true) => (2.0 * axis.hi()).clamp(f64::MIN, -1.0),
-        (false, false) => 0.0,
-    }
-}
-
 /// Two halves, with how many of them failed and how often the coordinate was halved before.
 type Ranked<T> = ((usize, u32), T);
+
+/// The [Jacobians](Evaluation::jacobians) over one box, and what is known of jumps where it left a branch open.
+struct Jacobians {
+    entries: Vec<Interval>,
+    gap: Option<Gap>,
+}
 
 /// A part with its Jacobians.
 struct Leaf {
@@ -82,12 +81,42 @@ struct Leaf {
     gap: Option<Gap>,
 }
 
-/// The enclosure over the whole box.
-pub(super) fn enclose<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
-    region: &Region,
-) -> Result<JacobianEnclosure, EnclosureError> {
-    let size = evaluation.size;
+/// An enclosure of the Jacobians over a box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JacobianEnclosure {
+    /// Df, n x n: entry (i, j) encloses the derivative of `f_i` by `x_j`.
+    pub a: Matrix<Interval>,
+    /// Dh, p x n.
+    pub c: Matrix<Interval>,
+    /// Of how many parts of the box it is the union.
+    pub parts: usize,
+    /// By how much it exceeds what samples of the Jacobians show to be needed: the largest excess of an entry at one end, relative to the
+    /// size of that entry. Not a bound of the overestimation: samples need not hit the extremes.
+    pub excess: f64,
+    /// Where comparisons stay open, what is known of the jumps there. `None` where none does: then there is no such hypothesis.
+    pub branches: Option<Branches>,
+}
+
+/// An enclosure of Df (n x n) and Dh (p x n) over the box.
+///
+/// Cost: two evaluations of the plant for each state and each part of the box; the parts are at most twice the region's
+/// [subdivisions](Region::subdivisions), and more only where that is needed for a finite result.
+///
+/// ```
+/// use luenberger_design::{Region, enclosure::enclose};
+/// use luenberger_plants::flexible_joint;
+/// // The only nonlinearity is -3.33 sin x3, whose derivative is bounded everywhere.
+/// let jacobians = enclose(&flexible_joint::classical(), &Region::everywhere(4))?;
+/// let entry = jacobians.a[(3, 2)];
+/// assert!(entry.contains(-19.5 - 3.33) && entry.contains(-19.5 + 3.33) && entry.width() < 6.660_000_1);
+/// assert!(jacobians.a[(1, 0)].is_point() && jacobians.a[(1, 0)].contains(-48.6));
+/// # Ok::<(), luenberger_design::enclosure::EnclosureError>(())
+/// ```
+/// # Errors
+/// [`EnclosureError`] names the entry or the operation, and the point.
+pub fn enclose<S: Plant<IntervalDual>>(plant: &S, region: &Region) -> Result<JacobianEnclosure, EnclosureError> {
+    let size = plant.dimensions();
+    let evaluation = &Evaluation { plant, size };
     let axes = region.axes(size)?;
     let whole = Cell { halvings: vec![0; axes.len()], axes };
     let mut leaves = finite_parts(evaluation, &whole, &whole)?;
@@ -128,7 +157,11 @@ fn examine<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     cell: &[Interval],
 ) -> Result<Outcome, EnclosureError> {
-    match evaluation.jacobians(cell) {
+    let found = evaluation.jacobians(cell).and_then(|(entries, branched)| {
+        let gap = if branched { Some(evaluation.gap(cell)?) } else { None };
+        Ok(Jacobians { entries, gap })
+    });
+    match found {
         Ok(jacobians) => Ok(match jacobians.entries.iter().position(|entry| !entry.is_bounded()) {
             Some(entry) => Outcome::Unbounded(entry),
             None => Outcome::Finite(jacobians),

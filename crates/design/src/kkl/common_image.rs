@@ -12,34 +12,16 @@
 //!
 //! Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, section 8.2.
 
-use core::fmt;
 use std::collections::BTreeMap;
 
 use luenberger_proof::{Exact, Interval, Ring};
 use nalgebra::{DMatrix, DVector};
 
-use super::collected::{Collected, Monomial, Polynomial, Sheet, collect, is_exact};
-use super::injectivity::Images;
-use super::pieces::Pieces;
+use super::candidate::Pieces;
+use super::images::Images;
+use super::witness::CommonImage;
 use crate::enclosure::IntervalDual;
-
-/// Two states that have one image, verified.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CommonImage {
-    /// One.
-    pub first: Vec<f64>,
-    /// The other is a state between these bounds: numbers where it is known exactly.
-    pub second: Vec<Interval>,
-}
-
-impl fmt::Display for CommonImage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let bounds =
-            |x: &Interval| if x.is_point() { format!("{:?}", x.lo()) } else { format!("[{:?}, {:?}]", x.lo(), x.hi()) };
-        let second: Vec<String> = self.second.iter().map(bounds).collect();
-        write!(f, "{:?} and a state in ({}) have one image", self.first, second.join(", "))
-    }
-}
+use crate::symbolic_polynomial::{Arena, Monomial, Polynomial, SymbolicPolynomial, collect, is_exact};
 
 /// Rows that are reduced exactly; numbers double their length with each.
 const EXACT_ROWS: usize = 8;
@@ -55,26 +37,30 @@ const WIDENINGS: usize = 6;
 
 /// The collected form of Phi, and the rows of which the others are affine combinations.
 pub(super) struct Form {
-    sheet: Sheet,
+    arena: Arena,
     rows: Vec<usize>,
 }
 
 impl Form {
     /// Of the candidate; none where Phi has no polynomials, as where it may choose between branches.
-    pub(super) fn of<C: Pieces<Collected>>(candidate: &C) -> Option<Self> {
+    pub(super) fn of<C: Pieces<SymbolicPolynomial>>(candidate: &C) -> Option<Self> {
         let size = candidate.plant_dimensions();
         let (states, time) = (size.states, size.states + size.inputs);
-        let (image, sheet) = collect(|| {
-            let x: Vec<Collected> = (0..states).map(Collected::variable).collect();
-            image(candidate, Collected::variable(time), &x)
+        let (image, arena) = collect(|| {
+            let x: Vec<SymbolicPolynomial> = (0..states).map(SymbolicPolynomial::variable).collect();
+            image(candidate, SymbolicPolynomial::variable(time), &x)
         })
         .ok()?;
-        let image = sheet.polynomials(&image).ok()?;
-        Some(Self { rows: independent(&image), sheet })
+        let image = arena.polynomials(&image).ok()?;
+        Some(Self { rows: independent(&image), arena })
     }
 }
 
-fn image<C: Pieces<Collected>>(candidate: &C, t: Collected, x: &[Collected]) -> Vec<Collected> {
+fn image<C: Pieces<SymbolicPolynomial>>(
+    candidate: &C,
+    t: SymbolicPolynomial,
+    x: &[SymbolicPolynomial],
+) -> Vec<SymbolicPolynomial> {
     let y = candidate.output(t, x);
     let mut image = candidate.image(t, x, &y);
     image.extend(y);
@@ -112,7 +98,7 @@ fn independent(rows: &[Polynomial]) -> Vec<usize> {
 }
 
 /// Two states of the box `axes` (states, inputs, time) that a symmetry of Phi maps to each other. The first is one of `points`.
-pub(super) fn by_symmetry<C: Pieces<Collected>>(
+pub(super) fn by_symmetry<C: Pieces<SymbolicPolynomial>>(
     candidate: &C,
     (points, axes): (&[Vec<Interval>], &[Interval]),
 ) -> Option<CommonImage> {
@@ -142,16 +128,16 @@ pub(super) fn by_symmetry<C: Pieces<Collected>>(
                 .collect::<Vec<_>>()
         });
     signs.chain(exchanges).find_map(|sigma| {
-        let (difference, sheet) = collect(|| {
-            let t = Collected::variable(time);
-            let x: Vec<Collected> = (0..n).map(Collected::variable).collect();
-            let other: Vec<Collected> =
+        let (difference, arena) = collect(|| {
+            let t = SymbolicPolynomial::variable(time);
+            let x: Vec<SymbolicPolynomial> = (0..n).map(SymbolicPolynomial::variable).collect();
+            let other: Vec<SymbolicPolynomial> =
                 sigma.iter().map(|&(k, negative)| if negative { -x[k] } else { x[k] }).collect();
             let (first, second) = (image(candidate, t, &x), image(candidate, t, &other));
             first.iter().zip(&second).map(|(first, second)| *first - *second).collect::<Vec<_>>()
         })
         .ok()?;
-        if sheet.polynomials(&difference).ok()?.iter().any(|row| !row.is_empty()) {
+        if arena.polynomials(&difference).ok()?.iter().any(|row| !row.is_empty()) {
             return None;
         }
         points.iter().find_map(|point| {
@@ -160,7 +146,7 @@ pub(super) fn by_symmetry<C: Pieces<Collected>>(
             let inside = second.iter().zip(axes).all(|(x, axis)| axis.contains(x.lo()));
             let differs = second.iter().zip(point).any(|(x, other)| x.lo() != other.lo());
             // Equal wherever all of it is defined.
-            (inside && differs && sheet.atoms_over(point).is_some())
+            (inside && differs && arena.atoms_over(point).is_some())
                 .then(|| CommonImage { first: point[..n].iter().map(Interval::lo).collect(), second })
         })
     })
@@ -185,7 +171,7 @@ pub(super) fn by_box<C: Pieces<IntervalDual>>(
         form.is_none_or(|form| {
             let variables: Vec<Interval> =
                 state.iter().copied().chain(axes[x.len()..axes.len() - 1].iter().copied()).collect();
-            form.sheet.atoms_over(&[variables, vec![Interval::of(time)]].concat()).is_some()
+            form.arena.atoms_over(&[variables, vec![Interval::of(time)]].concat()).is_some()
         })
     };
     let first = points(x)?;
@@ -202,7 +188,7 @@ pub(super) fn by_box<C: Pieces<IntervalDual>>(
             })
             .collect()
     };
-    let middle = |x: &Interval| x.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
+    let middle = Interval::midpoint;
     let middles =
         |columns: &[Vec<Interval>]| DMatrix::from_fn(rows.len(), columns.len(), |i, j| middle(&columns[j][i]));
     let mut z = z.clone();

@@ -16,77 +16,14 @@
 //! Method: derivatives by xi_j over intervals with every xi unbounded, where a slope that is 0 on every way through the branches, none of which is chosen by xi_j, shows that
 //! xi_j is not read; and the collected form of B, which knows what cancels. Either is enough. Both speak of xi for which B is defined.
 
-use core::fmt;
-
 use luenberger_plants::Dimensions;
 use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict};
 
-use super::collected::{Collected, collect};
-use super::pieces::Pieces;
-use super::{Place, still};
+use super::candidate::{Pieces, still};
+use super::witness::{CouplingObjection, OpenCoupling, Place, Reading};
 use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{explore, steered};
-
-/// An entry of B that depends on an entry of xi which it may not read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
-    /// The entry of B, from 0.
-    pub row: usize,
-    /// The entry of xi, from 0: not before it.
-    pub entry: usize,
-    /// Encloses the derivative of the one by the other around the place: proved not to be 0.
-    pub slope: Interval,
-    /// x, u and t.
-    pub place: Place,
-    /// xi.
-    pub xi: Vec<f64>,
-}
-
-impl fmt::Display for Reading {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { row, entry, slope, place, xi } = self;
-        let (row, entry, lo, hi) = (row + 1, entry + 1, slope.lo(), slope.hi());
-        write!(f, "dB{row}/dxi{entry} is in [{lo:e}, {hi:e}] at {place}, xi = {xi:?}")
-    }
-}
-
-/// Why an entry of xi that is read is not known to leave the decay of the errors alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CouplingObjection {
-    /// It is not before the entry of B that reads it, or was not shown not to be read.
-    NotEarlier,
-    /// It is only integrated: its error does not decay.
-    Integrated,
-    /// Lambda and B act back on it.
-    WayBack,
-    /// No Lipschitz constant was shown.
-    NotLipschitz,
-}
-
-/// The entry of B, the entry of xi, and what is the matter with them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OpenCoupling {
-    /// The entry of B, from 0.
-    pub row: usize,
-    /// The entry of xi, from 0.
-    pub entry: usize,
-    /// What is the matter.
-    pub why: CouplingObjection,
-}
-
-impl fmt::Display for OpenCoupling {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (row, entry) = (self.row + 1, self.entry + 1);
-        match self.why {
-            CouplingObjection::NotEarlier => write!(f, "B{row} was not shown to be independent of xi{entry}"),
-            CouplingObjection::Integrated => write!(f, "B{row} may read xi{entry}, which is only integrated"),
-            CouplingObjection::WayBack => write!(f, "B{row} may read xi{entry}, on which xi{row} may act back"),
-            CouplingObjection::NotLipschitz => {
-                write!(f, "B{row} may read xi{entry}, and was not shown to be Lipschitz in it")
-            }
-        }
-    }
-}
+use crate::symbolic_polynomial::{SymbolicPolynomial, collect};
 
 /// What is known of B as a function of xi.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,7 +47,7 @@ enum Dependence {
 }
 
 /// What is known of B over the box `axes`; `lambda` and the entries that are `integrated` belong to Lambda over the same box.
-pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<Collected>>(
+pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     candidate: &C,
     (lambda, integrated): (&Matrix<Interval>, &[usize]),
     (points, axes): (&[Vec<Interval>], &[Interval]),
@@ -193,31 +130,31 @@ fn along<C: Pieces<IntervalDual>>(
 }
 
 /// How the entries of B depend on those of xi, by its collected form.
-fn collected<C: Pieces<IntervalDual> + Pieces<Collected>>(
+fn collected<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     candidate: &C,
     order: usize,
     size: Dimensions,
     axes: &[Interval],
 ) -> Option<Vec<Vec<Dependence>>> {
     let first = axes.len();
-    let (b, sheet) = collect(|| {
-        let variables: Vec<Collected> = (0..first + order).map(Collected::variable).collect();
+    let (b, arena) = collect(|| {
+        let variables: Vec<SymbolicPolynomial> = (0..first + order).map(SymbolicPolynomial::variable).collect();
         let (x, u, t) = (&variables[..size.states], &variables[size.states..][..size.inputs], variables[first - 1]);
         candidate.injection(t, &variables[first..], u, &candidate.output(t, x))
     })
     .ok()?;
-    let b = sheet.polynomials(&b).ok().filter(|b| b.len() == order)?;
+    let b = arena.polynomials(&b).ok().filter(|b| b.len() == order)?;
     // Smooth for all xi means Lipschitz where xi is bounded. The observer's xi is, where phi is.
     let mut boxed = axes.to_vec();
     boxed.resize(first + order, Interval::UNBOUNDED);
-    let smooth = sheet.atoms_over(&boxed).is_some_and(|atoms| sheet.roots_are_smooth(|k| k >= first, &atoms));
+    let smooth = arena.atoms_over(&boxed).is_some_and(|atoms| arena.roots_are_smooth(|k| k >= first, &atoms));
     let (x, _, t) = still(axes, size);
     let phi = explore(|| candidate.image(t, &x, &candidate.output(t, &x))).unwrap_or_default();
     let bounded = |j: usize| {
         !phi.is_empty() && phi.iter().all(|phi| phi.get(j).is_some_and(|phi: &IntervalDual| phi.value().is_bounded()))
     };
     let rows = b.iter().map(|row| {
-        let variables = sheet.variables(row);
+        let variables = arena.variables(row);
         let uniform = variables.iter().all(|&k| if k < first { axes[k].is_bounded() } else { bounded(k - first) });
         let of = |j| match variables.contains(&(first + j)) {
             false => Dependence::None,

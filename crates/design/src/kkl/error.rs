@@ -1,16 +1,26 @@
 //! Why a candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
 
-use luenberger_proof::Verdict;
+use luenberger_linalg::LinalgError;
+use luenberger_observers::ObserverError;
+use luenberger_plants::PlantError;
+use luenberger_proof::{ProofError, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
-use crate::enclosure::Axis;
-use crate::kkl::{CommonImage, OpenCoupling, Reading, TwoStates, Worst};
+use super::witness::{CommonImage, OpenCoupling, Reading, TwoStates, Worst};
+use crate::enclosure::{Axis, EnclosureError};
+use crate::error::{DesignError, from_through_design_error};
 
 /// Why a candidate was refused. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum KklError {
+    /// A matrix or a vector is not what is asked for, or a computation with one failed.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    /// The box, or a Jacobian over it.
+    #[error(transparent)]
+    Enclosure(#[from] EnclosureError),
     /// A coordinate of the box without finite bounds: there is nothing to sample.
     #[error("{axis} runs from {lo} to {hi}: the check needs a bounded box of states and inputs")]
     Unbounded {
@@ -30,18 +40,6 @@ pub enum KklError {
         count: usize,
         /// n.
         states: usize,
-    },
-    /// A number of the settings that is out of its range.
-    #[error("{what} is {value}; it must be from {least} to {most}")]
-    Setting {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its least value.
-        least: f64,
-        /// Its largest value.
-        most: f64,
     },
     /// f, h, phi, Lambda or B has no value at a point of the box.
     #[error("{operation} has no value at the state {state:?} and the input {input:?}")]
@@ -163,9 +161,4 @@ pub enum KklError {
     },
 }
 
-impl KklError {
-    /// Refuses a number of the settings that is out of its range.
-    pub(crate) fn unless_within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), Self> {
-        if (least..=most).contains(&value) { Ok(()) } else { Err(Self::Setting { what, value, least, most }) }
-    }
-}
+from_through_design_error!(KklError: LinalgError, ObserverError, PlantError, ProofError);

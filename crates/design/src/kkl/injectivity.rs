@@ -7,40 +7,18 @@
 //!
 //! The refutation: [`common_image`](super::common_image). Two images that are only close refute nothing, and are reported as a near collision.
 
-use core::fmt;
-
-use luenberger_plants::{Dimensions, Plant};
+use luenberger_plants::Dimensions;
 use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict, positive_definite};
 use nalgebra::{DMatrix, DVector};
 
-use super::collected::Collected;
-use super::common_image::{CommonImage, Form, by_box, by_symmetry};
-use super::pieces::Pieces;
-use super::{KklError, still};
-use crate::enclosure::paths::explore;
+use super::candidate::Pieces;
+use super::common_image::{Form, by_box, by_symmetry};
+use super::error::KklError;
+use super::images::Images;
+use super::witness::{CommonImage, TwoStates};
 use crate::enclosure::{IntervalDual, Region, enclose};
-use crate::error::DesignError;
 use crate::separation::{DISTANT, Ratios, ratios, second_preimage};
-
-/// Two states whose images under (phi, h) are close. This is no proof that any two are equal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TwoStates {
-    /// One.
-    pub first: Vec<f64>,
-    /// The other.
-    pub second: Vec<f64>,
-    /// `|x - x'|`.
-    pub distance: f64,
-    /// `|Phi(x) - Phi(x')|` is at most this: proved.
-    pub gap: f64,
-}
-
-impl fmt::Display for TwoStates {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { first, second, distance, gap } = self;
-        write!(f, "{first:?} and {second:?}, {distance:.3e} apart, have images at most {gap:.1e} apart")
-    }
-}
+use crate::symbolic_polynomial::SymbolicPolynomial;
 
 /// How well (phi, h) separates the states of the box.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,98 +45,13 @@ pub struct Injectivity {
     pub verdict: Verdict<CommonImage>,
 }
 
-/// `Phi = (phi, h)` as the outputs of a plant, whose Jacobian the enclosure then is. Its states are the candidate's.
-pub(super) struct Images<'a, C> {
-    candidate: &'a C,
-    size: Dimensions,
-}
-
-impl<C: Pieces<IntervalDual>> Images<'_, C> {
-    /// Rows of Phi.
-    pub(super) fn rows(&self) -> usize {
-        self.size.outputs
-    }
-
-    /// Phi over a box at a time, with its derivative along a coordinate; none where a comparison is left open.
-    pub(super) fn over(&self, t: f64, x: &[Interval], along: Option<usize>) -> Option<Vec<IntervalDual>> {
-        let moving = |k| if Some(k) == along { Interval::ONE } else { Interval::zero() };
-        let x: Vec<IntervalDual> = x.iter().enumerate().map(|(k, x)| IntervalDual::new(*x, moving(k))).collect();
-        let t = IntervalDual::new(Interval::from_f64(t)?, Interval::zero());
-        let mut ways = explore(|| self.at(t, &x)).ok()?;
-        let way = ways.pop().filter(|way| way.len() == self.size.outputs);
-        if ways.is_empty() { way } else { None }
-    }
-
-    fn at(&self, t: IntervalDual, x: &[IntervalDual]) -> Vec<IntervalDual> {
-        let y = self.candidate.output(t, x);
-        let mut image = self.candidate.image(t, x, &y);
-        image.extend_from_slice(&y);
-        image
-    }
-
-    /// Whether no comparison is left open over the whole box (states, inputs, time), so that Phi is continuous there.
-    fn is_unbranched_over(&self, axes: &[Interval]) -> bool {
-        let (x, _, t) = still(axes, Dimensions { inputs: axes.len() - 1 - self.size.states, ..self.size });
-        explore(|| self.at(t, &x)).is_ok_and(|ways| ways.len() == 1)
-    }
-
-    /// Phi and DPhi at a point, by intervals around single numbers; the numbers in their middles.
-    fn with_jacobian(&self, t: f64, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let (outputs, n) = (self.size.outputs, self.size.states);
-        let middle = |x: Interval| x.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
-        let (mut value, mut jacobian) = (DVector::zeros(outputs), DMatrix::zeros(outputs, n));
-        for (k, column) in jacobian.as_mut_slice().chunks_mut(outputs).enumerate() {
-            let image = self.point(t, x, Some(k))?;
-            for (i, image) in image.iter().enumerate() {
-                (value[i], column[i]) = (middle(image.value()), middle(image.slope()));
-            }
-        }
-        let finite = value.iter().chain(jacobian.iter()).all(|entry| entry.is_finite());
-        finite.then_some((value, jacobian))
-    }
-
-    /// Phi at a point, enclosed, with its derivative along a coordinate.
-    fn point(&self, t: f64, x: &DVector<f64>, along: Option<usize>) -> Option<Vec<IntervalDual>> {
-        let number = |x: f64| Interval::from_f64(x);
-        let x: Option<Vec<IntervalDual>> = x
-            .iter()
-            .enumerate()
-            .map(|(i, x)| {
-                Some(IntervalDual::new(number(*x)?, if Some(i) == along { Interval::ONE } else { Interval::zero() }))
-            })
-            .collect();
-        let (x, t) = (x?, IntervalDual::new(number(t)?, Interval::zero()));
-        let ways = explore(|| self.at(t, &x)).ok()?;
-        // At a place of change either branch has the value.
-        ways.into_iter().next().filter(|way| way.len() == self.size.outputs)
-    }
-}
-
-impl<C: Pieces<IntervalDual>> Plant<IntervalDual> for Images<'_, C> {
-    type State = DVector<IntervalDual>;
-    type Input = DVector<IntervalDual>;
-    type Output = DVector<IntervalDual>;
-
-    fn dimensions(&self) -> Dimensions {
-        self.size
-    }
-
-    fn derivative(&self, _t: IntervalDual, x: &Self::State, _u: &Self::Input) -> Self::State {
-        x.clone()
-    }
-
-    fn output(&self, t: IntervalDual, x: &Self::State) -> Self::Output {
-        DVector::from_vec(self.at(t, x.as_slice()))
-    }
-}
-
 /// The numbers over `points`, and the verdict over the box `axes` (states, inputs, time).
-pub(super) fn injectivity<C: Pieces<IntervalDual> + Pieces<Collected>>(
+pub(super) fn injectivity<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     candidate: &C,
     order: usize,
     (points, axes): (&[Vec<Interval>], &[Interval]),
     subdivisions: usize,
-) -> Result<Injectivity, DesignError> {
+) -> Result<Injectivity, KklError> {
     let size = Pieces::<IntervalDual>::plant_dimensions(candidate);
     let n = size.states;
     let images = Images { candidate, size: Dimensions { states: n, inputs: 0, outputs: order + size.outputs } };
@@ -257,7 +150,7 @@ fn proof<C: Pieces<IntervalDual>>(
     half: &DVector<f64>,
     axes: &[Interval],
     subdivisions: usize,
-) -> Result<Verdict<CommonImage>, DesignError> {
+) -> Result<Verdict<CommonImage>, KklError> {
     let n = images.size.states;
     let unknown =
         Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN };
@@ -270,9 +163,7 @@ fn proof<C: Pieces<IntervalDual>>(
     let scaled = Matrix::from_fn(rows, varying.len(), |i, j| {
         Interval::from_f64(half[varying[j]]).map_or(Interval::UNBOUNDED, |half| enclosure.c[(i, varying[j])].mul(&half))
     });
-    let middle = DMatrix::from_fn(rows, varying.len(), |i, j| {
-        scaled[(i, j)].midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
-    });
+    let middle = DMatrix::from_fn(rows, varying.len(), |i, j| scaled[(i, j)].midpoint());
     if varying.is_empty() {
         return Ok(Verdict::Proved { margin: f64::INFINITY });
     }

@@ -19,79 +19,51 @@
 //! map estimates. Lambda may depend on t, u and y; B may read xi in cascade, and is taken at `xi = phi(x)` in (4). Maps and plant are supposed to be functions of their arguments: the same
 //! operations for every scalar, and nothing kept from one evaluation to the next.
 //!
-//! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`Collected`], which is to say that they are to be
-//! written once for every scalar.
+//! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`SymbolicPolynomial`], in which the two sides
+//! of (4) cancel before they are enclosed; which is to say that they are to be written once for every scalar.
 //!
 //! | file | subject |
 //! |---|---|
-//! | `pieces` | plant and maps over any scalar |
-//! | `collected`, `scalar` | polynomials in atoms, in which the two sides of (4) cancel before they are enclosed |
+//! | `candidate` | plant and maps over any scalar |
 //! | `residual` | (4) over the box |
 //! | `stability` | Lambda over the box |
 //! | `coupling` | B as a function of xi |
-//! | `injectivity`, `common_image` | (phi, h) over the box; two states with one image |
+//! | `injectivity`, `images`, `common_image` | (phi, h) over the box; two states with one image |
+//! | `witness`, `error` | what refutes a candidate; why one is refused |
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Propositions 1 and 3.
 
-mod collected;
+mod candidate;
 mod common_image;
 mod coupling;
 mod error;
+mod images;
 mod injectivity;
-mod pieces;
 mod residual;
-mod scalar;
 pub(crate) mod stability;
+mod witness;
 
 use core::fmt;
 
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
-use luenberger_plants::{Column, Dimensions, Plant, PlantError};
+use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
-use nalgebra::{DefaultAllocator, Dim};
+use nalgebra::DefaultAllocator;
 
+use crate::check::within;
 use crate::enclosure::paths::explore;
 use crate::enclosure::{Axis, IntervalDual, Region};
-use crate::error::DesignError;
 use crate::golden_sequence::GoldenSequence;
+use crate::symbolic_polynomial::{SymbolicPolynomial, collect, evaluate};
+use candidate::still;
 
-pub use collected::Collected;
-pub use common_image::CommonImage;
-pub use coupling::{Coupling, CouplingObjection, OpenCoupling, Reading};
+pub use candidate::{KklCandidate, Pieces};
+pub use coupling::Coupling;
 pub use error::KklError;
-pub use injectivity::{Injectivity, TwoStates};
-pub use pieces::Pieces;
-pub use residual::{Residual, Worst};
+pub use injectivity::Injectivity;
+pub use residual::Residual;
 pub use stability::Stability;
-
-/// A point of the box.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Place {
-    /// x.
-    pub state: Vec<f64>,
-    /// u.
-    pub input: Vec<f64>,
-    /// t.
-    pub time: f64,
-}
-
-impl Place {
-    /// The lower corner: of a point, the point.
-    fn of(axes: &[Interval], size: Dimensions) -> Self {
-        let lower: Vec<f64> = axes.iter().map(Interval::lo).collect();
-        let (state, rest) = lower.split_at(size.states);
-        let (input, time) = rest.split_at(size.inputs);
-        Self { state: state.to_vec(), input: input.to_vec(), time: time.first().copied().unwrap_or(0.0) }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "x = {:?}", self.state)?;
-        if self.input.is_empty() { Ok(()) } else { write!(f, ", u = {:?}", self.input) }
-    }
-}
+pub use witness::{CommonImage, CouplingObjection, OpenCoupling, Place, Reading, TwoStates, Worst};
 
 /// How a candidate is checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,15 +83,6 @@ impl Default for KklSettings {
     }
 }
 
-/// A plant, and the maps of a KKL observer for it; see the [module](self).
-#[derive(Clone, Debug, PartialEq)]
-pub struct KklCandidate<'a, S, K> {
-    plant: &'a S,
-    map: &'a K,
-    estimated: Vec<usize>,
-    order: usize,
-}
-
 /// What is known of a candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklReport {
@@ -136,57 +99,41 @@ pub struct KklReport {
     pub left_inverse: Option<(f64, Place)>,
 }
 
-impl<'a, S, K> KklCandidate<'a, S, K> {
-    /// `map` as a KKL observer of `plant`, estimating the states with the indices `estimated`, from 0, in this order.
-    ///
-    /// # Errors
-    /// [`DesignError::Matrix`] for a map with other numbers of inputs or outputs than the plant, [`KklError::Estimated`] for the indices.
-    pub fn new(plant: &'a S, map: &'a K, estimated: &[usize]) -> Result<Self, DesignError>
-    where
-        S: Plant<IntervalDual>,
-        K: KklMap<IntervalDual>,
-        DefaultAllocator: KklSize<K::Xi, K::Inputs, K::Outputs, K::Estimate>,
-    {
-        let (size, own) = (plant.dimensions(), map.dimensions());
-        let ObserverDimensions { state: order, inputs, outputs, estimate } = own;
-        for (what, fixed, expected) in [
-            ("x", S::State::fixed_len(), size.states),
-            ("u of the plant", S::Input::fixed_len(), size.inputs),
-            ("y of the plant", S::Output::fixed_len(), size.outputs),
-            ("u of the map", Some(K::Inputs::try_to_usize().unwrap_or(inputs)), size.inputs),
-            ("y of the map", Some(K::Outputs::try_to_usize().unwrap_or(outputs)), size.outputs),
-            ("u of the map", Some(inputs), size.inputs),
-            ("y of the map", Some(outputs), size.outputs),
-            ("xi", K::Xi::try_to_usize(), order),
-            ("the estimate", K::Estimate::try_to_usize(), estimate),
-        ] {
-            let found = fixed.unwrap_or(expected);
-            if found != expected {
-                return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) }.into());
-            }
-        }
-        if order == 0 || size.states == 0 {
-            let (expected, found) = ((1, 1), (order.min(size.states), 1));
-            return Err(PlantError::DimensionMismatch { what: "xi or x", expected, found }.into());
-        }
-        let mut sorted = estimated.to_vec();
-        sorted.sort_unstable();
-        sorted.dedup();
-        if estimated.len() != estimate || sorted.len() != estimate || sorted.last().is_some_and(|k| *k >= size.states) {
-            let (estimated, count, states) = (estimated.to_vec(), estimate, size.states);
-            return Err(KklError::Estimated { estimated, count, states }.into());
-        }
-        Ok(Self { plant, map, estimated: estimated.to_vec(), order })
-    }
-
+impl<S, K> KklCandidate<'_, S, K> {
     /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate that does not do is a report, not an error.
     ///
     /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi = (x2, x3):
     /// ```
     /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
-    /// use luenberger_observers::exponential_cascade::ExponentialCascadeMap;
+    /// use luenberger_observers::{KklMap, ObserverDimensions};
     /// use luenberger_plants::ExponentialCascade;
-    /// let candidate = KklCandidate::new(&ExponentialCascade, &ExponentialCascadeMap, &[1, 2])?;
+    /// use nalgebra::{Matrix2, RealField, U1, U2, Vector1, Vector2};
+    ///
+    /// struct Sixth;
+    /// impl<T: RealField + Copy> KklMap<T> for Sixth {
+    ///     type Xi = U2;
+    ///     type Inputs = U1;
+    ///     type Outputs = U1;
+    ///     type Estimate = U2;
+    ///     fn dimensions(&self) -> ObserverDimensions {
+    ///         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    ///     }
+    ///     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix2<T> {
+    ///         Matrix2::from_diagonal(&Vector2::new(-T::one(), T::zero()))
+    ///     }
+    ///     fn injection(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
+    ///         let square = y[0] * y[0];
+    ///         Vector2::new(square + y[0].sin(), u[0] * y[0] + T::one() / (square + T::one()))
+    ///     }
+    ///     fn left_inverse(&self, _t: T, xi: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
+    ///         *xi
+    ///     }
+    ///     fn image(&self, _t: T, xhat: &Vector2<T>, _y: &Vector1<T>) -> Vector2<T> {
+    ///         *xhat
+    ///     }
+    /// }
+    ///
+    /// let candidate = KklCandidate::new(&ExponentialCascade, &Sixth, &[1, 2])?;
     /// let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0), (-1.0, 1.0)]).inputs(&[(-3.0, 3.0)]);
     /// let report = candidate.check(&region, &KklSettings::default())?;
     /// assert_eq!(report.residual.bounds, [0.0, 0.0]);
@@ -194,26 +141,27 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// // Lambda = diag(-1, 0): the second entry is only integrated, which is for a parameter estimator to make up for.
     /// assert!(report.stability.is_proved() && report.stability.integrated == [1]);
     /// println!("{report}");
-    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// # Ok::<(), luenberger_design::KklError>(())
     /// ```
     ///
     /// Cost: an evaluation of the maps at each sample and for each part of the box, of which there are at most the region's
     /// [subdivisions](Region::subdivisions) and one more; n evaluations of (phi, h) at each sample; a comparison of all pairs of samples.
     ///
     /// # Errors
-    /// [`KklError::Setting`], [`KklError::Unbounded`], [`KklError::Undefined`] where a map has no value; [`DesignError::Enclosure`] for the box.
-    pub fn check(&self, region: &Region, settings: &KklSettings) -> Result<KklReport, DesignError>
+    /// [`DesignError::Setting`](crate::DesignError::Setting), [`KklError::Unbounded`], [`KklError::Undefined`] where a
+    /// map has no value; [`KklError::Enclosure`] for the box.
+    pub fn check(&self, region: &Region, settings: &KklSettings) -> Result<KklReport, KklError>
     where
-        Self: Pieces<IntervalDual> + Pieces<Collected>,
+        Self: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,
     {
-        KklError::unless_within("the tolerance of the residual", settings.tolerance, 0.0, 1.0)?;
-        KklError::unless_within("the number of samples", settings.samples as f64, 1.0, 4096.0)?;
+        within("the tolerance of the residual", settings.tolerance, 0.0, 1.0)?;
+        within("the number of samples", settings.samples as f64, 1.0, 4096.0)?;
         let size = Pieces::<IntervalDual>::plant_dimensions(self);
         let axes = region.axes(size)?;
         let unbounded = axes[..size.states + size.inputs].iter().position(|axis| !axis.is_bounded());
         if let Some(k) = unbounded {
             let (axis, lo, hi) = (Axis::of(k, size), axes[k].lo(), axes[k].hi());
-            return Err(KklError::Unbounded { axis, lo, hi }.into());
+            return Err(KklError::Unbounded { axis, lo, hi });
         }
         let points = samples(&axes, settings);
         let (tolerance, budget) = (settings.tolerance, region.budget());
@@ -234,7 +182,7 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     /// Lambda over a box.
     fn lambda_over(&self, axes: &[Interval], size: Dimensions) -> Matrix<Interval>
     where
-        Self: Pieces<IntervalDual> + Pieces<Collected>,
+        Self: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,
     {
         let (x, u, t) = still(axes, size);
         let order = self.order;
@@ -249,17 +197,17 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
         let entries = united.filter(|entries| entries.len() == order * order);
         let mut entries = entries.unwrap_or_else(|| vec![Interval::UNBOUNDED; order * order]);
         // 1 + u^2 is never below 1, which only the collected form knows.
-        let form = collected::collect(|| {
-            let variables: Vec<Collected> = (0..axes.len()).map(Collected::variable).collect();
+        let form = collect(|| {
+            let variables: Vec<SymbolicPolynomial> = (0..axes.len()).map(SymbolicPolynomial::variable).collect();
             let (x, rest) = variables.split_at(size.states);
             let (u, t) = (&rest[..size.inputs], rest[size.inputs]);
             self.lambda(t, u, &self.output(t, x))
         });
-        if let Ok((form, sheet)) = form
-            && let Some(atoms) = sheet.atoms_over(axes)
+        if let Ok((form, arena)) = form
+            && let Some(atoms) = arena.atoms_over(axes)
         {
             for (entry, form) in entries.iter_mut().zip(form) {
-                let form = sheet.value(form).and_then(|form| collected::evaluate(&form, &atoms));
+                let form = arena.value(form).and_then(|form| evaluate(&form, &atoms));
                 *entry = form.and_then(|form| entry.intersection(&form)).unwrap_or(*entry);
             }
         }
@@ -289,14 +237,6 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
         }
         worst
     }
-}
-
-/// States, inputs and time without derivatives.
-fn still(axes: &[Interval], size: Dimensions) -> (Vec<IntervalDual>, Vec<IntervalDual>, IntervalDual) {
-    let mut scalars = axes.iter().map(|axis| IntervalDual::new(*axis, Interval::zero()));
-    let x = scalars.by_ref().take(size.states).collect();
-    let u = scalars.by_ref().take(size.inputs).collect();
-    (x, u, scalars.next().unwrap_or(IntervalDual::new(Interval::zero(), Interval::zero())))
 }
 
 /// Corners are sampled of at most this many coordinates, since there are 2^k of them.
@@ -411,7 +351,7 @@ impl<K> KklDesign<K> {
     /// `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2`, with phi = x1, and a slip of the hand in Lambda:
     /// ```
     /// use luenberger_design::kkl::{KklError, KklSettings};
-    /// use luenberger_design::{DesignError, KklDesign, Region};
+    /// use luenberger_design::{KklDesign, Region};
     /// use luenberger_observers::{KklMap, ObserverDimensions};
     /// use luenberger_plants::{Dimensions, Plant};
     /// use nalgebra::{Matrix1, RealField, U1, Vector1, Vector2, convert};
@@ -461,8 +401,8 @@ impl<K> KklDesign<K> {
     /// assert_eq!(design.report.residual.bounds, [0.0]);
     /// let refused = KklDesign::new(&Chain, First(-2.0), &[0], &region, &KklSettings::default());
     /// // The residual is x1.
-    /// assert!(matches!(refused, Err(DesignError::Kkl(KklError::NotASolution(worst))) if worst.at_least > 0.99));
-    /// # Ok::<(), DesignError>(())
+    /// assert!(matches!(refused, Err(KklError::NotASolution(worst)) if worst.at_least > 0.99));
+    /// # Ok::<(), KklError>(())
     /// ```
     /// # Errors
     /// [`KklError::NotASolution`] has the point at which (4) fails, [`KklError::ResidualUndecided`]; [`KklError::NotHurwitz`] names the eigenvalue,
@@ -474,36 +414,36 @@ impl<K> KklDesign<K> {
         estimated: &[usize],
         region: &Region,
         settings: &KklSettings,
-    ) -> Result<Self, DesignError>
+    ) -> Result<Self, KklError>
     where
         S: Plant<IntervalDual>,
         K: KklMap<IntervalDual>,
         DefaultAllocator: KklSize<K::Xi, K::Inputs, K::Outputs, K::Estimate>,
-        for<'a> KklCandidate<'a, S, K>: Pieces<IntervalDual> + Pieces<Collected>,
+        for<'a> KklCandidate<'a, S, K>: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,
     {
         let report = KklCandidate::new(plant, &map, estimated)?.check(region, settings)?;
         match &report.residual.verdict {
-            Verdict::Refuted { witness } => return Err(KklError::NotASolution(witness.clone()).into()),
+            Verdict::Refuted { witness } => return Err(KklError::NotASolution(witness.clone())),
             Verdict::Undecided { .. } => {
                 let allowed = |row: usize| settings.tolerance * report.residual.scales[row];
                 let bounds = &report.residual.bounds;
                 let excess = |row: usize| bounds[row] - allowed(row);
                 let row = (0..bounds.len()).max_by(|&i, &j| excess(i).total_cmp(&excess(j))).unwrap_or(0);
                 let bound = bounds.get(row).copied().unwrap_or(f64::INFINITY);
-                return Err(KklError::ResidualUndecided { row, bound, allowed: allowed(row) }.into());
+                return Err(KklError::ResidualUndecided { row, bound, allowed: allowed(row) });
             }
             Verdict::Proved { .. } => {}
         }
         report.stability.required()?;
         if let Verdict::Refuted { witness } = &report.coupling.verdict {
-            return Err(KklError::ReadsItself(witness.clone()).into());
+            return Err(KklError::ReadsItself(witness.clone()));
         }
         if let Some(obstacle) = report.coupling.obstacle {
-            return Err(KklError::CouplingUndecided(obstacle).into());
+            return Err(KklError::CouplingUndecided(obstacle));
         }
         match (&report.injectivity.verdict, &report.injectivity.near_collision) {
-            (Verdict::Refuted { witness }, _) => return Err(KklError::NotInjective(witness.clone()).into()),
-            (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone()).into()),
+            (Verdict::Refuted { witness }, _) => return Err(KklError::NotInjective(witness.clone())),
+            (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone())),
             _ => {}
         }
         Ok(Self { observer: KklObserver::new(map), report })

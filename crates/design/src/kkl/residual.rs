@@ -1,35 +1,13 @@
 //! The residual `Dphi f - Lambda phi - B` of the equation (4) over a box: sampled, and enclosed.
 
-use core::fmt;
-
 use luenberger_proof::{Interval, Ring, UndecidedReason, Verdict};
 
-use super::collected::{Collected, Polynomial, Sheet, collect, evaluate};
-use super::pieces::Pieces;
-use super::{KklError, Place};
+use super::candidate::Pieces;
+use super::error::KklError;
+use super::witness::{Place, Worst};
 use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{Undefined, explore};
-
-/// The residual of one row at one point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Worst {
-    /// The row, from 0.
-    pub row: usize,
-    /// The magnitude of the residual is not below this: proved.
-    pub at_least: f64,
-    /// The largest of `|Dphi f| + |Lambda| |phi| + |B|` over the sampled points, for this row.
-    pub scale: f64,
-    /// Where.
-    pub place: Place,
-}
-
-impl fmt::Display for Worst {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { row, at_least, scale, place } = self;
-        let share = at_least / scale;
-        write!(f, "the residual of row {} is at least {at_least:.3e}, {share:.1e} of its terms, at {place}", row + 1)
-    }
-}
+use crate::symbolic_polynomial::{Arena, Polynomial, SymbolicPolynomial, collect, evaluate, sum};
 
 /// What is known of the residual over the box.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,12 +82,12 @@ fn over<C: Pieces<IntervalDual>>(candidate: &C, cell: &[Interval]) -> Result<Vec
     united.ok_or(Undefined::Operation("a column of the length that it should have"))
 }
 
-/// The rows of the residual, collected, with the sheet of their atoms.
-fn collected<C: Pieces<Collected>>(candidate: &C) -> Result<(Vec<Polynomial>, Sheet), &'static str> {
+/// The rows of the residual, collected, with the arena of their atoms.
+fn collected<C: Pieces<SymbolicPolynomial>>(candidate: &C) -> Result<(Vec<Polynomial>, Arena), &'static str> {
     let size = candidate.plant_dimensions();
     let (first, last) = (size.states, size.states + size.inputs);
-    let (found, mut sheet) = collect(|| {
-        let variables: Vec<Collected> = (0..=last).map(Collected::variable).collect();
+    let (found, mut arena) = collect(|| {
+        let variables: Vec<SymbolicPolynomial> = (0..=last).map(SymbolicPolynomial::variable).collect();
         let (x, u, t) = (&variables[..first], &variables[first..last], variables[last]);
         let y = candidate.output(t, x);
         let phi = candidate.image(t, x, &y);
@@ -118,22 +96,22 @@ fn collected<C: Pieces<Collected>>(candidate: &C) -> Result<(Vec<Polynomial>, Sh
         if lambda.len() != order * order || injection.len() != order {
             return None;
         }
-        let sides: Vec<Collected> = (0..order)
+        let sides: Vec<SymbolicPolynomial> = (0..order)
             .map(|i| (0..order).fold(injection[i], |side, j| side + lambda[j * order + i] * phi[j]))
             .collect();
         Some((candidate.field(t, x, u), phi, sides))
     })?;
     let (field, phi, sides) = found.ok_or("columns of another length")?;
-    let mut along = sheet.polynomials(&field)?;
+    let mut along = arena.polynomials(&field)?;
     along.resize(last, Vec::new());
     along.push(vec![(Vec::new(), Interval::ONE)]);
-    let (phi, sides) = (sheet.polynomials(&phi)?, sheet.polynomials(&sides)?);
+    let (phi, sides) = (arena.polynomials(&phi)?, arena.polynomials(&sides)?);
     let rows = phi.iter().zip(&sides).map(|(phi, side)| {
-        let lie = sheet.along(phi, &along);
-        super::collected::sum(&lie, side, true)
+        let lie = arena.along(phi, &along);
+        sum(&lie, side, true)
     });
     let rows = rows.collect();
-    sheet.failed().map_or(Ok((rows, sheet)), Err)
+    arena.failed().map_or(Ok((rows, arena)), Err)
 }
 
 /// The numbers beside x and those between, as far as they belong to the axis.
@@ -148,7 +126,7 @@ struct Part {
 }
 
 /// Samples at `points`, bounds over `axes` with `budget` bisections.
-pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<Collected>>(
+pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     candidate: &C,
     (points, axes): (&[Vec<Interval>], &[Interval]),
     tolerance: f64,
@@ -194,7 +172,7 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<Collected>>(
     };
     let part = |axes: Vec<Interval>| {
         let direct = over(candidate, &axes);
-        let atoms = form.as_ref().and_then(|(_, sheet)| sheet.atoms_over(&axes));
+        let atoms = form.as_ref().and_then(|(_, arena)| arena.atoms_over(&axes));
         let bounds = (0..order)
             .map(|row| {
                 let direct = direct.as_ref().map_or(f64::INFINITY, |rows| rows[row].residual.magnitude());

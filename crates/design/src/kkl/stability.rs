@@ -1,14 +1,13 @@
 //! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box. That is a statement about `e' = Lambda e`, which is the error of the
 //! observer where B reads no xi; else see [`coupling`](super::coupling).
 
-use luenberger_linalg::{LinalgError, eigenvalues, lyapunov};
+use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, symmetric_part};
 use luenberger_proof::certificate::{Certificate, Certified, HurwitzStability};
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{Complex, DMatrix};
 
-use super::KklError;
+use super::error::KklError;
 use crate::certificate::exact;
-use crate::check;
 use crate::error::DesignError;
 
 /// What is known of Lambda over the box.
@@ -61,15 +60,14 @@ pub(crate) struct Forgetting {
 /// where the middle is not Hurwitz.
 pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let order = f.rows();
-    let middle = |entry: &Interval| entry.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle);
-    let matrix = DMatrix::from_fn(order, order, |i, j| middle(&f[(i, j)]));
+    let matrix = DMatrix::from_fn(order, order, |i, j| f[(i, j)].midpoint());
     let mut spectrum = eigenvalues(&matrix)?;
     spectrum.sort_by(|x, y| y.re.total_cmp(&x.re));
     if order == 0 || spectrum.first().is_some_and(|largest| largest.re >= 0.0) {
         return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
     }
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
-        Ok(solution) => check::symmetric_part(&solution.p),
+        Ok(solution) => symmetric_part(&solution.p),
         // Hurwitz to rounding only.
         Err(LinalgError::SingularEquation { .. } | LinalgError::UndecidedEquation { .. }) => {
             return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
@@ -100,10 +98,10 @@ pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignErr
 
 impl Stability {
     /// An error that names the eigenvalue, unless the whole of Lambda is proved to forget.
-    pub(super) fn required(&self) -> Result<(), DesignError> {
+    pub(super) fn required(&self) -> Result<(), KklError> {
         let zero = Complex::new(0.0, 0.0);
         if !self.integrated.is_empty() {
-            return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero }.into());
+            return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero });
         }
         forgets("Lambda", &self.eigenvalues, &self.certificate)
     }
@@ -114,11 +112,11 @@ pub(crate) fn forgets(
     what: &'static str,
     spectrum: &[Complex<f64>],
     certificate: &Certificate,
-) -> Result<(), DesignError> {
+) -> Result<(), KklError> {
     let eigenvalue = spectrum.first().copied().unwrap_or(Complex::new(f64::NAN, f64::NAN));
     match certificate.facts().find(|fact| !fact.verdict.is_proved()) {
-        Some(fact) => Err(KklError::HurwitzUndecided { what, eigenvalue, verdict: fact.verdict.clone() }.into()),
+        Some(fact) => Err(KklError::HurwitzUndecided { what, eigenvalue, verdict: fact.verdict.clone() }),
         None if certificate.is_proved() => Ok(()),
-        None => Err(KklError::NotHurwitz { what, eigenvalue }.into()),
+        None => Err(KklError::NotHurwitz { what, eigenvalue }),
     }
 }

@@ -20,6 +20,7 @@
 //! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to H-infinity performance analysis, Systems and Control Letters 57,
 //! 2008 (the mean value theorem and the polytope); S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory, SIAM 1994, section 5.1.
 
+mod error;
 mod obstacle;
 mod polytope;
 
@@ -35,8 +36,8 @@ use luenberger_proof::wording::{at_least, at_most};
 use luenberger_proof::{ProofError, Verdict};
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
-pub use obstacle::{Conflict, HiddenMode};
-pub use polytope::{MAX_VARYING, Polytope, VaryingEntries, Vertex};
+pub use error::{Conflict, HiddenMode, LpvError, VaryingEntries};
+pub use polytope::{MAX_VARYING, Polytope, Vertex};
 
 use crate::certificate::exact;
 use crate::check;
@@ -81,7 +82,7 @@ where
     pub limiting: usize,
     /// Where the search for the greatest rate ended: the least rate tried for which nothing was proved, and why. None for a rate that was given, and
     /// where the ceiling itself was reached.
-    pub stopped: Option<(f64, Box<DesignError>)>,
+    pub stopped: Option<(f64, Box<LpvError>)>,
     /// The box.
     pub region: Region,
     /// `P > 0` and (1) at every vertex.
@@ -105,13 +106,14 @@ where
     /// assert_eq!(design.polytope.vertices.len(), 2);
     /// assert!(design.certificate.is_proved());
     /// println!("{design}");
-    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// # Ok::<(), luenberger_design::LpvError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point; [`DesignError::TooManyVertices`]; [`DesignError::BadRate`];
-    /// [`DesignError::HiddenMode`] names a direction that no output sees, with an exact witness, [`DesignError::Conflict`] the vertices that exclude each other, with verified
-    /// multipliers; [`DesignError::Undecided`] with what was seen.
-    pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, DesignError> {
+    /// [`LpvError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point;
+    /// [`LpvError::TooManyVertices`]; [`DesignError::BadRate`];
+    /// [`LpvError::HiddenMode`] names a direction that no output sees, with an exact witness, [`LpvError::Conflict`]
+    /// the vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with what was seen.
+    pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, LpvError> {
         Self::new_with(plant, region, rate, &Settings::default())
     }
 
@@ -119,7 +121,7 @@ where
     ///
     /// # Errors
     /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
-    pub fn new_with(plant: S, region: &Region, rate: f64, settings: &Settings) -> Result<Self, DesignError> {
+    pub fn new_with(plant: S, region: &Region, rate: f64, settings: &Settings) -> Result<Self, LpvError> {
         check::rate(rate)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
         let solution = pose(&polytope, rate, settings).solve_with(settings)?;
@@ -139,7 +141,7 @@ where
     ///
     /// # Errors
     /// As [`new`](Self::new) at the rate 0; a ceiling or tolerance that is not positive and finite.
-    pub fn fastest(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, DesignError> {
+    pub fn fastest(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, LpvError> {
         Self::fastest_with(plant, region, ceiling, tolerance, &Settings::default())
     }
 
@@ -153,7 +155,7 @@ where
         ceiling: f64,
         tolerance: f64,
         settings: &Settings,
-    ) -> Result<Self, DesignError> {
+    ) -> Result<Self, LpvError> {
         check::positive("ceiling", ceiling)?;
         check::positive("tolerance", tolerance)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
@@ -161,23 +163,17 @@ where
         let bisection = greatest_parameter_with(settings, 0.0, ceiling, tolerance, family)?;
         let stopped =
             bisection.stopped.map(|(rate, verdict)| (rate, obstacle::explain(&polytope, rate, verdict, settings)));
-        match (bisection.proved, stopped) {
-            (Some((rate, solution)), stopped) => {
-                let gain = gain_lmi::gain_of(&solution)?;
-                let stopped = stopped.map(|(rate, error)| (rate, Box::new(error)));
-                Self::certified(plant, region, polytope, gain, rate, stopped)
-            }
-            (None, Some((_, error))) => Err(error),
-            (None, None) => Err(DesignError::not_proved(GIVEN, None)),
-        }
+        let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
+        Self::certified(plant, region, polytope, gain_lmi::gain_of(&solution)?, rate, stopped)
     }
 
     /// The greatest rate that some P proves for a given gain L (n x p), to within 0.1 % of what the eigenvalues at the vertices allow.
     ///
     /// # Errors
-    /// [`DesignError::Matrix`] for the shape and entries of L; [`DesignError::UnstableVertex`] names a vertex at which `A - L C` is not Hurwitz;
-    /// [`DesignError::Conflict`] when no P serves all vertices; the errors of the enclosure.
-    pub fn certify(plant: S, region: &Region, l: &DMatrix<f64>) -> Result<Self, DesignError> {
+    /// [`DesignError::Matrix`] for the shape and entries of L; [`LpvError::UnstableVertex`] names a vertex at which
+    /// `A - L C` is not Hurwitz;
+    /// [`LpvError::Conflict`] when no P serves all vertices; the errors of the enclosure.
+    pub fn certify(plant: S, region: &Region, l: &DMatrix<f64>) -> Result<Self, LpvError> {
         Self::certify_with(plant, region, l, &Settings::default())
     }
 
@@ -185,7 +181,7 @@ where
     ///
     /// # Errors
     /// As [`certify`](Self::certify); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
-    pub fn certify_with(plant: S, region: &Region, l: &DMatrix<f64>, settings: &Settings) -> Result<Self, DesignError> {
+    pub fn certify_with(plant: S, region: &Region, l: &DMatrix<f64>, settings: &Settings) -> Result<Self, LpvError> {
         let polytope = Polytope::new(enclose(&plant, region)?)?;
         let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
         check::matrix("L", l, (n, outputs))?;
@@ -193,7 +189,7 @@ where
         for (vertex, pair) in polytope.vertices.iter().enumerate() {
             let abscissa = match check::hurwitz("A - L C", (&pair.a, l, &pair.c)) {
                 Err(DesignError::NotHurwitz { abscissa, .. }) => {
-                    return Err(DesignError::UnstableVertex { vertex, place: pair.to_string(), abscissa });
+                    return Err(LpvError::UnstableVertex { vertex, place: pair.to_string(), abscissa });
                 }
                 other => other?,
             };
@@ -204,15 +200,9 @@ where
         let family = |rate| pose_for(&polytope, l, rate, settings);
         let bisection = greatest_parameter_with(settings, 0.0, high, tolerance, family)?;
         let stopped = bisection.stopped.map(|(rate, verdict)| (rate, for_this_gain(&polytope, rate, verdict)));
-        match (bisection.proved, stopped) {
-            (Some((rate, solution)), stopped) => {
-                let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
-                let stopped = stopped.map(|(rate, error)| (rate, Box::new(error)));
-                Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
-            }
-            (None, Some((_, error))) => Err(error),
-            (None, None) => Err(DesignError::not_proved(GIVEN, None)),
-        }
+        let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
+        let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
+        Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
     }
 
     fn certified(
@@ -221,8 +211,8 @@ where
         polytope: Polytope,
         gain: Gain,
         rate: f64,
-        stopped: Option<(f64, Box<DesignError>)>,
-    ) -> Result<Self, DesignError> {
+        stopped: Option<Stop>,
+    ) -> Result<Self, LpvError> {
         let Gain { l, p } = gain;
         let mut vertex_rates = Vec::with_capacity(polytope.vertices.len());
         for vertex in &polytope.vertices {
@@ -406,10 +396,26 @@ fn growing(
 }
 
 /// Why no P serves all vertices with a given gain, each of which is Hurwitz.
-fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> DesignError {
+fn for_this_gain(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>) -> LpvError {
     match verdict {
-        Verdict::Refuted { witness } => DesignError::Conflict(Box::new(Conflict::of(polytope, rate, witness))),
-        other => DesignError::not_proved(GIVEN, Some(other)),
+        Verdict::Refuted { witness } => LpvError::Conflict(Box::new(Conflict::of(polytope, rate, witness))),
+        other => DesignError::not_proved(GIVEN, Some(other)).into(),
+    }
+}
+
+/// A rate for which nothing was proved, and why.
+type Stop = (f64, Box<LpvError>);
+
+/// The greatest rate that was proved with its solution, and where the search ended; why there is none, if no rate was
+/// proved.
+fn outcome(
+    proved: Option<(f64, Solution)>,
+    stopped: Option<(f64, LpvError)>,
+) -> Result<(f64, Solution, Option<Stop>), LpvError> {
+    match (proved, stopped) {
+        (Some((rate, solution)), stopped) => Ok((rate, solution, stopped.map(|(rate, error)| (rate, Box::new(error))))),
+        (None, Some((_, error))) => Err(error),
+        (None, None) => Err(DesignError::not_proved(GIVEN, None).into()),
     }
 }
 

@@ -1,82 +1,20 @@
 //! Why there is no common gain: a direction that no output sees, or vertices that exclude each other.
 
-use core::fmt;
-
 use luenberger_linalg::{detectability, observability};
 use luenberger_lmi::{Infeasibility, Problem, Settings};
 use luenberger_proof::statement::{HiddenMotion, hidden_motion};
 use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::error::{Conflict, HiddenMode, LpvError};
 use super::polytope::Polytope;
+use crate::certificate::exact;
 use crate::enclosure::Entry;
 use crate::error::{DesignError, NearlyHidden};
 use crate::gain_lmi::{self, decrease_at};
 
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
-
-/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay faster than the rate asked for, in exact arithmetic.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HiddenMode {
-    /// The rate asked for.
-    pub rate: f64,
-    /// Which pair: a vertex in words, or a point inside the polytope.
-    pub place: String,
-    /// A.
-    pub a: DMatrix<f64>,
-    /// C.
-    pub c: DMatrix<f64>,
-    /// The eigenvalue of A: the rate cannot exceed minus its real part.
-    pub eigenvalue: Complex<f64>,
-    /// The direction v, `A v = lambda v`, `C v = 0`, of length 1. Both to rounding.
-    pub direction: DVector<Complex<f64>>,
-    /// The unobservable subspace of (A, C) in exact arithmetic, in which not every motion decays faster than `exp(-rate t)`: `witness.is_of` and `witness.decays_at` check it.
-    pub witness: HiddenMotion,
-}
-
-impl fmt::Display for HiddenMode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let entry = |z: &Complex<f64>| if z.im == 0.0 { format!("{:.4}", z.re) } else { format!("{z:.4}") };
-        let direction: Vec<String> = self.direction.iter().map(entry).collect();
-        write!(
-            f,
-            "no gain gives a rate beyond {} on the whole polytope: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
-            self.rate,
-            self.place,
-            direction.join(", "),
-            entry(&self.eigenvalue)
-        )
-    }
-}
-
-/// Vertices that together exclude a common P, each of them being possible alone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conflict {
-    /// The rate asked for.
-    pub rate: f64,
-    /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the contradiction.
-    pub vertices: Vec<usize>,
-    /// Each of them in words.
-    pub places: Vec<String>,
-    /// Whether it is a pair. If not, no two of them were found to exclude each other alone.
-    pub is_pair: bool,
-    /// The multipliers of the contradiction, verified exactly.
-    pub witness: Infeasibility,
-}
-
-impl fmt::Display for Conflict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let several = match self.vertices.len() {
-            1 => "this vertex excludes every P by itself",
-            _ if self.is_pair => "two vertices exclude each other",
-            _ => "these vertices together exclude each other",
-        };
-        let names: Vec<String> =
-            self.vertices.iter().zip(&self.places).map(|(k, place)| format!("{} ({place})", k + 1)).collect();
-        write!(f, "{several} at the rate {}: {}", self.rate, names.join("; "))
-    }
-}
 
 /// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode that floating point calls hidden is told beside an
 /// undecided verdict.
@@ -85,7 +23,7 @@ pub(super) fn explain(
     rate: f64,
     verdict: Verdict<Infeasibility>,
     settings: &Settings,
-) -> DesignError {
+) -> LpvError {
     let candidates = |weights: Option<&[f64]>| -> Seen {
         let vertices = polytope.vertices.iter().map(|v| (v.to_string(), v.a.clone(), v.c.clone()));
         let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
@@ -118,18 +56,19 @@ pub(super) fn explain(
                 })
                 .collect();
             match candidates(Some(&weights)) {
-                Seen::Hidden(mode) => DesignError::HiddenMode(mode),
-                _ => DesignError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
+                Seen::Hidden(mode) => LpvError::HiddenMode(mode),
+                _ => LpvError::Conflict(Box::new(conflict(polytope, rate, witness, &weights, settings))),
             }
         }
-        Verdict::Undecided { why, best } => match candidates(None) {
-            Seen::Hidden(mode) => DesignError::HiddenMode(mode),
-            Seen::Nearly(mode) => {
-                DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen: Some(Box::new(mode)) }
-            }
-            Seen::Nothing => DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen: None },
-        },
-        proved @ Verdict::Proved { .. } => DesignError::not_proved(gain_lmi::WHAT, Some(proved)),
+        Verdict::Undecided { why, best } => {
+            let seen = match candidates(None) {
+                Seen::Hidden(mode) => return LpvError::HiddenMode(mode),
+                Seen::Nearly(mode) => Some(Box::new(mode)),
+                Seen::Nothing => None,
+            };
+            DesignError::Undecided { what: gain_lmi::WHAT, why, best, seen }.into()
+        }
+        proved @ Verdict::Proved { .. } => DesignError::not_proved(gain_lmi::WHAT, Some(proved)).into(),
     }
 }
 
@@ -165,10 +104,9 @@ fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Se
     let n = a.nrows();
     let Ok(pair) = detectability(&(&a + DMatrix::identity(n, n) * rate), &c) else { return Seen::Nothing };
     let Some(mode) = pair.offending.into_iter().next() else { return Seen::Nothing };
-    let stored = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice());
-    let exact = stored(&a).and_then(|a| hidden_motion(&a, &stored(&c)?)).ok().flatten();
-    let exact = exact.filter(|motion| motion.decays_at(rate) == Some(false));
-    if let Some(((eigenvalue, direction), witness)) = exact.and_then(|witness| Some((slowest(&witness)?, witness))) {
+    let motion = exact(&a).and_then(|a| hidden_motion(&a, &exact(&c)?)).ok().flatten();
+    let motion = motion.filter(|motion| motion.decays_at(rate) == Some(false));
+    if let Some(((eigenvalue, direction), witness)) = motion.and_then(|witness| Some((slowest(&witness)?, witness))) {
         return Seen::Hidden(Box::new(HiddenMode { rate, place, a, c, eigenvalue, direction, witness }));
     }
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
@@ -271,7 +209,7 @@ mod tests {
         assert!(verdict(&turned(1.9)).is_proved());
         let polytope = turned(2.1);
         let error = explain(&polytope, 0.0, verdict(&polytope), &Settings::default());
-        let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
+        let LpvError::Conflict(conflict) = &error else { panic!("{error}") };
         assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
         assert!(error.to_string().starts_with("these vertices together exclude each other at the rate 0: 1 ("));
         // Two of them are possible without the third.

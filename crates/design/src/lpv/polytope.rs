@@ -5,8 +5,8 @@ use core::fmt;
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::DMatrix;
 
+use super::error::{LpvError, VaryingEntries};
 use crate::enclosure::{Entry, JacobianEnclosure};
-use crate::error::DesignError;
 use crate::number::significant;
 
 /// How many entries may vary: 2^12 = 4096 vertices, each with a proof of its own.
@@ -34,17 +34,6 @@ impl fmt::Display for Vertex {
     }
 }
 
-/// The entries of the Jacobians that vary over the box.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct VaryingEntries(pub Vec<Entry>);
-
-impl fmt::Display for VaryingEntries {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self.0.iter().map(ToString::to_string).collect();
-        f.write_str(&names.join(", "))
-    }
-}
-
 /// The convex hull of the pairs `(A_k, C_k)`, with the enclosure that it covers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polytope {
@@ -60,8 +49,8 @@ impl Polytope {
     /// The vertices of the interval hull: every varying entry at either of its ends.
     ///
     /// # Errors
-    /// [`DesignError::TooManyVertices`] when more than [`MAX_VARYING`] entries vary.
-    pub fn new(enclosure: JacobianEnclosure) -> Result<Self, DesignError> {
+    /// [`LpvError::TooManyVertices`] when more than [`MAX_VARYING`] entries vary.
+    pub fn new(enclosure: JacobianEnclosure) -> Result<Self, LpvError> {
         let (n, p) = (enclosure.a.rows(), enclosure.c.rows());
         let entries = (0..n + p).flat_map(|row| (0..n).map(move |column| (row, column))).map(|(row, column)| Entry {
             of_output: row >= n,
@@ -70,7 +59,7 @@ impl Polytope {
         });
         let varying: Vec<Entry> = entries.filter(|entry| !is_narrow(interval(&enclosure, *entry))).collect();
         if varying.len() > MAX_VARYING {
-            return Err(DesignError::TooManyVertices {
+            return Err(LpvError::TooManyVertices {
                 varying: varying.len(),
                 allowed: MAX_VARYING,
                 entries: VaryingEntries(varying),
@@ -109,7 +98,7 @@ impl Polytope {
     /// A pair in the enclosure: its middle, with 0 wherever a varying entry may vanish if asked so.
     pub(crate) fn inner(&self, vanishing: bool) -> (DMatrix<f64>, DMatrix<f64>) {
         let middle = |interval: &Interval| {
-            if vanishing && interval.contains(0.0) { 0.0 } else { float(interval) }
+            if vanishing && interval.contains(0.0) { 0.0 } else { interval.midpoint() }
         };
         let of = |m: &Matrix<Interval>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| middle(&m[(i, j)]));
         (of(&self.enclosure.a), of(&self.enclosure.c))
@@ -124,11 +113,6 @@ fn is_narrow(interval: &Interval) -> bool {
     interval.width() <= NARROW * interval.magnitude()
 }
 
-/// The middle of a bounded interval, as the entries of an enclosure are.
-fn float(interval: &Interval) -> f64 {
-    interval.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
-}
-
 fn floats(m: &Matrix<Interval>) -> DMatrix<f64> {
-    DMatrix::from_fn(m.rows(), m.cols(), |i, j| float(&m[(i, j)]))
+    DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)].midpoint())
 }

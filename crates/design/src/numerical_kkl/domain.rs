@@ -6,8 +6,8 @@
 
 use nalgebra::SVector;
 
-use crate::error::DesignError;
-use crate::numerical_kkl::NumericalKklError;
+use crate::check::within;
+use crate::numerical_kkl::error::NumericalKklError;
 
 /// What the plant does outside the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,16 +33,17 @@ impl<const N: usize> Domain<N> {
     /// The box from `lower` to `upper`.
     ///
     /// # Errors
-    /// [`NumericalKklError::Box`] unless `lower < upper` in every entry, all finite; [`NumericalKklError::Setting`] for the margin.
-    pub fn new(lower: [f64; N], upper: [f64; N], escape: Escape) -> Result<Self, DesignError> {
+    /// [`NumericalKklError::Box`] unless `lower < upper` in every entry, all finite;
+    /// [`DesignError::Setting`](crate::DesignError::Setting) for the margin.
+    pub fn new(lower: [f64; N], upper: [f64; N], escape: Escape) -> Result<Self, NumericalKklError> {
         if N == 0 {
-            return Err(NumericalKklError::Empty { states: 0, outputs: 1, targets: 1 }.into());
+            return Err(NumericalKklError::Empty { states: 0, outputs: 1, targets: 1 });
         }
         for axis in 0..N {
             let (lower, upper) = (lower[axis], upper[axis]);
             let sound = lower.is_finite() && upper.is_finite() && lower < upper && (upper - lower).is_finite();
             if !sound {
-                return Err(NumericalKklError::Box { axis, lower, upper }.into());
+                return Err(NumericalKklError::Box { axis, lower, upper });
             }
         }
         if let Escape::Slowed { margin } = escape {
@@ -109,15 +110,6 @@ fn fall(s: f64) -> (f64, f64) {
     } else {
         let rise = s.powi(4) * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)));
         (1.0 - rise, -140.0 * (s * (1.0 - s)).powi(3))
-    }
-}
-
-/// A finite number of a range.
-pub(crate) fn within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), DesignError> {
-    if (least..=most).contains(&value) {
-        Ok(())
-    } else {
-        Err(NumericalKklError::Setting { what, value, least, most }.into())
     }
 }
 

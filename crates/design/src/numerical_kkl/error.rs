@@ -1,11 +1,19 @@
 //! What can stand between a plant and its numerical KKL observer.
 
+use luenberger_linalg::LinalgError;
+use luenberger_observers::ObserverError;
+use luenberger_plants::PlantError;
 use thiserror::Error;
+
+use crate::error::{DesignError, from_through_design_error};
 
 /// Why a transformation was not computed, or not inverted. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NumericalKklError {
+    /// A matrix, a pole or a column is not what is asked for, or a computation with one failed.
+    #[error(transparent)]
+    Design(#[from] DesignError),
     /// No target states, no plant states or no outputs.
     #[error("n = {states} states, p = {outputs} outputs, n_z = {targets} target states: each must be at least 1")]
     Empty {
@@ -49,18 +57,6 @@ pub enum NumericalKklError {
         lower: f64,
         /// Where it ends.
         upper: f64,
-    },
-    /// A number of the settings that is out of its range.
-    #[error("{what} is {value}; it must be from {least} to {most}")]
-    Setting {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its least value.
-        least: f64,
-        /// Its largest value.
-        most: f64,
     },
     /// A grid larger than is computed.
     #[error("a grid of {points} points; at most {most} are computed")]
@@ -140,3 +136,5 @@ pub enum NumericalKklError {
         total: usize,
     },
 }
+
+from_through_design_error!(NumericalKklError: LinalgError, ObserverError, PlantError);

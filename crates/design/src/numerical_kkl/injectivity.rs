@@ -10,10 +10,12 @@ use luenberger_observers::numerical_kkl::least_squares::nearest;
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SVector};
 
-use crate::error::DesignError;
+use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::progress::Listener;
-use crate::numerical_kkl::{Coordinates, NumericalKklError, Progress, Transform};
+use crate::numerical_kkl::progress::Progress;
+use crate::numerical_kkl::transform::Transform;
 use crate::separation::{DISTANT, Ratios, ratios, second_preimage};
+use luenberger_observers::numerical_kkl::Coordinates;
 
 /// How well T separates the states of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +40,7 @@ pub(crate) fn injectivity<S, const N: usize, const M: usize, const P: usize, con
     (spline, coordinates): (&TensorSpline<f64, Vec<f64>, N, Z>, &Coordinates<f64, Z>),
     per_axis: usize,
     progress: &mut Listener<'_>,
-) -> Result<Injectivity<N>, DesignError>
+) -> Result<Injectivity<N>, NumericalKklError>
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
 {
@@ -70,7 +72,7 @@ where
         let near = nearest(spline, &coordinates.white(&z), &grid[j].0, 60).x;
         let map = |x: &SVector<f64, N>| {
             let (value, jacobian) = transform.with_jacobian(x)?;
-            Ok::<_, DesignError>((value, DMatrix::from_column_slice(Z, N, jacobian.as_slice())))
+            Ok::<_, NumericalKklError>((value, DMatrix::from_column_slice(Z, N, jacobian.as_slice())))
         };
         let (second, gap) = second_preimage(map, &z, near, (domain.lower(), domain.upper()))?;
         let apart = second - x;
@@ -81,8 +83,7 @@ where
                 distance: apart.norm(),
                 gap,
                 accuracy,
-            }
-            .into());
+            });
         }
     }
     Ok(Injectivity {

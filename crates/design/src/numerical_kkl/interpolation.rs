@@ -8,22 +8,21 @@
 use luenberger_observers::numerical_kkl::TensorSpline;
 use nalgebra::{DMatrix, SVector};
 
-use crate::error::DesignError;
-use crate::numerical_kkl::NumericalKklError;
-use crate::numerical_kkl::domain::within;
+use crate::check::within;
+use crate::numerical_kkl::error::NumericalKklError;
 
 /// Largest number of grid points.
 pub(crate) const MOST_POINTS: usize = 1 << 22;
 
 /// Checks that a grid can be interpolated, and returns its number of points.
-pub(crate) fn check_grid(points: &[usize]) -> Result<usize, DesignError> {
+pub(crate) fn check_grid(points: &[usize]) -> Result<usize, NumericalKklError> {
     for &count in points {
         // Not-a-knot at both ends takes four points.
         within("the number of grid points on an axis", count as f64, 4.0, 1024.0)?;
     }
     let product: f64 = points.iter().map(|&count| (count + 2) as f64).product();
     if product > MOST_POINTS as f64 {
-        return Err(NumericalKklError::GridTooLarge { points: product, most: MOST_POINTS }.into());
+        return Err(NumericalKklError::GridTooLarge { points: product, most: MOST_POINTS });
     }
     Ok(points.iter().product())
 }
@@ -34,7 +33,7 @@ pub(crate) fn interpolate<const N: usize, const Z: usize>(
     upper: SVector<f64, N>,
     points: [usize; N],
     values: Vec<f64>,
-) -> Result<TensorSpline<f64, Vec<f64>, N, Z>, DesignError> {
+) -> Result<TensorSpline<f64, Vec<f64>, N, Z>, NumericalKklError> {
     let mut table = values;
     for axis in 0..N {
         let count = points[axis];
@@ -113,9 +112,6 @@ mod tests {
     #[test]
     fn grids_that_cannot_be_are_named() {
         assert!(check_grid(&[3, 8]).is_err() && check_grid(&[8, 2000]).is_err());
-        assert!(matches!(
-            check_grid(&[1000, 1000, 1000]),
-            Err(DesignError::NumericalKkl(NumericalKklError::GridTooLarge { .. }))
-        ));
+        assert!(matches!(check_grid(&[1000, 1000, 1000]), Err(NumericalKklError::GridTooLarge { .. })));
     }
 }

@@ -42,9 +42,8 @@ use luenberger_observers::numerical_kkl::{
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
-use crate::error::DesignError;
+use crate::check::within;
 use crate::golden_sequence::GoldenSequence;
-use domain::within;
 use progress::Listener;
 use regression::{Budget, Samples};
 
@@ -144,7 +143,8 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// ```
     /// # Errors
     /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded
-    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`]; [`NumericalKklError::Setting`] and
+    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`];
+    /// [`DesignError::Setting`](crate::DesignError::Setting) and
     /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T;
     /// [`NumericalKklError::Stopped`] when `progress` says so.
     pub fn new<S>(
@@ -154,7 +154,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
         input: SVector<f64, M>,
         settings: &Settings<N>,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<Self, DesignError>
+    ) -> Result<Self, NumericalKklError>
     where
         S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
     {
@@ -186,7 +186,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
         let per_axis = settings.injectivity_points;
         let injectivity = injectivity::injectivity(&transform, (&spline, &coordinates), per_axis, progress)?;
         if spline_error.1.is_nan() || spline_error.1 > UNRESOLVED {
-            return Err(NumericalKklError::Unresolved { error: spline_error.1, most: UNRESOLVED }.into());
+            return Err(NumericalKklError::Unresolved { error: spline_error.1, most: UNRESOLVED });
         }
 
         let embedded = embed(domain, &coordinates, &spline, settings, progress)?;
@@ -214,7 +214,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     }
 }
 
-fn check<const N: usize>(settings: &Settings<N>) -> Result<(), DesignError> {
+fn check<const N: usize>(settings: &Settings<N>) -> Result<(), NumericalKklError> {
     interpolation::check_grid(&settings.points)?;
     within("the degree", settings.degree as f64, 1.0, 12.0)?;
     within("the number of leaves", settings.leaves as f64, 1.0, 4096.0)?;
@@ -227,7 +227,7 @@ fn check<const N: usize>(settings: &Settings<N>) -> Result<(), DesignError> {
     let points = (settings.injectivity_points as f64).powf(N as f64);
     // All pairs are compared.
     within("the points of the injectivity check", points, 3.0, 4096.0)?;
-    within("the number of held-out points", settings.held_out as f64, 10.0, 1e5)
+    Ok(within("the number of held-out points", settings.held_out as f64, 10.0, 1e5)?)
 }
 
 /// A spline on the heap.
@@ -238,7 +238,7 @@ fn tabulate<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
     transform: &Transform<'_, S, N, M, P, Z>,
     points: [usize; N],
     progress: &mut Listener<'_>,
-) -> Result<(Coordinates<f64, Z>, Spline<N, Z>), DesignError>
+) -> Result<(Coordinates<f64, Z>, Spline<N, Z>), NumericalKklError>
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
 {
@@ -266,7 +266,7 @@ where
 fn white_coordinates<const Z: usize>(
     values: &[SVector<f64, Z>],
     scale: f64,
-) -> Result<Coordinates<f64, Z>, DesignError> {
+) -> Result<Coordinates<f64, Z>, NumericalKklError> {
     let mean: SVector<f64, Z> = values.iter().sum::<SVector<f64, Z>>() / values.len() as f64;
     // Singular values of the data, not eigenvalues of the covariance: thin directions are not to be squared.
     let data = DMatrix::from_fn(values.len(), Z, |i, j| values[i][j] - mean[j]);
@@ -297,7 +297,7 @@ fn embed<const N: usize, const Z: usize>(
     spline: &TensorSpline<f64, Vec<f64>, N, Z>,
     settings: &Settings<N>,
     progress: &mut Listener<'_>,
-) -> Result<Embedded<N, Z>, DesignError> {
+) -> Result<Embedded<N, Z>, NumericalKklError> {
     let (mut states, mut images) = (Vec::new(), Vec::new());
     for share in GoldenSequence::new(N, settings.seed).take(settings.samples) {
         let x = domain.point(|i| share[i]);
@@ -325,7 +325,7 @@ fn embed<const N: usize, const Z: usize>(
 fn observer<I, const N: usize, const M: usize, const P: usize, const Z: usize>(
     target: &Target<P, Z>,
     inverse: I,
-) -> Result<NumericalKklObserver<I, f64, N, M, P, Z>, DesignError>
+) -> Result<NumericalKklObserver<I, f64, N, M, P, Z>, NumericalKklError>
 where
     I: LeftInverse<f64, Const<Z>, Const<P>, Const<N>>,
 {
@@ -338,7 +338,7 @@ fn inversion_errors<const N: usize, const Z: usize>(
     images: &[SVector<f64, Z>],
     stage: &'static str,
     progress: &mut Listener<'_>,
-) -> Result<Errors<N>, DesignError> {
+) -> Result<Errors<N>, NumericalKklError> {
     let total = probes.len();
     let mut errors = Vec::with_capacity(total);
     for (done, (x, z)) in probes.iter().zip(images).enumerate() {
@@ -353,7 +353,7 @@ fn evaluations<const N: usize, const Z: usize>(
     form: &Interpolated<N, Z>,
     images: &[SVector<f64, Z>],
     progress: &mut Listener<'_>,
-) -> Result<(f64, usize), DesignError> {
+) -> Result<(f64, usize), NumericalKklError> {
     let (mut sum, mut most, total) = (0, 0, images.len());
     for (done, z) in images.iter().enumerate() {
         let found = form.solve(z, &form.start().state(z)).evaluations;

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::numerical_kkl::NumericalKklError;
+use crate::numerical_kkl::error::NumericalKklError;
 
 /// How far a design has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,8 +12,7 @@
 use luenberger_observers::numerical_kkl::polynomial_tree::{monomial_count, monomials};
 use luenberger_observers::numerical_kkl::{Branch, Node, PolynomialTree};
 
-use crate::error::DesignError;
-use crate::numerical_kkl::NumericalKklError;
+use crate::numerical_kkl::error::NumericalKklError;
 
 /// What the tree may cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +54,7 @@ pub(crate) fn fit<const I: usize, const O: usize>(
     samples: Samples<'_, I, O>,
     budget: Budget,
     progress: &mut Listener<'_>,
-) -> Result<Tree<I, O>, DesignError> {
+) -> Result<Tree<I, O>, NumericalKklError> {
     let all: Vec<u32> = (0..samples.points.len() as u32).collect();
     // Two samples per coefficient of a leaf: fewer would be interpolation, not regression.
     let least = 2 * monomial_count(I, budget.degree);
@@ -123,7 +122,7 @@ fn best_cut<const I: usize, const O: usize>(
     budget: Budget,
     least: usize,
     alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
-) -> Result<Option<Cut>, DesignError> {
+) -> Result<Option<Cut>, NumericalKklError> {
     let mut best: Option<Cut> = None;
     for (axis, (threshold, half)) in bounds(samples.points, &leaf.samples).into_iter().enumerate() {
         if half <= 0.0 {
@@ -152,7 +151,7 @@ fn fit_leaf<const I: usize, const O: usize>(
     members: Vec<u32>,
     budget: Budget,
     alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
-) -> Result<Leaf, DesignError> {
+) -> Result<Leaf, NumericalKklError> {
     let frame = bounds(samples.points, &members);
     // A coordinate that does not vary carries nothing; its local coordinate is 0.
     let rates: [f64; I] = std::array::from_fn(|i| if frame[i].1 > 0.0 { 1.0 / frame[i].1 } else { 0.0 });

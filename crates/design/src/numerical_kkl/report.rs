@@ -6,10 +6,11 @@ use luenberger_observers::Observer;
 use luenberger_plants::Plant;
 use nalgebra::SVector;
 
-use crate::error::DesignError;
-use crate::numerical_kkl::domain::within;
+use crate::check::within;
+use crate::numerical_kkl::domain::Domain;
+use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
-use crate::numerical_kkl::{Domain, Injectivity, NumericalKklError};
+use crate::numerical_kkl::injectivity::Injectivity;
 
 /// Root mean square and largest size of an error, per state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +63,8 @@ pub struct HeldOut<const N: usize> {
 /// The field is the plant's own, not the slowed one. Costs one integration over `end` per trial.
 ///
 /// # Errors
-/// [`NumericalKklError::Setting`] for the times and the number of samples; [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`],
+/// [`DesignError::Setting`](crate::DesignError::Setting) for the times and the number of samples;
+/// [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`],
 /// [`NumericalKklError::NotFinite`] where the plant cannot be followed *forward*.
 pub fn held_out<S, O, const N: usize, const M: usize, const P: usize, const Z: usize>(
     plant: &S,
@@ -70,7 +72,7 @@ pub fn held_out<S, O, const N: usize, const M: usize, const P: usize, const Z: u
     domain: &Domain<N>,
     input: &SVector<f64, M>,
     trials: &[Trial<N>],
-) -> Result<HeldOut<N>, DesignError>
+) -> Result<HeldOut<N>, NumericalKklError>
 where
     S: Plant<f64, State = SVector<f64, N>, Input = SVector<f64, M>, Output = SVector<f64, P>>,
     O: Observer<

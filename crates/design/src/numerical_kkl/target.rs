@@ -11,7 +11,7 @@ use luenberger_plants::error::check_matrix;
 use nalgebra::{Complex, DMatrix, SMatrix};
 
 use crate::error::DesignError;
-use crate::numerical_kkl::NumericalKklError;
+use crate::numerical_kkl::error::NumericalKklError;
 
 /// D (Z x Z) and B (Z x P).
 #[derive(Clone, Debug, PartialEq)]
@@ -27,17 +27,19 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// A user-supplied target.
     ///
     /// # Errors
-    /// [`DesignError::NotHurwitz`] with the spectral abscissa, [`NumericalKklError::Uncontrollable`], [`NumericalKklError::Empty`], [`DesignError::Matrix`].
-    pub fn new(d: SMatrix<f64, Z, Z>, b: SMatrix<f64, Z, P>) -> Result<Self, DesignError> {
+    /// [`DesignError::NotHurwitz`](crate::DesignError::NotHurwitz) with the spectral abscissa,
+    /// [`NumericalKklError::Uncontrollable`], [`NumericalKklError::Empty`],
+    /// [`DesignError::Matrix`](crate::DesignError::Matrix).
+    pub fn new(d: SMatrix<f64, Z, Z>, b: SMatrix<f64, Z, P>) -> Result<Self, NumericalKklError> {
         if Z == 0 || P == 0 {
-            return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z }.into());
+            return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z });
         }
         check_matrix("D", &d, (Z, Z))?;
         check_matrix("B", &b, (Z, P))?;
         let target = Self { d, b };
         let abscissa = spectral_abscissa(&target.dynamics())?;
         if abscissa >= 0.0 {
-            return Err(DesignError::NotHurwitz { what: "D", abscissa });
+            return Err(DesignError::NotHurwitz { what: "D", abscissa }.into());
         }
         let injection = DMatrix::from_column_slice(Z, P, b.as_slice());
         let gramian = lyapunov(&target.dynamics().transpose(), &(&injection * injection.transpose()))?.p;
@@ -45,7 +47,7 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
         let (least, most) = spectrum.iter().fold((f64::INFINITY, 0.0f64), |(l, m), &x| (l.min(x), m.max(x)));
         // The Gramian is known to about Z EPSILON of its norm.
         if least <= Z as f64 * f64::EPSILON * most {
-            return Err(NumericalKklError::Uncontrollable { ratio: least / most }.into());
+            return Err(NumericalKklError::Uncontrollable { ratio: least / most });
         }
         Ok(target)
     }
@@ -63,19 +65,20 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::UnstablePole`], [`LinalgError::PoleUnpaired`], [`LinalgError::PoleNotFinite`], [`NumericalKklError::PoleCount`], and those of [`new`](Self::new).
-    pub fn poles(poles: &[Complex<f64>]) -> Result<Self, DesignError> {
+    /// [`DesignError::UnstablePole`](crate::DesignError::UnstablePole), [`LinalgError::PoleUnpaired`],
+    /// [`LinalgError::PoleNotFinite`], [`NumericalKklError::PoleCount`], and those of [`new`](Self::new).
+    pub fn poles(poles: &[Complex<f64>]) -> Result<Self, NumericalKklError> {
         if Z == 0 || P == 0 {
-            return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z }.into());
+            return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z });
         }
         if poles.len() * P != Z {
-            return Err(NumericalKklError::PoleCount { poles: poles.len(), outputs: P, targets: Z }.into());
+            return Err(NumericalKklError::PoleCount { poles: poles.len(), outputs: P, targets: Z });
         }
         if let Some(index) = poles.iter().position(|pole| !(pole.re.is_finite() && pole.im.is_finite())) {
             return Err(LinalgError::PoleNotFinite { index, pole: poles[index] }.into());
         }
         if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-            return Err(DesignError::UnstablePole { pole });
+            return Err(DesignError::UnstablePole { pole }.into());
         }
         let (bank, injection) = bank(poles)?;
         let k = poles.len();
@@ -88,7 +91,7 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     ///
     /// # Errors
     /// As [`poles`](Self::poles).
-    pub fn real_poles(poles: &[f64]) -> Result<Self, DesignError> {
+    pub fn real_poles(poles: &[f64]) -> Result<Self, NumericalKklError> {
         Self::poles(&poles.iter().map(|&re| Complex::new(re, 0.0)).collect::<Vec<_>>())
     }
 
@@ -97,11 +100,12 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// Bessel's filter delays all frequencies below the cut-off by nearly the same time: one number says how fast the bank is.
     ///
     /// # Errors
-    /// [`DesignError::NotPositive`] for the cut-off, [`NumericalKklError::BesselOrder`], and those of [`poles`](Self::poles).
-    pub fn bessel(cutoff: f64) -> Result<Self, DesignError> {
+    /// [`DesignError::NotPositive`](crate::DesignError::NotPositive) for the cut-off,
+    /// [`NumericalKklError::BesselOrder`], and those of [`poles`](Self::poles).
+    pub fn bessel(cutoff: f64) -> Result<Self, NumericalKklError> {
         crate::check::positive("the cut-off", cutoff)?;
         if P == 0 || Z == 0 || !Z.is_multiple_of(P) {
-            return Err(NumericalKklError::PoleCount { poles: Z / P.max(1), outputs: P, targets: Z }.into());
+            return Err(NumericalKklError::PoleCount { poles: Z / P.max(1), outputs: P, targets: Z });
         }
         Self::poles(&bessel_poles(Z / P)?.iter().map(|pole| pole * cutoff).collect::<Vec<_>>())
     }
@@ -123,7 +127,7 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
 }
 
 /// One bank in real modal form.
-fn bank(poles: &[Complex<f64>]) -> Result<(DMatrix<f64>, Vec<f64>), DesignError> {
+fn bank(poles: &[Complex<f64>]) -> Result<(DMatrix<f64>, Vec<f64>), NumericalKklError> {
     let k = poles.len();
     let (mut d, mut b) = (DMatrix::zeros(k, k), vec![0.0; k]);
     let mut taken = vec![false; k];
@@ -166,9 +170,9 @@ fn bank(poles: &[Complex<f64>]) -> Result<(DMatrix<f64>, Vec<f64>), DesignError>
 
 /// The poles of Bessel's low-pass filter of this order, for the cut-off 1: the zeros of
 /// `theta(s) = sum (2k - j)! / (2^(k-j) j! (k-j)!) s^j`, scaled so that `|theta(0) / theta(i)|^2 = 1/2`.
-fn bessel_poles(order: usize) -> Result<Vec<Complex<f64>>, DesignError> {
+fn bessel_poles(order: usize) -> Result<Vec<Complex<f64>>, NumericalKklError> {
     if order == 0 || order > BESSEL_ORDERS {
-        return Err(NumericalKklError::BesselOrder { order, largest: BESSEL_ORDERS }.into());
+        return Err(NumericalKklError::BesselOrder { order, largest: BESSEL_ORDERS });
     }
     // From the leading one down: theta_j / theta_(j+1) = (2k - j) (j + 1) / (2 (k - j)).
     let mut theta = vec![1.0; order + 1];

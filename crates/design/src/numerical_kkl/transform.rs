@@ -15,10 +15,11 @@ use luenberger_linalg::expm;
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, SMatrix, SVector};
 
-use crate::error::DesignError;
-use crate::numerical_kkl::domain::within;
+use crate::check::within;
+use crate::numerical_kkl::domain::Domain;
+use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
-use crate::numerical_kkl::{Domain, NumericalKklError, Target};
+use crate::numerical_kkl::target::Target;
 
 /// T of a plant, evaluated by simulation.
 pub struct Transform<'p, S, const N: usize, const M: usize, const P: usize, const Z: usize> {
@@ -51,14 +52,15 @@ where
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`NumericalKklError::Setting`] for the tolerance, [`NumericalKklError::NotFinite`] when h is not finite in the box, [`DesignError::Matrix`] for the input.
+    /// [`DesignError::Setting`](crate::DesignError::Setting) for the tolerance, [`NumericalKklError::NotFinite`] when h
+    /// is not finite in the box, [`DesignError::Matrix`](crate::DesignError::Matrix) for the input.
     pub fn new(
         plant: &'p S,
         target: &Target<P, Z>,
         domain: &Domain<N>,
         input: SVector<f64, M>,
         tolerance: f64,
-    ) -> Result<Self, DesignError> {
+    ) -> Result<Self, NumericalKklError> {
         within("the tolerance", tolerance, 1e-13, 1e-3)?;
         luenberger_plants::error::check_matrix("u", &input, (M, 1))?;
         // Of what size y is: the largest of the corners, the centre, and what lies between.
@@ -68,7 +70,7 @@ where
             let x = domain.point(|i| (probe / 3usize.pow(i.min(8) as u32) % 3) as f64 * 0.5);
             let y = plant.output(0.0, &x);
             if !y.iter().all(|entry| entry.is_finite()) {
-                return Err(NumericalKklError::NotFinite { from: x.iter().copied().collect(), time: 0.0 }.into());
+                return Err(NumericalKklError::NotFinite { from: x.iter().copied().collect(), time: 0.0 });
             }
             output_scale = output_scale.max(y.amax());
         }
@@ -116,7 +118,7 @@ where
     ///
     /// # Errors
     /// [`NumericalKklError::Escapes`], [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`].
-    pub fn at(&self, x: &SVector<f64, N>) -> Result<SVector<f64, Z>, DesignError> {
+    pub fn at(&self, x: &SVector<f64, N>) -> Result<SVector<f64, Z>, NumericalKklError> {
         let mut state = vec![0.0; N + Z * P + Z];
         self.past(x, 0, &mut state)?;
         Ok(SVector::from_column_slice(&state[N + Z * P..]))
@@ -126,7 +128,10 @@ where
     ///
     /// # Errors
     /// As [`at`](Self::at).
-    pub fn with_jacobian(&self, x: &SVector<f64, N>) -> Result<(SVector<f64, Z>, SMatrix<f64, Z, N>), DesignError> {
+    pub fn with_jacobian(
+        &self,
+        x: &SVector<f64, N>,
+    ) -> Result<(SVector<f64, Z>, SMatrix<f64, Z, N>), NumericalKklError> {
         let start = N + Z * P;
         let mut state = vec![0.0; start + Z + N * (N + Z)];
         self.past(x, N, &mut state)?;
@@ -139,7 +144,7 @@ where
     ///
     /// # Errors
     /// As [`at`](Self::at).
-    pub fn defect(&self, x: &SVector<f64, N>) -> Result<SVector<f64, Z>, DesignError> {
+    pub fn defect(&self, x: &SVector<f64, N>) -> Result<SVector<f64, Z>, NumericalKklError> {
         let (value, jacobian) = self.with_jacobian(x)?;
         Ok(self.defect_of(x, &value, &jacobian))
     }
@@ -156,7 +161,7 @@ where
     }
 
     /// From x backward over the horizon. State: x from the centre of the box, E by columns, w, and for each direction its tangent and its share of DT.
-    fn past(&self, x: &SVector<f64, N>, directions: usize, state: &mut [f64]) -> Result<(), DesignError> {
+    fn past(&self, x: &SVector<f64, N>, directions: usize, state: &mut [f64]) -> Result<(), NumericalKklError> {
         let (e, w) = (N, N + Z * P);
         let tangents = w + Z;
         state.fill(0.0);
@@ -218,7 +223,7 @@ where
 }
 
 /// The time after which `|e^{D s} B| <= tolerance |D^-1 B|`.
-fn horizon<const P: usize, const Z: usize>(target: &Target<P, Z>, tolerance: f64) -> Result<f64, DesignError> {
+fn horizon<const P: usize, const Z: usize>(target: &Target<P, Z>, tolerance: f64) -> Result<f64, NumericalKklError> {
     let d = target.dynamics();
     // In units of the fastest pole, doubled until the norm is small; D is Hurwitz, so that this ends: 2^200 is out of reach of any abscissa
     // that is distinguishable from zero.

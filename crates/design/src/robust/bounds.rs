@@ -1,7 +1,7 @@
 //! The margins that need no inequality to be solved: (23), its exact form for a fixed P, the spectral abscissa, and what the error
 //! is bounded by when the plant is forced.
 
-use luenberger_linalg::{LinalgError, lambda_max, lambda_min};
+use luenberger_linalg::{LinalgError, lambda_max, lambda_min, symmetric_part};
 use nalgebra::DMatrix;
 
 use crate::check;
@@ -40,7 +40,7 @@ pub(crate) fn greatest_rate(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option
     let Some(g) = p.clone().cholesky().map(|cholesky| cholesky.l()) else { return Ok(None) };
     let solve = |m: &DMatrix<f64>| g.solve_lower_triangular(m);
     let Some(whitened) = solve(q).and_then(|half| solve(&half.transpose())) else { return Ok(None) };
-    Ok(Some(0.5 * lambda_min(&check::symmetric_part(&whitened))?))
+    Ok(Some(0.5 * lambda_min(&symmetric_part(&whitened))?))
 }
 
 /// The margin when N is redesigned for every eps: minus the spectral abscissa of `F = A - L C`.

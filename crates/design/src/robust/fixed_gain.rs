@@ -7,7 +7,7 @@
 //! F and C N are multiplied out exactly where it matters; T is exact for one output and for as many as states, and rounded in between. The answer carries what is then proved for A, L, C and N as stored; that
 //! there is no P is said only where all numbers of the inequality are exact and its multipliers are verified, or where exact arithmetic finds an unstable eigenvalue of C N.
 
-use luenberger_linalg::spectral_abscissa;
+use luenberger_linalg::{spectral_abscissa, symmetric_part};
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Certificate;
@@ -193,7 +193,7 @@ impl<'a> Family<'a> {
         if let Some(y) = value("Y") {
             p += self.t.transpose() * y * &self.t;
         }
-        let p = check::symmetric_part(&p);
+        let p = symmetric_part(&p);
         let s = -(g * &self.cn);
         let mut shifted = self.plant.clone();
         shifted.a += DMatrix::identity(n, n) * eps;

@@ -6,8 +6,8 @@
 use std::any::{Any, TypeId};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use luenberger_design::kkl::{Collected, CouplingObjection, KklError, KklReport, KklSettings};
-use luenberger_design::{DesignError, KklCandidate, KklDesign, Region};
+use luenberger_design::kkl::{CouplingObjection, KklError, KklReport, KklSettings};
+use luenberger_design::{KklCandidate, KklDesign, Region, SymbolicPolynomial};
 use luenberger_observers::{KklMap, ObserverDimensions};
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::Verdict;
@@ -134,7 +134,7 @@ enum Where {
     Thread,
     /// Here, with a comparison `y1 > 0` in a thread of its own that adds `step` to the first entry.
     Compared,
-    /// Once, over [`Collected`]: the values are kept from one evaluation to the next.
+    /// Once, over [`SymbolicPolynomial`]: the values are kept from one evaluation to the next.
     Kept,
 }
 
@@ -176,7 +176,7 @@ impl<T: RealField + Copy> KklMap<T> for Maps {
                 }
                 b
             }
-            Where::Kept if TypeId::of::<T>() == TypeId::of::<Collected>() => {
+            Where::Kept if TypeId::of::<T>() == TypeId::of::<SymbolicPolynomial>() => {
                 let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
                 let kept = kept.get_or_insert_with(|| Box::new(all()));
                 kept.downcast_ref::<DVector<T>>().unwrap().clone()
@@ -200,7 +200,7 @@ fn settings(tolerance: f64) -> KklSettings {
     KklSettings { tolerance, samples: 24, ..KklSettings::default() }
 }
 
-fn report(plant: &System, maps: &Maps, tolerance: f64) -> Result<KklReport, DesignError> {
+fn report(plant: &System, maps: &Maps, tolerance: f64) -> Result<KklReport, KklError> {
     let all: Vec<usize> = (0..maps.states).collect();
     KklCandidate::new(plant, maps, &all)?.check(&region(maps.states), &settings(tolerance))
 }
@@ -397,7 +397,7 @@ fn an_unstable_observer_is_no_design() {
     assert!(found.residual.verdict.is_proved() && found.stability.is_proved() && found.injectivity.verdict.is_proved());
     assert!(!found.is_proved(), "{found}");
     let refused = KklDesign::new(&plant, maps.clone(), &[0], &region(1), &settings(1e-8));
-    let Err(DesignError::Kkl(KklError::ReadsItself(witness))) = refused else { panic!("{refused:?}") };
+    let Err(KklError::ReadsItself(witness)) = refused else { panic!("{refused:?}") };
     assert!(witness.row == 0 && witness.entry == 0 && witness.slope.contains(2.0) && witness.slope.width() < 1e-9);
     // An entry that is only integrated keeps its error, and hands it on.
     let two = System { f: vec![Terms(Vec::new()), Terms::single(2, 1, -1.0)], h: vec![Terms::single(2, 1, 1.0)] };
@@ -429,7 +429,7 @@ fn what_other_threads_and_evaluations_made_is_no_zero() {
             place,
             step: 0.0,
         };
-        // The second time, what is kept is of another sheet.
+        // The second time, what is kept is of another arena.
         for _ in 0..3 {
             let found = report(&plant, &maps, 0.01).unwrap().residual;
             assert!(found.bounds[0] >= 1e-3, "{place:?}: {found:?}");
@@ -437,7 +437,7 @@ fn what_other_threads_and_evaluations_made_is_no_zero() {
         let collected = report(&plant, &maps, 0.01).unwrap().residual.collected;
         assert_eq!(collected.is_ok(), place == Where::Here, "{place:?}: {collected:?}");
     }
-    // A comparison in another thread: the answer steers, and no value of the sheet shows it.
+    // A comparison in another thread: the answer steers, and no value of the arena shows it.
     let maps = Maps {
         lambda: dmatrix![-1.0],
         b: vec![Terms(Vec::new())],
@@ -449,7 +449,7 @@ fn what_other_threads_and_evaluations_made_is_no_zero() {
     };
     match report(&plant, &maps, 0.01) {
         Ok(found) => assert!(found.residual.bounds[0] >= 1e-3 && found.residual.collected.is_err(), "{found}"),
-        Err(error) => assert!(matches!(error, DesignError::Kkl(KklError::Undefined { .. })), "{error}"),
+        Err(error) => assert!(matches!(error, KklError::Undefined { .. }), "{error}"),
     }
 }
 
@@ -556,5 +556,5 @@ fn a_near_collision_is_undecided_and_has_its_numbers() {
     let pair = found.injectivity.near_collision.unwrap();
     assert!((pair.distance - std::f64::consts::FRAC_PI_2).abs() < 1e-6 && pair.gap < 1e-7, "{pair:?}");
     let refused = KklDesign::new(&Curious::Circle, Curious::Circle, &[0], &region(1), &settings(1e-8));
-    assert!(matches!(refused, Err(DesignError::Kkl(KklError::Indistinct(_)))), "{refused:?}");
+    assert!(matches!(refused, Err(KklError::Indistinct(_))), "{refused:?}");
 }

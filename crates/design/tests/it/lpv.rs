@@ -1,7 +1,7 @@
 //! The LPV design: known answers, obstacles by name, units, and bad input.
 
 use luenberger_design::lpv::MAX_VARYING;
-use luenberger_design::{DesignError, LpvDesign, Region};
+use luenberger_design::{DesignError, LpvDesign, LpvError, Region};
 use luenberger_plants::{Chaotic, Dimensions, Plant, StateSpace, flexible_joint};
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
@@ -136,7 +136,7 @@ fn the_chaotic_plant_needs_x1_away_from_0() {
             LpvDesign::new(Chaotic, &region, 0.0).unwrap_err(),
             LpvDesign::fastest(Chaotic, &region, 10.0, 0.1).unwrap_err(),
         ] {
-            let DesignError::HiddenMode(mode) = &error else { panic!("{x1:?}: {error}") };
+            let LpvError::HiddenMode(mode) = &error else { panic!("{x1:?}: {error}") };
             assert!(mode.eigenvalue.norm() < 1e-9, "{error}");
             assert!((mode.direction[2].norm() - 1.0).abs() < 1e-9, "{error}");
             assert!((&mode.c * mode.direction.map(|v| v.re)).norm() < 1e-9);
@@ -157,12 +157,12 @@ fn a_mode_of_its_own_limits_the_rate() {
     let region = Region::everywhere(2);
     assert!(LpvDesign::new(Slow {}, &region, 1.9).unwrap().certificate.is_proved());
     let error = LpvDesign::new(Slow {}, &region, 2.5).unwrap_err();
-    let DesignError::HiddenMode(mode) = &error else { panic!("{error}") };
+    let LpvError::HiddenMode(mode) = &error else { panic!("{error}") };
     assert!((mode.eigenvalue.re + 2.0).abs() < 1e-12 && mode.direction[1].norm() > 1.0 - 1e-12);
     let design = LpvDesign::fastest(Slow {}, &region, 10.0, 1e-3).unwrap();
     assert!(design.rate < 2.0 && design.rate > 1.99 && design.certificate.is_proved(), "{}", design.rate);
     let (rate, why) = design.stopped.as_ref().unwrap();
-    assert!(*rate - design.rate <= 1e-3 && matches!(**why, DesignError::HiddenMode(_)), "{design}");
+    assert!(*rate - design.rate <= 1e-3 && matches!(**why, LpvError::HiddenMode(_)), "{design}");
 }
 
 /// Every spring between the two is stable, but switching between them pumps energy into a lightly damped one: no common P. For a damping d and
@@ -171,12 +171,12 @@ fn a_mode_of_its_own_limits_the_rate() {
 fn vertices_that_exclude_each_other_are_named() {
     let (region, threshold) = (Region::everywhere(3), 3.5f64.sqrt() - 0.5f64.sqrt());
     let error = LpvDesign::new(Aside { damping: 0.99 * threshold }, &region, 0.0).unwrap_err();
-    let DesignError::Conflict(conflict) = &error else { panic!("{error}") };
+    let LpvError::Conflict(conflict) = &error else { panic!("{error}") };
     assert!(conflict.is_pair && conflict.vertices == [0, 1], "{error}");
     assert!(error.to_string().contains("df2/dx1 = -3.5") && error.to_string().contains("df2/dx1 = -0.5"), "{error}");
     assert!(LpvDesign::new(Aside { damping: 1.01 * threshold }, &region, 0.0).unwrap().certificate.is_proved());
     let error = LpvDesign::certify(Aside { damping: 0.1 }, &region, &DMatrix::zeros(3, 1)).unwrap_err();
-    assert!(matches!(&error, DesignError::Conflict(conflict) if conflict.vertices == [0, 1]), "{error}");
+    assert!(matches!(&error, LpvError::Conflict(conflict) if conflict.vertices == [0, 1]), "{error}");
 }
 
 /// The gain that the paper takes from its reference [16], l42 read as 8.4967, on the joint as printed.
@@ -190,10 +190,10 @@ fn a_given_gain_gets_its_greatest_rate() {
     let (stopped, why) = design.stopped.as_ref().unwrap();
     assert!(*stopped > design.rate && *stopped < design.rate * 1.01, "{why}");
     let error = LpvDesign::certify(flexible_joint::classical(), &Region::everywhere(4), &l).unwrap_err();
-    assert!(matches!(error, DesignError::Matrix(_)), "{error}");
+    assert!(matches!(error, LpvError::Design(DesignError::Matrix(_))), "{error}");
     let error =
         LpvDesign::certify(flexible_joint::printed(), &Region::everywhere(4), &DMatrix::zeros(4, 3)).unwrap_err();
-    assert!(matches!(error, DesignError::UnstableVertex { abscissa, .. } if abscissa > 0.0), "{error}");
+    assert!(matches!(error, LpvError::UnstableVertex { abscissa, .. } if abscissa > 0.0), "{error}");
     let nan = l.map(|x| if x == 8.4967 { f64::NAN } else { x });
     assert!(LpvDesign::certify(flexible_joint::printed(), &Region::everywhere(4), &nan).is_err());
 }
@@ -217,7 +217,7 @@ fn nonlinear_outputs_are_vertices_too() {
     assert!(values.iter().any(|c| (c - 1f64.cos()).abs() < 1e-12) && values.contains(&1.0), "{values:?}");
     // At the angle pi/2 the output does not move.
     let error = LpvDesign::new(SineOfTheAngle {}, &Region::new(&[(-2.0, 2.0), ANY]), 0.0).unwrap_err();
-    let DesignError::HiddenMode(mode) = &error else { panic!("{error}") };
+    let LpvError::HiddenMode(mode) = &error else { panic!("{error}") };
     assert_eq!(mode.c[(0, 0)], 0.0);
 }
 
@@ -254,12 +254,12 @@ fn a_linear_plant_has_one_vertex() {
 #[test]
 fn too_many_varying_entries_are_listed() {
     let error = LpvDesign::new(Full {}, &Region::everywhere(4), 1.0).unwrap_err();
-    let DesignError::TooManyVertices { varying: 16, allowed: MAX_VARYING, entries } = &error else { panic!("{error}") };
+    let LpvError::TooManyVertices { varying: 16, allowed: MAX_VARYING, entries } = &error else { panic!("{error}") };
     assert_eq!(entries.0.len(), 16);
     assert!(error.to_string().ends_with("df4/dx1, df4/dx2, df4/dx3, df4/dx4"), "{error}");
     // At a single point nothing varies.
     let point = Region::new(&[(0.0, 0.0); 4]);
-    assert!(!matches!(LpvDesign::new(Full {}, &point, 0.0), Err(DesignError::TooManyVertices { .. })));
+    assert!(!matches!(LpvDesign::new(Full {}, &point, 0.0), Err(LpvError::TooManyVertices { .. })));
 }
 
 /// A thousand vertices are proved, though the solver saw a few of them.
@@ -282,15 +282,21 @@ fn many_vertices_are_proved_one_by_one() {
 fn bad_numbers_are_refused() {
     let (plant, region) = (flexible_joint::classical(), Region::everywhere(4));
     for rate in [f64::NAN, -1.0, f64::INFINITY] {
-        assert!(matches!(LpvDesign::new(plant, &region, rate).unwrap_err(), DesignError::BadRate { .. }));
+        assert!(matches!(
+            LpvDesign::new(plant, &region, rate).unwrap_err(),
+            LpvError::Design(DesignError::BadRate { .. })
+        ));
     }
     for (ceiling, tolerance) in
         [(0.0, 0.1), (f64::NAN, 0.1), (f64::INFINITY, 0.1), (1.0, 0.0), (1.0, f64::NAN), (1.0, -1.0)]
     {
-        assert!(matches!(LpvDesign::fastest(plant, &region, ceiling, tolerance), Err(DesignError::NotPositive { .. })));
+        assert!(matches!(
+            LpvDesign::fastest(plant, &region, ceiling, tolerance),
+            Err(LpvError::Design(DesignError::NotPositive { .. }))
+        ));
     }
     for region in [Region::everywhere(3), Region::new(&[(f64::NAN, 1.0); 4]), Region::new(&[(2.0, 1.0); 4])] {
-        assert!(matches!(LpvDesign::new(plant, &region, 1.0).unwrap_err(), DesignError::Enclosure(_)));
+        assert!(matches!(LpvDesign::new(plant, &region, 1.0).unwrap_err(), LpvError::Enclosure(_)));
     }
 }
 
@@ -313,7 +319,7 @@ fn an_entry_that_is_0_up_to_rounding_hides_nothing() {
 #[test]
 fn a_hidden_mode_carries_its_subspace() {
     let error = LpvDesign::new(Slow {}, &Region::everywhere(2), 2.5).unwrap_err();
-    let DesignError::HiddenMode(mode) = &error else { panic!("{error}") };
+    let LpvError::HiddenMode(mode) = &error else { panic!("{error}") };
     let stored =
         |m: &DMatrix<f64>| luenberger_proof::Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
     assert!(mode.witness.is_of(&stored(&mode.a), &stored(&mode.c)).unwrap());
@@ -403,17 +409,16 @@ fn what_is_known_by_construction_is_not_contradicted() {
         let plant = hull(&mut random, true);
         match LpvDesign::new(plant.clone(), &Region::everywhere(3), 0.1) {
             Ok(design) => proved += usize::from(design.certificate.is_proved()),
-            Err(DesignError::Undecided { .. } | DesignError::Linalg(_)) => {}
+            Err(LpvError::Design(DesignError::Undecided { .. } | DesignError::Linalg(_))) => {}
             Err(error) => panic!("case {case}: {error}\n{plant:?}"),
         }
         let plant = hull(&mut random, false);
         match LpvDesign::new(plant.clone(), &Region::everywhere(3), 0.1) {
             Ok(design) => assert!(!design.certificate.is_proved(), "case {case}: {design}\n{plant:?}"),
             Err(
-                DesignError::HiddenMode(_)
-                | DesignError::Conflict(_)
-                | DesignError::Undecided { .. }
-                | DesignError::Linalg(_),
+                LpvError::HiddenMode(_)
+                | LpvError::Conflict(_)
+                | LpvError::Design(DesignError::Undecided { .. } | DesignError::Linalg(_)),
             ) => {}
             Err(error) => panic!("case {case}: {error}\n{plant:?}"),
         }
@@ -440,7 +445,7 @@ fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
     let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0)]);
     for push in [0.5, 1e-3] {
         let error = LpvDesign::new(KinkedSpring { push }, &region, 1.0).unwrap_err();
-        assert!(matches!(error, DesignError::Enclosure(_)), "{push}: {error}");
+        assert!(matches!(error, LpvError::Enclosure(_)), "{push}: {error}");
     }
     let plant = KinkedSpring { push: 0.0 };
     let design = LpvDesign::new(plant, &region, 1.0).unwrap();

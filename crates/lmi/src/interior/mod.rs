@@ -30,17 +30,10 @@ use nalgebra::DMatrix;
 
 use crate::conic::{ConicProgram, Ending};
 use crate::sequential::product;
+pub(crate) use program::Iterate;
 use program::Scaled;
 use schur::{assemble, joined, refined, regularised};
 use state::State;
-
-/// A pair of points; nothing about them is proved.
-#[derive(Debug, Clone)]
-pub(crate) struct Iterate {
-    pub(crate) unknowns: Vec<f64>,
-    /// One for each block.
-    pub(crate) multipliers: Vec<DMatrix<f64>>,
-}
 
 /// The last iterates that were better than all before, the nearest to the optimum last.
 #[derive(Debug)]
@@ -60,9 +53,6 @@ const PRECISE: f64 = 1e-12;
 
 /// Below this, an iteration that gains nothing is followed by more of them; above, by better ones.
 const FINE: f64 = 1e-8;
-
-/// A ray is believed when its equations hold to this, relative to its size.
-const RAY: f64 = 1e-9;
 
 /// Runs the method, with no iteration begun after `end`. `None` for a program without unknowns or constraints, or if not one step could be taken.
 pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<Instant>) -> Option<Path> {
@@ -92,7 +82,7 @@ pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<I
             if kept.len() == KEPT {
                 kept.remove(0);
             }
-            kept.push(scaled.original(&state));
+            kept.push(scaled.original(&state.x, &state.dual));
         }
         if let Some(ray) = ray {
             (ending, done) = (ray, iteration + 1);

@@ -5,9 +5,15 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use nalgebra::DMatrix;
 
-use super::Iterate;
-use super::state::State;
 use crate::conic::ConicProgram;
+
+/// A pair of points; nothing about them is proved.
+#[derive(Debug, Clone)]
+pub(crate) struct Iterate {
+    pub(crate) unknowns: Vec<f64>,
+    /// One for each block.
+    pub(crate) multipliers: Vec<DMatrix<f64>>,
+}
 
 /// An entry of the upper triangle.
 #[derive(Debug, Clone, Copy)]
@@ -108,9 +114,9 @@ impl Scaled {
         }
     }
 
-    pub(super) fn original(&self, state: &State) -> Iterate {
-        let unknowns = state.x.iter().zip(&self.unknown_scale).map(|(x, s)| x * s).collect();
-        Iterate { unknowns, multipliers: self.original_multipliers(&state.dual) }
+    pub(super) fn original(&self, x: &[f64], dual: &Blocks) -> Iterate {
+        let unknowns = x.iter().zip(&self.unknown_scale).map(|(x, s)| x * s).collect();
+        Iterate { unknowns, multipliers: self.original_multipliers(dual) }
     }
 
     pub(super) fn original_multipliers(&self, y: &Blocks) -> Vec<DMatrix<f64>> {

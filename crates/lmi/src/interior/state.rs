@@ -3,11 +3,13 @@
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 
-use super::RAY;
 use super::program::{Blocks, Scaled};
 use super::schur::{assemble, joined, refined, regularised};
 use crate::conic::Ending;
 use crate::sequential::{Cholesky, eigenvalues, product};
+
+/// A ray is believed when its equations hold to this, relative to its size.
+const RAY: f64 = 1e-9;
 
 /// Where the method stands.
 pub(super) struct State {

@@ -28,10 +28,10 @@ fn the_default_is_the_solver_of_the_house() {
 #[cfg(not(feature = "clarabel"))]
 #[test]
 fn a_solver_that_is_left_out_names_its_feature() {
-    use luenberger_lmi::LmiError;
+    use luenberger_lmi::{LmiError, NotBuiltIn};
 
     let error = lyapunov(0.0).solve_with(&CLARABEL).unwrap_err();
-    assert_eq!(error, LmiError::NotBuiltIn { solver: Solver::Clarabel, feature: "clarabel" });
+    assert_eq!(error, LmiError::NotBuiltIn(NotBuiltIn { solver: Solver::Clarabel, feature: "clarabel" }));
     assert_eq!(
         error.to_string(),
         "the solver clarabel is not part of this build: it needs the feature `clarabel` of luenberger-lmi"

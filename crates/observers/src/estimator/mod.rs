@@ -66,6 +66,6 @@ where
 }
 
 /// The rate, or 0 where it has overflown: a state stands still rather than become NaN.
-pub(crate) fn standing<T: RealField + Copy>(rate: T) -> T {
+pub fn standing<T: RealField + Copy>(rate: T) -> T {
     if rate.is_finite() { rate } else { T::zero() }
 }

@@ -1,5 +1,6 @@
 //! The right-hand sides (2) and (5): error dynamics (4) and (7) over random plants, sizes known at compile time and at run
 //! time, `f32`, and data that overflow.
+#![cfg(feature = "alloc")]
 
 use luenberger_observers::{CubicObserver, LinearObserver, NonlinearLuenbergerObserver, Observer, cubic};
 use luenberger_plants::{Plant, StateSpace};

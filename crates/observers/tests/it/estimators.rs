@@ -1,4 +1,5 @@
 //! The theorems of parameter estimation, as algebra at random states and as runs.
+#![cfg(feature = "alloc")]
 
 use luenberger_observers::ObserverError;
 use luenberger_observers::estimator::ParameterEstimator;

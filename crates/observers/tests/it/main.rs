@@ -1,4 +1,4 @@
-//! One test binary, a module a subject.
+//! One test binary, a module a subject; each says which features it needs.
 
 mod continuous;
 mod estimators;

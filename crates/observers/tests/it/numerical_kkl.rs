@@ -1,4 +1,5 @@
 //! Tables that do not fit are refused, and what runs is bounded.
+#![cfg(feature = "alloc")]
 
 use approx::assert_abs_diff_eq;
 use luenberger_observers::ObserverError;

@@ -1,4 +1,5 @@
 //! The cubic flow in closed form, and the sampled-data observer: error equation, decrease, overflow, bad data.
+#![cfg(feature = "alloc")]
 
 use luenberger_observers::cubic::{self, flow};
 use luenberger_observers::{ObserverError, SampledCubicObserver, SampledObserver};

@@ -249,13 +249,8 @@ fn symmetric_enclosure<T: Entry>(m: &Matrix<T>, negated: bool) -> Result<Matrix<
     for row in 0..n {
         for column in row..n {
             let (upper, lower) = (enclosure(row, column)?, enclosure(column, row)?);
-            let asymmetric = || ProofError::NotSymmetric {
-                what,
-                row,
-                column,
-                upper: upper.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle),
-                lower: lower.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle),
-            };
+            let asymmetric =
+                || ProofError::NotSymmetric { what, row, column, upper: upper.midpoint(), lower: lower.midpoint() };
             if let (Some(x), Some(y)) = (m[(row, column)].exact(), m[(column, row)].exact())
                 && x != y
             {

@@ -85,6 +85,11 @@ impl Interval {
         Self::new(self.lo.max(other.lo), self.hi.min(other.hi))
     }
 
+    /// A float near the middle; NaN when the interval is unbounded.
+    pub fn midpoint(&self) -> f64 {
+        self.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
+    }
+
     /// A float near the middle and a radius that together enclose the interval; `None` when it is unbounded.
     pub fn midpoint_radius(&self) -> Option<(f64, f64)> {
         if self.is_point() {

@@ -3,7 +3,10 @@
 //! What is true of the paper's theory and what is not stands in `docs/theory-kkl.md` of the repository.
 
 mod converter;
+pub mod cuk;
+pub mod driven_cascade;
 mod duffing;
+pub mod exponential_cascade;
 mod extensions;
 mod findings;
 mod prop5;

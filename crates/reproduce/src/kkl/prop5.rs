@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::kkl::cuk::{self, Embedding, Tuning};
 use luenberger_observers::KklMap;
-use luenberger_observers::cuk::{self, Embedding, Tuning};
 use luenberger_plants::CukConverter;
 use luenberger_sim::{Scenario, Signal, Trajectory};
 use nalgebra::{Vector1, Vector2, Vector4};

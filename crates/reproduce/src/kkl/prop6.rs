@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use luenberger_observers::exponential_cascade::{self, ExponentialCascadeMap, ExponentialCascadeObserver, LOWEST};
+use crate::kkl::exponential_cascade::{self, ExponentialCascadeMap, ExponentialCascadeObserver, LOWEST};
 use luenberger_observers::{KklMap, Observer, ObserverDimensions, ObserverError};
 use luenberger_plants::jacobian::{along, apart};
 use luenberger_plants::{ExponentialCascade, Plant};

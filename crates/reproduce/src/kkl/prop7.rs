@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use crate::kkl::driven_cascade;
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::cascade::CascadeMap;
 use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
@@ -88,23 +89,23 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-type Observed<E> = KklPebObserver<CascadeMap<DrivenCascade>, E, f64>;
+type Observed<E> = KklPebObserver<CascadeMap<driven_cascade::Pieces>, E, f64>;
 type Monitor = Monitored<f64, Gradient<f64, U2>>;
 type WithFilters = Drem<f64, U2, LtiFilters<f64, U1>>;
 
 fn with_gradient() -> Result<Observed<Monitor>, ObserverError> {
     let estimator = Monitored::new(Gradient::new(Matrix2::identity() * GAIN)?, 0.0)?;
-    Ok(KklPebObserver::new(CascadeMap::new::<f64>(DrivenCascade)?, estimator, ALPHA)?.wanting_excitation(1.0))
+    Ok(KklPebObserver::new(CascadeMap::new::<f64>(driven_cascade::Pieces)?, estimator, ALPHA)?.wanting_excitation(1.0))
 }
 
 fn with_filters() -> Result<Observed<WithFilters>, ObserverError> {
     let estimator = Drem::new(Vector2::repeat(200.0), LtiFilters::new(Vector1::new(1.0))?)?;
-    KklPebObserver::new(CascadeMap::new::<f64>(DrivenCascade)?, estimator, ALPHA)
+    KklPebObserver::new(CascadeMap::new::<f64>(driven_cascade::Pieces)?, estimator, ALPHA)
 }
 
 fn with_kreisselmeier() -> Result<Observed<Drem<f64, U2, Kreisselmeier<f64>>>, ObserverError> {
     let estimator = Drem::new(Vector2::repeat(10.0), Kreisselmeier::new(0.5)?)?;
-    KklPebObserver::new(CascadeMap::new::<f64>(DrivenCascade)?, estimator, ALPHA)
+    KklPebObserver::new(CascadeMap::new::<f64>(driven_cascade::Pieces)?, estimator, ALPHA)
 }
 
 /// The three observers from this estimate of (x2, x3, x4), under this input.

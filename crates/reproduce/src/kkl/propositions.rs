@@ -5,9 +5,10 @@
 
 use std::sync::Arc;
 
-use luenberger_observers::cuk::{self, Tuning};
+use crate::kkl::cuk::{self, Tuning};
+use crate::kkl::exponential_cascade::ExponentialCascadeMap;
+use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kkl::{KklMap, KklObserver};
-use luenberger_observers::{ObserverDimensions, exponential_cascade::ExponentialCascadeMap};
 use luenberger_plants::{CukConverter, ExponentialCascade, Plant, VanDerPol};
 use luenberger_sim::{Scenario, Trajectory};
 use nalgebra::{Matrix2, SVector, U0, U1, U2, Vector1, Vector2, Vector3, Vector4};

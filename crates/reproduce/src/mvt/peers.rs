@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, greatest_factor};
-use luenberger_design::{DesignError, InfeasibilityReason, LpvDesign, Region};
+use luenberger_design::{DesignError, InfeasibilityReason, LpvDesign, LpvError, Region};
 use luenberger_linalg::eigenvalues;
 use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::flexible_joint::FlexibleJoint;
@@ -172,7 +172,7 @@ fn gain_of_16(_: &Context) -> Result<Outcome, CheckError> {
                 ));
                 design.certificate.is_proved()
             }
-            Err(error @ (DesignError::UnstableVertex { .. } | DesignError::Conflict(_))) => {
+            Err(error @ (LpvError::UnstableVertex { .. } | LpvError::Conflict(_))) => {
                 words.push(format!("{l42}: {error}"));
                 false
             }

@@ -1,7 +1,7 @@
 //! The repaired observer on the paper's examples, from a wrong internal error.
 
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
-use luenberger_design::{DesignError, LpvDesign, Region};
+use luenberger_design::{LpvDesign, LpvError, Region};
 use luenberger_observers::Beta;
 use luenberger_plants::flexible_joint::FlexibleJoint;
 use luenberger_plants::{Chaotic, Differentiable, flexible_joint};
@@ -194,7 +194,7 @@ fn no_common_gain(context: &Context) -> Result<Outcome, CheckError> {
     let x = &run.trajectory.x;
     let bounds: Vec<(f64, f64)> = x.column_iter().map(|states| (states.min(), states.max())).collect();
     match LpvDesign::new(Chaotic, &Region::new(&bounds), 0.0) {
-        Err(DesignError::HiddenMode(mode)) => {
+        Err(LpvError::HiddenMode(mode)) => {
             let (a, c) = (mode.a.map(Complex::from), mode.c.map(Complex::from));
             let hidden =
                 (&a * &mode.direction - &mode.direction * mode.eigenvalue).norm() + (c * &mode.direction).norm();

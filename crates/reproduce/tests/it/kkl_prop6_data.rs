@@ -64,7 +64,7 @@ fn the_data_of_proposition_6_are_accurate() {
         }
     }
 
-    let observer = luenberger_observers::exponential_cascade::observer(1.0, 5.0).unwrap();
+    let observer = luenberger_reproduce::kkl::exponential_cascade::observer(1.0, 5.0).unwrap();
     let loose = Scenario::new(luenberger_plants::ExponentialCascade)
         .initial_state(&[0.5, -1.0, 0.3])
         .input(Signal::law(|view, u| u[0] = -view.y[0]))

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use luenberger_design::DesignError;
 use luenberger_design::number::shortest;
+use luenberger_design::{DesignError, EnclosureError, LpvError, NumericalKklError};
 use luenberger_linalg::{LinalgError, detectability, observability};
-use luenberger_plants::Plant;
+use luenberger_observers::ObserverError;
+use luenberger_plants::{Plant, PlantError};
 use nalgebra::DVector;
 
 use super::runnable::Chains;
@@ -17,11 +18,51 @@ use crate::study::{ObserverSpec, Study};
 /// A design that failed, or a hypothesis that is checked here.
 pub(super) enum Misfit {
     Design(DesignError),
+    Enclosure(EnclosureError),
+    Lpv(LpvError),
+    NumericalKkl(NumericalKklError),
     NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
 }
 
-impl<E: Into<DesignError>> From<E> for Misfit {
-    fn from(error: E) -> Self {
+impl From<DesignError> for Misfit {
+    fn from(error: DesignError) -> Self {
+        Self::Design(error)
+    }
+}
+
+impl From<EnclosureError> for Misfit {
+    fn from(error: EnclosureError) -> Self {
+        Self::Enclosure(error)
+    }
+}
+
+impl From<LpvError> for Misfit {
+    fn from(error: LpvError) -> Self {
+        match error {
+            LpvError::Design(error) => Self::Design(error),
+            LpvError::Enclosure(error) => Self::Enclosure(error),
+            error => Self::Lpv(error),
+        }
+    }
+}
+
+impl From<NumericalKklError> for Misfit {
+    fn from(error: NumericalKklError) -> Self {
+        match error {
+            NumericalKklError::Design(error) => Self::Design(error),
+            error => Self::NumericalKkl(error),
+        }
+    }
+}
+
+impl From<PlantError> for Misfit {
+    fn from(error: PlantError) -> Self {
+        Self::Design(error.into())
+    }
+}
+
+impl From<ObserverError> for Misfit {
+    fn from(error: ObserverError) -> Self {
         Self::Design(error.into())
     }
 }
@@ -59,60 +100,69 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
     failure(wish, hypothesis, for_nonlinear(study, kind))
 }
 
-pub(super) fn any(study: &Study, wish: &ObserverSpec, misfit: Misfit) -> FailureReport {
-    match misfit {
-        Misfit::Design(design) => error(study, wish, &design),
-        Misfit::NonlinearOutput { output, state, low, high } => {
-            let hypothesis = format!(
-                "the kind {} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
-                wish.kind.name(),
-                study.plant.outputs[output],
-                study.plant.states[state],
-                shortest(low),
-                shortest(high)
-            );
-            failure(wish, hypothesis, for_nonlinear(study, wish.kind.name()))
-        }
-    }
-}
-
-/// A design error in the words of the study.
-pub(super) fn error(study: &Study, wish: &ObserverSpec, error: &DesignError) -> FailureReport {
+/// A misfit in the words of the study.
+pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> FailureReport {
     let kind = wish.kind.name();
-    let mut hypothesis = error.to_string();
-    let alternatives = match error {
-        DesignError::Linalg(
-            LinalgError::Unobservable { .. } | LinalgError::NotDetectable { .. } | LinalgError::PoleMultiplicity { .. },
-        ) => return hidden(study, wish, hypothesis),
-        DesignError::Enclosure(_) => {
-            hypothesis.push_str("; the derivatives have to be bounded over the region");
+    let (hypothesis, alternatives) = match misfit {
+        Misfit::Design(error) => {
+            let alternatives = match error {
+                DesignError::Linalg(
+                    LinalgError::Unobservable { .. }
+                    | LinalgError::NotDetectable { .. }
+                    | LinalgError::PoleMultiplicity { .. },
+                ) => return hidden(study, wish, error.to_string()),
+                DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
+                DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
+                    vec!["a smaller `decay_rate` or `region`".to_owned()]
+                }
+                DesignError::NotHurwitz { .. } | DesignError::StabilityUndecided { .. } => another_gain(),
+                _ => Vec::new(),
+            };
+            (error.to_string(), alternatives)
+        }
+        Misfit::Enclosure(error) => {
             let mut kinds = vec!["a smaller, bounded `region` in which the state is known to stay".to_owned()];
             kinds.extend(for_nonlinear(study, kind).into_iter().filter(|other| {
                 !["lpv", "lipschitz", "mean-value"].iter().any(|enclosing| other.starts_with(enclosing))
             }));
-            kinds
+            (format!("{error}; the derivatives have to be bounded over the region"), kinds)
         }
-        DesignError::TooManyVertices { .. } => vec![
-            "lipschitz: one sector for each entry that varies, in place of a vertex for each combination".to_owned(),
-            "a smaller `region`, in which fewer entries vary".to_owned(),
-        ],
-        DesignError::HiddenMode(_) | DesignError::Conflict(_) | DesignError::Infeasible { .. } => {
-            let mut kinds = vec!["a smaller `region` or a smaller `decay_rate`".to_owned()];
-            kinds.extend(for_nonlinear(study, kind));
-            kinds
+        Misfit::Lpv(error) => {
+            let alternatives = match error {
+                LpvError::TooManyVertices { .. } => vec![
+                    "lipschitz: one sector for each entry that varies, in place of a vertex for each combination"
+                        .to_owned(),
+                    "a smaller `region`, in which fewer entries vary".to_owned(),
+                ],
+                LpvError::HiddenMode(_) | LpvError::Conflict(_) => with_smaller_rate(study, kind),
+                LpvError::UnstableVertex { .. } => another_gain(),
+                _ => Vec::new(),
+            };
+            (error.to_string(), alternatives)
         }
-        DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
-            vec!["a smaller `decay_rate` or `region`".to_owned()]
+        Misfit::NumericalKkl(error) => (error.to_string(), for_nonlinear(study, kind)),
+        Misfit::NonlinearOutput { output, state, low, high } => {
+            let hypothesis = format!(
+                "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
+                study.plant.outputs[*output],
+                study.plant.states[*state],
+                shortest(*low),
+                shortest(*high)
+            );
+            (hypothesis, for_nonlinear(study, kind))
         }
-        DesignError::NotHurwitz { .. }
-        | DesignError::StabilityUndecided { .. }
-        | DesignError::UnstableVertex { .. } => {
-            vec!["poles, decay_rate or lmi in place of a given gain".to_owned()]
-        }
-        DesignError::NumericalKkl(_) => for_nonlinear(study, kind),
-        _ => Vec::new(),
     };
     failure(wish, hypothesis, alternatives)
+}
+
+fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {
+    let mut kinds = vec!["a smaller `region` or a smaller `decay_rate`".to_owned()];
+    kinds.extend(for_nonlinear(study, kind));
+    kinds
+}
+
+fn another_gain() -> Vec<String> {
+    vec!["poles, decay_rate or lmi in place of a given gain".to_owned()]
 }
 
 /// A linear plant with a mode that no output sees: which mode, in which direction, and what is possible nevertheless.

@@ -3,13 +3,15 @@
 use std::ops::ControlFlow::{Break, Continue};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use luenberger_design::DesignError;
 use luenberger_design::enclosure::Axis;
-use luenberger_design::numerical_kkl::{Domain, Embedded, Escape, Interpolated, NumericalKklDesign, Settings, Target};
+use luenberger_design::numerical_kkl::{
+    Domain, Embedded, Escape, Interpolated, NumericalKklDesign, NumericalKklError, Settings, Target,
+};
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_plants::{Dimensions, Plant};
 use nalgebra::{DVector, RealField, SVector, Vector1};
 
+use super::explain::Misfit;
 use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
@@ -53,7 +55,7 @@ impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
 }
 
 /// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output. It ends once `cancel` is true.
-pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, DesignError> {
+pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
     if model.size().states == 2 {
         let (design, report) = of_size::<2, 3>(model, wish, cancel)?;
         let kkl = if wish.embedded {
@@ -78,7 +80,7 @@ fn of_size<const N: usize, const Z: usize>(
     model: &Model,
     wish: &KklSpec,
     cancel: &AtomicBool,
-) -> Result<(Design<N, Z>, DesignReport), DesignError> {
+) -> Result<(Design<N, Z>, DesignReport), NumericalKklError> {
     let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
     let escape = wish.escape.map_or(Escape::Free, |margin| Escape::Slowed { margin });
     let domain = Domain::new(ends(|end| end.0), ends(|end| end.1), escape)?;

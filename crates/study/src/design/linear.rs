@@ -2,11 +2,11 @@
 
 use luenberger_design::number::{decay, significant};
 use luenberger_design::{CubicDesign, CubicGain, DesignError, LinearDesign, SampledCubicDesign};
-use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::Settings;
 use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
+use super::explain::Misfit;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
@@ -26,9 +26,9 @@ fn of(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<Line
     }
 }
 
-pub(super) fn luenberger(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<Designed, DesignError> {
+pub(super) fn luenberger(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<Designed, Misfit> {
     let design = of(plant, wish, settings)?;
-    let rate = -spectral_abscissa(&design.error_matrix())?;
+    let rate = -design.spectral_abscissa();
     let promised = match wish.gain {
         GainSpec::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
         _ => String::new(),
@@ -58,7 +58,7 @@ pub(super) fn cubic(
     theta: &DMatrix<f64>,
     correction: &CubicGain,
     settings: &Settings,
-) -> Result<Designed, DesignError> {
+) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, settings)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
     let reach = reach(&design.certificate);
@@ -75,7 +75,7 @@ pub(super) fn cubic(
             matrix("S", &design.s),
         ],
         poles: poles(&linear.poles),
-        numbers: vec![number("decay rate of small errors", -spectral_abscissa(&design.error_matrix())?)],
+        numbers: vec![number("decay rate of small errors", -linear.spectral_abscissa())],
         facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
@@ -94,8 +94,9 @@ pub(super) fn sampled(
     strength: f64,
     period: f64,
     settings: &Settings,
-) -> Result<Designed, DesignError> {
-    let design = SampledCubicDesign::new(&of(plant, wish, settings)?, theta, strength, period)?;
+) -> Result<Designed, Misfit> {
+    let linear = of(plant, wish, settings)?;
+    let design = SampledCubicDesign::new(&linear, theta, strength, period)?;
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(

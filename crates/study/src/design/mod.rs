@@ -13,13 +13,14 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_design::number::significant;
 use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{Certificate, DesignError, Fact, ProvedTheorem};
+use luenberger_design::{Certificate, Fact, ProvedTheorem};
 use luenberger_lmi::Settings;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
 use luenberger_proof::wording::at_least;
 use nalgebra::{Complex, DMatrix};
 
+use self::explain::Misfit;
 use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
@@ -62,9 +63,9 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
     let model = &study.plant.model;
     let settings = Settings { solver: study.solver, ..Settings::default() };
     let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
-    let explained = |error| match error {
-        DesignError::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
-        error => explain::error(study, wish, &error).into(),
+    let explained = |misfit| match misfit {
+        Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
+        misfit => explain::misfit(study, wish, &misfit).into(),
     };
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
@@ -78,8 +79,7 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(model, region, rate, &settings).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
-            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &settings)
-                .map_err(|error| explain::any(study, wish, error).into())
+            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &settings).map_err(explained)
         }
         ObserverKind::MeanValue { region, rate, eta, internal_error } => {
             explain::first_states_measured(study, wish)?;

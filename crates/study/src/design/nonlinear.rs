@@ -3,7 +3,7 @@
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::number::{decay, significant};
-use luenberger_design::{DesignError, LipschitzDesign, LipschitzPlant, LpvDesign, MeanValueDesign, Region, Sector};
+use luenberger_design::{LipschitzDesign, LipschitzPlant, LpvDesign, MeanValueDesign, Region, Sector};
 use luenberger_lmi::Settings;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel};
 use luenberger_proof::wording::at_most;
@@ -16,12 +16,7 @@ use crate::model::Model;
 use crate::results::DesignReport;
 use crate::study::{RateSpec, Study};
 
-pub(super) fn lpv(
-    model: &Model,
-    region: &Region,
-    rate: &RateSpec,
-    settings: &Settings,
-) -> Result<Designed, DesignError> {
+pub(super) fn lpv(model: &Model, region: &Region, rate: &RateSpec, settings: &Settings) -> Result<Designed, Misfit> {
     let design = match rate {
         RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, settings),
         // A hundredth of the ceiling is as near as a plan for an observer needs it.
@@ -58,7 +53,7 @@ type Split = (DMatrix<f64>, DMatrix<f64>, Vec<Sector>);
 /// `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
 fn sectors(model: &Model, region: &Region) -> Result<Split, Misfit> {
     let n = model.size().states;
-    let jacobians = enclose(model, region).map_err(DesignError::from)?;
+    let jacobians = enclose(model, region)?;
     let size = (0..n * n).map(|k| &jacobians.a[(k / n, k % n)]).map(|x| x.lo().abs().max(x.hi().abs()));
     let size = size.filter(|x| x.is_finite()).fold(0.0, f64::max);
     let mut a = DMatrix::zeros(n, n);
@@ -135,7 +130,7 @@ pub(super) fn mean_value(
     eta: f64,
     internal_error: &[f64],
     settings: &Settings,
-) -> Result<Designed, DesignError> {
+) -> Result<Designed, Misfit> {
     let polytope = Polytope::new(enclose(model, region)?)?;
     let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
     let design = MeanValueDesign::new_with(&vertices, model.size().outputs, rate, settings)?;
@@ -171,7 +166,7 @@ pub(super) fn mean_value(
     Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
 }
 
-pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, DesignError> {
+pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
     let observer = HighGainObserver::new(chains, DVector::from_column_slice(alpha), r)?;
     let gain = DMatrix::from_column_slice(observer.gain().len(), 1, observer.gain().as_slice());
     let report = DesignReport {
@@ -196,7 +191,7 @@ pub(super) fn extended_kalman(
     (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     period: f64,
     substeps: usize,
-) -> Result<Designed, DesignError> {
+) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
     let report = DesignReport {

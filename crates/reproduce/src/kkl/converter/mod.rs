@@ -5,7 +5,7 @@ mod noise;
 mod printed;
 mod runs;
 
-use luenberger_observers::cuk::{self, Tuning};
+use crate::kkl::cuk::{self, Tuning};
 use luenberger_plants::CukConverter;
 use luenberger_sim::Trajectory;
 

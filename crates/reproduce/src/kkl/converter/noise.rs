@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::thread;
 
-use luenberger_observers::cuk::{self, Tuning};
+use crate::kkl::cuk::{self, Tuning};
 use luenberger_plants::CukConverter;
 use luenberger_sim::{Integrator, Settings, Trajectory};
 

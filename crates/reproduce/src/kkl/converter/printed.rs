@@ -3,7 +3,7 @@
 //! The states start at 0 and the filters W at the output, as in the corrected ones. `F[g]` is a state f with `f' = alpha (g - f)`, and `W[s] = alpha (s - w)` with
 //! `w' = alpha (s - w)`. The KKLO is printed right, and is that of `observers::cuk`.
 
-use luenberger_observers::cuk::Tuning;
+use crate::kkl::cuk::Tuning;
 use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::CukConverter;
 use nalgebra::{SVector, Vector1, Vector2, Vector4};

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
+use crate::kkl::cuk::{self, Tuning};
 use luenberger_observers::Observer;
-use luenberger_observers::cuk::{self, Tuning};
 use luenberger_plants::{Column, CukConverter, Plant};
 use luenberger_sim::{Integrator, Noise, Scenario, Settings, Signal, Trajectory};
 use nalgebra::{Vector1, Vector2, Vector4};

@@ -9,9 +9,9 @@ use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, U6, Vector1, Vector2, Vector4, Vector6, convert};
 
 use super::{CukKklPebo, Tuning, complete, kkl_pebo, unmeasured};
-use crate::error::ObserverError;
-use crate::immersion_invariance::Immersion;
-use crate::observer::{Observer, ObserverDimensions};
+use luenberger_observers::ObserverError;
+use luenberger_observers::immersion_invariance::Immersion;
+use luenberger_observers::{Observer, ObserverDimensions};
 
 /// What (18) is given beside beta and phi.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,17 +84,5 @@ impl<T: RealField + Copy> Immersion<T> for CukKklPebImmersion {
 
     fn rho(&self, y: &Vector2<T>, chi: &Vector6<T>, u: &Vector1<T>) -> Option<Vector2<T>> {
         (self.embedding == Embedding::Repaired).then(|| Vector2::new(self.slope(chi, u, y)[5], T::zero()))
-    }
-}
-
-/// Without dual numbers: beta and phi are linear, and their own derivatives.
-#[cfg(not(feature = "dual"))]
-impl<T: RealField + Copy> crate::immersion_invariance::DifferentiableImmersion<T> for CukKklPebImmersion {
-    fn beta_directional(&self, _y: &Vector2<T>, _chi: &Vector6<T>, dy: &Vector2<T>, dchi: &Vector6<T>) -> Vector2<T> {
-        self.beta(dy, dchi)
-    }
-
-    fn phi_directional(&self, _x: &Vector4<T>, dx: &Vector4<T>) -> Vector2<T> {
-        self.phi(dx)
     }
 }

@@ -4,8 +4,8 @@ use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, Vector1, Vector2, Vector4};
 
 use super::Equations;
-use crate::high_gain::{HighGainMap, Place};
-use crate::observer::ObserverDimensions;
+use luenberger_observers::ObserverDimensions;
+use luenberger_observers::high_gain::{HighGainMap, Place};
 
 /// Which of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use luenberger_plants::CukConverter;
 use nalgebra::{Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
 use super::Equations;
-use crate::kkl::KklMap;
-use crate::observer::ObserverDimensions;
+use luenberger_observers::ObserverDimensions;
+use luenberger_observers::kkl::KklMap;
 
 /// `phi = (v4, L1 i1 - C2 v2)`, `Lambda = diag(-G/C4, -w/L1)`, `B = (y2/C4, -(1 + C2/L1) w y1 + E - u y2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]

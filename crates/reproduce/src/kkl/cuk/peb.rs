@@ -4,9 +4,9 @@ use luenberger_plants::CukConverter;
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
 use super::Equations;
-use crate::kkl::KklMap;
-use crate::observer::ObserverDimensions;
-use crate::pebo::Regression;
+use luenberger_observers::ObserverDimensions;
+use luenberger_observers::kkl::KklMap;
+use luenberger_observers::pebo::Regression;
 
 /// Both unknown states by parameter estimation: Lambda = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]

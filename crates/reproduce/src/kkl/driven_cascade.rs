@@ -1,11 +1,13 @@
-//! [`DrivenCascade`] in the pieces of the class.
+//! The plant [`DrivenCascade`](luenberger_plants::DrivenCascade) in the pieces of the class of Proposition 7.
 
-use luenberger_plants::DrivenCascade;
+use luenberger_observers::cascade::Cascade;
 use nalgebra::{Matrix1, RealField, U1, U2, Vector1, Vector2, convert};
 
-use super::Cascade;
+/// The pieces of [`DrivenCascade`](luenberger_plants::DrivenCascade).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pieces;
 
-impl<T: RealField + Copy> Cascade<T> for DrivenCascade {
+impl<T: RealField + Copy> Cascade<T> for Pieces {
     type Second = U1;
     type Third = U1;
     type Fourth = U2;

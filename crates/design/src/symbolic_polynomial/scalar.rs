@@ -1,4 +1,4 @@
-//! [`Collected`] as a scalar of nalgebra: what it can, by its polynomials; what it cannot, noted.
+//! [`SymbolicPolynomial`] as a scalar of nalgebra: what it can, by its polynomials; what it cannot, noted.
 
 use core::cmp::Ordering;
 use core::fmt;
@@ -6,10 +6,10 @@ use core::ops::{Div, Mul, Neg};
 
 use luenberger_proof::{Interval, Ring};
 
-use super::collected::{Collected, Function, fail, open_question};
+use super::{Function, SymbolicPolynomial, fail, open_question};
 use crate::real_field::{Real, real_field};
 
-impl Div for Collected {
+impl Div for SymbolicPolynomial {
     type Output = Self;
 
     fn div(self, rhs: Self) -> Self {
@@ -17,7 +17,7 @@ impl Div for Collected {
     }
 }
 
-impl Neg for Collected {
+impl Neg for SymbolicPolynomial {
     type Output = Self;
 
     fn neg(self) -> Self {
@@ -26,11 +26,11 @@ impl Neg for Collected {
 }
 
 /// Whether `x - y` is a number, and which.
-fn difference(x: Collected, y: Collected) -> Option<Interval> {
+fn difference(x: SymbolicPolynomial, y: SymbolicPolynomial) -> Option<Interval> {
     (x - y).as_constant()
 }
 
-impl PartialEq for Collected {
+impl PartialEq for SymbolicPolynomial {
     fn eq(&self, other: &Self) -> bool {
         match difference(*self, *other) {
             Some(d) if d.is_point() => d.is_zero(),
@@ -40,7 +40,7 @@ impl PartialEq for Collected {
     }
 }
 
-impl PartialOrd for Collected {
+impl PartialOrd for SymbolicPolynomial {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(match difference(*self, *other) {
             Some(d) if d.lo() > 0.0 => Ordering::Greater,
@@ -52,7 +52,7 @@ impl PartialOrd for Collected {
     }
 }
 
-impl fmt::Display for Collected {
+impl fmt::Display for SymbolicPolynomial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.as_constant() {
             Some(x) => write!(f, "[{}, {}]", x.lo(), x.hi()),
@@ -62,7 +62,7 @@ impl fmt::Display for Collected {
 }
 
 /// A number given by an enclosure, if there is one.
-fn finite(enclosure: Option<Interval>, made: impl Fn(Interval) -> Collected) -> Collected {
+fn finite(enclosure: Option<Interval>, made: impl Fn(Interval) -> SymbolicPolynomial) -> SymbolicPolynomial {
     enclosure.map_or_else(|| fail("a constant that is not finite"), made)
 }
 
@@ -75,7 +75,7 @@ macro_rules! cannot {
     )*};
 }
 
-impl Real for Collected {
+impl Real for SymbolicPolynomial {
     fn exactly(x: f64) -> Self {
         finite(Interval::from_f64(x), Self::constant)
     }
@@ -152,7 +152,7 @@ impl Real for Collected {
 
     fn powi(self, n: i32) -> Self {
         let base = if n < 0 { self.recip() } else { self };
-        // The sheet refuses high powers, so that this ends.
+        // The arena refuses high powers, so that this ends.
         match n.unsigned_abs() {
             power @ 0..=64 => (0..power).fold(Self::exactly(1.0), |product, _| product * base),
             _ => fail("a high power"),
@@ -211,4 +211,4 @@ impl Real for Collected {
     }
 }
 
-real_field!(Collected);
+real_field!(SymbolicPolynomial);

@@ -17,11 +17,9 @@
 //!
 //! [`CascadeMap`] makes a [`KklMap`] with a [`Regression`] of the pieces, so that [`KklPebObserver`](crate::kkl_peb::KklPebObserver) runs it, with the gradient estimator
 //! of the paper or with DREM. Its extension is (x2hat, x3hat, xi), Lambda = diag(A2, A3, 0), and its estimate (x2hat, x3hat, x4hat). What Proposition 7 assumes is
-//! for a design to check. [`DrivenCascade`](luenberger_plants::DrivenCascade) is one.
+//! for a design to check.
 //!
 //! The paper's proof ends with `theta~' = Gamma psi psi' theta~`; it is `-Gamma psi psi' theta~`.
-
-mod driven;
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;

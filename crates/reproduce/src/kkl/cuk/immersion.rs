@@ -4,8 +4,8 @@ use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, Vector2, Vector4, convert};
 
 use super::{complete, unmeasured};
-use crate::immersion_invariance::Immersion;
-use crate::observer::ObserverDimensions;
+use luenberger_observers::ObserverDimensions;
+use luenberger_observers::immersion_invariance::Immersion;
 
 /// `beta = (chi1 + C2 g1 y1, chi2 - L3 g2 y2)`, `phi = (i1, v4)`; everything else in (18) follows from the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,17 +54,5 @@ impl<T: RealField + Copy> Immersion<T> for CukImmersion {
 
     fn start(&self, estimate: &Vector2<T>, y: &Vector2<T>) -> Vector2<T> {
         estimate - self.output_part(y)
-    }
-}
-
-/// Without dual numbers: beta and phi are linear, and their own derivatives.
-#[cfg(not(feature = "dual"))]
-impl<T: RealField + Copy> crate::immersion_invariance::DifferentiableImmersion<T> for CukImmersion {
-    fn beta_directional(&self, _y: &Vector2<T>, _chi: &Vector2<T>, dy: &Vector2<T>, dchi: &Vector2<T>) -> Vector2<T> {
-        self.beta(dy, dchi)
-    }
-
-    fn phi_directional(&self, _x: &Vector4<T>, dx: &Vector4<T>) -> Vector2<T> {
-        self.phi(dx)
     }
 }

@@ -8,22 +8,23 @@
 //! ```
 //!
 //! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta monotonically, and noise cannot take it below [`LOWEST`],
-//! where it is held; [`Diagnose`](crate::diagnosis::Diagnose) reports that, and beforehand that it is about to happen. psi(0) = 0, not positive as the
-//! paper has it: the regression is then exact from the start (psi(0) > 0 adds a transient to it that decays with the filter).
+//! where it is held; [`Diagnose`](luenberger_observers::Diagnose) reports that, and beforehand that it is about to
+//! happen. psi(0) = 0, not positive as the paper has it: the regression is then exact from the start (psi(0) > 0 adds a
+//! transient to it that decays with the filter).
 //!
 //! F3, that the plant admits no KKLO, is true of a constant Lambda, and of one that depends on y. With a Lambda that depends on y and u, as the paper's own KKLO of the converter
 //! has, there is one: [`kklo`].
 
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
-use crate::error::ObserverError;
-use crate::estimator::gradient::Gradient;
-use crate::estimator::standing;
-use crate::filters::positive;
-use crate::kkl::{KklMap, KklObserver};
-use crate::kkl_peb::KklPebObserver;
-use crate::observer::ObserverDimensions;
-use crate::pebo::Regression;
+use luenberger_observers::ObserverDimensions;
+use luenberger_observers::ObserverError;
+use luenberger_observers::estimator::gradient::Gradient;
+use luenberger_observers::estimator::standing;
+use luenberger_observers::filters::positive;
+use luenberger_observers::kkl::{KklMap, KklObserver};
+use luenberger_observers::kkl_peb::KklPebObserver;
+use luenberger_observers::pebo::Regression;
 
 /// The least Theta_hat: x3hat is not taken more than 27.6 below xi2.
 pub const LOWEST: f64 = 1e-12;
@@ -38,7 +39,8 @@ pub type ExponentialCascadeObserver<T> = KklPebObserver<ExponentialCascadeMap, G
 /// The observer with filter pole `-alpha` and gain `gamma`; Theta_hat(0) = 1.
 ///
 /// ```
-/// use luenberger_observers::{Observer, exponential_cascade};
+/// use luenberger_observers::Observer;
+/// use luenberger_reproduce::kkl::exponential_cascade;
 /// use nalgebra::{Vector1, Vector2};
 /// let observer = exponential_cascade::observer(1.0, 5.0)?;
 /// let (u, y) = (Vector1::new(-0.5), Vector1::new(0.5));
@@ -131,7 +133,8 @@ pub type ExponentialCascadeKklo<T> = KklObserver<VaryingExponentialCascadeMap<T>
 /// Its xi2 + k is an estimate of exp(x3), and may be negative on the way: x3hat is not taken below `ln` of [`LOWEST`].
 ///
 /// ```
-/// use luenberger_observers::{KklMap, Observer, exponential_cascade};
+/// use luenberger_observers::{KklMap, Observer};
+/// use luenberger_reproduce::kkl::exponential_cascade;
 /// use nalgebra::{Vector1, Vector2};
 /// let observer = exponential_cascade::kklo(2.0)?;
 /// let (u, y) = (Vector1::new(-0.5), Vector1::new(0.5));

@@ -1,4 +1,5 @@
-//! Right-hand sides collected by their monomials, so that what cancels is gone before anything is enclosed.
+//! Polynomials with outward rounded coefficients: right-hand sides collected by their monomials, so that what cancels
+//! is gone before anything is enclosed.
 //!
 //! The two sides of `Dphi f = Lambda phi + B` are large and their difference is nothing: over a box, interval arithmetic forgets that both contain the same `x1^2 + sin x1` and returns
 //! twice its width. Here a value is a polynomial in atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded coefficients.
@@ -8,13 +9,17 @@
 //! An interval coefficient stands for one unknown number in it, and two that look the same need not be the same number. Functions of polynomials that have such coefficients are
 //! therefore one atom only where they were computed by the same operations from the same values.
 //!
-//! [`Collected`] is a scalar, so that a map that is written once for every scalar is collected by evaluating it. What cannot be (a branch, an absolute value, too
-//! many terms) is noted, and there is no result. A polynomial encloses the function wherever all atoms are defined.
+//! [`SymbolicPolynomial`] is a scalar, so that a map that is written once for every scalar is collected by evaluating
+//! it. What cannot be (a branch, an absolute value, too many terms) is noted, and there is no result. A polynomial
+//! encloses the function wherever all atoms are defined.
 //!
-//! The sheet of an evaluation belongs to its thread, and every value carries the number of its sheet. A value of another sheet (kept from an earlier evaluation) or of none
-//! (made on another thread) has no polynomial here: an operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison
+//! The arena of an evaluation belongs to its thread, and every value carries the number of its arena. A value of
+//! another arena (kept from an earlier evaluation) or of none (made on another thread) has no polynomial here: an
+//! operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison
 //! cannot be answered, leaves the evaluation that it belongs to without a result. What is not noticed: a map that lets a thread work for it which is itself in the middle of
 //! another evaluation, if that thread compares constants only.
+
+mod scalar;
 
 use core::cell::RefCell;
 use core::ops::{Add, Mul, Sub};
@@ -26,7 +31,7 @@ use luenberger_proof::{Interval, Ring};
 
 /// Most monomials of one polynomial.
 const MONOMIALS: usize = 2000;
-/// Most values on one sheet: 64 MB or so at worst.
+/// Most values in one arena: 64 MB or so at worst.
 const VALUES: usize = 50_000;
 /// The largest exponent that is multiplied out.
 const POWER: u32 = 32;
@@ -34,26 +39,27 @@ const POWER: u32 = 32;
 /// Below this a product of numbers may have lost digits that its rounding error does not show.
 const UNDERFLOW: f64 = 1e-250;
 
-/// What leaves an evaluation without a result when one of its values is used on another sheet, or one of another sheet on its own.
-pub(super) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
+/// What leaves an evaluation without a result when one of its values is used in another arena, or one of another arena
+/// on its own.
+pub(crate) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
 
-/// A value on a sheet: a polynomial in atoms. Plants and maps see it as their scalar `T`.
+/// A value in an arena: a polynomial in atoms. Plants and maps see it as their scalar `T`.
 #[derive(Clone, Copy, Debug)]
-pub struct Collected {
-    /// The number of its sheet; 0 for a value that was made where there is none.
-    sheet: u64,
+pub struct SymbolicPolynomial {
+    /// The number of its arena; 0 for a value that was made where there is none.
+    arena: u64,
     at: usize,
 }
 
 /// Powers of atoms, by the atom; negative ones come from divisions by a single monomial, so that x/x is 1.
-pub(super) type Monomial = Vec<(usize, i32)>;
+pub(crate) type Monomial = Vec<(usize, i32)>;
 
 /// Monomials in order, each once, none with the coefficient 0.
-pub(super) type Polynomial = Vec<(Monomial, Interval)>;
+pub(crate) type Polynomial = Vec<(Monomial, Interval)>;
 
 /// The functions that have atoms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Function {
+pub(crate) enum Function {
     Recip,
     Exp,
     Ln,
@@ -94,7 +100,7 @@ enum Atom {
     Of(Function, Argument),
 }
 
-/// The argument of a function, and the value of the sheet that it is, if it is one.
+/// The argument of a function, and the value of the arena that it is, if it is one.
 #[derive(Clone, Debug)]
 struct Argument {
     polynomial: Polynomial,
@@ -114,7 +120,7 @@ type Origin = (u8, u64, u64);
 
 /// The polynomials of one evaluation.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sheet {
+pub(crate) struct Arena {
     number: u64,
     values: Vec<Polynomial>,
     origins: HashMap<Origin, usize>,
@@ -124,136 +130,137 @@ pub(super) struct Sheet {
 }
 
 thread_local! {
-    static SHEET: RefCell<Option<Sheet>> = const { RefCell::new(None) };
+    static ARENA: RefCell<Option<Arena>> = const { RefCell::new(None) };
 }
 
-/// The number of the last sheet. None has the number 0.
+/// The number of the last arena. None has the number 0.
 static LAST: AtomicU64 = AtomicU64::new(0);
 
-/// The sheets being written on all threads, and whether a value of theirs was used elsewhere.
+/// The arenas being written on all threads, and whether a value of theirs was used elsewhere.
 static WRITTEN: Mutex<BTreeMap<u64, bool>> = Mutex::new(BTreeMap::new());
 
 fn written() -> MutexGuard<'static, BTreeMap<u64, bool>> {
     WRITTEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A sheet being written. It puts the previous one back when it is dropped.
+/// An arena being written. It puts the previous one back when it is dropped.
 struct Writing {
     number: u64,
-    previous: Option<Sheet>,
+    previous: Option<Arena>,
 }
 
 impl Writing {
     fn begin() -> Self {
         let number = LAST.fetch_add(1, Ordering::Relaxed) + 1;
         written().insert(number, false);
-        let previous = SHEET.with(|cell| cell.replace(Some(Sheet { number, ..Sheet::default() })));
+        let previous = ARENA.with(|cell| cell.replace(Some(Arena { number, ..Arena::default() })));
         Self { number, previous }
     }
 }
 
 impl Drop for Writing {
     fn drop(&mut self) {
-        SHEET.with(|cell| cell.replace(self.previous.take()));
+        ARENA.with(|cell| cell.replace(self.previous.take()));
         written().remove(&self.number);
     }
 }
 
-/// What `f` computes on a sheet of its own, with the sheet; or what it did that has no polynomial.
-pub(super) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Sheet), &'static str> {
+/// What `f` computes in an arena of its own, with the arena; or what it did that has no polynomial.
+pub(crate) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Arena), &'static str> {
     let writing = Writing::begin();
     let result = f();
-    let sheet = SHEET.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
+    let arena = ARENA.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
     let elsewhere = written().get(&writing.number).is_none_or(|elsewhere| *elsewhere);
     drop(writing);
-    match sheet.failed {
+    match arena.failed {
         Some(what) => Err(what),
         None if elsewhere => Err(ELSEWHERE),
-        None => Ok((result, sheet)),
+        None => Ok((result, arena)),
     }
 }
 
-/// The evaluations that these values belong to have no result, unless they are of the sheet `here`.
-fn used_elsewhere(values: &[Collected], here: u64) {
-    for value in values.iter().filter(|value| value.sheet != here && value.sheet != 0) {
-        if let Some(elsewhere) = written().get_mut(&value.sheet) {
+/// The evaluations that these values belong to have no result, unless they are of the arena `here`.
+fn used_elsewhere(values: &[SymbolicPolynomial], here: u64) {
+    for value in values.iter().filter(|value| value.arena != here && value.arena != 0) {
+        if let Some(elsewhere) = written().get_mut(&value.arena) {
             *elsewhere = true;
         }
     }
 }
 
-/// The value of this origin on the current sheet, made of `operands`; without a sheet (a thread of the map's own) a value of none.
-fn on_sheet(
+/// The value of this origin in the current arena, made of `operands`; without an arena (a thread of the map's own) a
+/// value of none.
+fn in_arena(
     origin: Option<Origin>,
-    operands: &[Collected],
-    f: impl FnOnce(&mut Sheet) -> Option<Polynomial>,
-) -> Collected {
-    SHEET.with(|cell| {
+    operands: &[SymbolicPolynomial],
+    f: impl FnOnce(&mut Arena) -> Option<Polynomial>,
+) -> SymbolicPolynomial {
+    ARENA.with(|cell| {
         let mut cell = cell.borrow_mut();
-        used_elsewhere(operands, cell.as_ref().map_or(0, |sheet| sheet.number));
-        let Some(sheet) = cell.as_mut() else { return Collected { sheet: 0, at: 0 } };
-        if operands.iter().any(|operand| operand.sheet != sheet.number) {
-            sheet.fail(ELSEWHERE);
-        } else if let Some(&at) = origin.as_ref().and_then(|origin| sheet.origins.get(origin)) {
-            return Collected { sheet: sheet.number, at };
+        used_elsewhere(operands, cell.as_ref().map_or(0, |arena| arena.number));
+        let Some(arena) = cell.as_mut() else { return SymbolicPolynomial { arena: 0, at: 0 } };
+        if operands.iter().any(|operand| operand.arena != arena.number) {
+            arena.fail(ELSEWHERE);
+        } else if let Some(&at) = origin.as_ref().and_then(|origin| arena.origins.get(origin)) {
+            return SymbolicPolynomial { arena: arena.number, at };
         }
-        let value = if sheet.failed.is_some() { Vec::new() } else { f(sheet).unwrap_or_else(|| sheet.fail(ELSEWHERE)) };
-        let kept = sheet.keep(value);
+        let value = if arena.failed.is_some() { Vec::new() } else { f(arena).unwrap_or_else(|| arena.fail(ELSEWHERE)) };
+        let kept = arena.keep(value);
         if let Some(origin) = origin {
-            sheet.origins.insert(origin, kept.at);
+            arena.origins.insert(origin, kept.at);
         }
         kept
     })
 }
 
 /// Notes what has no polynomial.
-pub(super) fn fail(what: &'static str) -> Collected {
-    on_sheet(None, &[], |sheet| Some(sheet.fail(what)))
+pub(crate) fn fail(what: &'static str) -> SymbolicPolynomial {
+    in_arena(None, &[], |arena| Some(arena.fail(what)))
 }
 
 /// An answer is asked for that these values do not have: a comparison that depends on more than constants, a conversion to a number. The evaluation has no result. Where
 /// the answer is a choice it alternates, so that loops end.
-pub(super) fn open_question(what: &'static str, operands: &[Collected]) -> bool {
-    SHEET.with(|cell| {
+pub(crate) fn open_question(what: &'static str, operands: &[SymbolicPolynomial]) -> bool {
+    ARENA.with(|cell| {
         let mut cell = cell.borrow_mut();
-        used_elsewhere(operands, cell.as_ref().map_or(0, |sheet| sheet.number));
-        let Some(sheet) = cell.as_mut() else {
+        used_elsewhere(operands, cell.as_ref().map_or(0, |arena| arena.number));
+        let Some(arena) = cell.as_mut() else {
             // Nobody knows which evaluation is being answered.
             written().values_mut().for_each(|elsewhere| *elsewhere = true);
             return false;
         };
-        sheet.fail(what);
-        sheet.questions += 1;
-        sheet.questions % 2 == 0
+        arena.fail(what);
+        arena.questions += 1;
+        arena.questions % 2 == 0
     })
 }
 
-impl Collected {
+impl SymbolicPolynomial {
     /// A number: the same one wherever the interval is a point, another one each time where it is not.
-    pub(super) fn constant(value: Interval) -> Self {
+    pub(crate) fn constant(value: Interval) -> Self {
         let origin = value.is_point().then(|| (0, value.lo().to_bits(), 0));
-        on_sheet(origin, &[], |_| Some(constant(value)))
+        in_arena(origin, &[], |_| Some(constant(value)))
     }
 
     /// A number with a name, which is one number whenever it is asked for.
-    pub(super) fn named(name: u64, value: Interval) -> Self {
-        on_sheet(Some((1, name, 0)), &[], |_| Some(constant(value)))
+    pub(crate) fn named(name: u64, value: Interval) -> Self {
+        in_arena(Some((1, name, 0)), &[], |_| Some(constant(value)))
     }
 
-    pub(super) fn variable(k: usize) -> Self {
-        on_sheet(Some((2, k as u64, 0)), &[], |sheet| Some(sheet.atom(Atom::Variable(k))))
+    pub(crate) fn variable(k: usize) -> Self {
+        in_arena(Some((2, k as u64, 0)), &[], |arena| Some(arena.atom(Atom::Variable(k))))
     }
 
-    pub(super) fn of(self, function: Function) -> Self {
-        on_sheet(Some((3, function as u64, self.at as u64)), &[self], |sheet| {
-            let argument = Argument { polynomial: sheet.value(self)?, value: Some(self.at) };
-            Some(sheet.apply(function, argument))
+    pub(crate) fn of(self, function: Function) -> Self {
+        in_arena(Some((3, function as u64, self.at as u64)), &[self], |arena| {
+            let argument = Argument { polynomial: arena.value(self)?, value: Some(self.at) };
+            Some(arena.apply(function, argument))
         })
     }
 
     /// The number, where it is one.
-    pub(super) fn as_constant(self) -> Option<Interval> {
-        SHEET.with(|cell| cell.borrow().as_ref().and_then(|sheet| number(&sheet.value(self)?)))
+    pub(crate) fn as_constant(self) -> Option<Interval> {
+        ARENA.with(|cell| cell.borrow().as_ref().and_then(|arena| number(&arena.value(self)?)))
     }
 
     /// The operation with this number.
@@ -261,16 +268,16 @@ impl Collected {
         self,
         rhs: Self,
         operation: u8,
-        f: impl FnOnce(&mut Sheet, &Polynomial, &Polynomial) -> Polynomial,
+        f: impl FnOnce(&mut Arena, &Polynomial, &Polynomial) -> Polynomial,
     ) -> Self {
-        on_sheet(Some((operation, self.at as u64, rhs.at as u64)), &[self, rhs], |sheet| {
-            let (x, y) = (sheet.value(self)?, sheet.value(rhs)?);
-            Some(f(sheet, &x, &y))
+        in_arena(Some((operation, self.at as u64, rhs.at as u64)), &[self, rhs], |arena| {
+            let (x, y) = (arena.value(self)?, arena.value(rhs)?);
+            Some(f(arena, &x, &y))
         })
     }
 }
 
-impl Add for Collected {
+impl Add for SymbolicPolynomial {
     type Output = Self;
 
     fn add(self, rhs: Self) -> Self {
@@ -278,7 +285,7 @@ impl Add for Collected {
     }
 }
 
-impl Sub for Collected {
+impl Sub for SymbolicPolynomial {
     type Output = Self;
 
     fn sub(self, rhs: Self) -> Self {
@@ -286,11 +293,11 @@ impl Sub for Collected {
     }
 }
 
-impl Mul for Collected {
+impl Mul for SymbolicPolynomial {
     type Output = Self;
 
     fn mul(self, rhs: Self) -> Self {
-        self.with(rhs, 6, Sheet::product)
+        self.with(rhs, 6, Arena::product)
     }
 }
 
@@ -331,12 +338,12 @@ fn number(p: &Polynomial) -> Option<Interval> {
 }
 
 /// Whether every coefficient is one number.
-pub(super) fn is_exact(p: &Polynomial) -> bool {
+pub(crate) fn is_exact(p: &Polynomial) -> bool {
     p.iter().all(|(_, coefficient)| coefficient.is_point())
 }
 
 /// `p + q`, or `p - q`.
-pub(super) fn sum(p: &Polynomial, q: &Polynomial, negated: bool) -> Polynomial {
+pub(crate) fn sum(p: &Polynomial, q: &Polynomial, negated: bool) -> Polynomial {
     let mut result = p.clone();
     for (monomial, coefficient) in q {
         let coefficient = if negated { coefficient.neg() } else { *coefficient };
@@ -353,15 +360,15 @@ pub(super) fn sum(p: &Polynomial, q: &Polynomial, negated: bool) -> Polynomial {
     result
 }
 
-impl Sheet {
-    fn keep(&mut self, value: Polynomial) -> Collected {
+impl Arena {
+    fn keep(&mut self, value: Polynomial) -> SymbolicPolynomial {
         let at = self.values.len();
         if at >= VALUES {
             self.failed.get_or_insert("too many operations");
         } else {
             self.values.push(value);
         }
-        Collected { sheet: self.number, at }
+        SymbolicPolynomial { arena: self.number, at }
     }
 
     fn fail(&mut self, what: &'static str) -> Polynomial {
@@ -369,21 +376,21 @@ impl Sheet {
         Vec::new()
     }
 
-    /// The polynomial of a value of this sheet; none for a value of another or of no sheet.
-    pub(super) fn value(&self, value: Collected) -> Option<Polynomial> {
-        (value.sheet == self.number).then(|| self.values.get(value.at).cloned())?
+    /// The polynomial of a value of this arena; none for a value of another or of no arena.
+    pub(crate) fn value(&self, value: SymbolicPolynomial) -> Option<Polynomial> {
+        (value.arena == self.number).then(|| self.values.get(value.at).cloned())?
     }
 
     /// The polynomials of these values.
     ///
     /// # Errors
-    /// [`ELSEWHERE`] where one is of another or of no sheet.
-    pub(super) fn polynomials(&self, values: &[Collected]) -> Result<Vec<Polynomial>, &'static str> {
+    /// [`ELSEWHERE`] where one is of another or of no arena.
+    pub(crate) fn polynomials(&self, values: &[SymbolicPolynomial]) -> Result<Vec<Polynomial>, &'static str> {
         values.iter().map(|value| self.value(*value)).collect::<Option<_>>().ok_or(ELSEWHERE)
     }
 
     /// The variables that p depends on, through the arguments of functions too. Of others it does not depend, wherever the atoms are defined.
-    pub(super) fn variables(&self, p: &Polynomial) -> BTreeSet<usize> {
+    pub(crate) fn variables(&self, p: &Polynomial) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         for atom in p.iter().flat_map(|(monomial, _)| monomial.iter().map(|(atom, _)| *atom)) {
             match &self.atoms[atom] {
@@ -397,8 +404,9 @@ impl Sheet {
         found
     }
 
-    /// Whether every root of the sheet that depends on one of these variables is of what is above 0 at these values of the atoms, so that it has a derivative.
-    pub(super) fn roots_are_smooth(&self, variables: impl Fn(usize) -> bool, atoms: &[Interval]) -> bool {
+    /// Whether every root of the arena that depends on one of these variables is of what is above 0 at these values of
+    /// the atoms, so that it has a derivative.
+    pub(crate) fn roots_are_smooth(&self, variables: impl Fn(usize) -> bool, atoms: &[Interval]) -> bool {
         self.atoms.iter().all(|atom| match atom {
             Atom::Of(Function::Sqrt, argument) if self.variables(&argument.polynomial).into_iter().any(&variables) => {
                 evaluate(&argument.polynomial, atoms).is_some_and(|argument| argument.lo() > 0.0)
@@ -448,7 +456,7 @@ impl Sheet {
         sum(&Vec::new(), &own, parity < 0)
     }
 
-    pub(super) fn product(&mut self, p: &Polynomial, q: &Polynomial) -> Polynomial {
+    pub(crate) fn product(&mut self, p: &Polynomial, q: &Polynomial) -> Polynomial {
         if p.len() * q.len() > 10 * MONOMIALS {
             return self.fail("too many terms");
         }
@@ -482,7 +490,7 @@ impl Sheet {
     }
 
     /// The derivative of p along the field whose component at variable k is `field(k)`.
-    pub(super) fn along(&mut self, p: &Polynomial, field: &[Polynomial]) -> Polynomial {
+    pub(crate) fn along(&mut self, p: &Polynomial, field: &[Polynomial]) -> Polynomial {
         let mut result = Vec::new();
         let mut atoms: Vec<usize> = p.iter().flat_map(|(monomial, _)| monomial.iter().map(|(atom, _)| *atom)).collect();
         atoms.sort_unstable();
@@ -530,12 +538,12 @@ impl Sheet {
     }
 
     /// Whether something had no polynomial.
-    pub(super) fn failed(&self) -> Option<&'static str> {
+    pub(crate) fn failed(&self) -> Option<&'static str> {
         self.failed
     }
 
     /// The atoms over a box of variables, or None where one of them is not defined on the whole box.
-    pub(super) fn atoms_over(&self, variables: &[Interval]) -> Option<Vec<Interval>> {
+    pub(crate) fn atoms_over(&self, variables: &[Interval]) -> Option<Vec<Interval>> {
         let mut values = Vec::with_capacity(self.atoms.len());
         for atom in &self.atoms {
             let value = match atom {
@@ -567,7 +575,7 @@ fn partial(p: &Polynomial, atom: usize) -> Polynomial {
 }
 
 /// A polynomial at these values of the atoms; None for an atom that has no value.
-pub(super) fn evaluate(p: &Polynomial, atoms: &[Interval]) -> Option<Interval> {
+pub(crate) fn evaluate(p: &Polynomial, atoms: &[Interval]) -> Option<Interval> {
     let mut total = Interval::zero();
     for (monomial, coefficient) in p {
         let mut term = *coefficient;
@@ -624,11 +632,11 @@ mod tests {
         for at in [0.25, 0.5, 0.875] {
             let x = Interval::from_f64(at).unwrap();
             let dual = explore(|| functions(IntervalDual::new(x, Interval::ONE))).unwrap().remove(0);
-            let (values, mut sheet) = collect(|| functions(Collected::variable(0))).unwrap();
+            let (values, mut arena) = collect(|| functions(SymbolicPolynomial::variable(0))).unwrap();
             for (k, (value, dual)) in values.into_iter().zip(dual).enumerate() {
-                let polynomial = sheet.value(value).unwrap();
-                let slope = sheet.along(&polynomial, &[constant(Interval::ONE)]);
-                let atoms = sheet.atoms_over(&[x]).unwrap();
+                let polynomial = arena.value(value).unwrap();
+                let slope = arena.along(&polynomial, &[constant(Interval::ONE)]);
+                let atoms = arena.atoms_over(&[x]).unwrap();
                 for (found, expected) in [
                     (evaluate(&polynomial, &atoms).unwrap(), dual.value()),
                     (evaluate(&slope, &atoms).unwrap(), dual.slope()),
@@ -643,20 +651,24 @@ mod tests {
 
     #[test]
     fn what_is_equal_cancels_and_what_only_looks_equal_does_not() {
-        let difference = |f: fn(Collected) -> Collected| {
-            let (value, sheet) = collect(|| f(Collected::variable(0))).unwrap();
-            sheet.value(value).unwrap()
+        let difference = |f: fn(SymbolicPolynomial) -> SymbolicPolynomial| {
+            let (value, arena) = collect(|| f(SymbolicPolynomial::variable(0))).unwrap();
+            arena.value(value).unwrap()
         };
-        assert!(difference(|x| (x + Collected::one()).powi(2) - x * x - x - x - Collected::one()).is_empty());
+        assert!(
+            difference(|x| (x + SymbolicPolynomial::one()).powi(2) - x * x - x - x - SymbolicPolynomial::one())
+                .is_empty()
+        );
         assert!(difference(|x| x.sin() * x.exp() - x.exp() * x.sin()).is_empty());
         assert!(difference(|x| x.exp() * x / (x * x.exp() * convert(0.5)) - convert(2.0)).is_empty());
         // A third, made twice by the same operations, is one number; so is pi.
         assert!(difference(|x| (x / convert(3.0)).sin() - (x / convert(3.0)).sin()).is_empty());
-        assert!(difference(|x| (x * Collected::pi()).sin() - (x * Collected::pi()).sin()).is_empty());
+        assert!(difference(|x| (x * SymbolicPolynomial::pi()).sin() - (x * SymbolicPolynomial::pi()).sin()).is_empty());
         // The same bounds, and perhaps another number between them.
-        let decimal = |x: Collected| (x * Collected::from_str_radix("0.1", 10).unwrap()).sin();
-        let (value, sheet) = collect(|| decimal(Collected::variable(0)) - decimal(Collected::variable(0))).unwrap();
-        assert_eq!(sheet.value(value).unwrap().len(), 2);
+        let decimal = |x: SymbolicPolynomial| (x * SymbolicPolynomial::from_str_radix("0.1", 10).unwrap()).sin();
+        let (value, arena) =
+            collect(|| decimal(SymbolicPolynomial::variable(0)) - decimal(SymbolicPolynomial::variable(0))).unwrap();
+        assert_eq!(arena.value(value).unwrap().len(), 2);
         // In the open, an interval coefficient leaves its width.
         let left = difference(|x| x / convert(3.0) - x / convert(3.0));
         assert!(left.len() == 1 && left[0].1.contains(0.0) && left[0].1.width() < 1e-15, "{left:?}");
@@ -664,39 +676,46 @@ mod tests {
 
     #[test]
     fn what_has_no_polynomial_is_said() {
-        let failure = |f: fn(Collected) -> Collected| collect(|| f(Collected::variable(0))).unwrap_err();
+        let failure = |f: fn(SymbolicPolynomial) -> SymbolicPolynomial| {
+            collect(|| f(SymbolicPolynomial::variable(0))).unwrap_err()
+        };
         assert_eq!(failure(ComplexField::abs), "an absolute value");
-        assert_eq!(failure(|x| if x > Collected::one() { x } else { -x }), "a comparison");
+        assert_eq!(failure(|x| if x > SymbolicPolynomial::one() { x } else { -x }), "a comparison");
         assert_eq!(failure(|x| x.powi(65)), "a high power");
         assert_eq!(failure(|x| (0..40).fold(x, |product, _| product * x)), "a high power");
         assert_eq!(failure(|x| x * convert(f64::NAN)), "a constant that is not finite");
         // Loops on an open comparison end, whichever way they ask.
-        let endless = |f: fn(Collected)| collect(|| f(Collected::variable(0))).is_err();
-        assert!(endless(|x| while x < Collected::one() {}) && endless(|x| while x >= Collected::one() {}));
+        let endless = |f: fn(SymbolicPolynomial)| collect(|| f(SymbolicPolynomial::variable(0))).is_err();
+        assert!(
+            endless(|x| while x < SymbolicPolynomial::one() {}) && endless(|x| while x >= SymbolicPolynomial::one() {})
+        );
         // Too many terms: (x + sin x + cos x + ...)^k.
-        let many = |x: Collected| {
+        let many = |x: SymbolicPolynomial| {
             let sum = (1..12).fold(x, |sum, k| sum + (x * convert(f64::from(k))).sin());
             (0..8).fold(sum, |product, _| product * sum)
         };
-        assert_eq!(collect(|| many(Collected::variable(0))).unwrap_err(), "too many terms");
+        assert_eq!(collect(|| many(SymbolicPolynomial::variable(0))).unwrap_err(), "too many terms");
         // Comparisons of constants are no branches.
-        assert!(collect(|| if Collected::pi() > convert(3.0) { Collected::one() } else { fail("no") }).is_ok());
+        assert!(
+            collect(|| if SymbolicPolynomial::pi() > convert(3.0) { SymbolicPolynomial::one() } else { fail("no") })
+                .is_ok()
+        );
     }
 
     /// x/x is 1, except at 0.
     #[test]
     fn what_cancels_has_to_be_defined() {
-        let (value, sheet) = collect(|| Collected::variable(0) / Collected::variable(0)).unwrap();
-        assert_eq!(number(&sheet.value(value).unwrap()), Some(Interval::ONE));
-        assert!(sheet.atoms_over(&[Interval::new(0.5, 1.0).unwrap()]).is_some());
-        assert!(sheet.atoms_over(&[Interval::new(-1.0, 1.0).unwrap()]).is_none());
+        let (value, arena) = collect(|| SymbolicPolynomial::variable(0) / SymbolicPolynomial::variable(0)).unwrap();
+        assert_eq!(number(&arena.value(value).unwrap()), Some(Interval::ONE));
+        assert!(arena.atoms_over(&[Interval::new(0.5, 1.0).unwrap()]).is_some());
+        assert!(arena.atoms_over(&[Interval::new(-1.0, 1.0).unwrap()]).is_none());
     }
 
     #[test]
     fn odd_and_even_functions_know_their_sign() {
-        let cancels = |f: fn(Collected) -> Collected| {
-            let (value, sheet) = collect(|| f(Collected::variable(0))).unwrap();
-            sheet.value(value).unwrap().is_empty()
+        let cancels = |f: fn(SymbolicPolynomial) -> SymbolicPolynomial| {
+            let (value, arena) = collect(|| f(SymbolicPolynomial::variable(0))).unwrap();
+            arena.value(value).unwrap().is_empty()
         };
         assert!(cancels(|x| x.sin() + (-x).sin()) && cancels(|x| x.cos() - (-x).cos()));
         assert!(cancels(|x| (x * x - x).atan() + (x - x * x).atan()) && cancels(|x| x.tanh() + (-x).tanh()));
@@ -704,40 +723,40 @@ mod tests {
     }
 
     #[test]
-    fn values_of_other_sheets_and_of_none_are_refused() {
-        let stray = Collected::one() + Collected::variable(3);
+    fn values_of_other_arenas_and_of_none_are_refused() {
+        let stray = SymbolicPolynomial::one() + SymbolicPolynomial::variable(3);
         assert!(stray.as_constant().is_none());
-        let (kept, _) = collect(|| Collected::variable(0)).unwrap();
+        let (kept, _) = collect(|| SymbolicPolynomial::variable(0)).unwrap();
         for foreign in [stray, kept] {
-            assert_eq!(collect(|| Collected::variable(0) + foreign).unwrap_err(), ELSEWHERE);
+            assert_eq!(collect(|| SymbolicPolynomial::variable(0) + foreign).unwrap_err(), ELSEWHERE);
             assert_eq!(collect(|| foreign.sin()).unwrap_err(), ELSEWHERE);
-            assert!(collect(|| foreign > Collected::one()).is_err());
+            assert!(collect(|| foreign > SymbolicPolynomial::one()).is_err());
             // Handed on without an operation.
-            let (value, sheet) = collect(|| foreign).unwrap();
-            assert!(sheet.value(value).is_none() && sheet.polynomials(&[value]) == Err(ELSEWHERE));
+            let (value, arena) = collect(|| foreign).unwrap();
+            assert!(arena.value(value).is_none() && arena.polynomials(&[value]) == Err(ELSEWHERE));
         }
-        // A value of this sheet in an operation on another one, or in a thread without one: neither has a result.
+        // A value of this arena in an operation on another one, or in a thread without one: neither has a result.
         let inner = collect(|| {
-            let outer = Collected::variable(0);
-            collect(|| outer + Collected::one()).unwrap_err()
+            let outer = SymbolicPolynomial::variable(0);
+            collect(|| outer + SymbolicPolynomial::one()).unwrap_err()
         });
         assert_eq!(inner.unwrap_err(), ELSEWHERE);
         let thread = collect(|| {
-            let x = Collected::variable(0);
+            let x = SymbolicPolynomial::variable(0);
             std::thread::scope(|scope| scope.spawn(move || x + x).join()).is_ok()
         });
         assert_eq!(thread.unwrap_err(), ELSEWHERE);
     }
 
     #[test]
-    fn sheets_nest() {
-        let ((outer, inner), sheet) = collect(|| {
-            let outer = Collected::variable(0);
-            let inner = collect(|| Collected::variable(1).abs()).is_err();
-            (outer + Collected::one(), inner)
+    fn arenas_nest() {
+        let ((outer, inner), arena) = collect(|| {
+            let outer = SymbolicPolynomial::variable(0);
+            let inner = collect(|| SymbolicPolynomial::variable(1).abs()).is_err();
+            (outer + SymbolicPolynomial::one(), inner)
         })
         .unwrap();
-        assert!(inner && sheet.value(outer).unwrap().len() == 2);
-        assert_eq!(sheet.atoms_over(&[]), None);
+        assert!(inner && arena.value(outer).unwrap().len() == 2);
+        assert_eq!(arena.atoms_over(&[]), None);
     }
 }

@@ -1,0 +1,65 @@
+//! Why there is no enclosure.
+
+use thiserror::Error;
+
+use super::place::{Axis, Entry, Place};
+
+/// Why there is no enclosure.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EnclosureError {
+    /// Bounds that hold no number: NaN, or the lower above the upper, or both infinite of one sign.
+    #[error("{axis} has the bounds [{lo}, {hi}], between which there is no number")]
+    Bounds {
+        /// Which coordinate.
+        axis: Axis,
+        /// Its lower bound.
+        lo: f64,
+        /// Its upper bound.
+        hi: f64,
+    },
+    /// The box has another number of coordinates than the plant, or the plant another than it says.
+    #[error("the plant says that it has {expected} {what}; the box, or what the plant itself works with, has {found}")]
+    Dimension {
+        /// Of what.
+        what: &'static str,
+        /// How many the plant says it has.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// An entry of a Jacobian that is not bounded.
+    #[error("{entry} has no finite bound at {place}")]
+    Unbounded {
+        /// The entry.
+        entry: Entry,
+        /// Where.
+        place: Place,
+    },
+    /// An operation in the right-hand side or in the output that is not defined at some point, or jumps there.
+    #[error("{operation} in {side} is not defined, or jumps, at {place}")]
+    Undefined {
+        /// The operation.
+        operation: &'static str,
+        /// `f` or `h`.
+        side: &'static str,
+        /// Where.
+        place: Place,
+    },
+    /// A right-hand side with more open branches than are explored.
+    #[error("{side} has more than 64 ways through its branches at {place}")]
+    TooManyBranches {
+        /// `f` or `h`.
+        side: &'static str,
+        /// Where.
+        place: Place,
+    },
+    /// The effort ended before every part of the box had a finite enclosure.
+    #[error("after {parts} bisections, parts of the box have no finite enclosure, such as that at {place}")]
+    Effort {
+        /// How many parts were examined.
+        parts: usize,
+        /// A part that was left.
+        place: Place,
+    },
+}

@@ -1,0 +1,128 @@
+//! Why there is no common gain, or no polytope.
+
+use core::fmt;
+
+use luenberger_linalg::LinalgError;
+use luenberger_lmi::{Infeasibility, LmiError};
+use luenberger_observers::ObserverError;
+use luenberger_proof::ProofError;
+use luenberger_proof::statement::HiddenMotion;
+use nalgebra::{Complex, DMatrix, DVector};
+use thiserror::Error;
+
+use crate::enclosure::{EnclosureError, Entry};
+use crate::error::{DesignError, from_through_design_error};
+
+/// Why a design over a polytope of Jacobians was not possible.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LpvError {
+    /// A matrix or a rate is not what is asked for, or the inequality stayed undecided.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    /// The Jacobians have no enclosure over the box.
+    #[error(transparent)]
+    Enclosure(#[from] EnclosureError),
+    /// Too many entries of the Jacobians vary over the box.
+    #[error("{varying} entries of the Jacobians vary over the box, {allowed} are allowed: {entries}")]
+    TooManyVertices {
+        /// How many vary.
+        varying: usize,
+        /// How many may.
+        allowed: usize,
+        /// Which ones.
+        entries: VaryingEntries,
+    },
+    /// Somewhere in the polytope a direction is not seen by any output, and an error along it does not decay at the
+    /// rate asked for.
+    #[error("{0}")]
+    HiddenMode(Box<HiddenMode>),
+    /// Vertices that are possible alone exclude each other.
+    #[error("{0}")]
+    Conflict(Box<Conflict>),
+    /// A given gain does not stabilise at a vertex.
+    #[error("A - L C is not Hurwitz at vertex {} ({place}): its spectral abscissa is {abscissa:e}", vertex + 1)]
+    UnstableVertex {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// The vertex in words.
+        place: String,
+        /// The largest real part of an eigenvalue there.
+        abscissa: f64,
+    },
+}
+
+from_through_design_error!(LpvError: LmiError, ProofError, ObserverError, LinalgError);
+
+/// The entries of the Jacobians that vary over the box.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VaryingEntries(pub Vec<Entry>);
+
+impl fmt::Display for VaryingEntries {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        f.write_str(&names.join(", "))
+    }
+}
+
+/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay faster than the rate asked for, in exact arithmetic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HiddenMode {
+    /// The rate asked for.
+    pub rate: f64,
+    /// Which pair: a vertex in words, or a point inside the polytope.
+    pub place: String,
+    /// A.
+    pub a: DMatrix<f64>,
+    /// C.
+    pub c: DMatrix<f64>,
+    /// The eigenvalue of A: the rate cannot exceed minus its real part.
+    pub eigenvalue: Complex<f64>,
+    /// The direction v, `A v = lambda v`, `C v = 0`, of length 1. Both to rounding.
+    pub direction: DVector<Complex<f64>>,
+    /// The unobservable subspace of (A, C) in exact arithmetic, in which not every motion decays faster than `exp(-rate t)`: `witness.is_of` and `witness.decays_at` check it.
+    pub witness: HiddenMotion,
+}
+
+impl fmt::Display for HiddenMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let entry = |z: &Complex<f64>| if z.im == 0.0 { format!("{:.4}", z.re) } else { format!("{z:.4}") };
+        let direction: Vec<String> = self.direction.iter().map(entry).collect();
+        write!(
+            f,
+            "no gain gives a rate beyond {} on the whole polytope: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
+            self.rate,
+            self.place,
+            direction.join(", "),
+            entry(&self.eigenvalue)
+        )
+    }
+}
+
+/// Vertices that together exclude a common P, each of them being possible alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conflict {
+    /// The rate asked for.
+    pub rate: f64,
+    /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the contradiction.
+    pub vertices: Vec<usize>,
+    /// Each of them in words.
+    pub places: Vec<String>,
+    /// Whether it is a pair. If not, no two of them were found to exclude each other alone.
+    pub is_pair: bool,
+    /// The multipliers of the contradiction, verified exactly.
+    pub witness: Infeasibility,
+}
+
+impl fmt::Display for Conflict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let several = match self.vertices.len() {
+            1 => "this vertex excludes every P by itself",
+            _ if self.is_pair => "two vertices exclude each other",
+            _ => "these vertices together exclude each other",
+        };
+        let names: Vec<String> =
+            self.vertices.iter().zip(&self.places).map(|(k, place)| format!("{} ({place})", k + 1)).collect();
+        write!(f, "{several} at the rate {}: {}", self.rate, names.join("; "))
+    }
+}
