@@ -10,7 +10,7 @@ use nalgebra::{RealField, convert};
 
 /// A function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unary {
+pub(crate) enum Unary {
     Negate,
     Reciprocal,
     Abs,
@@ -35,7 +35,7 @@ pub(super) enum Unary {
 
 /// An operation or a function of two arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Binary {
+pub(crate) enum Binary {
     Add,
     Subtract,
     Multiply,
@@ -52,7 +52,7 @@ pub(super) enum Binary {
 
 /// What a name before a parenthesis stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Function {
+pub(crate) enum Function {
     Unary(Unary),
     /// Of two arguments.
     Binary(Binary),
@@ -104,23 +104,23 @@ const ELSEWHERE: [(&str, &str); 10] = [
 ];
 
 /// The function of that name.
-pub(super) fn function(name: &str) -> Option<(&'static str, Function)> {
+pub(crate) fn function(name: &str) -> Option<(&'static str, Function)> {
     FUNCTIONS.into_iter().find(|(known, _)| *known == name)
 }
 
 /// The names of all functions.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.into_iter().map(|(name, _)| name)
 }
 
 /// What another language's name is called here.
-pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
+pub(crate) fn elsewhere(name: &str) -> Option<&'static str> {
     ELSEWHERE.into_iter().find(|(theirs, _)| *theirs == name).map(|(_, ours)| ours)
 }
 
 impl Function {
     /// How many arguments it takes, in words, and whether so many fit.
-    pub(super) fn takes(self, count: usize) -> (&'static str, bool) {
+    pub(crate) fn takes(self, count: usize) -> (&'static str, bool) {
         match self {
             Self::Unary(_) => ("one argument", count == 1),
             Self::Binary(_) => ("two arguments", count == 2),
@@ -132,13 +132,13 @@ impl Function {
 
 impl Unary {
     /// Its name as a function.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         let named = FUNCTIONS.into_iter().find(|(_, function)| *function == Function::Unary(self));
         // The two without a name are the signs - and 1/.
         named.map_or(if self == Self::Negate { "-" } else { "1/" }, |(name, _)| name)
     }
 
-    pub(super) fn at<T: RealField + Copy>(self, x: T) -> T {
+    pub(crate) fn at<T: RealField + Copy>(self, x: T) -> T {
         match self {
             Self::Negate => -x,
             Self::Reciprocal => x.recip(),
@@ -173,7 +173,7 @@ impl Unary {
 
 impl Binary {
     /// Its name as a function, or its sign.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Add => "+",
             Self::Subtract => "-",
@@ -187,7 +187,7 @@ impl Binary {
         }
     }
 
-    pub(super) fn at<T: RealField + Copy>(self, x: T, y: T) -> T {
+    pub(crate) fn at<T: RealField + Copy>(self, x: T, y: T) -> T {
         match self {
             Self::Add => x + y,
             Self::Subtract => x - y,
@@ -204,7 +204,7 @@ impl Binary {
 }
 
 /// The nearest number to x between low and high.
-pub(super) fn saturate<T: RealField + Copy>(x: T, low: T, high: T) -> T {
+pub(crate) fn saturate<T: RealField + Copy>(x: T, low: T, high: T) -> T {
     x.max(low).min(high)
 }
 

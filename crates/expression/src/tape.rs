@@ -5,10 +5,10 @@
 
 use nalgebra::{RealField, convert};
 
-use super::LIMITS;
-use super::function::{Binary, Unary, saturate};
-use super::scope::Symbol;
-use super::tree::{Node, Tree};
+use crate::LIMITS;
+use crate::function::{Binary, Unary, saturate};
+use crate::scope::Symbol;
+use crate::tree::{Node, Tree};
 
 /// The largest exponent that becomes a product.
 const LARGEST_PRODUCT: f64 = 1000.0;
@@ -47,7 +47,7 @@ impl Instruction {
 
 /// The instructions of an expression.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tape {
+pub(crate) struct Tape {
     /// Each with the node of the tree that it belongs to.
     code: Vec<(Instruction, usize)>,
     /// Length of the stack.
@@ -55,15 +55,15 @@ pub(super) struct Tape {
 }
 
 /// A step of an evaluation: the node, its operands and its value.
-pub(super) struct Step<'s, T> {
-    pub(super) node: usize,
-    pub(super) operands: &'s [T],
-    pub(super) value: T,
+pub(crate) struct Step<'s, T> {
+    pub(crate) node: usize,
+    pub(crate) operands: &'s [T],
+    pub(crate) value: T,
 }
 
 impl Tape {
     /// The instructions, or the node at which more values wait than there may be.
-    pub(super) fn compile(tree: &Tree) -> Result<Self, usize> {
+    pub(crate) fn compile(tree: &Tree) -> Result<Self, usize> {
         let mut code: Vec<(Instruction, usize)> = Vec::new();
         for (node, what) in tree.nodes().enumerate() {
             let instruction = match what {
@@ -94,7 +94,7 @@ impl Tape {
     }
 
     /// The value; `seen` is shown every step.
-    pub(super) fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], seen: impl FnMut(Step<'_, T>)) -> T {
+    pub(crate) fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], seen: impl FnMut(Step<'_, T>)) -> T {
         if self.depth <= SHORT {
             self.run([T::zero(); SHORT], t, x, u, seen)
         } else {

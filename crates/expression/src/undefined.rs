@@ -5,10 +5,10 @@ use core::fmt;
 use nalgebra::RealField;
 use num_dual::Dual64;
 
-use super::Expression;
-use super::error::Family;
-use super::scope::Symbol;
-use super::tree::Node;
+use crate::Expression;
+use crate::error::Family;
+use crate::scope::Symbol;
+use crate::tree::Node;
 
 /// A part of an expression that is not finite, although what it is made of is.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,14 +82,14 @@ fn written(expression: &Expression, family: Family, index: usize) -> String {
     expression.tree.nodes().find_map(symbol).unwrap_or_else(|| format!("{letter}{}", index + 1))
 }
 
-pub(super) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
+pub(crate) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
     run(expression, (t, x, u), |value| !value.is_finite(), |value| value).map_err(|(undefined, _)| undefined)
 }
 
 /// The derivatives by all states, or by all inputs.
 ///
 /// Where a part has no derivative, none is finite: 0 times infinity is not a number along the directions that do not move it. The error is that of a direction that does.
-pub(super) fn gradient(
+pub(crate) fn gradient(
     expression: &Expression,
     t: f64,
     x: &[f64],
