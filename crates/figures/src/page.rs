@@ -4,9 +4,11 @@
 //! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
 
 use crate::figure::{Figure, FigureError, interactive};
-use plotly::Plot;
 use serde_json::{Map, Value as Json};
 use std::fmt;
+
+/// plotly.js with scatter and bar plots; see the README beside it.
+const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js");
 
 /// Draws every element with a `data-picture`, in the colours of the page, and anew when the reader's choice of light or
 /// dark changes.
@@ -43,8 +45,7 @@ impl fmt::Display for Shell<'_> {
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{style}</style>\n</head>\n<body>\n{body}\n\
              <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
-             {library}\n<script>\n{script}</script>\n</body>\n</html>\n",
-            library = plotting_library()
+             <script>{PLOTTING_LIBRARY}</script>\n<script>\n{script}</script>\n</body>\n</html>\n"
         )
     }
 }
@@ -103,12 +104,4 @@ impl fmt::Display for Pictures {
 /// `text` as it stands in HTML, within an element or a quoted attribute.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// The element with plotly alone: the crate hands it out followed by a library for formulas, which no label here needs.
-fn plotting_library() -> String {
-    let sources = Plot::offline_js_sources();
-    let end = "</script>";
-    let length = sources.find(end).map_or(sources.len(), |i| i + end.len());
-    sources[..length].to_owned()
 }

@@ -19,6 +19,7 @@
 //! # Ok::<(), luenberger_figures::figure::FigureError>(())
 //! ```
 
+mod canvas;
 pub mod interactive;
 pub mod still;
 mod stroke;

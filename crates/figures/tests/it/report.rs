@@ -2,6 +2,7 @@
 
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
+use sha2::{Digest, Sha256};
 
 fn errors(name: &str) -> Figure {
     let panel = Panel::new("time t (s)", "error e (m)").series(Series::line(name, &[0.0, 1.0], &[1.0, 0.1]));
@@ -108,4 +109,12 @@ fn sections_and_figures_never_share_an_anchor() {
     for id in ["errors", "errors-2", "section", "pictures", "pictures-2"] {
         assert_eq!(html.matches(&format!(" id=\"{id}\"")).count(), 1, "{id}");
     }
+}
+
+/// What stands in every report is the file that its README names.
+#[test]
+fn the_plotting_library_is_the_one_that_is_named() {
+    let digest = Sha256::digest(include_bytes!("../../assets/plotly-basic-3.7.0.min.js"));
+    let digits: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert!(include_str!("../../assets/README.md").contains(&digits), "{digits}");
 }
