@@ -9,12 +9,10 @@
 #![deny(missing_docs)]
 
 pub mod figure;
-mod number;
 pub mod page;
 pub mod report;
 pub mod table;
 
 pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
-pub use number::short;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;

@@ -10,8 +10,8 @@
 //!
 //! let panel = Panel::new("time t (s)", "error e (m)").series(Series::line("cubic", &[0.0, 1.0], &[1.0, 0.1]));
 //! let merits = Grid::new(&["observer", "rms (m)", "verdict"])
-//!     .row([Cell::from("linear"), Cell::from(0.31), Cell::badge("proved", Tone::Good)])
-//!     .row([Cell::from("cubic"), Cell::from(0.12), Cell::badge("undecided", Tone::Open)]);
+//!     .row([Cell::from("linear"), Cell::number("0.31"), Cell::badge("proved", Tone::Good)])
+//!     .row([Cell::from("cubic"), Cell::number("0.12"), Cell::badge("undecided", Tone::Open)]);
 //! let html = Report::new("Two observers")
 //!     .lead("What each of them sees.")
 //!     .section(
@@ -27,7 +27,6 @@
 //! ```
 
 use crate::figure::{Figure, FigureError};
-use crate::number::short;
 use crate::page::{DRAW_PICTURES, Pictures, STYLE, Shell, escape};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -315,7 +314,7 @@ impl Cell {
         Self { text: text.into(), kind: Kind::Badge(tone) }
     }
 
-    /// A number that has already been written, such as `1.2 ± 0.1` or `–`.
+    /// A number as it is written, such as `0.31`, `1.2 ± 0.1` or `–`.
     pub fn number(text: impl Into<String>) -> Self {
         Self { text: text.into(), kind: Kind::Number }
     }
@@ -338,13 +337,6 @@ impl From<&str> for Cell {
 impl From<String> for Cell {
     fn from(text: String) -> Self {
         Self { text, kind: Kind::Text }
-    }
-}
-
-/// Six significant digits.
-impl From<f64> for Cell {
-    fn from(x: f64) -> Self {
-        Self::number(short(x))
     }
 }
 

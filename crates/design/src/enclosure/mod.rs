@@ -31,7 +31,7 @@ use luenberger_proof::{Interval, Matrix, Ring};
 use thiserror::Error;
 
 use crate::names;
-use crate::number::significant;
+use luenberger_proof::wording::significant;
 
 pub use branches::Branches;
 pub use paths::Undefined;

@@ -266,7 +266,7 @@ impl Page {
             let end = frame.left + 6.0 + self.canvas.width(&bar.name, NUMBER);
             self.rectangle(Rect { left: frame.left + 2.0, top: name - 14.0, right: end, bottom: name + 4.0 }, [255; 3]);
             self.text((frame.left + 4.0, name), &bar.name, NUMBER, Anchor::Start);
-            let value = crate::number::short(bar.to).replace('-', "−");
+            let value = bar.text.replace('-', "−");
             // Beside the bar if there is room, else in it.
             if right + self.canvas.width(&value, NUMBER) + 10.0 < frame.right {
                 self.text((right + 7.0, y + 5.5), &value, NUMBER, Anchor::Start);

@@ -15,11 +15,11 @@ fn report() -> Report {
         .numbers_as(&["csv", "npz"])
         .section(
             Section::new("What is seen")
-                .facts([("rank", Cell::from(3usize)), ("margin", Cell::from(-2.5e-9)), ("by", Cell::from("y & z"))])
+                .facts([("rank", Cell::from(3usize)), ("margin", Cell::number("-2.5e-9")), ("by", Cell::from("y & z"))])
                 .grid(
                     Grid::new(&["observer", "rms (m)", "verdict"])
                         .caption("Over 8 s")
-                        .row([Cell::from("</script>"), Cell::from(0.125), Cell::badge("proved", Tone::Good)])
+                        .row([Cell::from("</script>"), Cell::number("0.125"), Cell::badge("proved", Tone::Good)])
                         .row([Cell::from("cubic"), Cell::number("–"), Cell::badge("undecided", Tone::Open)]),
                 ),
         )

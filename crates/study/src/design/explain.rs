@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use luenberger_design::DesignError;
-use luenberger_design::number::shortest;
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_plants::Plant;
+use luenberger_proof::wording::shortest;
 use nalgebra::DVector;
 
 use super::runnable::Chains;

@@ -1,10 +1,11 @@
 //! The observers of linear plants.
 
-use luenberger_design::number::{decay, significant};
+use luenberger_design::number::decay;
 use luenberger_design::{Correction, CubicDesign, DesignError, LinearDesign, SampledCubicDesign, Wish};
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::Settings;
 use luenberger_plants::DynamicPlant;
+use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::runnable::Runnable;
