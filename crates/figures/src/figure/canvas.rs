@@ -175,55 +175,43 @@ impl Canvas {
                     Anchor::End => self.width(text, *size),
                 };
                 let scale = *size as f32 / f32::from(self.letters.units_per_em());
-                let mut pen = Letters { path: PathBuilder::new(), x: (x - before) as f32, y: *y as f32, scale };
+                let (mut line, mut x) = (PathBuilder::new(), (x - before) as f32);
                 for glyph in text.chars().map(|letter| self.glyph(letter)) {
-                    // A space has no outline.
-                    let _ = self.letters.outline_glyph(glyph, &mut pen);
-                    pen.x += scale * f32::from(self.letters.glyph_hor_advance(glyph).unwrap_or(0));
+                    let mut letter = Letter(PathBuilder::new());
+                    // A space has no outline. A font's ordinates point upwards.
+                    if self.letters.outline_glyph(glyph, &mut letter).is_some() {
+                        let place = Transform::from_row(scale, 0.0, 0.0, -scale, x, *y as f32);
+                        line.push_path(&letter.0.finish()?.transform(place)?);
+                    }
+                    x += scale * f32::from(self.letters.glyph_hor_advance(glyph).unwrap_or(0));
                 }
-                pen.path.finish()
+                line.finish()
             }
         }
     }
 }
 
-/// Letters whose baseline begins at (x, y); a font's ordinates point upwards.
-struct Letters {
-    path: PathBuilder,
-    x: f32,
-    y: f32,
-    scale: f32,
-}
+struct Letter(PathBuilder);
 
-impl Letters {
-    fn at(&self, x: f32, y: f32) -> (f32, f32) {
-        (self.x + self.scale * x, self.y - self.scale * y)
-    }
-}
-
-impl OutlineBuilder for Letters {
+impl OutlineBuilder for Letter {
     fn move_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
-        self.path.move_to(x, y);
+        self.0.move_to(x, y);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
-        self.path.line_to(x, y);
+        self.0.line_to(x, y);
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
-        self.path.quad_to(x1, y1, x, y);
+        self.0.quad_to(x1, y1, x, y);
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
-        self.path.cubic_to(x1, y1, x2, y2, x, y);
+        self.0.cubic_to(x1, y1, x2, y2, x, y);
     }
 
     fn close(&mut self) {
-        self.path.close();
+        self.0.close();
     }
 }
 

@@ -111,6 +111,16 @@ fn sections_and_figures_never_share_an_anchor() {
     }
 }
 
+/// HTML, a style sheet and a script of one's own stand in the page as they are, after what every page has.
+#[test]
+fn a_report_takes_html_of_ones_own() {
+    let report = Report::new("").head("<p id=\"head\"></p>").with("b { x: y }", "own();");
+    let html = report.section(Section::new("Own").html("<b>1 &lt; 2</b>")).html().unwrap();
+    balanced(&html);
+    assert!(html.contains("<p id=\"head\"></p><nav>") && html.contains("<h2>Own</h2><b>1 &lt; 2</b></section>"));
+    assert!(html.contains("b { x: y }</style>") && html.contains("own();</script>"));
+}
+
 /// What stands in every report is the file that its README names.
 #[test]
 fn the_plotting_library_is_the_one_that_is_named() {
