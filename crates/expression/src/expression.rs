@@ -88,7 +88,8 @@ impl Expression {
 
     /// Whether it is affine in states and inputs with coefficients that do not depend on time: `a'x + b'u + c`.
     ///
-    /// Decided by its form: sums, products with constants, quotients by constants. What is affine only because terms cancel, as `x1*x2 - x2*x1`, is not found out.
+    /// Decided by its form: sums, products with constants, quotients by constants. What is affine only because terms
+    /// cancel, as `x1*x2 - x2*x1`, is not found out.
     ///
     /// ```
     /// use luenberger_expression::{Expression, Scope};

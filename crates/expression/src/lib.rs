@@ -19,9 +19,11 @@
 //! operand                        number, name, name(a, ...), (a)
 //! ```
 //!
-//! A text is parsed into a syntax tree and compiled to a tape, a flat list of instructions, which is evaluated over any scalar: numbers, dual numbers (so that Jacobians are
-//! exact), the intervals and polynomials of `luenberger-design`. An evaluation allocates nothing and does not recurse. Where the mathematics has no answer (`1/0`, `ln(-1)`)
-//! the value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] says which part of the text it comes from.
+//! A text is parsed into a syntax tree and compiled to a tape, a flat list of instructions, which is evaluated over any
+//! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
+//! An evaluation allocates nothing and does not recurse. Where the mathematics has no answer (`1/0`, `ln(-1)`) the
+//! value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] says which part of the
+//! text it comes from.
 //!
 //! ```
 //! use luenberger_expression::{ExpressionPlant, Parameters};
@@ -43,7 +45,7 @@
 //! |---|---|
 //! | `parse`, `tree`, `scope` | from a text to its syntax tree; the names that it may use |
 //! | `tape`, `function` | the instructions, and what each computes over any scalar |
-//! | `expression`, `affine`, `undefined` | values and derivatives; which expressions are affine; where one has no value |
+//! | `expression`, `affine`, `undefined` | values and derivatives; the affine ones; where one has no value |
 //! | `plant` | plants whose rows are expressions |
 //! | `error`, `nearest` | what can be wrong with a text, and where; the name that was meant |
 

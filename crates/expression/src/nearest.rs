@@ -4,8 +4,9 @@ use core::cmp::Reverse;
 
 use strsim::damerau_levenshtein;
 
-/// The known name nearest to `name`, if Damerau and Levenshtein's distance is at most a third of the letters, rounded up, and not all of them.
-/// Case does not count, and `-` and a space are `_`; among equals, the one that begins alike for longest.
+/// The known name nearest to `name`, if Damerau and Levenshtein's distance is at most a third of the letters, rounded
+/// up, and not all of them. Case does not count, and `-` and a space are `_`; among equals, the one that begins alike
+/// for longest.
 ///
 /// ```
 /// use luenberger_expression::nearest;

@@ -157,7 +157,8 @@ fn operator<'s>(input: &mut Input<'s>) -> Parsed<Infix<Input<'s>, usize, ErrMode
         "*" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Multiply, x, y))),
         "/" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Divide, x, y))),
         _ => {
-            // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given back.
+            // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given
+            // back.
             wait(input, at)?;
             Infix::Right(9, |input, x, y| {
                 input.state.waiting -= 1;

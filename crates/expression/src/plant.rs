@@ -1,9 +1,11 @@
 //! Plants from text: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
 //!
-//! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers run it, and the designs of `luenberger-design` that enclose
-//! Jacobians over a box take it as it is. Sizes are known at run time; [`Fixed`] has them in its type, for the designs that ask for it.
+//! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers
+//! run it, and the designs of `luenberger-design` that enclose Jacobians over a box take it as it is. Sizes are known
+//! at run time; [`Fixed`] has them in its type, for the designs that ask for it.
 //!
-//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it: [`ExpressionPlant::affine`].
+//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it:
+//! [`ExpressionPlant::affine`].
 
 use core::fmt;
 use std::sync::Arc;
@@ -166,11 +168,13 @@ pub struct ExpressionPlant(Arc<Rows>);
 impl ExpressionPlant {
     /// The plant with these rows of f and h, so many inputs, and these parameters.
     ///
-    /// Rows of f may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows; rows of h all but the inputs.
+    /// Rows of f may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows; rows of h all but the
+    /// inputs.
     ///
     /// # Errors
-    /// [`ExpressionPlantError::Empty`], [`TooLarge`](ExpressionPlantError::TooLarge), [`Parameter`](ExpressionPlantError::Parameter), and
-    /// [`Expression`](ExpressionPlantError::Expression) for the first row that is none.
+    /// [`ExpressionPlantError::Empty`], [`TooLarge`](ExpressionPlantError::TooLarge),
+    /// [`Parameter`](ExpressionPlantError::Parameter), and [`Expression`](ExpressionPlantError::Expression) for the
+    /// first row that is none.
     pub fn new<S: AsRef<str>>(
         f: &[S],
         h: &[S],
@@ -180,7 +184,8 @@ impl ExpressionPlant {
         Self::of(f, h, inputs, (&[], &[]), parameters)
     }
 
-    /// The same with names of one's own for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`: see [`Scope::named`].
+    /// The same with names of one's own for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`:
+    /// see [`Scope::named`].
     ///
     /// ```
     /// use luenberger_plants::Plant;
@@ -193,7 +198,8 @@ impl ExpressionPlant {
     /// # Ok::<(), luenberger_expression::ExpressionPlantError>(())
     /// ```
     /// # Errors
-    /// As [`new`](Self::new); [`ExpressionPlantError::Length`] unless there is a name for each state, [`ExpressionPlantError::Name`].
+    /// As [`new`](Self::new); [`ExpressionPlantError::Length`] unless there is a name for each state,
+    /// [`ExpressionPlantError::Name`].
     pub fn named<S: AsRef<str>>(
         f: &[S],
         h: &[S],
@@ -278,7 +284,8 @@ impl ExpressionPlant {
         Ok(())
     }
 
-    /// The matrices of a plant that is affine by its form, see [`Expression::affine`]: exact up to the rounding of what is written.
+    /// The matrices of a plant that is affine by its form, see [`Expression::affine`]: exact up to the rounding of what
+    /// is written.
     ///
     /// ```
     /// use luenberger_expression::{ExpressionPlant, Parameters};
@@ -291,7 +298,8 @@ impl ExpressionPlant {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`ExpressionPlantError::NotAffine`] names the first part that is not; [`Undefined`](ExpressionPlantError::Undefined) a coefficient that is not finite.
+    /// [`ExpressionPlantError::NotAffine`] names the first part that is not;
+    /// [`Undefined`](ExpressionPlantError::Undefined) a coefficient that is not finite.
     pub fn affine(&self) -> Result<AffinePlant, ExpressionPlantError> {
         for (row, expression) in self.rows() {
             expression.affine().map_err(|part| ExpressionPlantError::NotAffine {
@@ -371,14 +379,16 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
     }
 }
 
-/// An [`ExpressionPlant`] with n, m and p in its type: for designs that need them there, such as the numerical KKL observer.
+/// An [`ExpressionPlant`] with n, m and p in its type: for designs that need them there, such as the numerical KKL
+/// observer.
 ///
 /// ```
 /// use luenberger_plants::Plant;
 /// use luenberger_expression::{ExpressionPlant, Parameters};
 /// use nalgebra::{SVector, Vector2};
 /// let duffing = ExpressionPlant::new(&["x2^3", "-x1"], &["x1"], 0, &Parameters::new())?;
-/// assert_eq!(duffing.fixed::<2, 0, 1>()?.derivative(0.0, &Vector2::new(1.0, 2.0), &SVector::zeros()), Vector2::new(8.0, -1.0));
+/// let (fixed, x) = (duffing.fixed::<2, 0, 1>()?, Vector2::new(1.0, 2.0));
+/// assert_eq!(fixed.derivative(0.0, &x, &SVector::zeros()), Vector2::new(8.0, -1.0));
 /// assert!(duffing.fixed::<2, 1, 1>().is_err());
 /// # Ok::<(), luenberger_expression::ExpressionPlantError>(())
 /// ```

@@ -72,7 +72,8 @@ enum Reads {
     Nothing,
 }
 
-/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names of one's own for the states and inputs.
+/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names of one's own for the
+/// states and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     states: usize,
@@ -106,9 +107,11 @@ impl Scope {
         Self { states, inputs, reads, parameters, state_names, input_names }
     }
 
-    /// The same with names of one's own for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an empty list names none.
+    /// The same with names of one's own for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an
+    /// empty list names none.
     ///
-    /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression can say it.
+    /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression
+    /// can say it.
     ///
     /// ```
     /// use luenberger_expression::{Expression, Scope};
@@ -122,8 +125,8 @@ impl Scope {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`NameError`] for the first that means something else already: `t`, `pi`, `e`, a function, a parameter, another state or input. `x2` may be the name of
-    /// the second state only.
+    /// [`NameError`] for the first that means something else already: `t`, `pi`, `e`, a function, a parameter, another
+    /// state or input. `x2` may be the name of the second state only.
     pub fn named(mut self, states: &[String], inputs: &[String]) -> Result<Self, NameError> {
         let lists = [(Family::States, states), (Family::Inputs, inputs)];
         for (family, names) in lists {

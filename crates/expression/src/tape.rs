@@ -1,7 +1,8 @@
 //! The flat form of an expression: a list of instructions for a stack of scalars.
 //!
-//! Constants are joined only where that is exact in binary64: a box evaluation then encloses the real value of what is written, with the binary64 numbers that
-//! are written. A power with a small integer exponent becomes a product, defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
+//! Constants are joined only where that is exact in binary64: a box evaluation then encloses the real value of what is
+//! written, with the binary64 numbers that are written. A power with a small integer exponent becomes a product,
+//! defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
 
 use nalgebra::{RealField, convert};
 
@@ -136,7 +137,8 @@ impl Tape {
     }
 }
 
-/// Appends an instruction, or what it comes to. The operands of an instruction end the code; one that is a constant is one instruction.
+/// Appends an instruction, or what it comes to. The operands of an instruction end the code; one that is a constant is
+/// one instruction.
 fn append(code: &mut Vec<(Instruction, usize)>, instruction: Instruction, node: usize) {
     let constant = |back: usize| match code.len().checked_sub(back).and_then(|index| code.get(index)) {
         Some((Instruction::Constant(value), _)) => Some(*value),
@@ -206,7 +208,8 @@ fn raised(code: &mut Vec<(Instruction, usize)>, y: f64, node: usize) -> bool {
 fn exact(operation: Binary, x: f64, y: f64) -> Option<f64> {
     let sum = |x: f64, y: f64| {
         let s = x + y;
-        // The rounding error of a sum is a binary64 number and found exactly (Knuth, The Art of Computer Programming, vol. 2, 4.2.2).
+        // The rounding error of a sum is a binary64 number and found exactly (Knuth, The Art of Computer Programming,
+        // vol. 2, 4.2.2).
         let rest = (x - (s - y)) + (y - (s - (s - y)));
         (rest == 0.0).then_some(s)
     };

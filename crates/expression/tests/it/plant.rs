@@ -76,7 +76,7 @@ proptest! {
         // And with the sizes in the type.
         let fixed = joint().fixed::<4, 1, 2>().unwrap();
         let (found, expected) =
-            (fixed.derivative(t, &x4, &u), joint().derivative(t, &DVector::from_slice(&x), &DVector::from_slice(u.as_slice())));
+            (fixed.derivative(t, &x4, &u), joint().derivative(t, &dvector![x[0], x[1], x[2], x[3]], &dvector![u[0]]));
         prop_assert_eq!(found.as_slice(), expected.as_slice());
     }
 }

@@ -125,6 +125,6 @@ fn a_report_takes_html_of_ones_own() {
 #[test]
 fn the_plotting_library_is_the_one_that_is_named() {
     let digest = Sha256::digest(include_bytes!("../../assets/plotly-basic-3.7.0.min.js"));
-    let digits: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let digits = format!("{digest:x}");
     assert!(include_str!("../../assets/README.md").contains(&digits), "{digits}");
 }
