@@ -1,6 +1,6 @@
 //! What a command found, for people and for machines.
 
-use crate::failure::NEGATIVE;
+use crate::exit::NEGATIVE;
 use crate::output;
 use serde::Serialize;
 use std::process::ExitCode;

@@ -1,5 +1,6 @@
 //! What can be said on the command line.
 
+use crate::exit::WRONG;
 use crate::input::Source;
 use crate::output;
 use clap::error::ErrorKind;
@@ -285,5 +286,5 @@ pub(crate) fn refused(error: &clap::Error) -> ExitCode {
     }
     // Help that nobody reads to its end is no failure.
     _ = error.print();
-    ExitCode::from(if is_answer { 0 } else { 2 })
+    if is_answer { ExitCode::SUCCESS } else { ExitCode::from(WRONG) }
 }

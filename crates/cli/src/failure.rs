@@ -1,7 +1,7 @@
 //! Why a command has no answer: a plain sentence, an exit code, and an object for machines.
 
+use crate::exit::{INTERRUPTED, NEGATIVE, WRONG};
 use crate::output::{self, is_coloured};
-use crate::study::INTERRUPTED;
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
 use luenberger_proof::certificate::Rejection;
@@ -9,14 +9,9 @@ use luenberger_study::import::ImportError;
 use luenberger_study::{Diagnostics, StudyError};
 use serde_json::{Map, Value};
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 use thiserror::Error;
-
-/// Exit code of a negative answer: the question was right, and there is no solution, or no proof.
-pub(crate) const NEGATIVE: u8 = 1;
-
-/// Exit code of a wrong question: usage, files, data.
-const WRONG: u8 = 2;
 
 /// Why a command has no answer.
 #[derive(Debug, Error)]
@@ -60,6 +55,12 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// Why a file is not written.
+    pub(crate) fn written(path: &Path, error: io::Error) -> Self {
+        let path = path.display().to_string();
+        if error.kind() == io::ErrorKind::AlreadyExists { Self::Exists { path } } else { Self::Write { path, error } }
+    }
+
     /// A word for machines.
     fn kind(&self) -> &'static str {
         match self {

@@ -3,8 +3,8 @@
 use crate::answer::Answer;
 use crate::arguments::ImportInput;
 use crate::failure::Failure;
-use crate::numbers::count;
 use crate::output;
+use luenberger_proof::wording::counted;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -25,7 +25,7 @@ pub(crate) fn import(input: &ImportInput) -> Result<Answer, Failure> {
     let (states, inputs, outputs) = (model.a.nrows(), model.b.ncols(), model.c.nrows());
     let is_standard = input.output.as_os_str() == "-";
     if !is_standard {
-        output::file(&input.output, &study, input.force)?;
+        output::file(&input.output, &study, input.force).map_err(|error| Failure::written(&input.output, error))?;
     }
     let text = if is_standard {
         study.clone()
@@ -36,7 +36,7 @@ pub(crate) fn import(input: &ImportInput) -> Result<Answer, Failure> {
         };
         let path = input.output.display();
         let sizes =
-            [(states, "state"), (inputs, "input"), (outputs, "output")].map(|(number, what)| count(number, what));
+            [(states, "state"), (inputs, "input"), (outputs, "output")].map(|(number, what)| counted(number, what));
         format!("{path}: {}\n{ignored}", sizes.join(", "))
     };
     let study = if is_standard { study } else { input.output.display().to_string() };

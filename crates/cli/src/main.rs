@@ -5,6 +5,7 @@
 
 mod answer;
 mod arguments;
+mod exit;
 mod failure;
 mod import;
 mod input;

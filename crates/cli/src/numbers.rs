@@ -1,15 +1,16 @@
 //! Numbers for people: six significant digits, matrices aligned at their decimal points.
 
+use luenberger_proof::wording::{self, significant};
 use nalgebra::{Complex, DMatrix};
 
 /// A number with six significant digits: `0.333333`, `-12`, `1.5e-9`.
 pub(crate) fn number(x: f64) -> String {
-    digits(x, 6)
+    significant(x, 6)
 }
 
 /// A residual or a condition: two digits say enough.
 pub(crate) fn size(x: f64) -> String {
-    digits(x, 2)
+    significant(x, 2)
 }
 
 /// A margin relative to what it is a margin of: below a rounding it is none.
@@ -22,36 +23,9 @@ pub(crate) fn beside(x: f64, largest: f64) -> f64 {
     if x.abs() <= 8.0 * f64::EPSILON * largest { 0.0 } else { x }
 }
 
-/// `1 state`, `2 states`.
-pub(crate) fn count(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-fn digits(x: f64, count: i32) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return if x == 0.0 { "0".to_owned() } else { x.to_string() };
-    }
-    let scientific = format!("{x:.*e}", (count - 1) as usize);
-    let Some((mantissa, exponent)) = scientific.split_once('e') else { return scientific };
-    let exponent: i32 = exponent.parse().unwrap_or_default();
-    let trimmed = |text: &str| {
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
-    };
-    if (-4..6).contains(&exponent) {
-        let decimals = (count - 1 - exponent).max(0) as usize;
-        trimmed(&format!("{x:.decimals$}"))
-    } else {
-        format!("{}e{exponent}", trimmed(mantissa))
-    }
-}
-
 /// A complex number: `-1 + 2i`, or a real one alone.
 pub(crate) fn complex(z: Complex<f64>) -> String {
-    if z.im == 0.0 {
-        return number(z.re);
-    }
-    let sign = if z.im < 0.0 { '-' } else { '+' };
-    format!("{} {sign} {}i", number(z.re), number(z.im.abs()))
+    wording::complex([z.re, z.im], 6)
 }
 
 /// `name =` and the rows, the columns aligned at their decimal points.
@@ -94,15 +68,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn six_digits_and_no_more_than_the_number_has() {
-        let shown = [0.0, -0.0, 1.0, -12.5, 1.0 / 3.0, 1e6, 123456.7, 1.5e-9, 0.00012, f64::INFINITY, 999999.9, 1e300]
-            .map(number);
-        let expected =
-            ["0", "0", "1", "-12.5", "0.333333", "1e6", "123457", "1.5e-9", "0.00012", "inf", "1e6", "1e300"];
-        assert_eq!(shown, expected);
-    }
-
-    #[test]
     fn what_is_rounding_error_is_told_as_zero() {
         assert_eq!(
             (margin(2.7e-126), margin(0.333), margin(1e-14)),
@@ -110,7 +75,6 @@ mod tests {
         );
         // Of large numbers more is rounding error, of small ones less.
         assert_eq!((beside(1e-4, 1e12), beside(-1e-17, 1e-12)), (0.0, -1e-17));
-        assert_eq!((count(1, "state"), count(0, "input")), ("1 state".to_owned(), "0 inputs".to_owned()));
     }
 
     #[test]

@@ -2,20 +2,19 @@
 //!
 //! A figure is described once and drawn three ways (SVG, PNG, interactive); see [`figure`]. A table of numbers is written
 //! with every digit; see [`table`]. A page is one HTML file that needs nothing else and loads nothing from anywhere; see
-//! [`page`], and [`report`] for one made of sections, tables and figures. The same input gives the same bytes.
+//! [`report`]. The same input gives the same bytes.
 //!
 //! This crate knows nothing of control.
 
 #![deny(missing_docs)]
 
 pub mod figure;
-mod number;
-pub mod page;
+mod page;
 pub mod report;
 pub mod table;
 
 pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
-pub use number::short;
+pub use page::escape;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;
 

@@ -3,73 +3,47 @@
 //! The plotting library, the style sheet and the few lines of script are written into the page; the data of the figures
 //! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
 //!
-//! The plotting library is plotly.js 3.0.1 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
-//! plotly.js-basic-dist-min: `src/plotly`, with its licence. Version and SHA-256 are tested in `tests/it/report.rs`.
+//! The plotting library is plotly.js 3.7.0 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
+//! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
 
 use crate::figure::{Figure, FigureError, interactive};
 use serde_json::{Map, Value as Json};
 use std::fmt;
 
+/// plotly.js with scatter and bar plots; see the README beside it.
+const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js");
+
 /// Draws every element with a `data-picture`, in the colours of the page, and anew when the reader's choice of light or
 /// dark changes.
-pub const DRAW_PICTURES: &str = include_str!("pictures.js");
+const DRAW_PICTURES: &str = include_str!("pictures.js");
 
 /// The look of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed` of a
 /// `badge`.
-pub const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("page.css");
 
-/// plotly.js. It has no `</script` within, so that it can stand in an element.
-const PLOTTING_LIBRARY: &str = include_str!("plotly/plotly-basic.min.js");
-
-/// What differs between two pages.
-#[derive(Debug, Clone, Copy)]
-pub struct Shell<'a> {
-    /// The title, as text.
-    pub title: &'a str,
-    /// The style sheet.
-    pub style: &'a str,
-    /// What stands in the body, as HTML.
-    pub body: &'a str,
-    /// The figures.
-    pub pictures: &'a Pictures,
-    /// The script, run when the body is there and the plotting library is loaded.
-    pub script: &'a str,
+/// The page: `style` and `script` of its own come after those of every page.
+pub(crate) fn page(title: &str, body: &str, pictures: &Pictures, style: &str, script: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+         <style>\n{STYLE}{style}</style>\n</head>\n<body>\n{body}\n\
+         <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
+         <script>{PLOTTING_LIBRARY}</script>\n<script>\n\"use strict\";\n{DRAW_PICTURES}{script}</script>\n</body>\n</html>\n"
+    )
 }
 
-/// The page.
-impl fmt::Display for Shell<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { title, style, body, pictures, script } = self;
-        let title = escape(title);
-        write!(
-            f,
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-             <style>\n{style}</style>\n</head>\n<body>\n{body}\n\
-             <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
-             <script type=\"text/javascript\">\n{PLOTTING_LIBRARY}</script>\n<script>\n{script}</script>\n</body>\n</html>\n"
-        )
-    }
-}
-
-/// The figures of a page by their ids, as the JSON that [`DRAW_PICTURES`] reads.
+/// The figures of a page by their ids, as the JSON that the script reads.
 #[derive(Debug, Clone)]
-pub struct Pictures {
+pub(crate) struct Pictures {
     pictures: Map<String, Json>,
     numbers: Vec<String>,
 }
 
-impl Default for Pictures {
-    /// No figures, with their numbers as CSV.
-    fn default() -> Self {
-        Self::with_numbers_as(&["csv"])
-    }
-}
-
 impl Pictures {
     /// No figures yet; the numbers behind each lie in `data/ID.EXTENSION` for each of the extensions.
-    pub fn with_numbers_as(extensions: &[&str]) -> Self {
+    pub(crate) fn with_numbers_as(extensions: &[&str]) -> Self {
         Self { pictures: Map::new(), numbers: extensions.iter().map(|&extension| extension.to_owned()).collect() }
     }
 
@@ -77,7 +51,7 @@ impl Pictures {
     /// to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`, or in what other form the numbers are.
     /// # Errors
     /// [`FigureError`] says what in the figure cannot be drawn.
-    pub fn add(&mut self, id: &str, figure: &Figure) -> Result<String, FigureError> {
+    pub(crate) fn add(&mut self, id: &str, figure: &Figure) -> Result<String, FigureError> {
         self.pictures.insert(id.to_owned(), interactive::plotly(figure)?);
         let (id, title) = (escape(id), escape(&figure.title));
         let link = |extension: &String| {

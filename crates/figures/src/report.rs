@@ -10,8 +10,8 @@
 //!
 //! let panel = Panel::new("time t (s)", "error e (m)").series(Series::line("cubic", &[0.0, 1.0], &[1.0, 0.1]));
 //! let merits = Grid::new(&["observer", "rms (m)", "verdict"])
-//!     .row([Cell::from("linear"), Cell::from(0.31), Cell::badge("proved", Tone::Good)])
-//!     .row([Cell::from("cubic"), Cell::from(0.12), Cell::badge("undecided", Tone::Open)]);
+//!     .row([Cell::from("linear"), Cell::number("0.31"), Cell::badge("proved", Tone::Good)])
+//!     .row([Cell::from("cubic"), Cell::number("0.12"), Cell::badge("undecided", Tone::Open)]);
 //! let html = Report::new("Two observers")
 //!     .lead("What each of them sees.")
 //!     .section(
@@ -27,8 +27,7 @@
 //! ```
 
 use crate::figure::{Figure, FigureError};
-use crate::number::short;
-use crate::page::{DRAW_PICTURES, Pictures, STYLE, Shell, escape};
+use crate::page::{Pictures, escape, page};
 use std::collections::HashSet;
 use std::fmt::Write;
 
@@ -39,6 +38,9 @@ const OWN_STYLE: &str = include_str!("report.css");
 pub struct Report {
     title: String,
     lead: String,
+    head: String,
+    style: String,
+    script: String,
     numbers: Vec<String>,
     sections: Vec<Section>,
 }
@@ -55,6 +57,7 @@ enum Block {
     Heading(String),
     Prose(String),
     Verbatim(String),
+    Html(String),
     List(Vec<String>),
     Facts(Vec<(String, Cell)>),
     Grid(Grid),
@@ -131,7 +134,22 @@ pub enum ReportError {
 impl Report {
     /// A report without sections.
     pub fn new(title: impl Into<String>) -> Self {
-        Self { title: title.into(), lead: String::new(), numbers: vec!["csv".to_owned()], sections: Vec::new() }
+        let [lead, head, style, script] = [const { String::new() }; 4];
+        Self { title: title.into(), lead, head, style, script, numbers: vec!["csv".to_owned()], sections: Vec::new() }
+    }
+
+    /// HTML below the lead, before the links to the sections; what is text in it has been [`escape`]d.
+    #[must_use]
+    pub fn head(mut self, html: impl Into<String>) -> Self {
+        self.head = html.into();
+        self
+    }
+
+    /// A style sheet and a script supplied by the user, after those of the page.
+    #[must_use]
+    pub fn with(mut self, style: impl Into<String>, script: impl Into<String>) -> Self {
+        (self.style, self.script) = (style.into(), script.into());
+        self
     }
 
     /// Prose under the title.
@@ -178,6 +196,7 @@ impl Report {
         let anchors: Vec<String> = self.sections.iter().map(|section| anchor(&section.title, &mut taken)).collect();
         let mut body = format!("<header><h1>{}</h1>", escape(&self.title));
         paragraphs(&mut body, &self.lead, " class=\"lead\"");
+        body.push_str(&self.head);
         body.push_str("<nav>");
         for (section, anchor) in self.sections.iter().zip(&anchors) {
             // Writing into a String cannot fail; `let _ =` says so here and below.
@@ -191,9 +210,8 @@ impl Report {
             }
             body.push_str("</section>");
         }
-        let style = [STYLE, OWN_STYLE].concat();
-        let script = ["\"use strict\";\n", DRAW_PICTURES].concat();
-        Ok(Shell { title: &self.title, style: &style, body: &body, pictures: &pictures, script: &script }.to_string())
+        let style = [OWN_STYLE, &self.style].concat();
+        Ok(page(&self.title, &body, &pictures, &style, &self.script))
     }
 }
 
@@ -224,6 +242,12 @@ impl Section {
     #[must_use]
     pub fn verbatim(self, text: impl Into<String>) -> Self {
         self.with(Block::Verbatim(text.into()))
+    }
+
+    /// HTML, in which what is text has been [`escape`]d.
+    #[must_use]
+    pub fn html(self, html: impl Into<String>) -> Self {
+        self.with(Block::Html(html.into()))
     }
 
     /// A list; code between backticks.
@@ -315,7 +339,7 @@ impl Cell {
         Self { text: text.into(), kind: Kind::Badge(tone) }
     }
 
-    /// A number that has already been written, such as `1.2 ± 0.1` or `–`.
+    /// A number as it is written, such as `0.31`, `1.2 ± 0.1` or `–`.
     pub fn number(text: impl Into<String>) -> Self {
         Self { text: text.into(), kind: Kind::Number }
     }
@@ -338,13 +362,6 @@ impl From<&str> for Cell {
 impl From<String> for Cell {
     fn from(text: String) -> Self {
         Self { text, kind: Kind::Text }
-    }
-}
-
-/// Six significant digits.
-impl From<f64> for Cell {
-    fn from(x: f64) -> Self {
-        Self::number(short(x))
     }
 }
 
@@ -375,6 +392,7 @@ impl Block {
             Self::Verbatim(text) => {
                 let _ = write!(page, "<pre><code>{}</code></pre>", escape(text));
             }
+            Self::Html(html) => page.push_str(html),
             Self::List(items) => {
                 page.push_str("<ul>");
                 for item in items {

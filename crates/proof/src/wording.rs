@@ -1,4 +1,4 @@
-//! Numbers in statements: exact, or rounded to the safe side.
+//! Numbers in sentences: exact or rounded to the safe side in statements, with few digits where nothing is claimed.
 //!
 //! A statement about stored numbers must not name others. [`exact`] writes a binary64 number so that nothing is lost; [`at_least`] and [`at_most`] write a
 //! short decimal that is not above, or not below, the number: for a margin, and for a bound.
@@ -6,9 +6,57 @@
 /// Significant digits that distinguish all binary64 numbers: the exact expansion of one has at most 767.
 const ALL_DIGITS: usize = 780;
 
-/// Magnitudes that are written without an exponent.
-fn is_moderate(x: f64) -> bool {
-    x == 0.0 || (1e-4..1e7).contains(&x.abs())
+/// The shortest decimal that reads back as `x`, in scientific notation only where it is very large or very small.
+///
+/// ```
+/// use luenberger_proof::wording::shortest;
+/// assert_eq!([shortest(0.1), shortest(-0.0), shortest(-0.25), shortest(1e-9), shortest(3e8)], ["0.1", "0", "-0.25", "1e-9", "3e8"]);
+/// ```
+pub fn shortest(x: f64) -> String {
+    match x {
+        0.0 => "0".to_owned(),
+        _ if (1e-4..1e7).contains(&x.abs()) || !x.is_finite() => x.to_string(),
+        _ => format!("{x:e}"),
+    }
+}
+
+/// `x` to so many significant digits, without trailing zeros: for people, where nothing is claimed.
+///
+/// ```
+/// use luenberger_proof::wording::significant;
+/// assert_eq!([significant(11.904_37, 5), significant(0.098_457_4, 4), significant(10.0, 4)], ["11.904", "0.09846", "10"]);
+/// assert_eq!([significant(2.5e-13, 4), significant(9.999_96e6, 5), significant(f64::INFINITY, 3)], ["2.5e-13", "1e7", "inf"]);
+/// ```
+pub fn significant(x: f64, digits: usize) -> String {
+    // What is written so is read back as the nearest double, whose shortest decimal has no more digits.
+    shortest(format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x))
+}
+
+/// A complex number to so many significant digits in either part.
+///
+/// ```
+/// use luenberger_proof::wording::complex;
+/// assert_eq!([complex([-1.0, 2.0], 3), complex([0.5, -1.0 / 3.0], 2), complex([2.0, 0.0], 3)], ["-1 + 2i", "0.5 - 0.33i", "2"]);
+/// ```
+pub fn complex([re, im]: [f64; 2], digits: usize) -> String {
+    match (re, im) {
+        (_, 0.0) => significant(re, digits),
+        (0.0, _) => format!("{}i", significant(im, digits)),
+        _ => {
+            let sign = if im < 0.0 { '-' } else { '+' };
+            format!("{} {sign} {}i", significant(re, digits), significant(im.abs(), digits))
+        }
+    }
+}
+
+/// `1 state`, `2 states`.
+///
+/// ```
+/// use luenberger_proof::wording::counted;
+/// assert_eq!([counted(1, "state"), counted(0, "input")], ["1 state", "0 inputs"]);
+/// ```
+pub fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The number itself: a decimal where a short one is exactly the number, else hexadecimal digits and a power of two, with the shortest decimal that reads back as the
@@ -20,7 +68,7 @@ fn is_moderate(x: f64) -> bool {
 /// assert_eq!(exact(0.3), "0x1.3333333333333p-2 (about 0.3)");
 /// ```
 pub fn exact(x: f64) -> String {
-    let shortest = if is_moderate(x) || !x.is_finite() { format!("{x}") } else { format!("{x:e}") };
+    let shortest = shortest(x);
     match crate::certificate::Number::from_f64(x) {
         Some(number) if digits(&format!("{x:e}")) != digits(&format!("{x:.ALL_DIGITS$e}")) => {
             format!("{number} (about {shortest})")

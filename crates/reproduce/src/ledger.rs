@@ -27,6 +27,9 @@ pub enum ReproduceError {
     /// The ledger could not be encoded.
     #[error("the ledger could not be encoded: {0}")]
     Json(#[from] serde_json::Error),
+    /// The report could not be written.
+    #[error("the report: {0}")]
+    Report(#[from] luenberger_figures::report::ReportError),
     /// Two claims or two figures have one id.
     #[error("the id {id:?} occurs twice")]
     Duplicate {
@@ -147,7 +150,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
     ledger.push('\n');
     write(&out.join("claims.json"), ledger.as_bytes())?;
     summary.elapsed = began.elapsed();
-    write(&out.join("report.html"), report::html(papers, &summary, &drawn).as_bytes())?;
+    write(&out.join("report.html"), report::html(papers, &summary, &drawn)?.as_bytes())?;
     summary.elapsed = began.elapsed();
     Ok(summary)
 }

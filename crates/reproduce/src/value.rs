@@ -3,10 +3,15 @@
 //! A paper prints decimals, and a decimal says how exact it is: `1.18` stands for anything in `[1.175, 1.185]`. So a
 //! printed number is kept as the text that stands in the paper, and half a unit of its last digit is read off that text.
 
-pub(crate) use luenberger_figures::short;
+use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::fmt;
+
+/// Six significant digits.
+pub(crate) fn short(x: f64) -> String {
+    significant(x, 6)
+}
 
 /// A number, a vector, a matrix (rows first) or a truth value. In JSON: a number, a list, a list of rows, a boolean;
 /// a number that is not finite becomes `null`.

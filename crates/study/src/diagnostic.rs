@@ -225,25 +225,6 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// The known name nearest to `name`, if it is near enough to be meant: Damerau and Levenshtein's distance of at most a third of its letters, and 2 for short names; letters
-/// count as equal in both cases.
-///
-/// ```
-/// use luenberger_study::diagnostic::nearest;
-/// assert_eq!(nearest("pols", ["poles", "gain"]), Some("poles"));
-/// assert_eq!(nearest("Duration", ["duration", "samples"]), Some("duration"));
-/// assert_eq!(nearest("temperature", ["poles", "gain"]), None);
-/// ```
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let folded = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
-    let name = folded(name);
-    let distance = |other: &&str| strsim::damerau_levenshtein(&name, &folded(other));
-    let best = known.into_iter().min_by_key(distance)?;
-    // Of two letters, one may be wrong; a name of one letter is any other.
-    let most = (name.chars().count() / 3).max(2).min(name.chars().count().saturating_sub(1));
-    (distance(&best) <= most).then_some(best)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -289,11 +270,5 @@ mod tests {
         }
         assert_eq!(coloured, diagnostics.render(false));
         assert!(coloured.ends_with("2 mistakes in s.toml\n"));
-    }
-
-    #[test]
-    fn a_name_of_one_letter_has_no_nearest() {
-        assert_eq!(nearest("q", ["a", "b"]), None);
-        assert_eq!(nearest("A", ["a", "b"]), Some("a"));
     }
 }

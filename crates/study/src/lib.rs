@@ -6,8 +6,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`study`], [`read`], [`schema`], [`diagnostic`] | what a file says; reading it; what it may say; mistakes in it |
-//! | [`expression`] | right-hand sides as text, over every scalar |
-//! | [`plant`], [`model`] | plants whose rows are expressions; any plant of a study |
+//! | [`model`] | the plant of a study: matrices, text (`luenberger-expression`), or built in |
 //! | [`signal`] | inputs and references: expressions of time, tables, feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | [`design`] | each observer of a study, or why it does not fit |
@@ -20,10 +19,8 @@ pub mod design;
 pub mod diagnostic;
 pub mod error;
 pub mod execute;
-pub mod expression;
 pub mod import;
 pub mod model;
-pub mod plant;
 pub mod read;
 pub mod results;
 pub mod schema;
@@ -35,6 +32,7 @@ pub mod template;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
 pub use execute::{Estimate, Progress, RunOptions, Step, estimate, execute, run};
+pub use luenberger_expression::nearest;
 pub use read::Format;
 pub use results::Results;
 pub use study::Study;

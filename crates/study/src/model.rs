@@ -1,14 +1,12 @@
 //! The plant of a study, whatever it was made from: one type over every scalar, so that each design takes it.
 
 use luenberger_design::Names;
+use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing, StateSpace,
     VanDerPol, double_integrator, flexible_joint, third_order,
 };
 use nalgebra::{DMatrix, DVector, RealField, convert};
-
-use crate::expression::Parameters;
-use crate::plant::ExpressionPlant;
 
 /// A plant with the names of its columns.
 #[derive(Debug, Clone)]
@@ -115,9 +113,7 @@ impl Model {
             Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
                 Some(plant.clone())
             }
-            Self::Expressions(plant) => {
-                plant.affine().ok().filter(crate::plant::AffinePlant::is_linear).map(|affine| affine.linear)
-            }
+            Self::Expressions(plant) => plant.affine().ok().filter(AffinePlant::is_linear).map(|affine| affine.linear),
             Self::Builtin(_) => None,
         }
     }
@@ -126,7 +122,7 @@ impl Model {
     pub fn nonlinearities(&self) -> Vec<String> {
         match self {
             Self::Expressions(plant) => {
-                let named = |(name, list): (&str, &[crate::expression::Expression])| {
+                let named = |(name, list): (&str, &[Expression])| {
                     list.iter()
                         .enumerate()
                         .filter_map(|(i, e)| Some(format!("`{}` in {name}{}", e.affine().err()?, i + 1)))

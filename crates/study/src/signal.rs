@@ -1,9 +1,8 @@
 //! Inputs and references of a study: expressions of time, tables, and feedback.
 
+use luenberger_expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
 use luenberger_sim::{Samples, Signal};
 use nalgebra::DMatrix;
-
-use crate::expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
 
 /// What is wrong with a signal. Components count from 1 in the messages.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -66,7 +65,8 @@ impl Program {
     /// The program of these expressions of `t` and the parameters.
     ///
     /// ```
-    /// use luenberger_study::{expression::Parameters, signal::Program};
+    /// use luenberger_expression::Parameters;
+    /// use luenberger_study::signal::Program;
     /// let program = Program::expressions(&["2*sin(3*t)", "max(0, t - 1)"], &Parameters::new())?;
     /// let mut u = [0.0; 2];
     /// program.at(2.0, &mut u);
@@ -183,9 +183,10 @@ impl Input {
     /// The input as a simulation takes it.
     ///
     /// ```
+    /// use luenberger_expression::Parameters;
     /// use luenberger_observers::LinearObserver;
     /// use luenberger_sim::Scenario;
-    /// use luenberger_study::{expression::Parameters, signal::{Input, Program}};
+    /// use luenberger_study::signal::{Input, Program};
     /// use nalgebra::{Vector2, dmatrix};
     ///
     /// let plant = luenberger_plants::double_integrator();

@@ -7,10 +7,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use csv::{ReaderBuilder, StringRecord, Trim};
+use luenberger_expression::nearest;
 use luenberger_sim::{Between, Recording, Samples, SimError};
 use nalgebra::DMatrix;
-
-use crate::expression::nearest_name;
 
 /// At most so many numbers are read: 400 MB of them.
 const LARGEST: usize = 50_000_000;
@@ -253,7 +252,7 @@ impl Table {
             Some(k) => Ok(&self.columns[k]),
             None => Err(TableError::MissingColumn {
                 name: name.to_owned(),
-                nearest: nearest_name(name, self.names.iter().map(String::as_str)),
+                nearest: nearest(name, self.names.iter().map(String::as_str)).map(str::to_owned),
                 known: self.names.clone(),
             }),
         }

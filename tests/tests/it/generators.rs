@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use luenberger_design::{LinearDesign, LyapunovWeight, Wish};
+use luenberger_design::{LinearDesign, LyapunovWeight};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, Vector2, Vector4};
 use proptest::prelude::*;

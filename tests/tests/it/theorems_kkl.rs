@@ -4,23 +4,21 @@
 
 use luenberger_design::kkl::{KklSettings, Pieces};
 use luenberger_design::{IntervalDual, KklCandidate, Region, SymbolicPolynomial};
+use luenberger_expression::{ExpressionPlant, Parameters};
+use luenberger_observers::Observer;
 use luenberger_observers::cascade::CascadeMap;
 use luenberger_observers::diagnosis::{Diagnose, Diagnosis};
 use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
 use luenberger_observers::estimator::excitation::Monitored;
 use luenberger_observers::estimator::gradient::Gradient;
-use luenberger_observers::immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::kkl_peb::KklPebObserver;
 use luenberger_observers::pebo::Regression;
-use luenberger_observers::{Observer, ObserverDimensions};
-use luenberger_plants::{Chaotic, DrivenCascade, ExponentialCascade, Plant};
+use luenberger_plants::{DrivenCascade, ExponentialCascade, Plant};
 use luenberger_reproduce::kkl::driven_cascade;
 use luenberger_reproduce::kkl::exponential_cascade::{self, ExponentialCascadeMap, LOWEST};
 use luenberger_sim::{Scenario, Signal};
-use luenberger_study::expression::Parameters;
-use luenberger_study::plant::ExpressionPlant;
-use nalgebra::{Matrix2, RealField, SVector, U0, U1, U2, U3, Vector1, Vector2, Vector3};
+use nalgebra::{Matrix2, SVector, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
 use crate::generators::vector2;

@@ -526,7 +526,7 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "radial S: w C P^-1 C'",
                 WrongOperand,
-                "check::solve_definite(\"C P^-1 C'\", &check::symmetric_part(&gram), \
+                "check::solve_definite(\"C P^-1 C'\", &symmetric_part(&gram), \
                  &(DMatrix::identity(outputs, outputs) * w))",
                 "Ok(gram * w)",
             ),
@@ -537,13 +537,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/feedback.rs",
         suites: &[DESIGNS, CUBIC],
         mutants: &[
-            mutant("Theorem 6: A + B K", Sign, "let closed = &o.a - &o.b * k", "let closed = &o.a + &o.b * k"),
-            mutant(
-                "Theorem 6: P0 of the transposed loop",
-                Transpose,
-                "lyapunov(&closed, ",
-                "lyapunov(&closed.transpose(), ",
-            ),
+            mutant("Theorem 6: A + B K", Sign, "(&o.a, &o.b, k))?", "(&o.a, &-&o.b, k))?"),
             mutant(
                 "Theorem 6: four times the mu",
                 Constant,
@@ -568,7 +562,7 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("joint design: S + S' < 0", Sign, "he(&s) >> 0.0", "he(&s) << 0.0"),
             mutant("joint design: |S| not scaled", Dropped, "(gamma / s.norm())", "gamma"),
-            mutant("joint design: stability only", Dropped, "rate, lmi, settings)?", "0.0, lmi, settings)?"),
+            mutant("joint design: stability only", Dropped, "rate, lmi, &Settings", "0.0, lmi, &Settings"),
             mutant("joint design: S'", Transpose, "CubicGain::General(s)", "CubicGain::General(s.transpose())")
                 .equivalent(
                     "S stands in the inequality as S + S' alone: with S, S' is a solution too, and nothing \
@@ -597,7 +591,12 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("sampled design: z = h s", WrongOperand, "(s * h).exp()", "s * h"),
             mutant("sampled design: Fd = Ad + Ld C", Sign, "&ad - &ld * &o.c", "&ad + &ld * &o.c"),
-            mutant("sampled design: Fd P Fd' - P", Transpose, "stein(&f, ", "stein(&f.transpose(), "),
+            mutant(
+                "sampled design: Fd P Fd' - P",
+                Transpose,
+                "SteinEquation::new(&f)?",
+                "SteinEquation::new(&f.transpose())?",
+            ),
             mutant("sampled design: Q = I", Dropped, "&(DMatrix::identity(n, n) * h)", "&DMatrix::identity(n, n)"),
             mutant(
                 "sampled design: N = P^-1 C'S",
@@ -614,29 +613,35 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/design/src/check.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[
+            mutant(
+                "(9): F P + P F'",
+                Transpose,
+                "LyapunovEquation::new(&f);",
+                "LyapunovEquation::new(&f.transpose());",
+            ),
+            mutant("(9): F = A + L C", Sign, "let f = a - l * c;", "let f = a + l * c;"),
+        ],
+    },
+    Source {
         file: "crates/design/src/linear.rs",
         suites: &[DESIGNS, CUBIC],
         mutants: &[
-            mutant("(9): F P + P F'", Transpose, "lyapunov(&f, &q)", "lyapunov(&f.transpose(), &q)"),
-            mutant(
-                "(9): F = A + L C",
-                Sign,
-                "let f = &plant.a - &l * &plant.c;\n        check",
-                "let f = &plant.a + &l * &plant.c;\n        check",
-            ),
             mutant("(9): Q = I whatever rho", Dropped, "DMatrix::identity(n, n) * *rho", "DMatrix::identity(n, n)"),
             mutant(
                 "information: P = Sigma",
                 WrongOperand,
-                "let p = check::symmetric_part(&inverse)",
-                "let p = check::symmetric_part(&(&inverse * &kalman.p * &kalman.p))",
+                "let p = symmetric_part(&inverse)",
+                "let p = symmetric_part(&(&inverse * covariance * covariance))",
             ),
             mutant("poles on the imaginary axis", Hypothesis, "pole.re >= 0.0", "pole.re > 0.0"),
             mutant(
                 "(9): Q of the LMI with F'P alone",
                 Transpose,
-                "let half = &p * f;\n        let q = -(&half + half.transpose())",
-                "let half = &p * f;\n        let q = -(&half + &half)",
+                "let half = &p * &f;\n        let q = -(&half + half.transpose())",
+                "let half = &p * &f;\n        let q = -(&half + &half)",
             ),
         ],
     },

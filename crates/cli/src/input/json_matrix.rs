@@ -1,5 +1,6 @@
 //! Typed readers for serde, which give each mistake its place in the text.
 
+use luenberger_study::nearest;
 use nalgebra::{Complex, DMatrix};
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
@@ -24,11 +25,7 @@ impl<const N: usize> Document<N> {
     }
 
     fn unknown(&self, key: &str) -> String {
-        // One letter is as near to another as to any: only the case of it can be mistaken.
-        let near = self.known().find(|known| known.eq_ignore_ascii_case(key)).or_else(|| {
-            let nearest = self.known().min_by_key(|known| strsim::damerau_levenshtein(known, key))?;
-            (2 * strsim::damerau_levenshtein(nearest, key) <= nearest.len()).then_some(nearest)
-        });
+        let near = nearest(key, self.known());
         let key: String = key.chars().take(40).collect();
         let list = self.list();
         match near {

@@ -1,10 +1,8 @@
 //! Ctrl-C: once ends the work after what is being done, and leaves what is finished on disk; twice ends it at once.
 
+use crate::exit::INTERRUPTED;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What a shell calls a command that Ctrl-C has ended.
-pub(crate) const INTERRUPTED: u8 = 130;
 
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 

@@ -12,7 +12,6 @@ use crate::progress::Bar;
 use luenberger_study::{RunOptions, Step, Study, execute};
 use std::path::{Path, PathBuf};
 
-pub(crate) use interrupt::INTERRUPTED;
 pub(crate) use new::new;
 
 /// Does one step of a study, or all.

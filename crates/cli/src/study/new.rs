@@ -35,18 +35,21 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
     if input.output.as_os_str() == "-" {
         return Ok(Answer::new((*text).to_owned(), &Written { study: (*text).to_owned(), files: vec![] })?);
     }
-    output::file(&input.output, text, input.force)?;
+    let write = |path: &Path, text: &str, force: bool| {
+        output::file(path, text, force).map_err(|error| Failure::written(path, error))
+    };
+    write(&input.output, text, input.force)?;
     let folder = input.output.parent().unwrap_or(Path::new(""));
     let mut written = Vec::new();
     // Editors complete keys by the schema that the study names. One that is there already may be of use as it is.
     let schema = folder.join("study.schema.json");
     if input.force || !schema.exists() {
-        output::file(&schema, SCHEMA, true)?;
+        write(&schema, SCHEMA, true)?;
         written.push(schema.display().to_string());
     }
     for (name, text) in *files {
         let path = folder.join(name);
-        output::file(&path, text, input.force)?;
+        write(&path, text, input.force)?;
         written.push(path.display().to_string());
     }
     let study = input.output.display().to_string();

@@ -1,8 +1,9 @@
 //! Results for people: what was found, what failed, where the files are.
 
-use crate::numbers::{beside, complex, count, margin, number, size};
+use crate::numbers::{beside, complex, margin, number, size};
+use luenberger_proof::wording::counted;
 use luenberger_study::results::{
-    LogReport, ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, SimulationReport, SweepReport,
+    LogReport, ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, SimulationReport, SweepReport, leading,
 };
 use luenberger_study::{Results, Step};
 use nalgebra::Complex;
@@ -15,18 +16,15 @@ const SHOWN: usize = 12;
 /// The most entries of a matrix that are told; --json and study.json have all.
 const ENTRIES: usize = 36;
 
-/// The most terms of a direction that are told: the greatest come first.
-const TERMS: usize = 6;
-
 /// All that the results hold.
 pub(super) fn results(step: Step, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
     let plant = &results.plant;
     let mut text = format!(
         "{}: {}, {}, {} ({})\n",
         results.title,
-        count(plant.states.len(), "state"),
-        count(plant.inputs.len(), "input"),
-        count(plant.outputs.len(), "output"),
+        counted(plant.states.len(), "state"),
+        counted(plant.inputs.len(), "input"),
+        counted(plant.outputs.len(), "output"),
         plant.kind
     );
     if let Some(report) = &results.observability {
@@ -64,7 +62,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         text.push('\n');
     }
     if let Some(folder) = folder {
-        _ = writeln!(text, "\n{} in {}", count(results.files.len() + 1, "file"), folder.display());
+        _ = writeln!(text, "\n{} in {}", counted(results.files.len() + 1, "file"), folder.display());
         if results.files.iter().any(|file| file == "report.html") {
             _ = writeln!(text, "report: {}", folder.join("report.html").display());
         }
@@ -112,7 +110,7 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
             "  mode {}: margin {}, least seen along {}\n",
             eigenvalue(mode),
             margin(mode.margin),
-            shortened(&mode.words)
+            leading(&mode.words)
         );
         text.push_str(&words);
     }
@@ -120,21 +118,11 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         _ = writeln!(text, "  and {} more, which are seen better", modes.len() - SHOWN);
     }
     for mode in &point.hidden {
-        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), shortened(&mode.words));
+        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), leading(&mode.words));
     }
     if !point.hidden.is_empty() {
         let word = if point.detectable { "decays: an observer exists" } else { "does not decay: no observer exists" };
         _ = writeln!(text, "  what is hidden {word}");
-    }
-}
-
-/// The first terms of a direction such as `x1 - 0.5 x2 + 0.3 x3`.
-fn shortened(words: &str) -> String {
-    let signs =
-        words.match_indices([' ']).filter(|(at, _)| words[*at..].starts_with(" + ") || words[*at..].starts_with(" - "));
-    match signs.map(|(at, _)| at).nth(TERMS - 1) {
-        Some(end) => format!("{} ..", &words[..end]),
-        None => words.to_owned(),
     }
 }
 
@@ -220,7 +208,7 @@ fn log(text: &mut String, report: &LogReport) {
 }
 
 fn sweep(text: &mut String, report: &SweepReport) {
-    let runs = count(report.ensemble, "run");
+    let runs = counted(report.ensemble, "run");
     let medians = if report.ensemble == 1 { "" } else { ": medians" };
     _ = writeln!(text, "\nsweep of {}, {runs} at each value{medians}", report.parameter);
     let header = [report.parameter.as_str(), "observer", "settled from", "rms |e|", "|e| at the end"];

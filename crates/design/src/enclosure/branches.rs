@@ -16,7 +16,7 @@ use luenberger_proof::{Interval, Ring};
 use super::evaluation::{Evaluation, Failure, column, middle};
 use super::paths::{Undefined, Way, explore_ways, follow};
 use super::scalar::IntervalDual;
-use crate::number::significant;
+use luenberger_proof::wording::significant;
 
 /// What is known of f and h where they change branches. That they are continuous there is a hypothesis of whatever is concluded from the Jacobians: a jump can be as small as one likes.
 #[derive(Debug, Clone, Copy, PartialEq)]

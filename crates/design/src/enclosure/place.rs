@@ -5,7 +5,7 @@ use core::fmt;
 use luenberger_plants::Dimensions;
 
 use crate::names;
-use crate::number::significant;
+use luenberger_proof::wording::significant;
 
 /// A coordinate of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

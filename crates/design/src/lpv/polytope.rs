@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::error::{LpvError, VaryingEntries};
 use crate::enclosure::{Entry, JacobianEnclosure};
-use crate::number::significant;
+use luenberger_proof::wording::significant;
 
 /// How many entries may vary: 2^12 = 4096 vertices, each with a proof of its own.
 pub const MAX_VARYING: usize = 12;

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use luenberger_linalg::{Mode, Observability};
+use luenberger_proof::wording::complex;
 use nalgebra::Complex;
 
 use super::words::direction_in_words;
@@ -28,23 +29,6 @@ pub struct InWords<'a> {
     pub seen: &'a Observability,
     /// Names of the states; `x1`, `x2`, .. stand in for those that are missing.
     pub names: &'a [&'a str],
-}
-
-/// `-1 + 2i`.
-fn number(z: Complex<f64>) -> String {
-    let short = |x: f64| {
-        let text = format!("{x:.4}");
-        if (1e-3..1e5).contains(&x.abs()) {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            format!("{x:.3e}")
-        }
-    };
-    let real = if z.re == 0.0 { "0".to_owned() } else { short(z.re) };
-    match z.im {
-        0.0 => real,
-        im => format!("{real} {} {}i", if im < 0.0 { '-' } else { '+' }, short(im.abs())),
-    }
 }
 
 impl InWords<'_> {
@@ -75,7 +59,7 @@ impl fmt::Display for InWords<'_> {
             writeln!(
                 f,
                 "mode {}: margin {:.2e}, {word}, least along {directions}",
-                number(mode.eigenvalue),
+                complex([mode.eigenvalue.re, mode.eigenvalue.im], 4),
                 mode.margin
             )?;
         }

@@ -35,7 +35,7 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use crate::names;
-use crate::number::{shortest, significant};
+use luenberger_proof::wording::{counted, shortest, significant};
 
 mod field;
 mod jet;
@@ -273,8 +273,7 @@ impl LieObservability {
     pub fn in_words(&self, names: &[&str]) -> String {
         let n = self.size.states;
         let (order, input, count) = (self.order, self.input, self.points.len());
-        let plural = if count == 1 { "" } else { "s" };
-        let mut lines = vec![format!("rank of d/dx (y, y', .., y^({order})) at {count} point{plural}, {input}")];
+        let mut lines = vec![format!("rank of d/dx (y, y', .., y^({order})) at {}, {input}", counted(count, "point"))];
         let deficient = self.points.iter().filter(|point| point.rank < n).count();
         lines.push(match self.index() {
             Some(index) => format!("full, {n} of {n}, everywhere; derivatives up to order {index} suffice"),

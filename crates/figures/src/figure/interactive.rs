@@ -143,7 +143,7 @@ fn bars(panel: &Panel, x: &Axis, n: &str, data: &mut Vec<Json>) {
             "xaxis": format!("x{n}"), "yaxis": format!("y{n}"),
             "y": [i], "x": [bar.to - begin], "base": [begin],
             "marker": { "color": hex(bar.hue.rgb()) },
-            "text": [crate::number::short(bar.to)], "textposition": "outside", "cliponaxis": false,
+            "text": [bar.text], "textposition": "outside", "cliponaxis": false,
             "name": bar.name, "hovertemplate": format!("{}<extra></extra>", bar.to),
         }));
     }

@@ -19,6 +19,7 @@
 //! # Ok::<(), luenberger_figures::figure::FigureError>(())
 //! ```
 
+mod canvas;
 pub mod interactive;
 pub mod still;
 mod stroke;
@@ -148,8 +149,10 @@ pub struct Bar {
     pub name: String,
     /// Where it begins; at the left end of the axis if absent.
     pub from: Option<f64>,
-    /// Where it ends. The number is written beside it.
+    /// Where it ends.
     pub to: f64,
+    /// The number as it is written beside the end.
+    pub text: String,
     /// Colour.
     pub hue: Hue,
 }
@@ -456,9 +459,9 @@ impl Series {
 }
 
 impl Bar {
-    /// A bar from the left end of the axis to `to`.
-    pub fn to(name: impl Into<String>, to: f64) -> Self {
-        Self { name: name.into(), from: None, to, hue: Hue::Palette(0) }
+    /// A bar from the left end of the axis to `to`, which is written as `text`.
+    pub fn to(name: impl Into<String>, to: f64, text: impl Into<String>) -> Self {
+        Self { name: name.into(), from: None, to, text: text.into(), hue: Hue::Palette(0) }
     }
 
     /// Sets where the bar begins.

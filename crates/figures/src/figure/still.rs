@@ -3,39 +3,35 @@
 //! One column of a journal is 8.8 cm, drawn here as 520 pixels, so that 17 pixels are 8 points; the PNG has three times as
 //! many. The legend stands above the axes, where it cannot cover data, and is shared by the panels. Panels stacked in one
 //! column that share their horizontal axis show its labels once. Nothing is drawn but plain strokes, areas and upright
-//! words, which both renderers of kuva draw alike: its own axes leave clipping and dashes to the SVG viewer.
+//! words, so that both forms are the same picture.
 
-use super::stroke::{Point, Rect, clip, dash, thin};
+use super::canvas::{Anchor, Canvas, Point};
+use super::stroke::{Rect, clip, thin};
 use super::style::{BAND, Resolved, Rgb, resolve};
 use super::ticks::{Axis, Ticks};
 use super::{Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
-use kuva::backend::raster::RasterBackend;
-use kuva::backend::svg::SvgBackend;
-use kuva::render::color::Color;
-use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
 const COLUMN: f64 = 520.0;
 /// Pixels per point of a figure one column wide.
 const POINT: f64 = COLUMN / (8.8 / 2.54 * 72.0);
-const LABEL: u32 = 18;
-const NUMBER: u32 = 16;
+const LABEL: f64 = 18.0;
+const NUMBER: f64 = 16.0;
 const INK: Rgb = [30, 30, 30];
 const GRID: Rgb = [226, 229, 233];
 const TICK: f64 = 5.0;
-const PNG_SCALE: f32 = 3.0;
 
 /// The figure as SVG.
 /// # Errors
 /// [`FigureError`] says what in the figure cannot be drawn.
 pub fn svg(figure: &Figure) -> Result<String, FigureError> {
-    Ok(SvgBackend::default().render_scene(&scene(figure, false)?))
+    Ok(page(figure)?.svg())
 }
 
 /// The figure as PNG, 1560 pixels wide per column.
 /// # Errors
 /// [`FigureError`] says what in the figure cannot be drawn.
 pub fn png(figure: &Figure) -> Result<Vec<u8>, FigureError> {
-    RasterBackend { scale: PNG_SCALE }.render_scene(&scene(figure, true)?).map_err(FigureError::Encoding)
+    page(figure)?.png()
 }
 
 /// A panel with its axes and ticks, before it has a place on the page.
@@ -47,23 +43,23 @@ struct Prepared<'a> {
     x_ticks: Ticks,
     y_ticks: Ticks,
     height: f64,
+    /// From the left end of the page to the axis: the numbers stand there.
+    left: f64,
     /// Another panel just below has the same horizontal axis and shows its labels.
     shares_x: bool,
 }
 
-fn scene(figure: &Figure, raster: bool) -> Result<Scene, FigureError> {
+fn page(figure: &Figure) -> Result<Canvas, FigureError> {
     figure.check()?;
     let looks = resolve(figure);
     let columns = figure.columns.min(figure.panels.len());
     let width = COLUMN * columns as f64;
+    let mut page = Page { canvas: Canvas::new(width)? };
     let mut panels = Vec::new();
     for (i, panel) in figure.panels.iter().enumerate() {
-        panels.push(prepare(panel, &looks[i], figure, i, columns)?);
+        panels.push(prepare(panel, &looks[i], figure, i, columns, &page.canvas)?);
     }
 
-    let mut page = Page { scene: Scene::new(width, 0.0), raster };
-    page.scene.font_family = Some("DejaVu Sans, Verdana, Liberation Sans, Arial, sans-serif".to_owned());
-    page.scene.text_color = Some("#1e1e1e".to_owned());
     let mut top = page.legend(&panels, width);
     for row in 0..panels.len().div_ceil(columns) {
         let here = row * columns..((row + 1) * columns).min(panels.len());
@@ -73,7 +69,7 @@ fn scene(figure: &Figure, raster: bool) -> Result<Scene, FigureError> {
         for k in here {
             let column = k % columns;
             // Panels of one column are aligned, so that a common abscissa can be followed down.
-            let left = panels.iter().skip(column).step_by(columns).map(Prepared::left).fold(0.0, f64::max);
+            let left = panels.iter().skip(column).step_by(columns).map(|p| p.left).fold(0.0, f64::max);
             let origin = COLUMN * column as f64;
             let frame =
                 Rect { left: origin + left, top: top + head, right: origin + COLUMN - 20.0, bottom: top + head + body };
@@ -81,8 +77,8 @@ fn scene(figure: &Figure, raster: bool) -> Result<Scene, FigureError> {
         }
         top += head + body + foot;
     }
-    page.scene.height = (top + 6.0).ceil();
-    Ok(page.scene)
+    page.canvas.height = (top + 6.0).ceil();
+    Ok(page.canvas)
 }
 
 fn prepare<'a>(
@@ -91,6 +87,7 @@ fn prepare<'a>(
     figure: &Figure,
     index: usize,
     columns: usize,
+    canvas: &Canvas,
 ) -> Result<Prepared<'a>, FigureError> {
     let x = Axis::horizontal(panel)?;
     let stacked = columns == 1 && figure.panels.len() > 1;
@@ -110,7 +107,9 @@ fn prepare<'a>(
         Some(below) => below.x_label == panel.x_label && Axis::horizontal(below)? == x,
         None => false,
     };
-    Ok(Prepared { panel, looks, x, y, x_ticks: x.ticks(5), y_ticks, height, shares_x })
+    let numbers = y_ticks.major.iter().map(|(_, label)| canvas.width(label, NUMBER)).fold(0.0, f64::max);
+    let left = (numbers + TICK + 10.0).max(24.0);
+    Ok(Prepared { panel, looks, x, y, x_ticks: x.ticks(5), y_ticks, height, left, shares_x })
 }
 
 impl Prepared<'_> {
@@ -123,16 +122,10 @@ impl Prepared<'_> {
     fn foot(&self) -> f64 {
         if self.shares_x { 8.0 } else { 58.0 }
     }
-
-    fn left(&self) -> f64 {
-        let numbers = self.y_ticks.major.iter().map(|(_, label)| text_width(label, NUMBER)).fold(0.0, f64::max);
-        (numbers + TICK + 10.0).max(24.0)
-    }
 }
 
 struct Page {
-    scene: Scene,
-    raster: bool,
+    canvas: Canvas,
 }
 
 impl Page {
@@ -152,8 +145,9 @@ impl Page {
             return 0.0;
         }
         let (key, gap, row) = (40.0, 20.0, 27.0);
-        let left = panels.first().map_or(0.0, Prepared::left);
-        let widths: Vec<f64> = entries.iter().map(|(name, _)| key + 8.0 + text_width(name, NUMBER) + gap).collect();
+        let left = panels.first().map_or(0.0, |p| p.left);
+        let widths: Vec<f64> =
+            entries.iter().map(|(name, _)| key + 8.0 + self.canvas.width(name, NUMBER) + gap).collect();
         let room = width - left - 20.0 + gap;
         // Columns as wide as their widest entry, in as few rows as fit, and these equally full.
         let columns = |per_row: usize| -> Vec<f64> {
@@ -174,7 +168,7 @@ impl Page {
             if let Some(marker) = look.marker {
                 self.marker((x + key / 2.0, y), marker, look);
             }
-            self.text((x + key + 8.0, y + 5.5), name, NUMBER, TextAnchor::Start);
+            self.text((x + key + 8.0, y + 5.5), name, NUMBER, Anchor::Start);
         }
         row * entries.len().div_ceil(per_row) as f64 + 6.0
     }
@@ -237,26 +231,26 @@ impl Page {
             let (x, _) = at(*x, p.y.from);
             self.line((x, frame.bottom), (x, frame.bottom + TICK), INK, 1.4);
             if !p.shares_x {
-                self.text((x, frame.bottom + TICK + 17.0), label, NUMBER, TextAnchor::Middle);
+                self.text((x, frame.bottom + TICK + 17.0), label, NUMBER, Anchor::Middle);
             }
         }
         for (y, label) in &p.y_ticks.major {
             let (_, y) = at(p.x.from, *y);
             self.line((frame.left - TICK, y), (frame.left, y), INK, 1.4);
-            self.text((frame.left - TICK - 4.0, y + 5.5), label, NUMBER, TextAnchor::End);
+            self.text((frame.left - TICK - 4.0, y + 5.5), label, NUMBER, Anchor::End);
         }
         let middle = f64::midpoint(frame.left, frame.right);
         if let Some(title) = &p.panel.title {
             let above = if p.panel.y_label.is_empty() { 10.0 } else { 40.0 };
-            self.text((middle, frame.top - above), title, LABEL, TextAnchor::Middle);
+            self.text((middle, frame.top - above), title, LABEL, Anchor::Middle);
         }
         if !p.shares_x {
             let label = with_factor(&p.panel.x_label, &p.x_ticks.factor);
-            self.text((middle, frame.bottom + TICK + 43.0), &label, LABEL, TextAnchor::Middle);
+            self.text((middle, frame.bottom + TICK + 43.0), &label, LABEL, Anchor::Middle);
         }
         // Above its axis, where it reads without turning the head and takes no width from the data.
         let label = with_factor(&p.panel.y_label, &p.y_ticks.factor);
-        self.text((origin + 8.0, frame.top - 12.0), &label, LABEL, TextAnchor::Start);
+        self.text((origin + 8.0, frame.top - 12.0), &label, LABEL, Anchor::Start);
     }
 
     fn bars(&mut self, p: &Prepared, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
@@ -269,18 +263,18 @@ impl Page {
             let (left, right) = (within(x0.min(x1)), within(x0.max(x1)));
             self.rectangle(Rect { left, top: y - 9.0, right, bottom: y + 9.0 }, bar.hue.rgb());
             let (_, name) = at(begin, row + 0.42);
-            let end = frame.left + 6.0 + text_width(&bar.name, NUMBER);
+            let end = frame.left + 6.0 + self.canvas.width(&bar.name, NUMBER);
             self.rectangle(Rect { left: frame.left + 2.0, top: name - 14.0, right: end, bottom: name + 4.0 }, [255; 3]);
-            self.text((frame.left + 4.0, name), &bar.name, NUMBER, TextAnchor::Start);
-            let value = crate::number::short(bar.to).replace('-', "−");
+            self.text((frame.left + 4.0, name), &bar.name, NUMBER, Anchor::Start);
+            let value = bar.text.replace('-', "−");
             // Beside the bar if there is room, else in it.
-            if right + text_width(&value, NUMBER) + 10.0 < frame.right {
-                self.text((right + 7.0, y + 5.5), &value, NUMBER, TextAnchor::Start);
+            if right + self.canvas.width(&value, NUMBER) + 10.0 < frame.right {
+                self.text((right + 7.0, y + 5.5), &value, NUMBER, Anchor::Start);
             } else {
                 // Perceived brightness (ITU-R BT.601) decides between dark and white digits.
                 let [r, g, b] = bar.hue.rgb().map(f64::from);
                 let ink = if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { INK } else { [255; 3] };
-                self.colored((right - 7.0, y + 5.5), &value, NUMBER, TextAnchor::End, ink);
+                self.canvas.words((right - 7.0, y + 5.5), &value, NUMBER, Anchor::End, ink);
             }
         }
     }
@@ -313,19 +307,11 @@ impl Page {
         if let MarkKind::Point(x, y) = mark.kind {
             let (x, y) = at(x, y);
             if frame.contains((x, y)) {
-                self.scene.add(Primitive::Circle {
-                    cx: px(x),
-                    cy: px(y),
-                    r: 5.0,
-                    fill: Color::None,
-                    fill_opacity: None,
-                    stroke: Some(color(INK)),
-                    stroke_width: Some(1.8),
-                });
+                self.canvas.ring((x, y), 5.0, 1.8, INK);
             }
         }
         let Some(label) = &mark.label else { return };
-        let width = text_width(label, NUMBER);
+        let width = self.canvas.width(label, NUMBER);
         let (x, y) = match mark.kind {
             MarkKind::Horizontal(y) => (frame.right - width - 6.0, at(0.0, y).1 - 6.0),
             MarkKind::HorizontalBand(a, b) => {
@@ -345,130 +331,41 @@ impl Page {
         }
         let x = x.min(frame.right - width - 4.0).max(frame.left + 4.0);
         let y = y.clamp(frame.top + 15.0, frame.bottom - 4.0);
-        self.text((x, y), label, NUMBER, TextAnchor::Start);
+        self.text((x, y), label, NUMBER, Anchor::Start);
     }
 
     fn curve(&mut self, points: &[Point], look: &Resolved) {
-        let points: Vec<Point> = points.iter().map(|&(x, y)| (px(x), px(y))).collect();
         let width = look.width * POINT;
         let pattern: Vec<f64> = look.dash.pattern().iter().map(|part| part * width).collect();
-        let stroke = color(look.rgb);
-        if self.raster {
-            for points in dash(&points, &pattern, width / 2.0) {
-                let stroke = stroke.clone();
-                self.scene.add(Primitive::PolyLine { points, stroke, stroke_width: width, stroke_dasharray: None });
-            }
-        } else {
-            let list = pattern.iter().map(|part| format!("{part:.2}")).collect::<Vec<_>>().join(" ");
-            self.scene.add(Primitive::PolyLine {
-                points,
-                stroke,
-                stroke_width: width,
-                stroke_dasharray: (!pattern.is_empty()).then_some(list),
-            });
-        }
+        self.canvas.stroke(points, width, &pattern, look.rgb);
     }
 
     fn marker(&mut self, (x, y): Point, marker: Marker, look: &Resolved) {
         let r = 4.6;
         let corners: &[Point] = match marker {
-            Marker::Circle => {
-                self.scene.add(Primitive::Circle {
-                    cx: px(x),
-                    cy: px(y),
-                    r,
-                    fill: color(look.rgb),
-                    fill_opacity: None,
-                    stroke: None,
-                    stroke_width: None,
-                });
-                return;
-            }
+            Marker::Circle => return self.canvas.disc((x, y), r, look.rgb),
             Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
             Marker::Triangle => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
             Marker::Diamond => &[(0.0, -1.3), (1.0, 0.0), (0.0, 1.3), (-1.0, 0.0)],
         };
-        let path: Vec<String> = corners.iter().map(|(dx, dy)| format!("{:.2} {:.2}", x + r * dx, y + r * dy)).collect();
-        self.scene.add(Primitive::Path(Box::new(PathData {
-            d: format!("M {} Z", path.join(" L ")),
-            fill: Some(color(look.rgb)),
-            stroke: Color::None,
-            stroke_width: 0.0,
-            opacity: None,
-            stroke_dasharray: None,
-        })));
+        let corners: Vec<Point> = corners.iter().map(|(dx, dy)| (x + r * dx, y + r * dy)).collect();
+        self.canvas.area(&corners, look.rgb);
     }
 
-    fn rectangle(&mut self, r: Rect, fill: Rgb) {
-        self.scene.add(Primitive::Rect {
-            x: px(r.left),
-            y: px(r.top),
-            width: px(r.right - r.left),
-            height: px(r.bottom - r.top),
-            fill: color(fill),
-            stroke: None,
-            stroke_width: None,
-            opacity: None,
-        });
+    fn rectangle(&mut self, Rect { left, top, right, bottom }: Rect, fill: Rgb) {
+        self.canvas.area(&[(left, top), (right, top), (right, bottom), (left, bottom)], fill);
     }
 
-    fn line(&mut self, (x1, y1): Point, (x2, y2): Point, stroke: Rgb, width: f64) {
-        self.scene.add(Primitive::Line {
-            x1: px(x1),
-            y1: px(y1),
-            x2: px(x2),
-            y2: px(y2),
-            stroke: color(stroke),
-            stroke_width: width,
-            stroke_dasharray: None,
-        });
+    fn line(&mut self, from: Point, to: Point, stroke: Rgb, width: f64) {
+        self.canvas.stroke(&[from, to], width, &[], stroke);
     }
 
-    fn text(&mut self, at: Point, content: &str, size: u32, anchor: TextAnchor) {
-        self.colored(at, content, size, anchor, INK);
-    }
-
-    fn colored(&mut self, (x, y): Point, content: &str, size: u32, anchor: TextAnchor, ink: Rgb) {
-        self.scene.add(Primitive::Text {
-            x: px(x),
-            y: px(y),
-            content: content.to_owned(),
-            size,
-            anchor,
-            rotate: None,
-            bold: false,
-            color: Some(color(ink)),
-        });
+    fn text(&mut self, at: Point, content: &str, size: f64, anchor: Anchor) {
+        self.canvas.words(at, content, size, anchor, INK);
     }
 }
 
-/// Hundredths of a pixel: finer is not seen, and the digits would be most of the file.
-fn px(length: f64) -> f64 {
-    (length * 100.0).round() / 100.0
-}
-
-/// `J (rad²·s)  ×10⁵`: the numbers on the axis are to be multiplied by the factor.
+/// `J (rad²·s) ×10⁵`: the numbers on the axis are to be multiplied by the factor.
 fn with_factor(label: &str, factor: &str) -> String {
-    if factor.is_empty() { label.to_owned() } else { format!("{label}  {factor}") }
-}
-
-fn color([r, g, b]: Rgb) -> Color {
-    Color::Rgb(r, g, b)
-}
-
-/// The width of a line of DejaVu Sans, a little generous.
-fn text_width(text: &str, size: u32) -> f64 {
-    let ems: f64 = text
-        .chars()
-        .map(|c| match c {
-            'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | ' ' => 0.32,
-            'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '/' | '-' | '₀'..='₉' | '⁰' | '¹' | '²' | '³' | '⁴'..='⁻' => {
-                0.41
-            }
-            'm' | 'w' | 'M' | 'W' | '−' | '×' | '=' | '+' | '<' | '>' | '≤' | '≥' | '→' => 0.88,
-            'A'..='Z' => 0.71,
-            _ => 0.62,
-        })
-        .sum();
-    ems * f64::from(size)
+    if factor.is_empty() { label.to_owned() } else { format!("{label}\u{2003}{factor}") }
 }

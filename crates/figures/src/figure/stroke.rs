@@ -1,10 +1,6 @@
-//! Curves on a page: clipped to their axes, thinned to what can be seen, and cut into dashes.
-//!
-//! Dashes are cut here for the raster picture, because its renderer starts the pattern anew at every segment: a curve of
-//! 2000 points would come out unbroken.
+//! Curves on a page: clipped to their axes, so that no ordinate is beyond what renderers take, and thinned to what can be seen.
 
-/// A point of the page, in its pixels.
-pub(crate) type Point = (f64, f64);
+use super::canvas::Point;
 
 /// A rectangle of the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,52 +84,6 @@ fn distance(p: Point, a: Point, b: Point) -> f64 {
     (p.0 - a.0 - s * dx).hypot(p.1 - a.1 - s * dy)
 }
 
-/// The strokes of a dashed polyline; `pattern` alternates strokes and gaps. `cap` is what a round end adds to either end of
-/// a stroke when it is drawn, and is taken off.
-pub(crate) fn dash(points: &[Point], pattern: &[f64], cap: f64) -> Vec<Vec<Point>> {
-    if pattern.is_empty() || pattern.iter().any(|&length| length.is_nan() || length <= 0.0) {
-        return vec![points.to_vec()];
-    }
-    let mut strokes: Vec<Vec<Point>> = Vec::new();
-    let total: f64 = points.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum();
-    let (mut begin, mut k) = (0.0, 0);
-    while begin < total {
-        let end = begin + pattern[k % pattern.len()];
-        if k % 2 == 0 {
-            // A stroke shorter than its caps is a dot.
-            let inset = cap.min((end - begin) / 2.0 - 0.01);
-            strokes.push(section(points, begin + inset, (end - inset).min(total)));
-        }
-        begin = end;
-        k += 1;
-    }
-    strokes.retain(|stroke| stroke.len() > 1);
-    strokes
-}
-
-/// The part of a polyline between two lengths along it.
-fn section(points: &[Point], from: f64, to: f64) -> Vec<Point> {
-    let mut part = Vec::new();
-    let mut along = 0.0;
-    for pair in points.windows(2) {
-        let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
-        let length = (bx - ax).hypot(by - ay);
-        let (enter, leave) = ((from - along).max(0.0), (to - along).min(length));
-        if length > 0.0 && enter <= leave {
-            let at = |s: f64| (ax + (bx - ax) * s / length, ay + (by - ay) * s / length);
-            if part.is_empty() {
-                part.push(at(enter));
-            }
-            part.push(at(leave));
-        }
-        along += length;
-        if along > to {
-            break;
-        }
-    }
-    part
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,18 +95,6 @@ mod tests {
         let pieces = clip(&[(1.0, 5.0), (5.0, 5.0), (5.0, 15.0), (8.0, 15.0), (8.0, 5.0)], &BOX);
         assert_eq!(pieces, [vec![(1.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(8.0, 10.0), (8.0, 5.0)]]);
         assert!(clip(&[(-5.0, -5.0), (-1.0, 20.0)], &BOX).is_empty());
-    }
-
-    #[test]
-    fn dashes_keep_their_rhythm_across_short_segments() {
-        // 1000 segments of a hundredth of the pattern: drawn segment by segment this would be one unbroken line.
-        let points: Vec<Point> = (0..=1000).map(|k| (f64::from(k) * 0.1, 0.0)).collect();
-        let strokes = dash(&points, &[6.0, 4.0], 0.0);
-        assert_eq!(strokes.len(), 10);
-        for (k, stroke) in strokes.iter().enumerate() {
-            let (a, b) = (stroke[0].0, stroke[stroke.len() - 1].0);
-            assert!((a - 10.0 * k as f64).abs() < 1e-9 && (b - a - 6.0).abs() < 1e-9, "{a} {b}");
-        }
     }
 
     #[test]

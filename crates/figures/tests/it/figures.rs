@@ -38,7 +38,7 @@ fn what_cannot_be_drawn_is_an_error_that_names_it() {
         refused(Panel::new("", "y").series(line(&[0.0], &[0.0]))),
         FigureError::Unlabelled { axis: "horizontal", panel: 0 }
     ));
-    assert!(matches!(refused(panel().log_x().bar(Bar::to("margin", 0.0))), FigureError::NotPositive { .. }));
+    assert!(matches!(refused(panel().log_x().bar(Bar::to("margin", 0.0, "0"))), FigureError::NotPositive { .. }));
     assert!(matches!(
         refused(panel().series(line(&[0.0, 1.0], &[-f64::MAX, f64::MAX]))),
         FigureError::Range { axis: "vertical", .. }

@@ -415,7 +415,7 @@ fn margin_chart(_: &Context) -> Result<Plate, CheckError> {
     ];
     let mut panel = Panel::new("tolerated ε of A + εI (1/s)", "").log_x().x_range(1e-4, 20.0);
     for (name, value, hue) in rows {
-        panel = panel.bar(Bar::to(name, value).hue(hue));
+        panel = panel.bar(Bar::to(name, value, short(value)).hue(hue));
     }
     Ok(Plate {
         figure: Figure::new("Beyond the paper: the margins of Theorem 5")

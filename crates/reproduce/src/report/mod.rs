@@ -1,4 +1,4 @@
-//! The report: the ledger as one HTML file, by the page of `luenberger-figures`.
+//! The report: the ledger as one HTML file, by the report of `luenberger-figures`.
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
@@ -6,35 +6,33 @@ use crate::ledger::{Drawn, Summary};
 use crate::paper::{Finding, Paper};
 use crate::terminal::{counts, word};
 use crate::value::{Value, short};
-use luenberger_figures::page::{DRAW_PICTURES, Pictures, STYLE, Shell, escape};
+use luenberger_figures::report::ReportError;
+use luenberger_figures::{Report, Section, escape};
 use std::fmt::Write;
 
-const OWN_STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
-
 /// The page.
-pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> String {
-    let mut body = String::new();
-    header(&mut body, papers, summary);
-    findings(&mut body, papers, &summary.records);
-    claims(&mut body, papers, &summary.records);
-    let pictures = figures(&mut body, papers, drawn);
-    datasets(&mut body, papers);
-    let script = [SCRIPT, DRAW_PICTURES, "follow();\n"].concat();
-    let style = [STYLE, OWN_STYLE].concat();
-    let title = "The papers and their claims";
-    Shell { title, style: &style, body: &body, pictures: &pictures, script: &script }.to_string()
+pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReportError> {
+    let figures = papers.iter().flat_map(|paper| drawn.iter().filter(|drawn| drawn.paper == paper.key));
+    let figures =
+        figures.fold(Section::new("Figures"), |section, drawn| section.figure(drawn.id, drawn.figure.clone()));
+    let datasets = papers.iter().flat_map(|paper| &paper.datasets);
+    let datasets = datasets.map(|dataset| (format!("data/{}.csv", dataset.id), String::new()));
+    let files = [("claims.json".to_owned(), "every claim".to_owned())].into_iter().chain(datasets);
+    let mut report = Report::new("The papers and their claims")
+        .lead("Every claim below is computed anew; the verdict follows from what is printed, what is computed and the tolerance.")
+        .head(head(papers, summary))
+        .with(include_str!("page.css"), include_str!("page.js"));
+    if let Some(findings) = findings(papers, &summary.records) {
+        report = report.section(Section::new("Findings").html(findings));
+    }
+    let claims = Section::new("Claims").html(claims(papers, &summary.records));
+    report.section(claims).section(figures).section(Section::new("Data").links(files)).html()
 }
 
 // Writing into a String cannot fail; `let _ =` says so at each place below.
 
-fn header(page: &mut String, papers: &[Paper], summary: &Summary) {
-    let _ = write!(page, "<header><h1>The papers and their claims</h1>");
-    let _ = write!(
-        page,
-        "<p class=\"lead\">Every claim below is computed anew; the verdict follows from what is printed, what is computed \
-         and the tolerance.</p>"
-    );
+fn head(papers: &[Paper], summary: &Summary) -> String {
+    let mut page = String::new();
     for paper in papers {
         let _ = write!(page, "<p class=\"citation\"><b>{}</b><br>{}</p>", escape(paper.title), escape(paper.citation));
     }
@@ -63,19 +61,15 @@ fn header(page: &mut String, papers: &[Paper], summary: &Summary) {
         }
         let _ = write!(page, "</ul></div>");
     }
-    let _ = write!(
-        page,
-        "<nav><a href=\"#findings\">Findings</a> <a href=\"#claims\">Claims</a> <a href=\"#figures\">Figures</a> \
-         <a href=\"claims.json\">claims.json</a></nav></header>"
-    );
+    page
 }
 
-fn findings(page: &mut String, papers: &[Paper], records: &[Record]) {
+fn findings(papers: &[Paper], records: &[Record]) -> Option<String> {
     let all: Vec<&Finding> = papers.iter().flat_map(|paper| &paper.findings).collect();
     if all.is_empty() {
-        return;
+        return None;
     }
-    let _ = write!(page, "<section id=\"findings\"><h2>Findings</h2><div class=\"findings\">");
+    let mut page = "<div class=\"findings\">".to_owned();
     for finding in all {
         let _ = write!(
             page,
@@ -95,7 +89,7 @@ fn findings(page: &mut String, papers: &[Paper], records: &[Record]) {
         }
         let _ = write!(page, "</ul></article>");
     }
-    let _ = write!(page, "</div></section>");
+    Some(page + "</div>")
 }
 
 /// `printed 1.18, computed 1.1694`, where both are short.
@@ -108,13 +102,11 @@ fn numbers(record: &Record) -> String {
     }
 }
 
-fn claims(page: &mut String, papers: &[Paper], records: &[Record]) {
-    let _ = write!(
-        page,
-        "<section id=\"claims\"><h2>Claims</h2><form class=\"filter\" id=\"filter\">\
+fn claims(papers: &[Paper], records: &[Record]) -> String {
+    let mut page = "<form class=\"filter\" id=\"filter\">\
          <input type=\"search\" id=\"text\" placeholder=\"Filter by text\" aria-label=\"Filter by text\">\
          <select id=\"verdict\" aria-label=\"Verdict\"><option value=\"\">every verdict</option>"
-    );
+        .to_owned();
     for choice in ["reproduced", "refuted", "underspecified", "failed"] {
         let _ = write!(page, "<option>{choice}</option>");
     }
@@ -136,9 +128,9 @@ fn claims(page: &mut String, papers: &[Paper], records: &[Record]) {
          <th>claim</th><th>class</th><th>printed</th><th>computed</th></tr></thead>"
     );
     for record in records {
-        claim(page, record);
+        claim(&mut page, record);
     }
-    let _ = write!(page, "</table></section>");
+    page + "</table>"
 }
 
 fn claim(page: &mut String, record: &Record) {
@@ -242,31 +234,4 @@ fn grid(value: &Value, show: fn(f64) -> String) -> String {
         table.push_str("</tr>");
     }
     table + "</table>"
-}
-
-/// Writes the places of the figures, and returns the figures.
-fn figures(page: &mut String, papers: &[Paper], drawn: &[Drawn]) -> Pictures {
-    let mut pictures = Pictures::default();
-    let _ = write!(page, "<section id=\"figures\"><h2>Figures</h2>");
-    for paper in papers {
-        for Drawn { id, figure, .. } in drawn.iter().filter(|drawn| drawn.paper == paper.key) {
-            // A figure that cannot be drawn has already failed as a still picture.
-            page.push_str(&pictures.add(id, figure).unwrap_or_default());
-        }
-    }
-    let _ = write!(page, "</section>");
-    pictures
-}
-
-/// Links to the numbers that stand behind no figure.
-fn datasets(page: &mut String, papers: &[Paper]) {
-    let all: Vec<&str> = papers.iter().flat_map(|paper| &paper.datasets).map(|dataset| dataset.id).collect();
-    if all.is_empty() {
-        return;
-    }
-    let _ = write!(page, "<section id=\"data\"><h2>Data</h2><ul>");
-    for id in all {
-        let _ = write!(page, "<li><a href=\"data/{id}.csv\">{id}.csv</a></li>", id = escape(id));
-    }
-    let _ = write!(page, "</ul></section>");
 }

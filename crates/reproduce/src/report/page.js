@@ -1,4 +1,3 @@
-"use strict";
 const claims = [...document.querySelectorAll(".claim")];
 const byId = (id) => document.getElementById(id);
 
@@ -47,4 +46,4 @@ function follow() {
   }
 }
 addEventListener("hashchange", follow);
-
+follow();

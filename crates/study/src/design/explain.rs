@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use luenberger_design::number::shortest;
 use luenberger_design::{DesignError, EnclosureError, LpvError, NumericalKklError};
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Plant, PlantError};
+use luenberger_proof::wording::shortest;
 use nalgebra::DVector;
 
 use super::runnable::Chains;

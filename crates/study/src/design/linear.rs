@@ -1,9 +1,10 @@
 //! The observers of linear plants.
 
-use luenberger_design::number::{decay, significant};
+use luenberger_design::number::decay;
 use luenberger_design::{CubicDesign, CubicGain, DesignError, LinearDesign, SampledCubicDesign};
 use luenberger_lmi::Settings;
 use luenberger_plants::StateSpace;
+use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::explain::Misfit;

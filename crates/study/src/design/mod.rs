@@ -11,13 +11,13 @@ pub use runnable::{Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
 
-use luenberger_design::number::significant;
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{Certificate, Fact, ProvedTheorem};
 use luenberger_lmi::Settings;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
 use luenberger_proof::wording::at_least;
+use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use self::explain::Misfit;

@@ -2,11 +2,12 @@
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
-use luenberger_design::number::{decay, significant};
+use luenberger_design::number::decay;
 use luenberger_design::{LipschitzDesign, LipschitzPlant, LpvDesign, MeanValueDesign, Region, Sector};
 use luenberger_lmi::Settings;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel};
 use luenberger_proof::wording::at_most;
+use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
@@ -42,7 +43,7 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateSpec, settings: &Se
         verdict: verdict(&design.certificate),
         evidence,
     };
-    let runnable = Runnable::Copy(Box::new(design.observer.clone()));
+    let runnable = Runnable::NonlinearLuenberger(Box::new(design.observer.clone()));
     Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
 }
 
@@ -120,7 +121,11 @@ pub(super) fn lipschitz(
         evidence: None,
     };
     let observer = design.observer(model.clone())?;
-    Ok(Designed { runnable: Runnable::Copy(Box::new(observer)), report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed {
+        runnable: Runnable::NonlinearLuenberger(Box::new(observer)),
+        report,
+        certificate: Some(design.certificate.clone()),
+    })
 }
 
 pub(super) fn mean_value(

@@ -22,7 +22,7 @@ pub enum Runnable {
     /// The sampled cubic one.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// The copy of the plant with a gain.
-    Copy(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
+    NonlinearLuenberger(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// The mean-value-theorem observer.
     MeanValue(Box<MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn>>),
     /// High gains along chains.
@@ -39,7 +39,7 @@ macro_rules! each {
         match $runnable {
             Runnable::Linear($continuous) => $flow,
             Runnable::Cubic($continuous) => $flow,
-            Runnable::Copy($continuous) => $flow,
+            Runnable::NonlinearLuenberger($continuous) => $flow,
             Runnable::MeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
             Runnable::Kkl(kkl) => match kkl.as_ref() {

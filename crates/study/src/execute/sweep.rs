@@ -2,9 +2,7 @@
 //!
 //! Each run depends on the study, the value and its number in the ensemble alone, so that neither threads nor their order change the result.
 
-use luenberger_sim::SimError;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use luenberger_sim::{Noise, SimError};
 use rayon::prelude::*;
 
 use super::options::RunOptions;
@@ -36,12 +34,8 @@ fn initial(wish: &ObserverSpec, simulation: &Simulation, seed: u64, number: usiz
     if number == 0 {
         return wish.initial.clone();
     }
-    let mut generator = ChaCha8Rng::seed_from_u64(seed);
-    generator.set_stream(number as u64);
-    // Gaussian in every entry: no direction is preferred. Box and Muller, 1958.
-    let mut unit = || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
-    let direction: Vec<f64> =
-        simulation.x0.iter().map(|_| (-2.0 * unit().ln()).sqrt() * (std::f64::consts::TAU * unit()).cos()).collect();
+    // Gaussian in every entry: no direction is preferred.
+    let direction = Noise::gaussian(&vec![1.0; simulation.x0.len()], 1.0, seed).sample(number as u64);
     let norm = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
     let error = simulate::initial_error(simulation, &wish.initial);
     simulation.x0.iter().zip(&direction).map(|(x, d)| x - error * d / norm).collect()

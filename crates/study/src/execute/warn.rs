@@ -1,7 +1,7 @@
 //! What a reader should know before he believes a result.
 
 use luenberger_design::Region;
-use luenberger_design::number::significant;
+use luenberger_proof::wording::significant;
 
 use super::Member;
 use super::simulate::Run;

@@ -2,8 +2,10 @@
 //!
 //! What concerns one key alone is checked here; what joins several (dimensions, alternatives) where the study is put together.
 
+use luenberger_expression::nearest;
+
 use super::tree::{Node, Value};
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::Diagnostic;
 use crate::schema::{Key, Kind, Range, Table};
 
 /// Appends every mistake of `node` as a table of this description.

@@ -16,10 +16,11 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use luenberger_expression::nearest;
 use luenberger_lmi::Solver;
 use nalgebra::DMatrix;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::error::StudyError;
 use crate::schema::STUDY;
 use crate::study::Study;

@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
+use luenberger_expression::{Expression, ExpressionError, ExpressionPlant, Family, ParameterError, Parameters, Scope};
 use luenberger_plants::{Dimensions, StateSpace};
 use nalgebra::DMatrix;
 
 use super::tree::{Node, Value};
 use super::{Reader, check};
 use crate::diagnostic::Diagnostic;
-use crate::expression::{Expression, ExpressionError, Family, ParameterError, Parameters, Scope};
 use crate::model::{Builtin, Model, PlantModel};
-use crate::plant::ExpressionPlant;
 
 /// The keys of each way to say what the plant is.
 const WAYS: [(&str, &[&str]); 3] =

@@ -1,11 +1,11 @@
 //! The tables around plant and observers: [input], [simulation], [log], [plot], [sweep].
 
+use luenberger_expression::Scope;
 use luenberger_sim::{Integrator, Settings};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
 use super::{Reader, Reported, check, plant};
-use crate::expression::Scope;
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};

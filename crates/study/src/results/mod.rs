@@ -4,6 +4,8 @@
 
 pub(crate) mod report;
 
+pub use report::leading;
+
 use serde::Serialize;
 
 /// What came of the steps that were executed; absent parts were not asked for, or the study has no table for them.

@@ -1,6 +1,7 @@
 //! `report.html`: the results as a page for people, with figures to look into.
 
-use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone, short};
+use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone};
+use luenberger_proof::wording::{complex, significant};
 
 use super::{
     DesignReport, ModeReport, NamedMatrix, NamedNumber, ObservabilityAt, ObservabilityReport, ObserverReport, Results,
@@ -35,7 +36,7 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
         for row in &sweep.rows {
             grid = grid.row([
                 Cell::from(row.observer.as_str()),
-                Cell::from(row.value),
+                number(row.value),
                 Cell::number(format!("{} of {}", row.finished, sweep.ensemble)),
                 maybe(row.settling),
                 maybe(row.rms),
@@ -55,8 +56,16 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
     report.html().map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })
 }
 
+fn short(x: f64) -> String {
+    significant(x, 6)
+}
+
+fn number(x: f64) -> Cell {
+    Cell::number(short(x))
+}
+
 fn maybe(x: Option<f64>) -> Cell {
-    x.map_or_else(|| Cell::number("–"), Cell::from)
+    x.map_or_else(|| Cell::number("–"), number)
 }
 
 fn plant(results: &Results) -> Section {
@@ -87,18 +96,12 @@ pub(crate) fn with_unit(name: &str, unit: Option<&String>) -> String {
     unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
 }
 
-/// `-1 + 2i`.
-pub(crate) fn eigenvalue([re, im]: [f64; 2]) -> String {
-    match im {
-        0.0 => short(re),
-        im if re == 0.0 => format!("{}i", short(im)),
-        im if im < 0.0 => format!("{} - {}i", short(re), short(-im)),
-        im => format!("{} + {}i", short(re), short(im)),
-    }
+pub(crate) fn eigenvalue(z: [f64; 2]) -> String {
+    complex(z, 6)
 }
 
 /// The terms of a direction that weigh most, and how many there are besides; `study.json` has all.
-fn leading(words: &str) -> String {
+pub fn leading(words: &str) -> String {
     const SHOWN: usize = 6;
     let mut signs: Vec<usize> =
         [" + ", " - "].iter().flat_map(|sign| words.match_indices(sign)).map(|(at, _)| at).collect();
@@ -111,7 +114,7 @@ fn leading(words: &str) -> String {
 
 fn modes(modes: &[ModeReport]) -> Grid {
     modes.iter().fold(Grid::new(&["mode", "margin", "seen least along"]), |grid, mode| {
-        grid.row([Cell::number(eigenvalue(mode.eigenvalue)), Cell::from(mode.margin), Cell::from(leading(&mode.words))])
+        grid.row([Cell::number(eigenvalue(mode.eigenvalue)), number(mode.margin), Cell::from(leading(&mode.words))])
     })
 }
 
@@ -208,7 +211,10 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
     }
     let mut facts = vec![("certificate".to_owned(), Cell::badge(design.verdict.as_str(), tone(&design.verdict)))];
     for number in &design.numbers {
-        facts.push((number.name.clone(), number.value.map_or_else(|| Cell::number("infinite"), Cell::from)));
+        facts.push((
+            number.name.clone(),
+            number.value.map_or_else(|| Cell::number("infinite"), |x| Cell::number(short(x))),
+        ));
     }
     if !design.poles.is_empty() {
         let poles = design.poles.iter().map(|pole| eigenvalue(*pole)).collect::<Vec<_>>().join(",  ");
@@ -298,12 +304,12 @@ fn comparison(results: &Results) -> Section {
             if let Some(merits) = &row.merits {
                 grid = grid.row([
                     Cell::from(row.observer.as_str()),
-                    Cell::from(merits.initial),
+                    number(merits.initial),
                     maybe(merits.settling_first),
                     maybe(merits.settling_last),
-                    Cell::from(merits.peak),
-                    Cell::from(merits.rms),
-                    Cell::from(merits.last),
+                    number(merits.peak),
+                    number(merits.rms),
+                    number(merits.last),
                 ]);
             }
             ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
@@ -325,9 +331,9 @@ fn comparison(results: &Results) -> Section {
                 grid = grid.row([
                     Cell::from(row.observer.as_str()),
                     Cell::from(output.output.as_str()),
-                    Cell::from(output.mean),
-                    Cell::from(output.rms),
-                    Cell::from(output.peak),
+                    number(output.mean),
+                    number(output.rms),
+                    number(output.peak),
                     maybe(output.white),
                 ]);
             }

@@ -1,6 +1,7 @@
 //! Commented studies to start from.
 
-use crate::diagnostic::nearest;
+use luenberger_expression::nearest;
+
 use crate::error::StudyError;
 
 /// A study to start from.

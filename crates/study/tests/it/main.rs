@@ -1,6 +1,5 @@
 //! One test binary, a module a subject.
 
-mod expression;
 mod mistakes;
 mod plant;
 mod report_in_browser;

@@ -1,9 +1,9 @@
 //! Inputs of a study in a simulation: expressions, tables with their breakpoints, feedback with a reference; and what is wrong with them.
 
+use luenberger_expression::Parameters;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::double_integrator;
 use luenberger_sim::{Between, Scenario, Signal, Trajectory};
-use luenberger_study::expression::Parameters;
 use luenberger_study::signal::{Input, Program, SignalError};
 use luenberger_study::table::Table;
 use nalgebra::{Vector2, dmatrix};

@@ -33,7 +33,7 @@ use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::wording::exact;
+use crate::wording::{counted, exact};
 
 pub use contracting::ContractionInCoordinates;
 pub use cubic::{CubicConvergence, Region};
@@ -229,11 +229,6 @@ fn combination(matrix: &str, unknowns: usize) -> String {
         2 => format!("x_1 {matrix}1 + x_2 {matrix}2"),
         m => format!("x_1 {matrix}1 + ... + x_{m} {matrix}{m}"),
     }
-}
-
-/// "3 states", "1 state".
-fn counted(count: usize, noun: &str) -> String {
-    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
 /// ` + 2 rate P`, or nothing for the rate 0.

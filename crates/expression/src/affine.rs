@@ -1,8 +1,8 @@
 //! Which expressions are affine in states and inputs, by their form.
 
-use super::function::{Binary, Unary};
-use super::scope::Symbol;
-use super::tree::{Node, Tree};
+use crate::function::{Binary, Unary};
+use crate::scope::Symbol;
+use crate::tree::{Node, Tree};
 
 /// What is known of a node.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -15,7 +15,7 @@ enum Form {
 
 /// # Errors
 /// The first node that is not affine.
-pub(super) fn affine(tree: &Tree) -> Result<(), usize> {
+pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
     use Form::{Affine, Constant, Not};
     let mut forms: Vec<Form> = Vec::new();
     for (index, node) in tree.nodes().enumerate() {

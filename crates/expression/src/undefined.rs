@@ -5,10 +5,10 @@ use core::fmt;
 use nalgebra::RealField;
 use num_dual::Dual64;
 
-use super::Expression;
-use super::error::Family;
-use super::scope::Symbol;
-use super::tree::Node;
+use crate::Expression;
+use crate::error::Family;
+use crate::scope::Symbol;
+use crate::tree::Node;
 
 /// A part of an expression that is not finite, although what it is made of is.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,8 @@ pub struct Undefined {
     pub part: String,
     /// Its value.
     pub value: f64,
-    /// By which state or input it was differentiated, from 0, and its name as it is written; none where the value itself is not finite.
+    /// By which state or input it was differentiated, from 0, and its name as it is written; none where the value
+    /// itself is not finite.
     pub derivative_by: Option<(Family, usize, String)>,
     /// What it is made of, as it is written, with the values.
     pub operands: Vec<(String, f64)>,
@@ -40,7 +41,8 @@ impl fmt::Display for Undefined {
 
 impl std::error::Error for Undefined {}
 
-/// The value, or the first part of the text for which `bad` holds, with its operands; `number` is what is shown of a scalar.
+/// The value, or the first part of the text for which `bad` holds, with its operands; `number` is what is shown of a
+/// scalar.
 fn run<T: RealField + Copy>(
     expression: &Expression,
     (t, x, u): (T, &[T], &[T]),
@@ -82,14 +84,15 @@ fn written(expression: &Expression, family: Family, index: usize) -> String {
     expression.tree.nodes().find_map(symbol).unwrap_or_else(|| format!("{letter}{}", index + 1))
 }
 
-pub(super) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
+pub(crate) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
     run(expression, (t, x, u), |value| !value.is_finite(), |value| value).map_err(|(undefined, _)| undefined)
 }
 
 /// The derivatives by all states, or by all inputs.
 ///
-/// Where a part has no derivative, none is finite: 0 times infinity is not a number along the directions that do not move it. The error is that of a direction that does.
-pub(super) fn gradient(
+/// Where a part has no derivative, none is finite: 0 times infinity is not a number along the directions that do not
+/// move it. The error is that of a direction that does.
+pub(crate) fn gradient(
     expression: &Expression,
     t: f64,
     x: &[f64],

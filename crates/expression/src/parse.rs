@@ -1,12 +1,4 @@
-//! The grammar of expressions.
-//!
-//! ```text
-//! sum      5, from the left      a + b, a - b
-//! product  7, from the left      a*b, a/b
-//! sign     8                     -a, +a
-//! power    9, from the right     a^b, a**b         -x^2 is -(x^2), 2^-1 is 0.5, 2^3^2 is 2^9
-//! operand                        number, name, name(a, ...), (a)
-//! ```
+//! The grammar of expressions, as the head of the crate has it.
 //!
 //! Binding powers go to the Pratt parser of `winnow`, whose state is the tree that grows and the depth that is left.
 
@@ -19,11 +11,12 @@ use winnow::prelude::*;
 use winnow::stream::{LocatingSlice, Location, Stateful, Stream};
 use winnow::token::{any, one_of, take_while};
 
-use super::LIMITS;
-use super::error::{ExpressionError, ExpressionErrorKind, Found};
-use super::function::{self, Binary, Function, Unary};
-use super::scope::{Scope, begins_word, continues_word, nearest};
-use super::tree::{Node, Tree};
+use crate::LIMITS;
+use crate::error::{ExpressionError, ExpressionErrorKind, Found};
+use crate::function::{self, Binary, Function, Unary};
+use crate::nearest::nearest;
+use crate::scope::{Scope, begins_word, continues_word};
+use crate::tree::{Node, Tree};
 
 /// What an operand begins with.
 const OPERAND: &str = "a number, a name, `(` or `-`";
@@ -63,7 +56,7 @@ fn wrong<O>(span: Range<usize>, kind: ExpressionErrorKind) -> Parsed<O> {
 }
 
 /// The tree of a text.
-pub(super) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> {
+pub(crate) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> {
     let error = |span, kind| Err(ExpressionError::new(text, span, kind));
     if text.len() > LIMITS.length {
         return error(0..0, ExpressionErrorKind::TooLong { length: text.len() });
@@ -164,7 +157,8 @@ fn operator<'s>(input: &mut Input<'s>) -> Parsed<Infix<Input<'s>, usize, ErrMode
         "*" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Multiply, x, y))),
         "/" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Divide, x, y))),
         _ => {
-            // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given back.
+            // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given
+            // back.
             wait(input, at)?;
             Infix::Right(9, |input, x, y| {
                 input.state.waiting -= 1;
@@ -262,7 +256,7 @@ fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> 
         if input.state.scope.resolve(&name).is_ok() {
             return wrong(span, ExpressionErrorKind::NotAFunction { name });
         }
-        let near = function::elsewhere(&name).map(str::to_owned).or_else(|| nearest(&name, function::names()));
+        let near = function::elsewhere(&name).or_else(|| nearest(&name, function::names())).map(str::to_owned);
         let known = function::names().collect::<Vec<_>>().join(", ");
         return wrong(span, ExpressionErrorKind::UnknownFunction { name, nearest: near, known });
     };

@@ -1,16 +1,17 @@
 //! The names that an expression may use.
 
-use core::cmp::Reverse;
 use std::collections::BTreeMap;
 
-use super::error::{ExpressionErrorKind, Family};
-use super::function;
+use crate::error::{ExpressionErrorKind, Family};
+use crate::function;
+use crate::nearest::nearest;
 
 /// Named numbers of a study: masses, gains, set-points.
 pub type Parameters = BTreeMap<String, f64>;
 
 /// Why something cannot be a parameter.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ParameterError {
     /// A name that means something else already.
     #[error("`{name}` cannot be the name of a parameter: it is {meaning}")]
@@ -52,7 +53,7 @@ pub struct NameError {
 
 /// What stands for a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Symbol {
+pub(crate) enum Symbol {
     Time,
     /// From 0.
     State(usize),
@@ -71,7 +72,8 @@ enum Reads {
     Nothing,
 }
 
-/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names supplied by the user for the states and inputs.
+/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names supplied by the user for the
+/// states and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     states: usize,
@@ -105,12 +107,14 @@ impl Scope {
         Self { states, inputs, reads, parameters, state_names, input_names }
     }
 
-    /// The same with names supplied by the user for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an empty list names none.
+    /// The same with names supplied by the user for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an
+    /// empty list names none.
     ///
-    /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression can say it.
+    /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression
+    /// can say it.
     ///
     /// ```
-    /// use luenberger_study::expression::{Expression, Scope};
+    /// use luenberger_expression::{Expression, Scope};
     /// let names = ["angle", "speed"].map(str::to_owned);
     /// let scope = Scope::plant(2, 0).named(&names, &[])?;
     /// assert_eq!(Expression::parse("2*angle - x2", &scope)?.evaluate(0.0, &[3.0, 1.0], &[]), 5.0);
@@ -121,8 +125,8 @@ impl Scope {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`NameError`] for the first that means something else already: `t`, `pi`, `e`, a function, a parameter, another state or input. `x2` may be the name of
-    /// the second state only.
+    /// [`NameError`] for the first that means something else already: `t`, `pi`, `e`, a function, a parameter, another
+    /// state or input. `x2` may be the name of the second state only.
     pub fn named(mut self, states: &[String], inputs: &[String]) -> Result<Self, NameError> {
         let lists = [(Family::States, states), (Family::Inputs, inputs)];
         for (family, names) in lists {
@@ -151,7 +155,7 @@ impl Scope {
     /// The same with these parameters.
     ///
     /// ```
-    /// use luenberger_study::expression::{ParameterError, Parameters, Scope};
+    /// use luenberger_expression::{ParameterError, Parameters, Scope};
     /// let error = Scope::plant(2, 0).with(&Parameters::from([("x2".to_owned(), 1.0)])).unwrap_err();
     /// assert_eq!(error, ParameterError::Taken { name: "x2".to_owned(), meaning: "a state" });
     /// ```
@@ -181,7 +185,7 @@ impl Scope {
     }
 
     /// What the name stands for.
-    pub(super) fn resolve(&self, name: &str) -> Result<Symbol, ExpressionErrorKind> {
+    pub(crate) fn resolve(&self, name: &str) -> Result<Symbol, ExpressionErrorKind> {
         let unavailable = |reason| Err(ExpressionErrorKind::Unavailable { name: name.to_owned(), reason });
         let out_of_range =
             |family, count| Err(ExpressionErrorKind::OutOfRange { name: name.to_owned(), family, count });
@@ -208,7 +212,7 @@ impl Scope {
             },
             _ => Err(ExpressionErrorKind::UnknownName {
                 name: name.to_owned(),
-                nearest: nearest(name, self.names().iter().map(String::as_str)),
+                nearest: nearest(name, self.names().iter().map(String::as_str)).map(str::to_owned),
                 known: self.known(),
             }),
         }
@@ -255,23 +259,6 @@ impl Scope {
         known.extend(self.parameters.keys().cloned());
         known.join(", ")
     }
-}
-
-/// The nearest of the known names, if one differs in a third of its letters at most, and not in all.
-pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Option<String> {
-    let length = name.chars().count();
-    known
-        .map(|candidate| (strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()), candidate))
-        .filter(|(distance, candidate)| {
-            let letters = length.max(candidate.chars().count());
-            *distance <= letters.div_ceil(3) && *distance < letters
-        })
-        // Among equals, the one that begins alike for longest.
-        .min_by_key(|(distance, candidate)| {
-            let alike = name.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
-            (*distance, Reverse(alike))
-        })
-        .map(|(_, candidate)| candidate.to_owned())
 }
 
 /// What a name means in every expression.
@@ -322,11 +309,11 @@ fn numbered(name: &str, letter: char) -> Option<usize> {
     }
 }
 
-pub(super) fn begins_word(c: char) -> bool {
+pub(crate) fn begins_word(c: char) -> bool {
     c.is_alphabetic() || c == '_'
 }
 
-pub(super) fn continues_word(c: char) -> bool {
+pub(crate) fn continues_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 

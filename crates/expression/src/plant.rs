@@ -1,9 +1,11 @@
 //! Plants from text: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
 //!
-//! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers run it, and the designs of `luenberger-design` that enclose
-//! Jacobians over a box take it as it is. Sizes are known at run time; [`Fixed`] has them in its type, for the designs that ask for it.
+//! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers
+//! run it, and the designs of `luenberger-design` that enclose Jacobians over a box take it as it is. Sizes are known
+//! at run time; [`Fixed`] has them in its type, for the designs that ask for it.
 //!
-//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it: [`ExpressionPlant::affine`].
+//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it:
+//! [`ExpressionPlant::affine`].
 
 use core::fmt;
 use std::sync::Arc;
@@ -11,7 +13,7 @@ use std::sync::Arc;
 use luenberger_plants::{Dimensions, Plant, PlantError, StateSpace};
 use nalgebra::{DMatrix, DVector, RealField, SVector};
 
-use crate::expression::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
+use crate::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
 
 /// A row of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +103,19 @@ pub enum ExpressionPlantError {
         /// The input.
         u: Vec<f64>,
     },
+    /// A row that is not affine, where the matrices of a plant were asked for.
+    #[error("{row} = {text} is not affine in states and inputs: `{part}` is not")]
+    NotAffine {
+        /// The row.
+        row: Row,
+        /// Its text.
+        text: String,
+        /// The first part of it that is not affine.
+        part: String,
+    },
+    /// Matrices that do not make a plant.
+    #[error(transparent)]
+    Matrices(#[from] PlantError),
     /// A plant with other sizes than a type.
     #[error(
         "the plant has {} states, {} inputs and {} outputs; the type says {}, {} and {}",
@@ -119,18 +134,6 @@ const LARGEST: usize = 1000;
 
 fn at_input(u: &[f64]) -> String {
     if u.is_empty() { String::new() } else { format!(", u = {u:?}") }
-}
-
-/// Why a plant is not affine: the row and the part of its text.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{row} = {text} is not affine in states and inputs: `{part}` is not")]
-pub struct NotAffine {
-    /// The row.
-    pub row: Row,
-    /// Its text.
-    pub text: String,
-    /// The first part of it that is not affine.
-    pub part: String,
 }
 
 /// An affine plant `x' = A x + B u + f0`, `y = C x + h0`.
@@ -159,31 +162,19 @@ struct Rows {
 }
 
 /// A plant `x' = f(t, x, u)`, `y = h(t, x)` whose rows are expressions. A copy shares them.
-///
-/// ```
-/// use luenberger_plants::{Plant, state_jacobian};
-/// use luenberger_study::expression::Parameters;
-/// use luenberger_study::plant::ExpressionPlant;
-/// use nalgebra::{dmatrix, dvector};
-///
-/// let parameters = Parameters::from([("g".to_owned(), 9.81), ("l".to_owned(), 0.5)]);
-/// let pendulum = ExpressionPlant::new(&["x2", "-g/l*sin(x1) + u1"], &["x1"], 1, &parameters)?;
-/// let (x, u) = (dvector![0.0, 2.0], dvector![1.0]);
-/// assert_eq!(pendulum.derivative(0.0, &x, &u), dvector![2.0, 1.0]);
-/// assert_eq!(state_jacobian(&pendulum, 0.0, &x, &u), dmatrix![0.0, 1.0; -9.81 / 0.5, 0.0]);
-/// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionPlant(Arc<Rows>);
 
 impl ExpressionPlant {
     /// The plant with these rows of f and h, so many inputs, and these parameters.
     ///
-    /// Rows of f may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows; rows of h all but the inputs.
+    /// Rows of f may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows; rows of h all but the
+    /// inputs.
     ///
     /// # Errors
-    /// [`ExpressionPlantError::Empty`], [`TooLarge`](ExpressionPlantError::TooLarge), [`Parameter`](ExpressionPlantError::Parameter), and
-    /// [`Expression`](ExpressionPlantError::Expression) for the first row that is none.
+    /// [`ExpressionPlantError::Empty`], [`TooLarge`](ExpressionPlantError::TooLarge),
+    /// [`Parameter`](ExpressionPlantError::Parameter), and [`Expression`](ExpressionPlantError::Expression) for the
+    /// first row that is none.
     pub fn new<S: AsRef<str>>(
         f: &[S],
         h: &[S],
@@ -193,20 +184,22 @@ impl ExpressionPlant {
         Self::of(f, h, inputs, (&[], &[]), parameters)
     }
 
-    /// The same with names supplied by the user for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`: see [`Scope::named`].
+    /// The same with names supplied by the user for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`:
+    /// see [`Scope::named`].
     ///
     /// ```
     /// use luenberger_plants::Plant;
-    /// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+    /// use luenberger_expression::{ExpressionPlant, Parameters};
     /// use nalgebra::dvector;
     /// let (states, inputs) = (["angle", "speed"].map(str::to_owned), ["torque".to_owned()]);
     /// let rows = ["speed", "torque - 9.81*sin(angle)"];
     /// let pendulum = ExpressionPlant::named(&rows, &["angle"], &states, &inputs, &Parameters::new())?;
     /// assert_eq!(pendulum.derivative(0.0, &dvector![0.0, 2.0], &dvector![1.0]), dvector![2.0, 1.0]);
-    /// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+    /// # Ok::<(), luenberger_expression::ExpressionPlantError>(())
     /// ```
     /// # Errors
-    /// As [`new`](Self::new); [`ExpressionPlantError::Length`] unless there is a name for each state, [`ExpressionPlantError::Name`].
+    /// As [`new`](Self::new); [`ExpressionPlantError::Length`] unless there is a name for each state,
+    /// [`ExpressionPlantError::Name`].
     pub fn named<S: AsRef<str>>(
         f: &[S],
         h: &[S],
@@ -262,11 +255,11 @@ impl ExpressionPlant {
     /// Checks that f, h and their Jacobians are finite at a point, such as the start of a run.
     ///
     /// ```
-    /// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+    /// use luenberger_expression::{ExpressionPlant, Parameters};
     /// let plant = ExpressionPlant::new(&["ln(x1)"], &["x1"], 0, &Parameters::new())?;
     /// let error = plant.check_at(0.0, &[-1.0], &[]).unwrap_err();
     /// assert_eq!(error.to_string(), "f1 = ln(x1): `ln(x1)` is not defined: `x1` is -1, at x = [-1.0]");
-    /// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+    /// # Ok::<(), luenberger_expression::ExpressionPlantError>(())
     /// ```
     /// # Errors
     /// [`ExpressionPlantError::Length`] and [`NotFinite`](ExpressionPlantError::NotFinite) for the point,
@@ -291,10 +284,11 @@ impl ExpressionPlant {
         Ok(())
     }
 
-    /// The matrices of a plant that is affine by its form, see [`Expression::affine`]: exact up to the rounding of what is written.
+    /// The matrices of a plant that is affine by its form, see [`Expression::affine`]: exact up to the rounding of what
+    /// is written.
     ///
     /// ```
-    /// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+    /// use luenberger_expression::{ExpressionPlant, Parameters};
     /// use nalgebra::dmatrix;
     /// let parameters = Parameters::from([("m".to_owned(), 2.0)]);
     /// let plant = ExpressionPlant::new(&["x2", "(u1 - 3*x1)/m"], &["x1"], 1, &parameters)?.affine()?;
@@ -304,16 +298,19 @@ impl ExpressionPlant {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`AffineError::NotAffine`] names the first part that is not; [`AffineError::Undefined`] a coefficient that is not finite.
-    pub fn affine(&self) -> Result<AffinePlant, AffineError> {
+    /// [`ExpressionPlantError::NotAffine`] names the first part that is not;
+    /// [`Undefined`](ExpressionPlantError::Undefined) a coefficient that is not finite.
+    pub fn affine(&self) -> Result<AffinePlant, ExpressionPlantError> {
         for (row, expression) in self.rows() {
-            expression.affine().map_err(|part| {
-                AffineError::NotAffine(NotAffine { row, text: expression.text().to_owned(), part: part.to_owned() })
+            expression.affine().map_err(|part| ExpressionPlantError::NotAffine {
+                row,
+                text: expression.text().to_owned(),
+                part: part.to_owned(),
             })?;
         }
         let size = self.size();
         let (x, u) = (vec![0.0; size.states], vec![0.0; size.inputs]);
-        self.check_at(0.0, &x, &u).map_err(|error| AffineError::Undefined(Box::new(error)))?;
+        self.check_at(0.0, &x, &u)?;
         let gradients = |rows: &[Expression], by: fn(&Expression, &[f64], &[f64]) -> Vec<f64>, columns: usize| {
             let entries: Vec<f64> = rows.iter().flat_map(|row| by(row, &x, &u)).collect();
             DMatrix::from_row_slice(rows.len(), columns, &entries)
@@ -326,7 +323,7 @@ impl ExpressionPlant {
         let c = gradients(self.h(), by_state, size.states);
         let values =
             |rows: &[Expression]| DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(0.0, &x, &u)));
-        let linear = StateSpace::new(a, b, c).map_err(AffineError::Matrices)?;
+        let linear = StateSpace::new(a, b, c)?;
         Ok(AffinePlant { linear, f0: values(self.f()), h0: values(self.h()) })
     }
 
@@ -362,20 +359,6 @@ impl ExpressionPlant {
     }
 }
 
-/// Why there are no matrices.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum AffineError {
-    /// A row that is not affine.
-    #[error(transparent)]
-    NotAffine(NotAffine),
-    /// A coefficient that is not finite.
-    #[error("the plant is affine by its form, but a coefficient is not finite: {0}")]
-    Undefined(Box<ExpressionPlantError>),
-    /// The matrices do not make a plant.
-    #[error(transparent)]
-    Matrices(PlantError),
-}
-
 impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
     type State = DVector<T>;
     type Input = DVector<T>;
@@ -396,16 +379,18 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
     }
 }
 
-/// An [`ExpressionPlant`] with n, m and p in its type: for designs that need them there, such as the numerical KKL observer.
+/// An [`ExpressionPlant`] with n, m and p in its type: for designs that need them there, such as the numerical KKL
+/// observer.
 ///
 /// ```
 /// use luenberger_plants::Plant;
-/// use luenberger_study::{expression::Parameters, plant::ExpressionPlant};
+/// use luenberger_expression::{ExpressionPlant, Parameters};
 /// use nalgebra::{SVector, Vector2};
 /// let duffing = ExpressionPlant::new(&["x2^3", "-x1"], &["x1"], 0, &Parameters::new())?;
-/// assert_eq!(duffing.fixed::<2, 0, 1>()?.derivative(0.0, &Vector2::new(1.0, 2.0), &SVector::zeros()), Vector2::new(8.0, -1.0));
+/// let (fixed, x) = (duffing.fixed::<2, 0, 1>()?, Vector2::new(1.0, 2.0));
+/// assert_eq!(fixed.derivative(0.0, &x, &SVector::zeros()), Vector2::new(8.0, -1.0));
 /// assert!(duffing.fixed::<2, 1, 1>().is_err());
-/// # Ok::<(), luenberger_study::plant::ExpressionPlantError>(())
+/// # Ok::<(), luenberger_expression::ExpressionPlantError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fixed<const N: usize, const M: usize, const P: usize>(ExpressionPlant);

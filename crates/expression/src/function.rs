@@ -1,6 +1,7 @@
 //! The functions of expressions: names, numbers of arguments, and what they compute over any scalar.
 //!
-//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four are more than a call, each for the sake of derivatives:
+//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four are
+//! more than a call, each for the sake of derivatives:
 //! - `x^n` at x = 0 with n > 1 is 0 with derivative 0, where `exp(n ln x)` has none;
 //! - `atan2(y, x)` near the axis x = 0 is `+-pi/2 - atan(x/y)`, whose derivative exists there;
 //! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity;
@@ -10,7 +11,7 @@ use nalgebra::{RealField, convert};
 
 /// A function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unary {
+pub(crate) enum Unary {
     Negate,
     Reciprocal,
     Abs,
@@ -35,7 +36,7 @@ pub(super) enum Unary {
 
 /// An operation or a function of two arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Binary {
+pub(crate) enum Binary {
     Add,
     Subtract,
     Multiply,
@@ -52,7 +53,7 @@ pub(super) enum Binary {
 
 /// What a name before a parenthesis stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Function {
+pub(crate) enum Function {
     Unary(Unary),
     /// Of two arguments.
     Binary(Binary),
@@ -104,23 +105,23 @@ const ELSEWHERE: [(&str, &str); 10] = [
 ];
 
 /// The function of that name.
-pub(super) fn function(name: &str) -> Option<(&'static str, Function)> {
+pub(crate) fn function(name: &str) -> Option<(&'static str, Function)> {
     FUNCTIONS.into_iter().find(|(known, _)| *known == name)
 }
 
 /// The names of all functions.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.into_iter().map(|(name, _)| name)
 }
 
 /// What another language's name is called here.
-pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
+pub(crate) fn elsewhere(name: &str) -> Option<&'static str> {
     ELSEWHERE.into_iter().find(|(theirs, _)| *theirs == name).map(|(_, ours)| ours)
 }
 
 impl Function {
     /// How many arguments it takes, in words, and whether so many fit.
-    pub(super) fn takes(self, count: usize) -> (&'static str, bool) {
+    pub(crate) fn takes(self, count: usize) -> (&'static str, bool) {
         match self {
             Self::Unary(_) => ("one argument", count == 1),
             Self::Binary(_) => ("two arguments", count == 2),
@@ -132,13 +133,13 @@ impl Function {
 
 impl Unary {
     /// Its name as a function.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         let named = FUNCTIONS.into_iter().find(|(_, function)| *function == Function::Unary(self));
         // The two without a name are the signs - and 1/.
         named.map_or(if self == Self::Negate { "-" } else { "1/" }, |(name, _)| name)
     }
 
-    pub(super) fn at<T: RealField + Copy>(self, x: T) -> T {
+    pub(crate) fn at<T: RealField + Copy>(self, x: T) -> T {
         match self {
             Self::Negate => -x,
             Self::Reciprocal => x.recip(),
@@ -173,7 +174,7 @@ impl Unary {
 
 impl Binary {
     /// Its name as a function, or its sign.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Add => "+",
             Self::Subtract => "-",
@@ -187,7 +188,7 @@ impl Binary {
         }
     }
 
-    pub(super) fn at<T: RealField + Copy>(self, x: T, y: T) -> T {
+    pub(crate) fn at<T: RealField + Copy>(self, x: T, y: T) -> T {
         match self {
             Self::Add => x + y,
             Self::Subtract => x - y,
@@ -204,7 +205,7 @@ impl Binary {
 }
 
 /// The nearest number to x between low and high.
-pub(super) fn saturate<T: RealField + Copy>(x: T, low: T, high: T) -> T {
+pub(crate) fn saturate<T: RealField + Copy>(x: T, low: T, high: T) -> T {
     x.max(low).min(high)
 }
 

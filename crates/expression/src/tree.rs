@@ -2,12 +2,12 @@
 
 use core::ops::Range;
 
-use super::function::{Binary, Unary};
-use super::scope::Symbol;
+use crate::function::{Binary, Unary};
+use crate::scope::Symbol;
 
 /// A node; operands are earlier nodes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Node {
+pub(crate) enum Node {
     /// Not negative: a sign is an operation.
     Number(f64),
     Symbol(Symbol, String),
@@ -19,7 +19,7 @@ pub(super) enum Node {
 
 /// Nodes in the order in which a stack evaluates them; the last is the root.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     nodes: Vec<(Node, Range<usize>)>,
 }
 
@@ -32,29 +32,29 @@ const ATOM: u8 = 10;
 
 impl Tree {
     /// Adds a node that reaches over these bytes, and returns its number.
-    pub(super) fn push(&mut self, node: Node, span: Range<usize>) -> usize {
+    pub(crate) fn push(&mut self, node: Node, span: Range<usize>) -> usize {
         self.nodes.push((node, span));
         self.nodes.len() - 1
     }
 
-    pub(super) fn nodes(&self) -> impl Iterator<Item = &Node> {
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = &Node> {
         self.nodes.iter().map(|(node, _)| node)
     }
 
     /// The bytes that a node reaches over.
-    pub(super) fn span(&self, node: usize) -> Range<usize> {
+    pub(crate) fn span(&self, node: usize) -> Range<usize> {
         self.nodes.get(node).map_or(0..0, |(_, span)| span.clone())
     }
 
     /// A node in parentheses reaches over them.
-    pub(super) fn widen(&mut self, node: usize, wider: Range<usize>) {
+    pub(crate) fn widen(&mut self, node: usize, wider: Range<usize>) {
         if let Some((_, span)) = self.nodes.get_mut(node) {
             *span = wider;
         }
     }
 
     /// The expression with as few parentheses as give the same tree.
-    pub(super) fn print(&self) -> String {
+    pub(crate) fn print(&self) -> String {
         let mut printed: Vec<(String, u8)> = Vec::with_capacity(self.nodes.len());
         for node in self.nodes() {
             // Each node is an operand once, so that its text can be taken.

@@ -1,56 +1,22 @@
-//! Expressions: right-hand sides, outputs and signals as text, `ln(0.1 + exp(x2 - x1))`.
-//!
-//! | what | how it is written |
-//! |---|---|
-//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t`; names supplied by the user ([`Scope::named`]) |
-//! | numbers, parameters | `0.5`, `.5`, `1e-3`, `pi`, `e`; any other name that has a value |
-//! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
-//! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |
-//! | with kinks | `abs`, `min` and `max` of two or more, `sat(x, low, high)` (`sat(x)` is between -1 and 1) |
-//! | with a jump | `sign`, which is 0 at 0 |
-//!
-//! A text is parsed into a syntax tree and compiled to a flat list of instructions, which is evaluated over any scalar: numbers, dual numbers (so that Jacobians are exact), the
-//! intervals of `luenberger-design`. An evaluation allocates nothing and does not recurse. Where the mathematics has no answer (`1/0`, `ln(-1)`)
-//! the value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] says which part of the text it comes from.
-
-mod affine;
-mod error;
-mod function;
-mod parse;
-mod scope;
-mod tape;
-mod tree;
-mod undefined;
+//! One expression: parsed, evaluated, differentiated, examined.
 
 use core::fmt;
 
 use nalgebra::RealField;
 
-pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
-pub use scope::{NameError, ParameterError, Parameters, Scope};
-pub use undefined::Undefined;
-
-pub(crate) use scope::nearest as nearest_name;
-
-use tape::Tape;
-use tree::Tree;
-
-/// How long and how deep an expression may be.
-struct Limits {
-    /// Bytes of its text.
-    length: usize,
-    /// Operations that wait for an operand while it is parsed, and values that wait while it is evaluated.
-    depth: usize,
-}
-
-const LIMITS: Limits = Limits { length: 8192, depth: 64 };
+use crate::error::{ExpressionError, ExpressionErrorKind, Family};
+use crate::scope::Scope;
+use crate::tape::Tape;
+use crate::tree::Tree;
+use crate::undefined::{self, Undefined};
+use crate::{affine, parse};
 
 /// A parsed expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
     text: String,
-    tree: Tree,
-    tape: Tape,
+    pub(crate) tree: Tree,
+    pub(crate) tape: Tape,
 }
 
 impl Expression {
@@ -59,7 +25,7 @@ impl Expression {
     /// Cost: linear in the length.
     ///
     /// ```
-    /// use luenberger_study::expression::{Expression, Parameters, Scope};
+    /// use luenberger_expression::{Expression, Parameters, Scope};
     /// let scope = Scope::plant(2, 1).with(&Parameters::from([("k".to_owned(), 2.0), ("J".to_owned(), 0.5)]))?;
     /// let torque = Expression::parse("-k*sin(x1)^2 + u1/J", &scope)?;
     /// let (x, u) = ([0.3, 0.0], [1.0]);
@@ -83,7 +49,7 @@ impl Expression {
     /// Its value, if that is a finite number.
     ///
     /// ```
-    /// use luenberger_study::expression::{Expression, Scope};
+    /// use luenberger_expression::{Expression, Scope};
     /// let expression = Expression::parse("x2 + 1/(x1 - 2)", &Scope::plant(2, 0))?;
     /// let undefined = expression.examine(0.0, &[2.0, 1.0], &[]).unwrap_err();
     /// assert_eq!(undefined.to_string(), "`1/(x1 - 2)` is infinite: `1` is 1 and `(x1 - 2)` is 0");
@@ -98,7 +64,7 @@ impl Expression {
     /// The derivatives by all states, to rounding, if they are finite numbers.
     ///
     /// ```
-    /// use luenberger_study::expression::{Expression, Scope};
+    /// use luenberger_expression::{Expression, Scope};
     /// let expression = Expression::parse("x1^2*x2", &Scope::plant(2, 0))?;
     /// assert_eq!(expression.gradient(0.0, &[3.0, 5.0], &[])?, [30.0, 9.0]);
     /// let root = Expression::parse("3*sqrt(x2)", &Scope::plant(2, 0))?;
@@ -122,14 +88,15 @@ impl Expression {
 
     /// Whether it is affine in states and inputs with coefficients that do not depend on time: `a'x + b'u + c`.
     ///
-    /// Decided by its form: sums, products with constants, quotients by constants. What is affine only because terms cancel, as `x1*x2 - x2*x1`, is not found out.
+    /// Decided by its form: sums, products with constants, quotients by constants. What is affine only because terms
+    /// cancel, as `x1*x2 - x2*x1`, is not found out.
     ///
     /// ```
-    /// use luenberger_study::expression::{Expression, Scope};
+    /// use luenberger_expression::{Expression, Scope};
     /// let scope = Scope::plant(2, 1);
     /// assert!(Expression::parse("sqrt(2)*x1 - (x2 + u1)/3", &scope)?.affine().is_ok());
     /// assert_eq!(Expression::parse("x1 + 2*(x1*x2)", &scope)?.affine().unwrap_err(), "(x1*x2)");
-    /// # Ok::<(), luenberger_study::expression::ExpressionError>(())
+    /// # Ok::<(), luenberger_expression::ExpressionError>(())
     /// ```
     /// # Errors
     /// The first part of the text that is not.
@@ -143,7 +110,7 @@ impl Expression {
     }
 
     /// The part of the text that belongs to a node.
-    fn part(&self, node: usize) -> &str {
+    pub(crate) fn part(&self, node: usize) -> &str {
         self.text.get(self.tree.span(node)).unwrap_or(&self.text)
     }
 }

@@ -1,6 +1,6 @@
 //! Expressions: values, precedence, derivatives, printing, errors, and texts that are none.
 
-use luenberger_study::expression::{Expression, ExpressionErrorKind, Family, Found, Parameters, Scope};
+use luenberger_expression::{Expression, ExpressionErrorKind, Family, Found, Parameters, Scope};
 use proptest::prelude::*;
 
 /// Three states, two inputs, two parameters.

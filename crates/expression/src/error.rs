@@ -3,12 +3,12 @@
 use core::fmt;
 use core::ops::Range;
 
-use super::LIMITS;
+use crate::LIMITS;
 
 /// What is wrong with an expression, with the place in its text.
 ///
 /// ```
-/// use luenberger_study::expression::{Expression, Scope};
+/// use luenberger_expression::{Expression, Scope};
 /// let error = Expression::parse("x1 * sinn(x2)", &Scope::plant(2, 0)).unwrap_err();
 /// assert_eq!(error.to_string(), "line 1, column 6: there is no function `sinn`; did you mean `sin`?");
 /// assert_eq!(error.pointer(), "x1 * sinn(x2)\n     ^^^^");
@@ -21,7 +21,7 @@ pub struct ExpressionError {
 }
 
 impl ExpressionError {
-    pub(super) fn new(text: &str, span: Range<usize>, kind: ExpressionErrorKind) -> Self {
+    pub(crate) fn new(text: &str, span: Range<usize>, kind: ExpressionErrorKind) -> Self {
         Self { text: text.into(), span, kind: Box::new(kind) }
     }
 
@@ -194,7 +194,7 @@ pub enum ExpressionErrorKind {
 
 impl Family {
     /// One of them.
-    pub(super) fn one(self) -> &'static str {
+    pub(crate) fn one(self) -> &'static str {
         match self {
             Self::States => "a state",
             Self::Inputs => "an input",

@@ -1,14 +1,15 @@
 //! The flat form of an expression: a list of instructions for a stack of scalars.
 //!
-//! Constants are joined only where that is exact in binary64: a box evaluation then encloses the real value of what is written, with the binary64 numbers that
-//! are written. A power with a small integer exponent becomes a product, defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
+//! Constants are joined only where that is exact in binary64: a box evaluation then encloses the real value of what is
+//! written, with the binary64 numbers that are written. A power with a small integer exponent becomes a product,
+//! defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
 
 use nalgebra::{RealField, convert};
 
-use super::LIMITS;
-use super::function::{Binary, Unary, saturate};
-use super::scope::Symbol;
-use super::tree::{Node, Tree};
+use crate::LIMITS;
+use crate::function::{Binary, Unary, saturate};
+use crate::scope::Symbol;
+use crate::tree::{Node, Tree};
 
 /// The largest exponent that becomes a product.
 const LARGEST_PRODUCT: f64 = 1000.0;
@@ -47,7 +48,7 @@ impl Instruction {
 
 /// The instructions of an expression.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tape {
+pub(crate) struct Tape {
     /// Each with the node of the tree that it belongs to.
     code: Vec<(Instruction, usize)>,
     /// Length of the stack.
@@ -55,15 +56,15 @@ pub(super) struct Tape {
 }
 
 /// A step of an evaluation: the node, its operands and its value.
-pub(super) struct Step<'s, T> {
-    pub(super) node: usize,
-    pub(super) operands: &'s [T],
-    pub(super) value: T,
+pub(crate) struct Step<'s, T> {
+    pub(crate) node: usize,
+    pub(crate) operands: &'s [T],
+    pub(crate) value: T,
 }
 
 impl Tape {
     /// The instructions, or the node at which more values wait than there may be.
-    pub(super) fn compile(tree: &Tree) -> Result<Self, usize> {
+    pub(crate) fn compile(tree: &Tree) -> Result<Self, usize> {
         let mut code: Vec<(Instruction, usize)> = Vec::new();
         for (node, what) in tree.nodes().enumerate() {
             let instruction = match what {
@@ -94,7 +95,7 @@ impl Tape {
     }
 
     /// The value; `seen` is shown every step.
-    pub(super) fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], seen: impl FnMut(Step<'_, T>)) -> T {
+    pub(crate) fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], seen: impl FnMut(Step<'_, T>)) -> T {
         if self.depth <= SHORT {
             self.run([T::zero(); SHORT], t, x, u, seen)
         } else {
@@ -136,7 +137,8 @@ impl Tape {
     }
 }
 
-/// Appends an instruction, or what it comes to. The operands of an instruction end the code; one that is a constant is one instruction.
+/// Appends an instruction, or what it comes to. The operands of an instruction end the code; one that is a constant is
+/// one instruction.
 fn append(code: &mut Vec<(Instruction, usize)>, instruction: Instruction, node: usize) {
     let constant = |back: usize| match code.len().checked_sub(back).and_then(|index| code.get(index)) {
         Some((Instruction::Constant(value), _)) => Some(*value),
@@ -206,7 +208,8 @@ fn raised(code: &mut Vec<(Instruction, usize)>, y: f64, node: usize) -> bool {
 fn exact(operation: Binary, x: f64, y: f64) -> Option<f64> {
     let sum = |x: f64, y: f64| {
         let s = x + y;
-        // The rounding error of a sum is a binary64 number and found exactly (Knuth, The Art of Computer Programming, vol. 2, 4.2.2).
+        // The rounding error of a sum is a binary64 number and found exactly (Knuth, The Art of Computer Programming,
+        // vol. 2, 4.2.2).
         let rest = (x - (s - y)) + (y - (s - (s - y)));
         (rest == 0.0).then_some(s)
     };

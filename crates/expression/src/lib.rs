@@ -1,0 +1,86 @@
+//! Plants in text: right-hand sides, outputs and signals such as `ln(0.1 + exp(x2 - x1))`, over every scalar.
+//!
+//! | what | how it is written |
+//! |---|---|
+//! | states, inputs, time | `x1`, `x2`, ...; `u1`, ...; `t`; names supplied by the user ([`Scope::named`]) |
+//! | numbers, parameters | `0.5`, `.5`, `1e-3`, `pi`, `e`; any other name that has a value |
+//! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
+//! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |
+//! | with kinks | `abs`, `min` and `max` of two or more, `sat(x, low, high)` (`sat(x)` is between -1 and 1) |
+//! | with a jump | `sign`, which is 0 at 0 |
+//!
+//! The grammar; a larger binding power binds tighter, and white space separates:
+//!
+//! ```text
+//! sum      5, from the left      a + b, a - b
+//! product  7, from the left      a*b, a/b
+//! sign     8                     -a, +a
+//! power    9, from the right     a^b, a**b         -x^2 is -(x^2), 2^-1 is 0.5, 2^3^2 is 2^9
+//! operand                        number, name, name(a, ...), (a)
+//! ```
+//!
+//! A text is parsed into a syntax tree and compiled to a tape, a flat list of instructions, which is evaluated over any
+//! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
+//! An evaluation allocates nothing and does not recurse. Where the mathematics has no answer (`1/0`, `ln(-1)`) the
+//! value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] says which part of the
+//! text it comes from.
+//!
+//! ```
+//! use luenberger_expression::{ExpressionPlant, Parameters};
+//! use luenberger_plants::{Plant, state_jacobian};
+//! use nalgebra::{dmatrix, dvector};
+//!
+//! let parameters = Parameters::from([("g".to_owned(), 9.81), ("l".to_owned(), 0.5)]);
+//! let pendulum = ExpressionPlant::new(&["x2", "-g/l*sin(x1) + u1"], &["x1"], 1, &parameters)?;
+//! let (x, u) = (dvector![0.0, 2.0], dvector![1.0]);
+//! assert_eq!(pendulum.derivative(0.0, &x, &u), dvector![2.0, 1.0]);
+//! assert_eq!(state_jacobian(&pendulum, 0.0, &x, &u), dmatrix![0.0, 1.0; -9.81 / 0.5, 0.0]);
+//!
+//! let error = ExpressionPlant::new(&["x2", "-g/l*sinn(x1)"], &["x1"], 0, &parameters).unwrap_err();
+//! assert_eq!(error.to_string(), "f2: line 1, column 6: there is no function `sinn`; did you mean `sin`?");
+//! # Ok::<(), luenberger_expression::ExpressionPlantError>(())
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `parse`, `tree`, `scope` | from a text to its syntax tree; the names that it may use |
+//! | `tape`, `function` | the instructions, and what each computes over any scalar |
+//! | `expression`, `affine`, `undefined` | values and derivatives; the affine ones; where one has no value |
+//! | `plant` | plants whose rows are expressions |
+//! | `error`, `nearest` | what can be wrong with a text, and where; the name that was meant |
+
+#![deny(missing_docs)]
+
+mod affine;
+mod error;
+mod expression;
+mod function;
+mod nearest;
+mod parse;
+mod plant;
+mod scope;
+mod tape;
+mod tree;
+mod undefined;
+
+pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
+pub use expression::Expression;
+pub use nearest::nearest;
+pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Row};
+pub use scope::{NameError, ParameterError, Parameters, Scope};
+pub use undefined::Undefined;
+
+/// How long and how deep an expression may be.
+struct Limits {
+    /// Bytes of its text.
+    length: usize,
+    /// Operations that wait for an operand while it is parsed, and values that wait while it is evaluated.
+    depth: usize,
+}
+
+const LIMITS: Limits = Limits { length: 8192, depth: 64 };
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
