@@ -139,7 +139,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// let z = design.interpolated.initial(0.0, &x, &u, &y);
     /// assert!((design.interpolated.estimate(0.0, &z, &u, &y) - x).norm() < 1e-9);
     /// assert!((design.embedded.estimate(0.0, &z, &u, &y) - x).norm() < 1e-2);
-    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
     /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded

@@ -62,7 +62,7 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// let target = Target::<1, 3>::poles(&[Complex::new(-2.0, 1.0), Complex::new(-2.0, -1.0), Complex::new(-3.0, 0.0)])?;
     /// let abscissa = luenberger_linalg::spectral_abscissa(&target.dynamics())?;
     /// assert!((abscissa + 2.0).abs() < 1e-14);
-    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
     /// [`DesignError::UnstablePole`](crate::DesignError::UnstablePole), [`LinalgError::PoleUnpaired`],

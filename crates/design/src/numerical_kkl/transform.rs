@@ -49,7 +49,7 @@ where
     /// let t = Transform::new(&plant, &target, &domain, SVector::zeros(), 1e-11)?;
     /// // The past grows like e^s, the weight falls like e^{-3s}: two thirds of the digits of the tolerance.
     /// assert!((t.at(&Vector1::new(0.8))?[0] - 1.2).abs() < 1e-7);
-    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
     /// [`DesignError::Setting`](crate::DesignError::Setting) for the tolerance, [`NumericalKklError::NotFinite`] when h

@@ -560,7 +560,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
         (
             linear("a = [[0, 1], [0, 0]]\nc = [[1, 0]]", "kind = \"luenberger\"\ngain = [[-1], [0]]"),
             "is not Hurwitz",
-            "in place of a gain",
+            "in place of a given gain",
         ),
         (nonlinear("kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[-1, 1], [-1, 1]]"), "it has 1 inputs", "lpv"),
         (
