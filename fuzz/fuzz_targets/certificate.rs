@@ -1,6 +1,8 @@
-//! Any bytes are a certificate or an error that names a line: no panic, no unbounded memory or time; and what is read is written and read again as the same.
+//! Any bytes are a certificate or an error that names a line: no panic, no unbounded memory or time; and what is read
+//! is written and read again as the same.
 //!
-//! `cargo +nightly fuzz run certificate`. A good corpus: what `cargo run --example certificate` prints, and the files of the tests.
+//! `cargo +nightly fuzz run certificate`. A good corpus: what `cargo run --example certificate` prints, and the files
+//! of the tests.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

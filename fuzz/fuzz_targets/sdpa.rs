@@ -1,4 +1,5 @@
-//! Any bytes are a semidefinite program or an error, and a small program is bounded, shown infeasible or left undecided: no panic, no unbounded memory or time.
+//! Any bytes are a semidefinite program or an error, and a small program is bounded, shown infeasible or left
+//! undecided: no panic, no unbounded memory or time.
 //!
 //! `cargo +nightly fuzz run sdpa`, or, without cargo-fuzz, as `docs/proofs.md` says.
 #![no_main]

@@ -1,4 +1,5 @@
-//! Whether `--package X` builds its dependencies as `--workspace` does, so that nothing is compiled a second time: see `tests/features/Cargo.toml`.
+//! Whether `--package X` builds its dependencies as `--workspace` does, so that nothing is compiled a second time: see
+//! `tests/features/Cargo.toml`.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,9 +1,9 @@
-//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`, `cargo xtask bench linalg`,
-//! `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`, `cargo xtask stress theorems`,
-//! `cargo xtask mutate`.
+//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
+//! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`,
+//! `cargo xtask stress theorems`, `cargo xtask mutate`.
 //!
-//! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row with
-//! its exit code.
+//! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row
+//! with its exit code.
 
 mod bench;
 mod features;
@@ -31,8 +31,8 @@ enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Everything a change must pass: format, features of dependencies, clippy, tests, documentation, the observers without an allocator, packages;
-    /// licences and spelling where cargo-deny and typos are installed
+    /// Everything a change must pass: format, features of dependencies, clippy, tests, documentation, the observers
+    /// without an allocator, packages; licences and spelling where cargo-deny and typos are installed
     Test,
     /// Build the book of docs/ with mdbook: target/book/index.html
     Docs,
@@ -119,8 +119,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Built and run in the development profile: dependencies are optimised in it too, and a newcomer, who runs the tests as
-/// well, compiles them once.
+/// Built and run in the development profile: dependencies are optimised in it too, and a newcomer, who runs the tests
+/// as well, compiles them once.
 fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
     let out = match out {
         // Relative to where the user stands, while the steps run at the root.
@@ -137,8 +137,8 @@ fn test() -> Result<(), Failure> {
     cargo(&["fmt", "--all", "--check"]).step("format")?;
     features::check()?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
-    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing but lmi is compiled for it, because the features of all
-    // that it stands on are those of the workspace.
+    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
+    // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
     cargo(&["test", "--workspace"]).step("tests")?;
     cargo(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
     cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;

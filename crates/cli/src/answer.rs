@@ -17,7 +17,8 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// An answer that is a success. Numbers in `json` are printed so that reading them gives the same doubles; what is not finite is null.
+    /// An answer that is a success. Numbers in `json` are printed so that reading them gives the same doubles; what is
+    /// not finite is null.
     pub(crate) fn new(text: String, json: &impl Serialize) -> Result<Self, serde_json::Error> {
         Ok(Self { text, json: serde_json::to_string(json)?, is_negative: false })
     }

@@ -36,8 +36,9 @@ pub(crate) enum Command {
     New(NewInput),
     /// Design, certify, simulate and compare the observers of a study, and write a folder with the report
     ///
-    /// The folder has report.html (offline), figures (SVG, PNG), trajectories (CSV, npz), study.json with every number, and the certificates. The same study gives the same bytes.
-    /// Ctrl-C leaves what is finished on disk. The exit code is 1 if an observer does not fit, a fact is not proved, or a run ends early; the rest is done all the same.
+    /// The folder has report.html (offline), figures (SVG, PNG), trajectories (CSV, npz), study.json with every number,
+    /// and the certificates. The same study gives the same bytes. Ctrl-C leaves what is finished on disk. The exit code
+    /// is 1 if an observer does not fit, a fact is not proved, or a run ends early; the rest is done all the same.
     #[command(after_help = RUN)]
     Run(StudyInput),
     /// What the outputs see: ranks with margins for each mode, hidden directions
@@ -47,7 +48,8 @@ pub(crate) enum Command {
     Observe(StudyInput),
     /// The observers of a study: gains, poles, and what is proved of them
     ///
-    /// An observer that does not fit the plant is reported with the hypothesis that fails and the observer that would fit; the exit code is 1 then.
+    /// An observer that does not fit the plant is reported with the hypothesis that fails and the observer that would
+    /// fit; the exit code is 1 then.
     #[command(after_help = DESIGN)]
     Design(StudyInput),
     /// The observers with their certificates, written to files that `luenberger verify` accepts
@@ -77,62 +79,69 @@ pub(crate) enum Command {
     Dlyap(MatrixInput),
     /// Sylvester equation A X + X B + Q = 0
     ///
-    /// Input {"a": n x n, "b": m x m, "q": n x m}; output {"x", "residual", "condition"}.
-    /// The sign is that of `lyap(A, B, Q)` of python-control and MATLAB; scipy's `solve_sylvester(A, B, Q)` has A X + X B = Q.
-    /// A unique X exists iff no eigenvalue of A is the negative of one of B.
+    /// Input {"a": n x n, "b": m x m, "q": n x m}; output {"x", "residual", "condition"}. The sign is that of
+    /// `lyap(A, B, Q)` of python-control and MATLAB; scipy's `solve_sylvester(A, B, Q)` has A X + X B = Q. A unique X
+    /// exists iff no eigenvalue of A is the negative of one of B.
     #[command(after_help = SYLV)]
     Sylv(MatrixInput),
     /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x", "k", "poles", "residual"}.
-    /// X is the stabilizing solution, poles are the eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K).
-    /// For a Kalman gain give A', C', the two noise intensities, and transpose K.
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
+    /// "k", "poles", "residual"}. X is the stabilizing solution, poles are the eigenvalues of A - B K. As
+    /// `care(A, B, Q, R)` of python-control, which returns (X, poles, K). For a Kalman gain give A', C', the two noise
+    /// intensities, and transpose K.
     #[command(after_help = CARE)]
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x", "k", "poles", "residual"}.
-    /// X is the stabilizing solution, poles are the eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles, K).
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
+    /// "k", "poles", "residual"}. X is the stabilizing solution, poles are the eigenvalues of A - B K. As
+    /// `dare(A, B, Q, R)` of python-control, which returns (X, poles, K).
     #[command(after_help = DARE)]
     Dare(MatrixInput),
     /// Pole placement: K with the eigenvalues of A - B K where they are wished
     ///
-    /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k", "poles", "condition"}.
-    /// As `place(A, B, poles)` of python-control and MATLAB: u = -K x. For an observer give A' and C' and transpose K: L = K'.
-    /// The poles of the answer are computed afresh from this K, in the order of the input; condition is that of the eigenvectors, null for a
-    /// defective closed loop. A pole may be repeated rank(B) times, with one input as often as one likes.
+    /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k",
+    /// "poles", "condition"}. As `place(A, B, poles)` of python-control and MATLAB: u = -K x. For an observer give A'
+    /// and C' and transpose K: L = K'. The poles of the answer are computed afresh from this K, in the order of the
+    /// input; condition is that of the eigenvectors, null for a defective closed loop. A pole may be repeated rank(B)
+    /// times, with one input as often as one likes.
     #[command(after_help = PLACE)]
     Place(MatrixInput),
     /// Observability of (A, C): the rank, the margin of each mode, what no output sees
     ///
-    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}. rank is that of `obsv(A, C)` of python-control and MATLAB,
-    /// decided without forming that matrix. margins has for each eigenvalue of A the smallest singular value of [A - lambda I; C] relative to the pair, in units
-    /// that suit it: 0 if no output sees the mode. unobservable has eigenvalue and direction of each hidden mode: A v = lambda v, C v = 0.
-    /// The exit code is 0 for an unobservable pair too: the question is what is seen.
+    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}. rank is that of `obsv(A, C)` of
+    /// python-control and MATLAB, decided without forming that matrix. margins has for each eigenvalue of A the
+    /// smallest singular value of [A - lambda I; C] relative to the pair, in units that suit it: 0 if no output sees
+    /// the mode. unobservable has eigenvalue and direction of each hidden mode: A v = lambda v, C v = 0. The exit code
+    /// is 0 for an unobservable pair too: the question is what is seen.
     #[command(after_help = OBSV)]
     Obsv(MatrixInput),
     /// Eigenvalues of a square matrix
     ///
-    /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}, complex pairs adjacent, the one above the real axis first.
+    /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}, complex pairs adjacent, the one above the real axis
+    /// first.
     #[command(after_help = EIG)]
     Eig(MatrixInput),
     /// A study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
     ///
-    /// The file holds A and C, and B if there are inputs, under these names in either case, by themselves or as fields of one structure:
-    /// save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file).
-    /// D has to be zero and the model in continuous time. Output {"study", "states", "inputs", "outputs", "ignored"}.
+    /// The file holds A and C, and B if there are inputs, under these names in either case, by themselves or as fields
+    /// of one structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C);
+    /// json.dump({'A': sys.A.tolist(), ..}, file). D has to be zero and the model in continuous time. Output {"study",
+    /// "states", "inputs", "outputs", "ignored"}.
     #[command(after_help = IMPORT)]
     Import(ImportInput),
     /// Check certificate files: everything they claim is derived again, outside floating point
     ///
-    /// As the program luenberger-verify, which depends on nothing but the checker. Output {"files": [{"file", "outcome", "title", "statement", "facts"}, ..]}.
-    /// The exit code is 0 if every file is proved, 1 if one is rejected, 2 if one is no certificate.
+    /// As the program luenberger-verify, which depends on nothing but the checker. Output {"files": [{"file",
+    /// "outcome", "title", "statement", "facts"}, ..]}. The exit code is 0 if every file is proved, 1 if one is
+    /// rejected, 2 if one is no certificate.
     #[command(after_help = VERIFY)]
     Verify(VerifyInput),
     /// Proved bounds of a semidefinite program in SDPA's sparse format
     ///
-    /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver proposes; what is printed is proved outside it.
-    /// The exit code is 0 if both bounds, or infeasibility, are proved, 1 if nothing is.
+    /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver proposes; what is printed is proved
+    /// outside it. The exit code is 0 if both bounds, or infeasibility, are proved, 1 if nothing is.
     #[command(after_help = SDP)]
     Sdp(SdpInput),
 }

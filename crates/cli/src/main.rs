@@ -1,7 +1,9 @@
-//! The command `luenberger`. It reads arguments and files, calls the library, and prints: no control theory happens here.
+//! The command `luenberger`. It reads arguments and files, calls the library, and prints: no control theory happens
+//! here.
 //!
-//! Standard output carries the answer and nothing else: text for people, or with `--json` one JSON object. Errors and progress go to standard error.
-//! The exit code is 0 for success, 1 where the answer is negative (no solution, not proved), 2 where the question is wrong (usage, files, data).
+//! Standard output carries the answer and nothing else: text for people, or with `--json` one JSON object. Errors and
+//! progress go to standard error. The exit code is 0 for success, 1 where the answer is negative (no solution, not
+//! proved), 2 where the question is wrong (usage, files, data).
 
 mod answer;
 mod arguments;

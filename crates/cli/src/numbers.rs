@@ -18,7 +18,8 @@ pub(crate) fn margin(x: f64) -> String {
     size(beside(x, 1.0))
 }
 
-/// `x`, or 0 where it is rounding error of numbers as large as `largest`: what operations of a few steps leave of an exact zero.
+/// `x`, or 0 where it is rounding error of numbers as large as `largest`: what operations of a few steps leave of an
+/// exact zero.
 pub(crate) fn beside(x: f64, largest: f64) -> f64 {
     if x.abs() <= 8.0 * f64::EPSILON * largest { 0.0 } else { x }
 }

@@ -41,7 +41,8 @@ struct All {
     files: Vec<Checked>,
 }
 
-/// Every file proved: success. One that is not: the answer is no. One that is no certificate at all: the question is wrong.
+/// Every file proved: success. One that is not: the answer is no. One that is no certificate at all: the question is
+/// wrong.
 pub(crate) fn verify(sources: &[Source]) -> Result<Answer, Failure> {
     let (mut text, mut files) = (String::new(), Vec::new());
     for source in sources {

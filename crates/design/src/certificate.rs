@@ -1,7 +1,8 @@
 //! The numbers of a design as the prover reads them.
 //!
-//! A design names its [`Theorem`](luenberger_proof::certificate::Theorem); facts, words, margins and file come from it, decided once when the design is made and kept in its
-//! [`Certificate`](luenberger_proof::certificate::Certificate). The data of a theorem are the numbers that run: L, N, P and theta as stored.
+//! A design names its [`Theorem`](luenberger_proof::certificate::Theorem); facts, words, margins and file come from it,
+//! decided once when the design is made and kept in its [`Certificate`](luenberger_proof::certificate::Certificate).
+//! The data of a theorem are the numbers that run: L, N, P and theta as stored.
 
 use luenberger_proof::certificate::PlantMatrices;
 use luenberger_proof::{Matrix, ProofError};

@@ -47,7 +47,8 @@ pub(crate) fn positive_definite(what: &'static str, m: &DMatrix<f64>, n: usize) 
     if lambda_min > 0.0 { Ok(m) } else { Err(LinalgError::NotPositiveDefinite { what, lambda_min }.into()) }
 }
 
-/// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`; returns the symmetric part.
+/// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`; returns the symmetric
+/// part.
 pub(crate) fn positive_semidefinite(
     what: &'static str,
     m: &DMatrix<f64>,
@@ -88,8 +89,9 @@ pub(crate) fn exact_closed_loop(
     Ok(Matrix::from_fn(a.rows(), a.cols(), |i, j| a[(i, j)].sub(&lc[(i, j)])))
 }
 
-/// `A - L C` (or `A - B K`) has all eigenvalues in the open left half plane; returns the spectral abscissa in floating point, which rounding can make 0 or more. Where floating point finds it so, the
-/// error is said of the matrix multiplied out exactly.
+/// `A - L C` (or `A - B K`) has all eigenvalues in the open left half plane; returns the spectral abscissa in floating
+/// point, which rounding can make 0 or more. Where floating point finds it so, the error is said of the matrix
+/// multiplied out exactly.
 pub(crate) fn hurwitz(
     what: &'static str,
     (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
@@ -181,8 +183,8 @@ pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
     if rate >= 0.0 && rate.is_finite() { Ok(()) } else { Err(DesignError::BadRate { rate }) }
 }
 
-/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`. The error is decided exactly for the numbers as stored; a mode that is hidden to working precision only is
-/// returned.
+/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`. The error is
+/// decided exactly for the numbers as stored; a mode that is hidden to working precision only is returned.
 pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<Option<NearlyHidden>, DesignError> {
     let n = a.nrows();
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;

@@ -41,13 +41,14 @@ pub struct CubicDesign {
     pub s: DMatrix<f64>,
     /// The decay rate that the certificate states: that of the linear design.
     pub rate: f64,
-    /// What is proved of it: convergence with all gains exactly as stored, from every error or from those of an ellipsoid; where neither is proved, the theorem for the real gain
-    /// `N = -P^-1 C'S`.
+    /// What is proved of it: convergence with all gains exactly as stored, from every error or from those of an
+    /// ellipsoid; where neither is proved, the theorem for the real gain `N = -P^-1 C'S`.
     pub certificate: Certificate,
 }
 
 impl CubicDesign {
-    /// The cubic observer on top of `linear`, with weight theta (p x p, symmetric, positive semidefinite) and `N = -P^-1 C'S`.
+    /// The cubic observer on top of `linear`, with weight theta (p x p, symmetric, positive semidefinite) and
+    /// `N = -P^-1 C'S`.
     ///
     /// Theorem 2 of the paper in its general form. Always exists. Cost: one Cholesky factorisation, `n^3 / 3`.
     ///
@@ -64,8 +65,9 @@ impl CubicDesign {
     /// ```
     ///
     /// # Errors
-    /// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) for theta or `S + S'`, [`DesignError::NotPositive`] for gamma or w,
-    /// [`DesignError::DependentOutputs`] when the radial choice does not exist.
+    /// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) for theta or
+    /// `S + S'`, [`DesignError::NotPositive`] for gamma or w, [`DesignError::DependentOutputs`] when the radial choice
+    /// does not exist.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &CubicGain) -> Result<Self, DesignError> {
         let o = &linear.observer;
         let outputs = o.c.nrows();
@@ -93,7 +95,8 @@ impl CubicDesign {
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 
-    /// The theorem about the gains as stored, with the region from which it is proved; where it is proved from none, the claim that it converges from everywhere.
+    /// The theorem about the gains as stored, with the region from which it is proved; where it is proved from none,
+    /// the claim that it converges from everywhere.
     pub(crate) fn theorem(&self) -> Result<certificate::CubicConvergence, ProofError> {
         for proved in self.certificate.theorems() {
             if let Theorem::CubicConvergence(theorem) = proved.theorem() {

@@ -1,7 +1,8 @@
 //! A design on its target: gains as stored in f32 or fixed point, and the error that the running arithmetic leaves.
 //!
-//! The theory is in `luenberger_proof::statement` (the head of its module `deployed`) and in `docs/proofs.md`. What is decided here is only which P proves it: a Lyapunov matrix
-//! that decreases as fast as possible gives a good contraction, one that is well conditioned a round ball.
+//! The theory is in `luenberger_proof::statement` (the head of its module `deployed`) and in `docs/proofs.md`. What is
+//! decided here is only which P proves it: a Lyapunov matrix that decreases as fast as possible gives a good
+//! contraction, one that is well conditioned a round ball.
 
 use luenberger_linalg::{spectral_radius, stein};
 use luenberger_plants::StateSpace;
@@ -30,9 +31,10 @@ pub struct DeployedLinear {
 
 /// The observer of the sampled plant `x+ = A x + B u`, `y = C x` with gain `l` (n x p), stored and run in `formats`.
 ///
-/// Tries a few Lyapunov matrices of the *stored* error matrix and returns the proof with the smallest ball: the solutions of
-/// `F'PF - s^2 P + s^2 Q = 0`, which contract at least by s, for s between the spectral radius of F and 1, in the units of the promised bounds of the state. Where the stored
-/// F is not stable, the P of the gain before rounding is judged, and refuted.
+/// Tries a few Lyapunov matrices of the *stored* error matrix and returns the proof with the smallest ball: the
+/// solutions of `F'PF - s^2 P + s^2 Q = 0`, which contract at least by s, for s between the spectral radius of F and 1,
+/// in the units of the promised bounds of the state. Where the stored F is not stable, the P of the gain before
+/// rounding is judged, and refuted.
 ///
 /// ```
 /// use luenberger_design::deployed_linear;
@@ -171,7 +173,8 @@ impl SampledCubicDesign {
         Ok(statement::deployed_sampled_cubic(&real, &exact(o.ld())?, &gains, &exact(&self.p)?, formats, operation)?)
     }
 
-    /// The certificate file of this observer stored and run in `formats`, as [`deployed`](Self::deployed) proves it: with the ball of the running error where there is one.
+    /// The certificate file of this observer stored and run in `formats`, as [`deployed`](Self::deployed) proves it:
+    /// with the ball of the running error where there is one.
     ///
     /// ```
     /// use luenberger_design::{LyapunovWeight, LinearDesign, SampledCubicDesign};

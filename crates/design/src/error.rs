@@ -79,7 +79,8 @@ pub enum DesignError {
         /// Number of outputs.
         outputs: usize,
     },
-    /// [`LyapunovWeight::InverseCovariance`](crate::LyapunovWeight::InverseCovariance) was asked for a gain that is no Kalman gain.
+    /// [`LyapunovWeight::InverseCovariance`](crate::LyapunovWeight::InverseCovariance) was asked for a gain that is no
+    /// Kalman gain.
     #[error("P cannot be the information matrix: only a Kalman gain comes with a covariance")]
     NoCovariance,
     /// A [`LyapunovWeight`](crate::LyapunovWeight) for a design whose P came from a linear matrix inequality.
@@ -91,7 +92,8 @@ pub enum DesignError {
         /// The rate.
         rate: f64,
     },
-    /// A sector whose ends are not finite or not in order, or a nonlinearity that acts on nothing or depends on nothing.
+    /// A sector whose ends are not finite or not in order, or a nonlinearity that acts on nothing or depends on
+    /// nothing.
     #[error(
         "a sector needs finite ends low <= high and matrices G, H: low = {low}, high = {high}, G has {acts} columns, H {depends} rows"
     )]
@@ -142,8 +144,8 @@ pub enum DesignError {
         /// The state.
         point: Vec<f64>,
     },
-    /// `C N` has an eigenvalue on the imaginary axis up to rounding: N is rank-deficient or `S + S'` singular, which the
-    /// method does not decide.
+    /// `C N` has an eigenvalue on the imaginary axis up to rounding: N is rank-deficient or `S + S'` singular, which
+    /// the method does not decide.
     #[error(
         "C N has an eigenvalue of real part {real_part:e}, zero up to rounding: this method does not decide such gains"
     )]
@@ -171,7 +173,8 @@ pub enum DesignError {
         /// A mode that to working precision no output sees, which may be what stands in the way.
         seen: Option<Box<NearlyHidden>>,
     },
-    /// Multipliers refute the inequality with intermediate results as rounded, which says nothing of it with the numbers as stored.
+    /// Multipliers refute the inequality with intermediate results as rounded, which says nothing of it with the
+    /// numbers as stored.
     #[error("{what} stayed undecided: it is refuted only with {rounded} as rounded ({witness})")]
     RefutedAsRounded {
         /// The inequality.
@@ -223,7 +226,8 @@ impl DesignError {
         }
     }
 
-    /// The error behind the verdict on the inequality `what`, where a proof was wanted and there is none: not even a verdict, or one that was not enough.
+    /// The error behind the verdict on the inequality `what`, where a proof was wanted and there is none: not even a
+    /// verdict, or one that was not enough.
     pub(crate) fn not_proved(what: &'static str, verdict: Option<Verdict<Infeasibility>>) -> Self {
         match verdict {
             Some(Verdict::Refuted { witness }) => Self::Infeasible { what, reason: InfeasibilityReason::Dual(witness) },
@@ -267,8 +271,8 @@ pub enum InfeasibilityReason {
     /// Multipliers of the inequalities, verified exactly.
     #[error("{0}")]
     Dual(Infeasibility),
-    /// The largest real part of an eigenvalue of `C N`, to rounding; that an eigenvalue has at least half of it was decided exactly. If `P N = -C'S` with `P > 0` and `S + S' >= 0`,
-    /// none is positive.
+    /// The largest real part of an eigenvalue of `C N`, to rounding; that an eigenvalue has at least half of it was
+    /// decided exactly. If `P N = -C'S` with `P > 0` and `S + S' >= 0`, none is positive.
     #[error("C N has an eigenvalue of real part {0:e} > 0, but P N = -C'S with S + S' >= 0 and P > 0 makes it <= 0")]
     SignOfCn(f64),
 }

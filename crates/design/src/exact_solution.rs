@@ -1,4 +1,5 @@
-//! The exact solution of a Lyapunov or Stein equation: proposed by `linalg`, bettered by one residual, and enclosed by `proof`.
+//! The exact solution of a Lyapunov or Stein equation: proposed by `linalg`, bettered by one residual, and enclosed by
+//! `proof`.
 
 use luenberger_linalg::{lyapunov, stein};
 use luenberger_proof::certificate::{CertificateFile, Equation, SolutionWithin};
@@ -11,8 +12,9 @@ use crate::error::DesignError;
 
 /// The exact P of `A'P + PA + Q = 0`, entry by entry in an interval, with the proof that it exists and is unique.
 ///
-/// A and Q are n x n, Q symmetric; the numbers are taken as exact. The width is that of the binary64 numbers around each entry where the condition of the equation leaves the
-/// second residual that small. Undecided where uniqueness could not be proved: two eigenvalues that add to zero, or nearly.
+/// A and Q are n x n, Q symmetric; the numbers are taken as exact. The width is that of the binary64 numbers around
+/// each entry where the condition of the equation leaves the second residual that small. Undecided where uniqueness
+/// could not be proved: two eigenvalues that add to zero, or nearly.
 ///
 /// ```
 /// use luenberger_design::enclosed_lyapunov;
@@ -94,7 +96,8 @@ pub(crate) fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> 
     Ok(Matrix::embed(&exact(m)?, "a matrix of the equation")?)
 }
 
-/// The certificate file of the exact P of `A'P + PA + Q = 0`: that it is the only one, and lies in the intervals of [`enclosed_lyapunov`](crate::enclosed_lyapunov).
+/// The certificate file of the exact P of `A'P + PA + Q = 0`: that it is the only one, and lies in the intervals of
+/// [`enclosed_lyapunov`](crate::enclosed_lyapunov).
 ///
 /// ```
 /// use luenberger_design::lyapunov_certificate_file;
@@ -107,7 +110,8 @@ pub(crate) fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> 
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// [`DesignError::CertificateFile`] where uniqueness could not be proved; those of [`enclosed_lyapunov`](crate::enclosed_lyapunov).
+/// [`DesignError::CertificateFile`] where uniqueness could not be proved; those of
+/// [`enclosed_lyapunov`](crate::enclosed_lyapunov).
 pub fn lyapunov_certificate_file(
     title: &str,
     a: &DMatrix<f64>,

@@ -1,9 +1,9 @@
 //! Theorem 6 and Corollary 1: the observer inside the loop `u = -K xhat`.
 //!
-//! Given the P of a certified observer, the block inequality (25) has a solution `P1 > 0` iff `A - B K` is Hurwitz. With
-//! `(A - BK)'P0 + P0(A - BK) = -I` and `P1 = mu P0` it reads, by the Schur complement, `Q - mu (P0BK)'(P0BK) > 0`, which holds for
-//! `mu < lambda_min(Q) / |P0 B K|^2`. Hence Corollary 1 with (13') in place of (13): whenever the loop with the linear observer is
-//! stable, so is the loop with the cubic one.
+//! Given the P of a certified observer, the block inequality (25) has a solution `P1 > 0` iff `A - B K` is Hurwitz.
+//! With `(A - BK)'P0 + P0(A - BK) = -I` and `P1 = mu P0` it reads, by the Schur complement, `Q - mu (P0BK)'(P0BK) > 0`,
+//! which holds for `mu < lambda_min(Q) / |P0 B K|^2`. Hence Corollary 1 with (13') in place of (13): whenever the loop
+//! with the linear observer is stable, so is the loop with the cubic one.
 
 use luenberger_linalg::{lambda_max, lambda_min};
 use luenberger_proof::certificate::{Certificate, FeedbackLoop};
@@ -33,8 +33,8 @@ pub struct FeedbackDesign {
 impl FeedbackDesign {
     /// Certifies the loop with gain `k` (m x n, `u = -K xhat`) around `observer`.
     ///
-    /// Exists iff `A - B K` is Hurwitz. Then `V = x'P1x + e'Pe` decreases along every solution of the loop: the origin is globally
-    /// asymptotically stable. Cost: one Lyapunov equation.
+    /// Exists iff `A - B K` is Hurwitz. Then `V = x'P1x + e'Pe` decreases along every solution of the loop: the origin
+    /// is globally asymptotically stable. Cost: one Lyapunov equation.
     ///
     /// ```
     /// use luenberger_design::{CubicGain, CubicDesign, LyapunovWeight, FeedbackDesign, LinearDesign};
@@ -49,7 +49,9 @@ impl FeedbackDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NotHurwitz`] when `A - B K` is not stable; [`PlantError::DimensionMismatch`](luenberger_plants::PlantError::DimensionMismatch) and [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) for K.
+    /// [`DesignError::NotHurwitz`] when `A - B K` is not stable;
+    /// [`PlantError::DimensionMismatch`](luenberger_plants::PlantError::DimensionMismatch) and
+    /// [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) for K.
     pub fn new(observer: &CubicDesign, k: &DMatrix<f64>) -> Result<Self, DesignError> {
         let o = &observer.observer;
         let (n, m) = o.b.shape();

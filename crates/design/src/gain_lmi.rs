@@ -1,6 +1,7 @@
 //! The gain by linear matrix inequality: one L and one P for one or several state matrices.
 //!
-//! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver normalises them together.
+//! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver
+//! normalises them together.
 
 use luenberger_lmi::{Problem, Settings, Solution, he};
 use luenberger_plants::StateSpace;
@@ -43,7 +44,8 @@ pub(crate) fn solve(
     }
 }
 
-/// Asks `lmi` for one P and one Y for all pairs `(A_k, C_k)`, each given with the number k (from 0) of its vertex, at least one.
+/// Asks `lmi` for one P and one Y for all pairs `(A_k, C_k)`, each given with the number k (from 0) of its vertex, at
+/// least one.
 pub(crate) fn pose<'a>(
     lmi: &mut Problem,
     vertices: impl Iterator<Item = (usize, &'a DMatrix<f64>, &'a DMatrix<f64>)>,

@@ -1,4 +1,5 @@
-//! Points that fill the unit cube evenly, in an order that fills it evenly from the start: multiples of the n-dimensional golden ratio.
+//! Points that fill the unit cube evenly, in an order that fills it evenly from the start: multiples of the
+//! n-dimensional golden ratio.
 //!
 //! Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018; for n = 1 the golden ratio's.
 

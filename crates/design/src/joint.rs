@@ -1,8 +1,8 @@
 //! The convexified joint design: P, `Y = P L` and S in one linear matrix inequality.
 //!
-//! With `Z = P N = -C'S`, which is what (13') means, the conditions of Theorem 1 read
-//! `P > 0`, `A'P + PA - YC - C'Y' + 2 rate P < 0`, `S + S' > 0`. They are feasible iff `(A + rate I, C)` is detectable; the cubic term
-//! never costs feasibility, because S stands alone.
+//! With `Z = P N = -C'S`, which is what (13') means, the conditions of Theorem 1 read `P > 0`,
+//! `A'P + PA - YC - C'Y' + 2 rate P < 0`, `S + S' > 0`. They are feasible iff `(A + rate I, C)` is detectable; the
+//! cubic term never costs feasibility, because S stands alone.
 
 use luenberger_lmi::{Problem, Settings, he};
 use luenberger_plants::StateSpace;
@@ -14,11 +14,11 @@ use crate::error::DesignError;
 use crate::gain_lmi;
 use crate::linear::LinearDesign;
 
-/// L, N and P from one inequality, every error decaying at least like `exp(-rate t)`; `rate = 0` asks for stability only.
+/// L, N and P from one inequality, every error decaying at least like `exp(-rate t)`; `rate = 0` asks for stability
+/// only.
 ///
-/// `theta` is p x p, positive semidefinite; S comes out of the inequality and is scaled to `|S| = gamma`, so that `gamma` is the strength of the
-/// cubic term: `N = -P^-1 C'S`.
-/// Cost: one SDP of `n(n+1)/2 + np + p^2` unknowns.
+/// `theta` is p x p, positive semidefinite; S comes out of the inequality and is scaled to `|S| = gamma`, so that
+/// `gamma` is the strength of the cubic term: `N = -P^-1 C'S`. Cost: one SDP of `n(n+1)/2 + np + p^2` unknowns.
 ///
 /// ```
 /// use luenberger_design::joint_design;
@@ -31,8 +31,8 @@ use crate::linear::LinearDesign;
 /// ```
 ///
 /// # Errors
-/// `NotDetectable` (in [`DesignError::Linalg`]) names the mode that no output sees and that does not decay fast enough by itself;
-/// [`DesignError::Undecided`] when the inequality could not be decided.
+/// `NotDetectable` (in [`DesignError::Linalg`]) names the mode that no output sees and that does not decay fast enough
+/// by itself; [`DesignError::Undecided`] when the inequality could not be decided.
 pub fn joint_design(
     plant: &StateSpace,
     theta: &DMatrix<f64>,

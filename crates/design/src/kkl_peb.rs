@@ -1,17 +1,20 @@
-//! Proposition 7 as a constructor: from the pieces of a plant to its [KKL+PEB] observer, with what could be checked of the hypotheses.
+//! Proposition 7 as a constructor: from the pieces of a plant to its [KKL+PEB] observer, with what could be checked of
+//! the hypotheses.
 //!
 //! ```text
 //! x1' = f1(x1, x2, x3, u) + S(x, u),  row k of S is b(x1, x2, x3, u)' x4       y = x1
 //! x2' = A2 x2 + f2(x1, u),  x3' = A3 x3 + f3(x1, x2, u),  x4' = f4(x1, x2, x3, u)                     (40), (41)
 //! ```
 //!
-//! The proposition assumes three things. That the plant is of this form: the pieces are compared with the plant at every sample of a run. That A2 and A3 are Hurwitz: proved. That the
-//! input keeps the trajectories bounded and b exciting,
+//! The proposition assumes three things. That the plant is of this form: the pieces are compared with the plant at
+//! every sample of a run. That A2 and A3 are Hurwitz: proved. That the input keeps the trajectories bounded and b
+//! exciting,
 //! ```text
 //!     int_t^(t+T) b b' ds >= delta I      for all t >= 0,                                             (42)
 //! ```
-//! which is a property of a trajectory: it is measured along that run. The run is data and not simulated here: which input excites, and whether it is a feedback of the estimates,
-//! a program or a recording, is for `luenberger-sim` or a test bench to say.
+//! which is a property of a trajectory: it is measured along that run. The run is data and not simulated here: which
+//! input excites, and whether it is a feedback of the estimates, a program or a recording, is for `luenberger-sim` or a
+//! test bench to say.
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
 
@@ -40,10 +43,12 @@ pub struct SampledRun {
 }
 
 impl SampledRun {
-    /// The states `x` (a row for each time) and the inputs `u` at the increasing times `t`, as a trajectory of `luenberger-sim` has them.
+    /// The states `x` (a row for each time) and the inputs `u` at the increasing times `t`, as a trajectory of
+    /// `luenberger-sim` has them.
     ///
     /// # Errors
-    /// [`KklError::Samples`], [`KklError::Times`] for tables that are none; [`KklError::Unbounding`] has the time and the coordinate of the first value that is not finite.
+    /// [`KklError::Samples`], [`KklError::Times`] for tables that are none; [`KklError::Unbounding`] has the time and
+    /// the coordinate of the first value that is not finite.
     pub fn new(t: &[f64], x: &DMatrix<f64>, u: &DMatrix<f64>) -> Result<Self, KklError> {
         if t.len() < 2 || x.nrows() != t.len() || u.nrows() != t.len() {
             return Err(KklError::Samples { times: t.len(), states: x.nrows(), inputs: u.nrows() });
@@ -94,9 +99,11 @@ pub struct Excitation {
     pub from: f64,
     /// The direction of x4 that it shows least.
     pub direction: Vec<f64>,
-    /// The largest trace over the windows, not below any eigenvalue: over delta it says how unlike the directions are seen.
+    /// The largest trace over the windows, not below any eigenvalue: over delta it says how unlike the directions are
+    /// seen.
     pub greatest: f64,
-    /// By how much delta of the worst window differs when every second sample is left out, relative: whether the samples are dense enough.
+    /// By how much delta of the worst window differs when every second sample is left out, relative: whether the
+    /// samples are dense enough.
     pub quadrature: f64,
     /// How many windows, evenly spread.
     pub windows: usize,
@@ -113,9 +120,11 @@ pub struct KklPebReport {
     pub excitation: Excitation,
     /// The largest |x_i| along the run.
     pub greatest: Vec<f64>,
-    /// The largest ratio, over the states, of the largest |x_i| of the second half to that of the first: a run that is bounded and long enough has about 1.
+    /// The largest ratio, over the states, of the largest |x_i| of the second half to that of the first: a run that is
+    /// bounded and long enough has about 1.
     pub growth: f64,
-    /// The largest difference between a piece and the plant's own equation, relative to the largest value that the equation has along the run.
+    /// The largest difference between a piece and the plant's own equation, relative to the largest value that the
+    /// equation has along the run.
     pub mismatch: f64,
     /// Samples of the run.
     pub samples: usize,
@@ -162,8 +171,9 @@ pub struct KklPebDesign<O> {
 }
 
 impl<O> KklPebDesign<O> {
-    /// The observer of `plant`, whose states are (x1, x2, x3, x4) and whose pieces are `cascade`; what is asked of `run` is `excite`. `make` chooses the estimator and the filters: it
-    /// is given the maps, once they are checked, and makes the observer of them, [`KklPebObserver`](luenberger_observers::KklPebObserver) as a rule.
+    /// The observer of `plant`, whose states are (x1, x2, x3, x4) and whose pieces are `cascade`; what is asked of
+    /// `run` is `excite`. `make` chooses the estimator and the filters: it is given the maps, once they are checked,
+    /// and makes the observer of them, [`KklPebObserver`](luenberger_observers::KklPebObserver) as a rule.
     ///
     /// `x1' = -x1 + x4 sin t` with u = sin t: b = u, and x4 a constant.
     /// ```
@@ -246,13 +256,14 @@ impl<O> KklPebDesign<O> {
     /// # Ok::<(), luenberger_design::KklError>(())
     /// ```
     ///
-    /// Cost: two Lyapunov equations and their proofs; two evaluations of the pieces at each sample; at most 512 windows of `n4^2` operations for each of their samples.
+    /// Cost: two Lyapunov equations and their proofs; two evaluations of the pieces at each sample; at most 512 windows
+    /// of `n4^2` operations for each of their samples.
     ///
     /// # Errors
-    /// [`KklError::NotHurwitz`] names the eigenvalue of A2 or A3; [`KklError::Mismatch`] the equation and the time at which pieces and plant differ;
-    /// [`KklError::NotExciting`] has the delta achieved, the window and the direction that it does not show; [`KklError::Unbounding`] the time; [`KklError::NothingToEstimate`];
-    /// [`DesignError::Setting`]; [`KklError::Design`] for shapes and entries, and what
-    /// `make` returns.
+    /// [`KklError::NotHurwitz`] names the eigenvalue of A2 or A3; [`KklError::Mismatch`] the equation and the time at
+    /// which pieces and plant differ; [`KklError::NotExciting`] has the delta achieved, the window and the direction
+    /// that it does not show; [`KklError::Unbounding`] the time; [`KklError::NothingToEstimate`];
+    /// [`DesignError::Setting`]; [`KklError::Design`] for shapes and entries, and what `make` returns.
     pub fn new<S, C>(
         plant: &S,
         cascade: C,

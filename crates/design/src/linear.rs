@@ -1,7 +1,7 @@
 //! The linear observer (2): a gain L by poles, noise, LMI or given, with the Lyapunov matrix that certifies it.
 //!
-//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever is built
-//! on top (the cubic term, robust margins, feedback) does not care where L came from.
+//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever
+//! is built on top (the cubic term, robust margins, feedback) does not care where L came from.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::Settings;
@@ -84,9 +84,10 @@ enum Origin {
 impl LinearDesign {
     /// The observer whose error has the given `poles`: `L` with the eigenvalues of `A - L C` there.
     ///
-    /// `poles` are n numbers, real or complex, closed under conjugation, all in the open left half plane. They exist for every
-    /// choice iff (A, C) is observable. P solves `F'P + P F + I = 0`; [`lyapunov_weight`](Self::lyapunov_weight) chooses another
-    /// right-hand side. Cost: one placement and one Lyapunov equation, about `35 n^3`, and the proof.
+    /// `poles` are n numbers, real or complex, closed under conjugation, all in the open left half plane. They exist
+    /// for every choice iff (A, C) is observable. P solves `F'P + P F + I = 0`;
+    /// [`lyapunov_weight`](Self::lyapunov_weight) chooses another right-hand side. Cost: one placement and one Lyapunov
+    /// equation, about `35 n^3`, and the proof.
     ///
     /// ```
     /// use luenberger_design::{LinearDesign, LyapunovWeight};
@@ -102,8 +103,8 @@ impl LinearDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode that no
-    /// gain can move.
+    /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode
+    /// that no gain can move.
     pub fn with_poles<Z: Into<Complex<f64>> + Copy>(plant: &StateSpace, poles: &[Z]) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
@@ -117,8 +118,8 @@ impl LinearDesign {
     /// The stationary Kalman filter: `L = Sigma C'V^-1` for process noise of intensity `w` and measurement noise of
     /// intensity `v`.
     ///
-    /// `w` is n x n, positive semidefinite; `v` is p x p, positive definite. It exists iff (A, C) is detectable and W excites
-    /// every mode on the imaginary axis. P solves `F'P + P F + I = 0`; with
+    /// `w` is n x n, positive semidefinite; `v` is p x p, positive definite. It exists iff (A, C) is detectable and W
+    /// excites every mode on the imaginary axis. P solves `F'P + P F + I = 0`; with
     /// [`LyapunovWeight::InverseCovariance`] it is the inverse of the covariance Sigma.
     ///
     /// # Errors
@@ -179,8 +180,9 @@ impl LinearDesign {
     /// Cost: one Lyapunov equation, and the proof anew.
     ///
     /// # Errors
-    /// [`DesignError::LyapunovMatrixGiven`] for a design by LMI, whose P came with the gain; [`DesignError::NoCovariance`] for
-    /// [`LyapunovWeight::InverseCovariance`] of a gain that is not Kalman's; a Q that is not symmetric and positive definite.
+    /// [`DesignError::LyapunovMatrixGiven`] for a design by LMI, whose P came with the gain;
+    /// [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`] of a gain that is not Kalman's; a Q that
+    /// is not symmetric and positive definite.
     pub fn lyapunov_weight(self, weight: LyapunovWeight) -> Result<Self, DesignError> {
         let plant = StateSpace::new(self.observer.a.clone(), self.observer.b.clone(), self.observer.c.clone())?;
         Self::with_equation(&plant, self.observer.l.clone(), self.origin.clone(), &weight)

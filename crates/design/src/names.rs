@@ -1,11 +1,12 @@
 //! Names of states, inputs and outputs in sentences: `x2` or `speed`.
 //!
-//! Sentences are made in many places, of numbers that count states from 0, and the names are those of whoever reads them. [`Names::with`] says which names hold while the sentences are
-//! made, on this thread.
+//! Sentences are made in many places, of numbers that count states from 0, and the names are those of whoever reads
+//! them. [`Names::with`] says which names hold while the sentences are made, on this thread.
 
 use std::cell::RefCell;
 
-/// What the states, inputs and outputs of a plant are called. Where a list has no entry there is `x1`, `u1`, `y1`, counted from 1.
+/// What the states, inputs and outputs of a plant are called. Where a list has no entry there is `x1`, `u1`, `y1`,
+/// counted from 1.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Names {
     /// Of the states.
@@ -65,7 +66,8 @@ fn name(list: impl Fn(&Names) -> &Vec<String>, letter: char, k: usize) -> String
     NAMES.with(|names| list(&names.borrow()).get(k).cloned()).unwrap_or_else(|| format!("{letter}{}", k + 1))
 }
 
-/// The derivative of a row of f, or of an output, by a state: `df1/dx2`, or `d(angle')/d(speed)` where states or outputs have names.
+/// The derivative of a row of f, or of an output, by a state: `df1/dx2`, or `d(angle')/d(speed)` where states or
+/// outputs have names.
 pub(crate) fn derivative(of_output: bool, row: usize, column: usize) -> String {
     let letter = if of_output { 'h' } else { 'f' };
     let above = if of_output { output(row) } else { state(row) };

@@ -1,14 +1,16 @@
 //! From a few operations to a scalar of nalgebra's, for the types over which a plant is evaluated instead of numbers.
 //!
-//! A plant is written once for every [`RealField`](nalgebra::RealField). To be one, a type has to be some twenty traits of four crates, most of them the same lines whatever the
-//! type: `modulus` is `abs`, `log10 x` is `ln x/ln 10`, a conversion goes through one constructor, a vector of one lane is its element (whose trait has two `unsafe` signatures,
-//! the only ones of the workspace). Those lines stand here. What a type has of its own is:
+//! A plant is written once for every [`RealField`](nalgebra::RealField). To be one, a type has to be some twenty traits
+//! of four crates, most of them the same lines whatever the type: `modulus` is `abs`, `log10 x` is `ln x/ln 10`, a
+//! conversion goes through one constructor, a vector of one lane is its element (whose trait has two `unsafe`
+//! signatures, the only ones of the workspace). Those lines stand here. What a type has of its own is:
 //!
 //! - Rust's `+ - * /` and the sign, `PartialEq`, `PartialOrd` and `Display`;
 //! - [`Real`]: how it is made from a number, its elementary functions, and what it cannot;
 //! - `real_field!(Type)`, which writes the rest.
 //!
-//! A macro and not a generic wrapper, because the types are public and appear in the messages of users' compilers: `IntervalDual` is to be read there, and not `Real<Dual<Interval>>`.
+//! A macro and not a generic wrapper, because the types are public and appear in the messages of users' compilers:
+//! `IntervalDual` is to be read there, and not `Real<Dual<Interval>>`.
 //!
 //! The three: [`IntervalDual`](crate::IntervalDual) over a box, [`SymbolicPolynomial`](crate::SymbolicPolynomial) for
 //! what cancels, [`Jet`](crate::nonlinear_observability::Jet) along a trajectory.
@@ -18,7 +20,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 /// The largest integer up to which all integers are binary64 numbers.
 const EXACT_INTEGERS: u64 = 1 << f64::MANTISSA_DIGITS;
 
-/// What differs from one scalar to the next. Methods have the names and the meaning they have in nalgebra, unless they say so.
+/// What differs from one scalar to the next. Methods have the names and the meaning they have in nalgebra, unless they
+/// say so.
 ///
 /// A file that implements it imports it in place of `ComplexField` and `RealField`, so that `x.sin()` is this one.
 pub(crate) trait Real:
@@ -46,7 +49,8 @@ pub(crate) trait Real:
         if magnitude <= EXACT_INTEGERS { Self::exactly(x) } else { Self::about(x) }
     }
 
-    /// Whether this is a single number. Something is going to be decided or computed from it outside of the scalar: where that is not allowed, it is noted here.
+    /// Whether this is a single number. Something is going to be decided or computed from it outside of the scalar:
+    /// where that is not allowed, it is noted here.
     fn is_number(&self) -> bool;
 
     /// The number that this is, or a number in its place.

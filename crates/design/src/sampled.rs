@@ -1,12 +1,14 @@
 //! The sampled-data cubic observer: stable at every period, with the discrete Lyapunov matrix that shows it.
 //!
-//! With `x+ = Ad x + Bd u`, `Fd = Ad - Ld C`, `Fd'P Fd - P = -Q < 0` and `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, one period of the cubic flow does not
-//! increase `V = e'Pe` (its derivative is `-2 (y~'theta y~) y~'S y~`), and the linear step multiplies it by at most
-//! `1 - lambda_min(P^-1/2 Q P^-1/2)`. Hence global exponential stability, whatever the period: no step size has to be small.
+//! With `x+ = Ad x + Bd u`, `Fd = Ad - Ld C`, `Fd'P Fd - P = -Q < 0` and `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, one
+//! period of the cubic flow does not increase `V = e'Pe` (its derivative is `-2 (y~'theta y~) y~'S y~`), and the linear
+//! step multiplies it by at most `1 - lambda_min(P^-1/2 Q P^-1/2)`. Hence global exponential stability, whatever the
+//! period: no step size has to be small.
 //!
-//! The stored N misses the structure `P N = -C'S` by its rounding, and needs no structure: one step is `e+ = M(g) e` with `M(g) = Fd + g (Ad N + w Ld) C`, `0 <= g < 1/w`, for any N, and `M'PM - P` is convex in
-//! g. The certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the observer in exact arithmetic.
-//! What f32 or fixed point make of it is [`SampledCubicDesign::deployed`].
+//! The stored N misses the structure `P N = -C'S` by its rounding, and needs no structure: one step is `e+ = M(g) e`
+//! with `M(g) = Fd + g (Ad N + w Ld) C`, `0 <= g < 1/w`, for any N, and `M'PM - P` is convex in g. The certificate has
+//! the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the
+//! observer in exact arithmetic. What f32 or fixed point make of it is [`SampledCubicDesign::deployed`].
 
 use luenberger_linalg::{SteinEquation, discrete_kalman_gain, place_observer, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
@@ -38,11 +40,11 @@ pub struct SampledCubicDesign {
 }
 
 impl SampledCubicDesign {
-    /// The observer with the poles of `linear`, sampled every `h`, with weight `theta` (p x p, positive semidefinite) and strength w > 0: left to
-    /// itself, the output error decays like `1/sqrt(1 + 2 w (y~'theta y~) t)`.
+    /// The observer with the poles of `linear`, sampled every `h`, with weight `theta` (p x p, positive semidefinite)
+    /// and strength w > 0: left to itself, the output error decays like `1/sqrt(1 + 2 w (y~'theta y~) t)`.
     ///
-    /// Exists whenever `(Ad, C)` is observable, which sampling can spoil only at special periods (Kalman, Ho and Narendra 1963). Cost: one
-    /// matrix exponential, one placement, one Stein equation.
+    /// Exists whenever `(Ad, C)` is observable, which sampling can spoil only at special periods (Kalman, Ho and
+    /// Narendra 1963). Cost: one matrix exponential, one placement, one Stein equation.
     ///
     /// ```
     /// use luenberger_design::{LyapunovWeight, LinearDesign, SampledCubicDesign};
@@ -56,8 +58,8 @@ impl SampledCubicDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NotPositive`] for h or w; `NotPositiveSemidefinite` for theta; [`DesignError::DependentOutputs`]; the errors of placement when
-    /// the period hides a mode.
+    /// [`DesignError::NotPositive`] for h or w; `NotPositiveSemidefinite` for theta; [`DesignError::DependentOutputs`];
+    /// the errors of placement when the period hides a mode.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, w: f64, h: f64) -> Result<Self, DesignError> {
         check::positive("the sampling period h", h)?;
         let o = &linear.observer;
@@ -67,8 +69,8 @@ impl SampledCubicDesign {
         Self::with_gain(linear, (held.ad, held.bd), placement.gain, theta, w, h)
     }
 
-    /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for process noise of covariance W
-    /// (n x n) per sample and measurement noise V (p x p). Detectability is enough.
+    /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for
+    /// process noise of covariance W (n x n) per sample and measurement noise V (p x p). Detectability is enough.
     ///
     /// # Errors
     /// As [`new`](Self::new), and those of the discrete Riccati equation.
@@ -88,7 +90,8 @@ impl SampledCubicDesign {
         Self::with_gain(linear, (held.ad, held.bd), ld, theta, w, h)
     }
 
-    /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of its cubic term.
+    /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of
+    /// its cubic term.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -1,7 +1,9 @@
-//! How well a map separates points: ratios `|T(x) - T(x')| / |x - x'|` over pairs, and the search for two points with one image.
+//! How well a map separates points: ratios `|T(x) - T(x')| / |x - x'|` over pairs, and the search for two points with
+//! one image.
 //!
-//! A small singular value of the Jacobian is no proof against injectivity (x^3 is injective); two points with one image are. They are searched from the worst
-//! pairs that are far apart: `T(x'') = T(x)` is solved for x'' by Gauss-Newton steps from x'.
+//! A small singular value of the Jacobian is no proof against injectivity (x^3 is injective); two points with one image
+//! are. They are searched from the worst pairs that are far apart: `T(x'') = T(x)` is solved for x'' by Gauss-Newton
+//! steps from x'.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
@@ -53,7 +55,8 @@ where
     found
 }
 
-/// `T(x) = z` by Gauss-Newton steps from x, in the box; the best point, and how far its image is from z. `map` gives T and its Jacobian.
+/// `T(x) = z` by Gauss-Newton steps from x, in the box; the best point, and how far its image is from z. `map` gives T
+/// and its Jacobian.
 pub(crate) fn second_preimage<N: Dim, Z: Dim, E>(
     mut map: impl FnMut(&OVector<f64, N>) -> Result<(OVector<f64, Z>, DMatrix<f64>), E>,
     z: &OVector<f64, Z>,

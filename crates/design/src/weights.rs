@@ -10,7 +10,9 @@ use crate::linear::LinearDesign;
 /// `theta = diag(r_1, .., r_p)`, one importance index `r_i >= 0` for each output.
 ///
 /// # Errors
-/// [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) or [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) names the index that is not a number or negative.
+/// [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) or
+/// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) names the index
+/// that is not a number or negative.
 pub fn theta_from_importance(importance: &[f64]) -> Result<DMatrix<f64>, DesignError> {
     let theta = DMatrix::from_diagonal(&DVector::from_column_slice(importance));
     check::positive_semidefinite("theta", &theta, importance.len())?;
@@ -19,8 +21,9 @@ pub fn theta_from_importance(importance: &[f64]) -> Result<DMatrix<f64>, DesignE
 
 /// Each output's share of the estimation cost of the linear observer, as theta with trace `scale`.
 ///
-/// Output i costs `J_i = int_0^inf (c_i e)^2 dt = e(0)'M_i e(0)` along `e' = F e`, where `F'M_i + M_i F = -c_i'c_i`. With
-/// `initial_error = None` the mean over directions of e(0) is taken, `trace(M_i)/n`. Then `theta_ii = scale J_i / sum J_j`.
+/// Output i costs `J_i = int_0^inf (c_i e)^2 dt = e(0)'M_i e(0)` along `e' = F e`, where `F'M_i + M_i F = -c_i'c_i`.
+/// With `initial_error = None` the mean over directions of e(0) is taken, `trace(M_i)/n`. Then
+/// `theta_ii = scale J_i / sum J_j`.
 ///
 /// ```
 /// use luenberger_design::{LyapunovWeight, LinearDesign, theta_from_cost_shares};
@@ -32,8 +35,8 @@ pub fn theta_from_importance(importance: &[f64]) -> Result<DMatrix<f64>, DesignE
 /// ```
 ///
 /// # Errors
-/// A wrong length or a non-finite entry of the initial error; [`DesignError::NotPositive`] when the scale is not positive or no
-/// output sees that initial error.
+/// A wrong length or a non-finite entry of the initial error; [`DesignError::NotPositive`] when the scale is not
+/// positive or no output sees that initial error.
 pub fn theta_from_cost_shares(
     linear: &LinearDesign,
     initial_error: Option<&DVector<f64>>,

@@ -184,8 +184,8 @@ impl ExpressionPlant {
         Self::of(f, h, inputs, (&[], &[]), parameters)
     }
 
-    /// The same with names supplied by the user for the states and inputs, which the rows may use beside `x1, ..` and `u1, ..`:
-    /// see [`Scope::named`].
+    /// The same with names supplied by the user for the states and inputs, which the rows may use beside `x1, ..` and
+    /// `u1, ..`: see [`Scope::named`].
     ///
     /// ```
     /// use luenberger_plants::Plant;

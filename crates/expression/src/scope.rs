@@ -72,8 +72,8 @@ enum Reads {
     Nothing,
 }
 
-/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names supplied by the user for the
-/// states and inputs.
+/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names supplied by the user
+/// for the states and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     states: usize,
@@ -107,8 +107,8 @@ impl Scope {
         Self { states, inputs, reads, parameters, state_names, input_names }
     }
 
-    /// The same with names supplied by the user for the states and inputs, in their order, beside `x1, ..` and `u1, ..`; an
-    /// empty list names none.
+    /// The same with names supplied by the user for the states and inputs, in their order, beside `x1, ..` and
+    /// `u1, ..`; an empty list names none.
     ///
     /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression
     /// can say it.

@@ -1,8 +1,8 @@
 //! Figures for papers and for the screen, tables of numbers, and the page that holds them.
 //!
-//! A figure is described once and drawn three ways (SVG, PNG, interactive); see [`figure`]. A table of numbers is written
-//! with every digit; see [`table`]. A page is one HTML file that needs nothing else and loads nothing from anywhere; see
-//! [`report`]. The same input gives the same bytes.
+//! A figure is described once and drawn three ways (SVG, PNG, interactive); see [`figure`]. A table of numbers is
+//! written with every digit; see [`table`]. A page is one HTML file that needs nothing else and loads nothing from
+//! anywhere; see [`report`]. The same input gives the same bytes.
 //!
 //! This crate knows nothing of control.
 

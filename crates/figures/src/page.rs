@@ -17,8 +17,8 @@ const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js
 /// dark changes.
 const DRAW_PICTURES: &str = include_str!("pictures.js");
 
-/// The look of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed` of a
-/// `badge`.
+/// The look of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed`
+/// of a `badge`.
 const STYLE: &str = include_str!("page.css");
 
 /// The page: `style` and `script` of its own come after those of every page.
@@ -47,8 +47,8 @@ impl Pictures {
         Self { pictures: Map::new(), numbers: extensions.iter().map(|&extension| extension.to_owned()).collect() }
     }
 
-    /// Adds a figure, and returns the element to be put where it shall be drawn: the figure with its caption and with links
-    /// to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`, or in what other form the numbers are.
+    /// Adds a figure, and returns the element to be put where it shall be drawn: the figure with its caption and with
+    /// links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`, or in what other form the numbers are.
     /// # Errors
     /// [`FigureError`] says what in the figure cannot be drawn.
     pub(crate) fn add(&mut self, id: &str, figure: &Figure) -> Result<String, FigureError> {

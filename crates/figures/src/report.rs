@@ -1,10 +1,11 @@
 //! A report: a title, sections with prose, facts, tables and figures, as one HTML file.
 //!
-//! Text is text: what a user has named `<b>` stands so in the report. Of all markup prose knows two: an empty line begins a
-//! paragraph, and what stands between backticks is code.
+//! Text is text: what a user has named `<b>` stands so in the report. Of all markup prose knows two: an empty line
+//! begins a paragraph, and what stands between backticks is code.
 //!
-//! The page needs nothing else and loads nothing; it links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv` beside
-//! it, which the writer of the report puts there with [`still`](crate::figure::still) and [`Table`](crate::Table).
+//! The page needs nothing else and loads nothing; it links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`
+//! beside it, which the writer of the report puts there with [`still`](crate::figure::still) and
+//! [`Table`](crate::Table).
 //! ```
 //! use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
 //!

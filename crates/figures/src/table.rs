@@ -1,5 +1,5 @@
-//! Columns of numbers, written as CSV with as many digits as it takes to read back the same number, and as npz, which has
-//! the numbers themselves.
+//! Columns of numbers, written as CSV with as many digits as it takes to read back the same number, and as npz, which
+//! has the numbers themselves.
 
 use std::io::{Seek, Write};
 use zip::write::SimpleFileOptions;
@@ -74,7 +74,8 @@ impl Table {
         &self.columns
     }
 
-    /// Writes the header and the rows as CSV. Numbers are written in the shortest form that reads back as the same number.
+    /// Writes the header and the rows as CSV. Numbers are written in the shortest form that reads back as the same
+    /// number.
     /// # Errors
     /// [`TableError`]: columns that differ in length or share a name, an empty table, an entry that is not finite, I/O.
     pub fn write_csv(&self, to: impl Write) -> Result<(), TableError> {
@@ -89,8 +90,8 @@ impl Table {
         Ok(())
     }
 
-    /// Writes each column as a one-dimensional array of float64 under its name, as `numpy.savez` does: an uncompressed zip
-    /// archive of `NAME.npy`, without times, so that the same table gives the same bytes. In Python,
+    /// Writes each column as a one-dimensional array of float64 under its name, as `numpy.savez` does: an uncompressed
+    /// zip archive of `NAME.npy`, without times, so that the same table gives the same bytes. In Python,
     /// `numpy.load("run.npz")["t"]`.
     ///
     /// ```
@@ -146,8 +147,9 @@ impl Table {
     }
 }
 
-/// What stands before the numbers of a one-dimensional array of float64 in a file `.npy` of version 1.0: a magic word, the
-/// version, the length of the text, and the text, filled with spaces so that the numbers begin at a multiple of 64 bytes.
+/// What stands before the numbers of a one-dimensional array of float64 in a file `.npy` of version 1.0: a magic word,
+/// the version, the length of the text, and the text, filled with spaces so that the numbers begin at a multiple of 64
+/// bytes.
 fn npy_header(rows: usize) -> Vec<u8> {
     let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows},), }}");
     let mut header = b"\x93NUMPY\x01\x00".to_vec();

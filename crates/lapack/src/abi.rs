@@ -70,21 +70,24 @@ pub(crate) unsafe fn leading(lda: *const c_int, rows: usize) -> Option<usize> {
 /// A column-major matrix to read.
 ///
 /// # Safety
-/// `columns` columns of `rows` readable entries each start `lda` entries apart at `a`, none of which is written while the view lives.
-/// An empty matrix may have any pointer.
+/// `columns` columns of `rows` readable entries each start `lda` entries apart at `a`, none of which is written while
+/// the view lives. An empty matrix may have any pointer.
 pub(crate) unsafe fn matrix<'a, T>(a: *const T, rows: usize, columns: usize, lda: usize) -> MatRef<'a, T> {
     let a = if rows == 0 || columns == 0 { NonNull::dangling().as_ptr() } else { a.cast_mut() };
-    // SAFETY: the caller's promise; strides of 1 and lda stay within it, and no entry is reached through a dangling pointer.
+    // SAFETY: the caller's promise; strides of 1 and lda stay within it, and no entry is reached through a dangling
+    // pointer.
     unsafe { MatRef::from_raw_parts(a, rows, columns, 1, lda.cast_signed()) }
 }
 
 /// A column-major matrix to write.
 ///
 /// # Safety
-/// As [`matrix`], and nothing else reads or writes these entries while the view lives. Since `lda >= rows`, no entry is reached twice.
+/// As [`matrix`], and nothing else reads or writes these entries while the view lives. Since `lda >= rows`, no entry is
+/// reached twice.
 pub(crate) unsafe fn matrix_mut<'a, T>(a: *mut T, rows: usize, columns: usize, lda: usize) -> MatMut<'a, T> {
     let a = if rows == 0 || columns == 0 { NonNull::dangling().as_ptr() } else { a };
-    // SAFETY: the caller's promise; strides of 1 and lda stay within it, and no entry is reached through a dangling pointer.
+    // SAFETY: the caller's promise; strides of 1 and lda stay within it, and no entry is reached through a dangling
+    // pointer.
     unsafe { MatMut::from_raw_parts_mut(a, rows, columns, 1, lda.cast_signed()) }
 }
 
@@ -100,7 +103,8 @@ fn first_entry<T>(x: *const T, entries: usize, increment: isize) -> *const T {
 pub(crate) unsafe fn vector<T: Copy>(x: *const T, entries: usize, increment: c_int) -> Vec<T> {
     let increment = increment as isize;
     let first = first_entry(x, entries, increment);
-    // SAFETY: index k is `|increment| * k` or `|increment| * (entries - 1 - k)` entries from x, both within the caller's promise.
+    // SAFETY: index k is `|increment| * k` or `|increment| * (entries - 1 - k)` entries from x, both within the
+    // caller's promise.
     (0..entries.cast_signed()).map(|k| unsafe { *first.wrapping_offset(k * increment) }).collect()
 }
 
@@ -119,9 +123,9 @@ pub(crate) unsafe fn store<T: Copy>(y: *mut T, values: &[T], increment: c_int) {
 
 /// Clears the upper halves of the vector registers when it goes out of scope.
 ///
-/// faer's AVX kernels leave them dirty, and on several x86-64 generations every SSE instruction of the caller then pays for merging with
-/// them: scalar code after a product ran at half its speed. Compilers emit `vzeroupper` at the end of functions compiled for
-/// AVX, not at the end of those that call such functions through a pointer chosen at run time.
+/// faer's AVX kernels leave them dirty, and on several x86-64 generations every SSE instruction of the caller then pays
+/// for merging with them: scalar code after a product ran at half its speed. Compilers emit `vzeroupper` at the end of
+/// functions compiled for AVX, not at the end of those that call such functions through a pointer chosen at run time.
 pub(crate) struct CleanRegisters;
 
 impl Drop for CleanRegisters {

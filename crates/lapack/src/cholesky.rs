@@ -7,8 +7,8 @@ use faer::{MatMut, MatRef, Par, Side};
 use crate::abi::Triangle;
 use crate::element::Element;
 
-/// Overwrites the stored triangle with L or U of `A = L L' = U'U`. On failure A is as it was, and the order of the first leading
-/// minor that is not positive is returned.
+/// Overwrites the stored triangle with L or U of `A = L L' = U'U`. On failure A is as it was, and the order of the
+/// first leading minor that is not positive is returned.
 pub(crate) fn potrf<T: Element>(stored: Triangle, mut a: MatMut<'_, T>) -> Result<(), usize> {
     // faer's in-place factorisation overwrites the other triangle too, which belongs to the caller: this one copies.
     let side = match stored {

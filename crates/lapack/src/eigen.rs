@@ -15,8 +15,8 @@ pub(crate) enum Range<T> {
     Numbered(usize, usize),
 }
 
-/// The chosen eigenvalues in ascending order and, if wished, their eigenvectors as columns. None if the matrix is not finite or the
-/// iteration did not converge.
+/// The chosen eigenvalues in ascending order and, if wished, their eigenvectors as columns. None if the matrix is not
+/// finite or the iteration did not converge.
 pub(crate) fn syevr<T: Element>(
     stored: Triangle,
     a: MatRef<'_, T>,

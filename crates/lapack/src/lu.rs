@@ -1,14 +1,14 @@
 //! Gaussian elimination with row exchanges: `gesv`.
 //!
-//! Written out, since LAPACK's `ipiv` is the sequence of exchanges and faer keeps the resulting permutation. Column-oriented
-//! (right-looking) elimination, 2/3 n^3 flops.
+//! Written out, since LAPACK's `ipiv` is the sequence of exchanges and faer keeps the resulting permutation.
+//! Column-oriented (right-looking) elimination, 2/3 n^3 flops.
 
 use faer::MatMut;
 
 use crate::element::Element;
 
-/// Overwrites A with L and U of `A = P L U`, B with the solution of `A X = B`, and `exchanges[k]` with the row exchanged with row k.
-/// Returns the index of the first zero pivot, in which case B is untouched.
+/// Overwrites A with L and U of `A = P L U`, B with the solution of `A X = B`, and `exchanges[k]` with the row
+/// exchanged with row k. Returns the index of the first zero pivot, in which case B is untouched.
 pub(crate) fn gesv<T: Element>(
     mut a: MatMut<'_, T>,
     exchanges: &mut [usize],

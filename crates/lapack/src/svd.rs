@@ -12,8 +12,8 @@ pub(crate) struct Svd<T> {
     pub(crate) v: Mat<T>,
 }
 
-/// The decomposition with square U and V, or with min(m, n) columns in each. None if the matrix is not finite or the iteration
-/// did not converge.
+/// The decomposition with square U and V, or with min(m, n) columns in each. None if the matrix is not finite or the
+/// iteration did not converge.
 pub(crate) fn svd<T: Element>(a: MatRef<'_, T>, square: bool) -> Option<Svd<T>> {
     if !is_finite(a) {
         return None;

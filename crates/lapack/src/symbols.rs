@@ -203,7 +203,8 @@ macro_rules! blas_symbols {
 
 macro_rules! lapack_symbols {
     ($scalar:ty, $potrf:ident, $potrs:ident, $syevr:ident, $gesdd:ident, $gesvd:ident, $gesv:ident) => {
-        /// Cholesky factorisation `A = L L'` or `A = U'U`. `info = k`: the leading minor of order k is not positive; then A is as it was.
+        /// Cholesky factorisation `A = L L'` or `A = U'U`. `info = k`: the leading minor of order k is not positive;
+        /// then A is as it was.
         ///
         /// # Safety
         /// Every pointer is valid for what LAPACK says of it.
@@ -252,8 +253,8 @@ macro_rules! lapack_symbols {
             unsafe { reported(info, body) };
         }
 
-        /// Eigenvalues W (ascending) and eigenvectors Z of a symmetric A, all (`A`), in (vl, vu] (`V`) or from the il-th to the iu-th (`I`).
-        /// A is left as it was. `info = 1`: not finite, or not converged.
+        /// Eigenvalues W (ascending) and eigenvectors Z of a symmetric A, all (`A`), in (vl, vu] (`V`) or from the
+        /// il-th to the iu-th (`I`). A is left as it was. `info = 1`: not finite, or not converged.
         ///
         /// # Safety
         /// Every pointer is valid for what LAPACK says of it; the outputs overlap nothing.
@@ -328,8 +329,9 @@ macro_rules! lapack_symbols {
             unsafe { reported(info, body) };
         }
 
-        /// Singular value decomposition `A = U diag(S) V'`; `jobz` A: square U and V, S: min(m, n) columns, N: S only. O (overwrite A) is
-        /// not offered: `info = -1`. A is left as it was. `info = -4`: not finite; `info = 1`: not converged.
+        /// Singular value decomposition `A = U diag(S) V'`; `jobz` A: square U and V, S: min(m, n) columns, N: S only.
+        /// O (overwrite A) is not offered: `info = -1`. A is left as it was. `info = -4`: not finite; `info = 1`: not
+        /// converged.
         ///
         /// # Safety
         /// Every pointer is valid for what LAPACK says of it; the outputs overlap nothing.
@@ -381,8 +383,8 @@ macro_rules! lapack_symbols {
             unsafe { reported(info, body) };
         }
 
-        /// Singular value decomposition `A = U diag(S) V'`; `jobu` and `jobvt` choose as in the divide-and-conquer variant, each for its
-        /// own factor. A is left as it was. `info = 1`: not finite, or not converged.
+        /// Singular value decomposition `A = U diag(S) V'`; `jobu` and `jobvt` choose as in the divide-and-conquer
+        /// variant, each for its own factor. A is left as it was. `info = 1`: not finite, or not converged.
         ///
         /// # Safety
         /// Every pointer is valid for what LAPACK says of it; the outputs overlap nothing.
@@ -439,7 +441,8 @@ macro_rules! lapack_symbols {
             unsafe { reported(info, body) };
         }
 
-        /// Solves `A X = B`, leaving L and U of `A = P L U` in A and the row exchanges in `ipiv`. `info = k`: the k-th pivot is zero.
+        /// Solves `A X = B`, leaving L and U of `A = P L U` in A and the row exchanges in `ipiv`. `info = k`: the k-th
+        /// pivot is zero.
         ///
         /// # Safety
         /// Every pointer is valid for what LAPACK says of it; A, B and ipiv do not overlap.

@@ -1,7 +1,7 @@
 //! Every exported symbol, called as Fortran would, against loops written from its definition.
 //!
-//! Matrices have a leading dimension above their number of rows, filled with a sentinel that must survive, and the triangle that a
-//! function must not touch holds NaN.
+//! Matrices have a leading dimension above their number of rows, filled with a sentinel that must survive, and the
+//! triangle that a function must not touch holds NaN.
 #![allow(unsafe_code, reason = "the functions under test take raw pointers")]
 
 use std::ffi::{c_char, c_int};
@@ -290,7 +290,8 @@ macro_rules! suite {
                         let (lda, ldz) = (int(half.lda), int(z.lda));
                         for query in [true, false] {
                             let (lwork, liwork) = if query { (-1, -1) } else { (int(work.len()), int(iwork.len())) };
-                            // SAFETY: shapes and leading dimensions are those of the buffers, workspace as the query said.
+                            // SAFETY: shapes and leading dimensions are those of the buffers, workspace as the query
+                            // said.
                             unsafe {
                                 $syevr(&letter(jobz), &letter(range), &letter(uplo), &int(n), half.data.as_mut_ptr(), &lda, &vl, &vu,
                                        &il, &iu, &0.0, &mut m, w.as_mut_ptr(), z.data.as_mut_ptr(), &ldz, support.as_mut_ptr(),
@@ -346,7 +347,8 @@ macro_rules! suite {
                         let (lda, ldu, ldvt) = (int(a.lda), int(u.lda), int(vt.lda));
                         for query in [true, false] {
                             let lwork = if query { -1 } else { int(work.len()) };
-                            // SAFETY: shapes and leading dimensions are those of the buffers, workspace as the query said.
+                            // SAFETY: shapes and leading dimensions are those of the buffers, workspace as the query
+                            // said.
                             unsafe {
                                 if divide_and_conquer {
                                     $gesdd(&job, &int(m), &int(n), copy.data.as_mut_ptr(), &lda, s.as_mut_ptr(), u.data.as_mut_ptr(), &ldu,

@@ -1,5 +1,5 @@
-//! Schur forms of a million small random matrices, orders one to eight: the worst backward error and loss of orthogonality in units of `n eps`, and
-//! how many are beyond 50. Arguments: how many, and the seed.
+//! Schur forms of a million small random matrices, orders one to eight: the worst backward error and loss of
+//! orthogonality in units of `n eps`, and how many are beyond 50. Arguments: how many, and the seed.
 //!
 //! `cargo run --release -p luenberger-linalg --example stress_schur`
 

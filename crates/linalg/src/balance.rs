@@ -1,8 +1,9 @@
 //! Units of the state in which a plant and its quadratic forms have entries of comparable size.
 //!
-//! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a `G = B R^-1 B'` becomes `D^-1 G D^-1`. The exponents make the
-//! largest entry of each row of `[A, G]` equal to that of the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for
-//! the Hamiltonian matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
+//! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a
+//! `G = B R^-1 B'` becomes `D^-1 G D^-1`. The exponents make the largest entry of each row of `[A, G]` equal to that of
+//! the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for the Hamiltonian
+//! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
 
 use crate::separation::norm;
 use crate::units::shift;
@@ -51,14 +52,15 @@ impl Balance {
                 break;
             }
         }
-        // Only the ratios are kept: a factor common to all states changes no `A`, and the size of the forms is not our business.
+        // Only the ratios are kept: a factor common to all states changes no `A`, and the size of the forms is not our
+        // business.
         let extremes = e.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, u), &x| (l.min(x), u.max(x)));
         let centre = if n == 0 { 0.0 } else { (0.5 * (extremes.0 + extremes.1)).round() };
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The balance of `a`, and `a` in it, if it makes the largest entry a thousand times smaller. (Where it does not, it might do harm: entries that are rounding are as good as others to it.
-    /// Watkins, ETNA 23, 2006.)
+    /// The balance of `a`, and `a` in it, if it makes the largest entry a thousand times smaller. (Where it does not,
+    /// it might do harm: entries that are rounding are as good as others to it. Watkins, ETNA 23, 2006.)
     pub(crate) fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
         let target = a.amax() / 1024.0;
         // No units change the diagonal.
@@ -90,8 +92,8 @@ impl Balance {
         DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| shift(p[(i, j)], -self.0[i] - self.0[j]))
     }
 
-    /// By how much a relative error of a form, in the Frobenius norm, may grow on its way back to the user's units, `back` being the form there: with `|E_ij| <= ||E||`,
-    /// `||D^-1 E D^-1|| <= ||E|| tr(D^-2)`.
+    /// By how much a relative error of a form, in the Frobenius norm, may grow on its way back to the user's units,
+    /// `back` being the form there: with `|E_ij| <= ||E||`, `||D^-1 E D^-1|| <= ||E|| tr(D^-2)`.
     pub(crate) fn growth(&self, back: &DMatrix<f64>) -> f64 {
         let trace: f64 = self.0.iter().map(|&e| shift(1.0, -2 * e)).sum();
         let size = norm(back);

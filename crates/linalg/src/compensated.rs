@@ -1,5 +1,5 @@
-//! Sums and matrix products as if computed in twice the working precision and then rounded (Ogita, Rump and Oishi, SIAM J. Sci. Comput. 26, 2005): what the residual of a
-//! nearly exact solution needs, in which the leading digits cancel.
+//! Sums and matrix products as if computed in twice the working precision and then rounded (Ogita, Rump and Oishi, SIAM
+//! J. Sci. Comput. 26, 2005): what the residual of a nearly exact solution needs, in which the leading digits cancel.
 
 use nalgebra::DMatrix;
 

@@ -1,6 +1,7 @@
 //! Kalman's decomposition: the four parts of a plant, by what its inputs move and its outputs see.
 //!
-//! With `x = T w` the plant `x' = A x + B u, y = C x` becomes (Kalman, SIAM J. Control 1, 1963; Chen, Linear System Theory and Design, 6.4)
+//! With `x = T w` the plant `x' = A x + B u, y = C x` becomes (Kalman, SIAM J. Control 1, 1963; Chen, Linear System
+//! Theory and Design, 6.4)
 //!
 //! ```text
 //!            [A11  0   A13  0 ]             [B1]                                 moved    seen
@@ -9,11 +10,13 @@
 //!            [ 0   0   A43 A44]             [ 0]                        3 :      no       yes
 //!                                                                       4 :      no       no
 //! ```
-//! and the transfer function is that of the first part alone, `C1 (s I - A11)^-1 B1`. The orders of the parts and their eigenvalues do not depend on the choice of T.
+//! and the transfer function is that of the first part alone, `C1 (s I - A11)^-1 B1`. The orders of the parts and their
+//! eigenvalues do not depend on the choice of T.
 //!
-//! Method: three orthogonal staircases. `(A, B)` gives the reachable subspace R and its complement; within R the unobservable part N1 and its complement; modulo N1 the rest of the
-//! unobservable subspace, which is a graph over part of the complement of R. The bases of the parts are orthonormal each, 2 within the unobservable and the reachable subspace; only 1 and 4 may be
-//! oblique to one another, and the condition of T says how much.
+//! Method: three orthogonal staircases. `(A, B)` gives the reachable subspace R and its complement; within R the
+//! unobservable part N1 and its complement; modulo N1 the rest of the unobservable subspace, which is a graph over part
+//! of the complement of R. The bases of the parts are orthonormal each, 2 within the unobservable and the reachable
+//! subspace; only 1 and 4 may be oblique to one another, and the condition of T says how much.
 
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
@@ -55,7 +58,8 @@ pub struct KalmanDecomposition {
     pub uncontrollable_observable: KalmanPart,
     /// Neither.
     pub uncontrollable_unobservable: KalmanPart,
-    /// Norm of all that was set to zero, relative to `|[A B; C 0]|` (Frobenius), in the units chosen: rounding, times [`Self::condition`].
+    /// Norm of all that was set to zero, relative to `|[A B; C 0]|` (Frobenius), in the units chosen: rounding, times
+    /// [`Self::condition`].
     pub residual: f64,
     /// `cond_2(T)` in the units chosen: 1 where the orthogonal bases suffice.
     pub condition: f64,
@@ -83,11 +87,13 @@ impl KalmanDecomposition {
 
 /// Kalman's decomposition of `x' = A x + B u, y = C x` (in discrete time the same).
 ///
-/// `a` is n x n, `b` n x m, `c` p x n; m = 0 or p = 0 is allowed. Ranks are decided as in [`crate::observability()`], in units chosen from all three matrices.
+/// `a` is n x n, `b` n x m, `c` p x n; m = 0 or p = 0 is allowed. Ranks are decided as in [`crate::observability()`],
+/// in units chosen from all three matrices.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`]; [`LinalgError::Singular`] if rounding decides the ranks so that the parts
-/// do not fill the space; [`LinalgError::Overflow`].
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`];
+/// [`LinalgError::Singular`] if rounding decides the ranks so that the parts do not fill the space;
+/// [`LinalgError::Overflow`].
 ///
 /// # Cost
 /// Three staircases with the margins of their modes, about `150 n^3` flops.
@@ -191,7 +197,8 @@ pub fn kalman_decomposition(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>
     Ok(found)
 }
 
-/// The plant restricted to the span of orthonormal columns (modulo a hidden invariant subspace orthogonal to it): what of the span is seen, what is not.
+/// The plant restricted to the span of orthonormal columns (modulo a hidden invariant subspace orthogonal to it): what
+/// of the span is seen, what is not.
 fn split(plant: &Rosenbrock, basis: &DMatrix<f64>, tolerance: f64) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
     let k = basis.ncols();
     if k == 0 {

@@ -1,11 +1,13 @@
 //! Matrix exponential, and the exact discretisations built on it.
 //!
 //! With the input held constant over the period `h`, `x' = A x + B u` becomes `x+ = Ad x + Bd u`, `Ad = e^{Ah}`,
-//! `Bd = int_0^h e^{As} ds B`: both are blocks of one exponential, `exp([A B; 0 0] h) = [Ad Bd; 0 I]` (Van Loan, IEEE TAC 23, 1978).
+//! `Bd = int_0^h e^{As} ds B`: both are blocks of one exponential, `exp([A B; 0 0] h) = [Ad Bd; 0 I]` (Van Loan, IEEE
+//! TAC 23, 1978).
 //!
-//! Method of the exponential: scaling and squaring with the diagonal Pade approximants of degree 3, 5, 7, 9, 13 (Higham, SIAM J. Matrix
-//! Anal. Appl. 26, 2005), degree and number of squarings chosen from `|A^k|_1^(1/k)` (Al-Mohy and Higham, SIMAX 31, 2009): the backward error is
-//! below the unit roundoff, and a nonnormal `A` (an augmented one, say, with a large `B`) is not scaled more than its spectrum asks.
+//! Method of the exponential: scaling and squaring with the diagonal Pade approximants of degree 3, 5, 7, 9, 13
+//! (Higham, SIAM J. Matrix Anal. Appl. 26, 2005), degree and number of squarings chosen from `|A^k|_1^(1/k)` (Al-Mohy
+//! and Higham, SIMAX 31, 2009): the backward error is below the unit roundoff, and a nonnormal `A` (an augmented one,
+//! say, with a large `B`) is not scaled more than its spectrum asks.
 
 use nalgebra::DMatrix;
 
@@ -16,8 +18,9 @@ use crate::{LinalgError, Result};
 ///
 /// `a` is n x n, finite. The answer exists always; it is an error if it does not fit a double.
 ///
-/// The relative error in the 1-norm is of the order of the unit roundoff times the condition number of the exponential, which is
-/// about `|A|` for normal matrices and can be much larger for others (Higham, Functions of Matrices, 2008, chapter 10).
+/// The relative error in the 1-norm is of the order of the unit roundoff times the condition number of the exponential,
+/// which is about `|A|` for normal matrices and can be much larger for others (Higham, Functions of Matrices, 2008,
+/// chapter 10).
 ///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::Overflow`].
@@ -62,8 +65,9 @@ pub struct ZeroOrderHold {
 /// `a` is n x n, `b` n x m (m = 0 is allowed), `h > 0` in the unit of time of `a`. `A` need not be invertible.
 ///
 /// # Errors
-/// [`LinalgError::InvalidPeriod`] for `h <= 0`, infinite or NaN; [`LinalgError::DimensionMismatch`], [`LinalgError::NotSquare`],
-/// [`LinalgError::NotFinite`]; [`LinalgError::Overflow`] if the plant grows past the range of a double within one period.
+/// [`LinalgError::InvalidPeriod`] for `h <= 0`, infinite or NaN; [`LinalgError::DimensionMismatch`],
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::Overflow`] if the plant grows past the range
+/// of a double within one period.
 ///
 /// # Cost
 /// One exponential of order n + m.
@@ -101,12 +105,13 @@ pub struct ZeroOrderHoldInjection {
     pub ld: DMatrix<f64>,
 }
 
-/// Zero-order hold of the Luenberger observer `xhat' = A xhat + B u + L (y - C xhat) = (A - LC) xhat + B u + L y` at the period `h`:
-/// `xhat+ = Fd xhat + Bd u + Ld y`, exact for `u` and `y` constant over each period.
+/// Zero-order hold of the Luenberger observer `xhat' = A xhat + B u + L (y - C xhat) = (A - LC) xhat + B u + L y` at
+/// the period `h`: `xhat+ = Fd xhat + Bd u + Ld y`, exact for `u` and `y` constant over each period.
 ///
-/// `a` is n x n, `b` n x m, `l` n x p, `c` p x n, `h > 0`. The eigenvalues of `Fd` are `e^{lambda h}` for those of `A - LC`: the
-/// sampled observer is stable at every `h` if the continuous one is. Note what it holds: the output of a plant moves within the period,
-/// so that the estimate of a moving plant lags by a term of the order of `h` that a gain designed in discrete time does not have.
+/// `a` is n x n, `b` n x m, `l` n x p, `c` p x n, `h > 0`. The eigenvalues of `Fd` are `e^{lambda h}` for those of
+/// `A - LC`: the sampled observer is stable at every `h` if the continuous one is. Note what it holds: the output of a
+/// plant moves within the period, so that the estimate of a moving plant lags by a term of the order of `h` that a gain
+/// designed in discrete time does not have.
 ///
 /// # Errors
 /// As [`zero_order_hold`].
@@ -115,7 +120,8 @@ pub struct ZeroOrderHoldInjection {
 /// One exponential of order n + m + p.
 ///
 /// # Example
-/// An observer at rest in an equilibrium of the plant stays there: `xhat = Fd xhat + Bd u + Ld C xhat` if `A xhat + B u = 0`.
+/// An observer at rest in an equilibrium of the plant stays there: `xhat = Fd xhat + Bd u + Ld C xhat` if
+/// `A xhat + B u = 0`.
 /// ```
 /// use luenberger_linalg::zero_order_hold_injection;
 /// use nalgebra::{dmatrix, dvector};
@@ -180,8 +186,9 @@ fn hold(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>, DMa
     if ad.iter().chain(bd.iter()).all(|x| x.is_finite()) { Ok((ad, bd)) } else { Err(overflow) }
 }
 
-/// Largest `|A^k|^(1/k)` at which the approximant of degree m has backward error below 2^-53 (Higham 2005, table 2.3; for degree 13 the
-/// smaller bound of Al-Mohy and Higham 2009, (5.4), that also keeps the denominator well conditioned).
+/// Largest `|A^k|^(1/k)` at which the approximant of degree m has backward error below 2^-53 (Higham 2005, table 2.3;
+/// for degree 13 the smaller bound of Al-Mohy and Higham 2009, (5.4), that also keeps the denominator well
+/// conditioned).
 const THETA: [(usize, f64); 4] =
     [(3, 1.495585217958292e-2), (5, 2.53939833006323e-1), (7, 9.504178996162932e-1), (9, 2.097847961257068)];
 const THETA_13: f64 = 4.25;
@@ -296,7 +303,8 @@ fn degree_13(a: &DMatrix<f64>) -> DMatrix<f64> {
     quotient(&(a * odd), &even)
 }
 
-/// `(V - U)^-1 (V + U)`. The denominator is well conditioned for the sizes the degrees are chosen for; were it singular, NaN says so.
+/// `(V - U)^-1 (V + U)`. The denominator is well conditioned for the sizes the degrees are chosen for; were it
+/// singular, NaN says so.
 fn quotient(u: &DMatrix<f64>, v: &DMatrix<f64>) -> DMatrix<f64> {
     let n = u.nrows();
     (v - u).lu().solve(&(v + u)).unwrap_or_else(|| DMatrix::from_element(n, n, f64::NAN))

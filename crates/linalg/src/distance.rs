@@ -3,18 +3,22 @@
 //! ```text
 //! d(A, C) = min { |[E; F]|_2 : (A + E, C + F) is not observable } = min over complex lambda of sigma_min([A - lambda I; C])
 //! ```
-//! for complex `E, F`, in the 2-norm (and, the minimiser having rank one, in the Frobenius norm too; Eising, Systems and Control Letters 4, 1984). Real perturbations have
-//! to be at least as large. A margin per mode looks at the eigenvalues only; for matrices far from normal the minimum lies elsewhere and can be much smaller.
+//! for complex `E, F`, in the 2-norm (and, the minimiser having rank one, in the Frobenius norm too; Eising, Systems
+//! and Control Letters 4, 1984). Real perturbations have to be at least as large. A margin per mode looks at the
+//! eigenvalues only; for matrices far from normal the minimum lies elsewhere and can be much smaller.
 //!
-//! `sigma_min` has many local minima over the plane, so that a bound from above costs little and one from below needs the whole plane. With `v` the right singular vector,
-//! `f(lambda) = sigma_min`,
+//! `sigma_min` has many local minima over the plane, so that a bound from above costs little and one from below needs
+//! the whole plane. With `v` the right singular vector, `f(lambda) = sigma_min`,
 //!
-//! - *from above*: `f(lambda)` itself, brought down by `lambda <- v*A v` from each eigenvalue: that minimises `|(A - lambda I) v|` for fixed v, and f never grows;
-//!   quasi-Newton steps on `f^2` make it fast;
-//! - *where*: the minimiser lies within `f` of the field of values of A, thus in a rectangle given by the extreme eigenvalues of `(A + A')/2` and `(A - A')/2i`; A real halves it;
-//! - *from below*: `f(lambda)^2 = lambda_min((A - lambda I)*(A - lambda I) + C'C)`, and without the `|lambda|^2` the matrix is affine in lambda, so that `f^2 - |lambda - lambda0|^2`
-//!   is concave. On a rectangle with half diagonal r it is least at a corner, and `f^2 >= min over the corners f^2 - r^2`. The rectangle with the least bound is
-//!   halved until the two bounds are near (the search of Gao and Neumann, Linear Algebra Appl. 188, 1993, with this bound in place of Lipschitz').
+//! - *from above*: `f(lambda)` itself, brought down by `lambda <- v*A v` from each eigenvalue: that minimises
+//!   `|(A - lambda I) v|` for fixed v, and f never grows; quasi-Newton steps on `f^2` make it fast;
+//! - *where*: the minimiser lies within `f` of the field of values of A, thus in a rectangle given by the extreme
+//!   eigenvalues of `(A + A')/2` and `(A - A')/2i`; A real halves it;
+//! - *from below*: `f(lambda)^2 = lambda_min((A - lambda I)*(A - lambda I) + C'C)`, and without the `|lambda|^2` the
+//!   matrix is affine in lambda, so that `f^2 - |lambda - lambda0|^2` is concave. On a rectangle with half diagonal r
+//!   it is least at a corner, and `f^2 >= min over the corners f^2 - r^2`. The rectangle with the least bound is halved
+//!   until the two bounds are near (the search of Gao and Neumann, Linear Algebra Appl. 188, 1993, with this bound in
+//!   place of Lipschitz').
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
@@ -30,10 +34,12 @@ use crate::{LinalgError, Result};
 /// Two bounds on the distance of `(A, C)` to unobservability, in the units given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnobservabilityDistance {
-    /// No complex perturbation `[E; F]` of a 2-norm below this makes the pair unobservable. It holds in exact arithmetic on the evaluated singular values, from which
-    /// their rounding, `10 (n + p) eps |[A; C]|`, is subtracted. Zero if the search stopped before it was positive.
+    /// No complex perturbation `[E; F]` of a 2-norm below this makes the pair unobservable. It holds in exact
+    /// arithmetic on the evaluated singular values, from which their rounding, `10 (n + p) eps |[A; C]|`, is
+    /// subtracted. Zero if the search stopped before it was positive.
     pub lower: f64,
-    /// [`Self::perturbation`] has this 2-norm and makes the pair unobservable: `sigma_min([A - lambda I; C])` at [`Self::at`].
+    /// [`Self::perturbation`] has this 2-norm and makes the pair unobservable: `sigma_min([A - lambda I; C])` at
+    /// [`Self::at`].
     pub upper: f64,
     /// The lambda that no output sees after the perturbation.
     pub at: Complex<f64>,
@@ -54,15 +60,17 @@ const STEPS: usize = 60;
 
 /// Distance of `(A, C)` to the nearest pair that is not observable, from both sides.
 ///
-/// `a` is n x n, `c` p x n; p = 0 gives 0. For the distance of `(A, B)` to uncontrollability pass the transposes. Unlike the verdict of [`crate::observability()`], a distance depends on the
-/// units of states and outputs: choose them so that errors of equal size are equally likely.
+/// `a` is n x n, `c` p x n; p = 0 gives 0. For the distance of `(A, B)` to uncontrollability pass the transposes.
+/// Unlike the verdict of [`crate::observability()`], a distance depends on the units of states and outputs: choose them
+/// so that errors of equal size are equally likely.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`]; [`LinalgError::NotConverged`] if a singular value
-/// decomposition does not. A wide gap between the bounds is no error.
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`];
+/// [`LinalgError::NotConverged`] if a singular value decomposition does not. A wide gap between the bounds is no error.
 ///
 /// # Cost
-/// At most 4000 singular value decompositions of (n + p) x n, `O(n^3)` each, and a few dozen for each eigenvalue; often some hundreds.
+/// At most 4000 singular value decompositions of (n + p) x n, `O(n^3)` each, and a few dozen for each eigenvalue; often
+/// some hundreds.
 ///
 /// # Example
 /// ```
@@ -81,8 +89,8 @@ const STEPS: usize = 60;
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
-/// Source: Eising, Systems and Control Letters 4, 1984; Gao and Neumann, Linear Algebra Appl. 188, 1993; Burke, Lewis and Overton, SIAM J. Matrix Anal. Appl. 26, 2004, for
-/// the local minimisation.
+/// Source: Eising, Systems and Control Letters 4, 1984; Gao and Neumann, Linear Algebra Appl. 188, 1993; Burke, Lewis
+/// and Overton, SIAM J. Matrix Anal. Appl. 26, 2004, for the local minimisation.
 pub fn distance_to_unobservability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<UnobservabilityDistance> {
     check(a, c)?;
     let scale = if a.amax() >= c.amax() { unit_scale(a) } else { unit_scale(c) };
@@ -168,7 +176,8 @@ impl Search {
         })
     }
 
-    /// A local minimum by BFGS on `sigma^2 / 2` in two variables, started with the step `v*A v - lambda`, which always descends.
+    /// A local minimum by BFGS on `sigma^2 / 2` in two variables, started with the step `v*A v - lambda`, which always
+    /// descends.
     fn descend(&mut self, start: Complex<f64>) -> Result<Point> {
         let mut here = self.at(start)?;
         let mut inverse = [[1.0, 0.0], [0.0, 1.0]];
@@ -245,7 +254,8 @@ impl Search {
         Ok(heap.peek().map_or(0.0, |least| least.bound.max(0.0).sqrt()))
     }
 
-    /// A rectangle in the upper half plane around the field of values: `Re` between the two, `Im` up to the third; `slack` on every side.
+    /// A rectangle in the upper half plane around the field of values: `Re` between the two, `Im` up to the third;
+    /// `slack` on every side.
     fn field_of_values(&self, slack: f64) -> Result<((f64, f64), f64)> {
         let n = self.a.nrows();
         let symmetric = eigenvalues_of_symmetric(&symmetric_part(&self.a))?;

@@ -89,7 +89,8 @@ pub enum LinalgError {
         /// Below which it would have been taken as zero.
         allowed: f64,
     },
-    /// The linear equation has no unique solution, for the coefficients as stored: its determinant is zero, computed in integers.
+    /// The linear equation has no unique solution, for the coefficients as stored: its determinant is zero, computed in
+    /// integers.
     #[error(
         "the {equation} equation is singular for the numbers as stored: the eigenvalues {first} and {second} meet (as computed, they miss by {gap:e})"
     )]
@@ -100,7 +101,8 @@ pub enum LinalgError {
         first: Complex<f64>,
         /// The eigenvalue of the right coefficient that meets it.
         second: Complex<f64>,
-        /// How far the two are from making the equation singular: `|first + second|`, in discrete time `|first * second - 1|`. Zero but for the rounding of the eigenvalues.
+        /// How far the two are from making the equation singular: `|first + second|`, in discrete time
+        /// `|first * second - 1|`. Zero but for the rounding of the eigenvalues.
         gap: f64,
     },
     /// Rounding decides the solution of the linear equation.
@@ -113,20 +115,23 @@ pub enum LinalgError {
     UndecidedEquation {
         /// The equation.
         equation: &'static str,
-        /// Whether it is known to have exactly one solution: its determinant, computed in integers modulo a prime, is not zero.
+        /// Whether it is known to have exactly one solution: its determinant, computed in integers modulo a prime, is
+        /// not zero.
         regular: bool,
         /// An eigenvalue of the left coefficient, as computed.
         first: Complex<f64>,
         /// The eigenvalue of the right coefficient for which the gap is smallest.
         second: Complex<f64>,
-        /// `|first + second|`, in discrete time `|first * second - 1|`. For matrices far from normal the separation is far smaller.
+        /// `|first + second|`, in discrete time `|first * second - 1|`. For matrices far from normal the separation is
+        /// far smaller.
         gap: f64,
         /// The estimated separation: the smallest relative change of the equation that makes it singular is
         /// about this over the norm of the coefficients.
         separation: f64,
         /// The norm of the operator over the separation: the inverse of that change.
         condition: f64,
-        /// Decimal digits of an arithmetic in which this condition would leave three digits of the solution; none where the condition is infinite.
+        /// Decimal digits of an arithmetic in which this condition would leave three digits of the solution; none where
+        /// the condition is infinite.
         digits: Option<u32>,
     },
     /// A matrix that has to be regular is not, to working precision.
@@ -235,8 +240,8 @@ pub enum LinalgError {
         /// The pole.
         pole: Complex<f64>,
     },
-    /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective closed
-    /// loop could have.
+    /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective
+    /// closed loop could have.
     #[error(
         "the pole {pole} is repeated {multiplicity} times, and {rank} independent inputs (outputs) place it {rank} times at most"
     )]
@@ -256,7 +261,8 @@ pub enum LinalgError {
         /// Its distance from the nearest wished pole.
         distance: f64,
     },
-    /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and their rates.
+    /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and
+    /// their rates.
     #[error(
         "no observer of this order: row {row} of K A is not a combination of the rows of [K; C A; C], {residual:e} of it is left where {allowed:e} is allowed (Darouach's first condition)"
     )]

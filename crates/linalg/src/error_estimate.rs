@@ -1,12 +1,16 @@
 //! Linear matrix equations whose separation is no larger than rounding.
 //!
-//! A small separation says that some change of the coefficients within their rounding makes the equation singular. It does not say that the substitution makes such a change: a matrix that is triangular as given
-//! is its own Schur form, and the substitution with it may be right to the last digits. Three things are tried.
+//! A small separation says that some change of the coefficients within their rounding makes the equation singular. It
+//! does not say that the substitution makes such a change: a matrix that is triangular as given is its own Schur form,
+//! and the substitution with it may be right to the last digits. Three things are tried.
 //!
-//! - *Integers* (`exactly_singular.rs`) decide whether the equation is regular or singular as stored. Only this calls an equation singular.
-//! - *The defect in twice the working precision.* With S the substitution and L the operator, `E = I - S L` takes the error of a solution to that of the refined one. Measured is how much E shrinks `S C` for random
-//!   C, in which the directions of a small separation prevail: what L nearly loses and S does not follow, E keeps whole. Where it shrinks them at least to `RATE`, refinement converges
-//!   to the exact solution or is seen not to, and the correction at which it stops measures the error.
+//! - *Integers* (`exactly_singular.rs`) decide whether the equation is regular or singular as stored. Only this calls
+//!   an equation singular.
+//! - *The defect in twice the working precision.* With S the substitution and L the operator, `E = I - S L` takes the
+//!   error of a solution to that of the refined one. Measured is how much E shrinks `S C` for random C, in which the
+//!   directions of a small separation prevail: what L nearly loses and S does not follow, E keeps whole. Where it
+//!   shrinks them at least to `RATE`, refinement converges to the exact solution or is seen not to, and the correction
+//!   at which it stops measures the error.
 //! - *Otherwise* the answer is the error that says so, with the separation and the digits that the condition asks for.
 
 use crate::LinalgError;
@@ -31,8 +35,9 @@ pub(crate) enum Standing {
     Rounding,
 }
 
-/// By how much a refinement shrinks errors that are solutions for random right-hand sides, in which the directions of a small separation prevail: the worst factor of three times three,
-/// infinite where one is beyond [`RATE`]. `correct(c, x)` is the correction of `x` for the right-hand side c.
+/// By how much a refinement shrinks errors that are solutions for random right-hand sides, in which the directions of a
+/// small separation prevail: the worst factor of three times three, infinite where one is beyond [`RATE`].
+/// `correct(c, x)` is the correction of `x` for the right-hand side c.
 pub(crate) fn contraction(
     shape: (usize, usize),
     symmetric: bool,
@@ -64,8 +69,8 @@ pub(crate) fn contraction(
     worst
 }
 
-/// Refines `x` until nothing changes, for an equation with this contraction. A bound of its error relative to its size, as far as the contraction is one for all errors.
-/// `None` if the corrections do not become small.
+/// Refines `x` until nothing changes, for an equation with this contraction. A bound of its error relative to its size,
+/// as far as the contraction is one for all errors. `None` if the corrections do not become small.
 pub(crate) fn refined(
     x: &mut DMatrix<f64>,
     rate: f64,
@@ -79,7 +84,8 @@ pub(crate) fn refined(
             return None;
         }
         if moved >= 0.5 * last {
-            // The error is the sum of this correction and all that would follow, and the rounding of x; the correction itself is rounded, and may be ten times too small.
+            // The error is the sum of this correction and all that would follow, and the rounding of x; the correction
+            // itself is rounded, and may be ten times too small.
             let order = x.nrows().max(x.ncols()) as f64;
             return (moved <= RATE).then_some(10.0 * moved / (1.0 - rate) + order * f64::EPSILON);
         }

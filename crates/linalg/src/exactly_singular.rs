@@ -1,10 +1,12 @@
 //! Whether a linear matrix equation is singular for its coefficients as stored, decided in integers.
 //!
-//! The determinant of `X -> A X + X B` is the product of all `lambda_i + mu_j`, that of `X -> A X B - X` the product of all `lambda_i mu_j - 1`. Binary floating-point
-//! entries are integers over a power of two, so that the determinant is one as well. It vanishes modulo an odd prime iff `p_A(x)` and `p_B(-x)`, or
-//! `p_A(x)` and `x^m p_B(1/x)`, have a common divisor there: two characteristic polynomials (Hessenberg's method, `O(n^3)`) and Euclid's algorithm.
+//! The determinant of `X -> A X + X B` is the product of all `lambda_i + mu_j`, that of `X -> A X B - X` the product of
+//! all `lambda_i mu_j - 1`. Binary floating-point entries are integers over a power of two, so that the determinant is
+//! one as well. It vanishes modulo an odd prime iff `p_A(x)` and `p_B(-x)`, or `p_A(x)` and `x^m p_B(1/x)`, have a
+//! common divisor there: two characteristic polynomials (Hessenberg's method, `O(n^3)`) and Euclid's algorithm.
 //!
-//! A prime that does not divide the determinant proves that the equation is regular. Primes that divide it and whose product exceeds a bound of it prove that it is zero.
+//! A prime that does not divide the determinant proves that the equation is regular. Primes that divide it and whose
+//! product exceeds a bound of it prove that it is zero.
 
 use crate::triangular::Equation;
 use nalgebra::DMatrix;
@@ -44,7 +46,8 @@ pub(crate) fn regularity(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>,
     if tried >= primes { Regularity::Singular } else { Regularity::Unknown }
 }
 
-/// How many primes above 2^30 have a product above the determinant, for X symmetric above that of the operator on symmetric matrices: it has each pair of eigenvalues once, and vanishes with the other.
+/// How many primes above 2^30 have a product above the determinant, for X symmetric above that of the operator on
+/// symmetric matrices: it has each pair of eigenvalues once, and vanishes with the other.
 fn needed(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>, symmetric: bool) -> f64 {
     let (n, m) = (a.nrows(), b.nrows());
     // `2^e A` is an integer matrix, its spectral radius at most `n max |a_ij|`.
@@ -175,7 +178,8 @@ fn have_common_divisor(mut f: Vec<u64>, mut g: Vec<u64>, p: u64) -> bool {
     f.len() != 1
 }
 
-/// The largest prime below `start`, which is above 7 and at most 2^31 (Miller and Rabin; the bases 2, 3, 5 and 7 are enough below 3.2e9: Jaeschke, Math. Comp. 61, 1993).
+/// The largest prime below `start`, which is above 7 and at most 2^31 (Miller and Rabin; the bases 2, 3, 5 and 7 are
+/// enough below 3.2e9: Jaeschke, Math. Comp. 61, 1993).
 fn prime_below(start: u64) -> u64 {
     let is_prime = |p: u64| {
         let twos = (p - 1).trailing_zeros();

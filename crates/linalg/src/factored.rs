@@ -1,15 +1,17 @@
-//! Lyapunov and Stein equations whose right-hand side is a Gram matrix, solved for the factor of the solution: `P = U'U`.
+//! Lyapunov and Stein equations whose right-hand side is a Gram matrix, solved for the factor of the solution:
+//! `P = U'U`.
 //!
 //! ```text
 //! A'P + P A + C'C = 0,  A Hurwitz             the observability Gramian in continuous time
 //! A'P A - P + C'C = 0,  A Schur stable        and in discrete time
 //! ```
-//! P itself is never formed: `U` has the square root of its condition, so that states which the output hardly sees (`x'P x` below `eps ||P||`) keep
-//! their digits, and P is positive semidefinite by construction.
+//! P itself is never formed: `U` has the square root of its condition, so that states which the output hardly sees
+//! (`x'P x` below `eps ||P||`) keep their digits, and P is positive semidefinite by construction.
 //!
-//! Method: Hammarling (IMA J. Numer. Anal. 2, 1982) on the complex Schur form. Row by row of U: with `A = [l a; 0 A2]`, `R = [r b; 0 R2]` (the factor of the right-hand
-//! side), `t^2 = -2 Re l` or `1 - |l|^2`, the first row `[r/t, u]` of U solves a triangular system, and the rest is the same problem with R2 updated by one row. The
-//! complex factor becomes real by one QR factorisation, of its real above its imaginary part.
+//! Method: Hammarling (IMA J. Numer. Anal. 2, 1982) on the complex Schur form. Row by row of U: with `A = [l a; 0 A2]`,
+//! `R = [r b; 0 R2]` (the factor of the right-hand side), `t^2 = -2 Re l` or `1 - |l|^2`, the first row `[r/t, u]` of U
+//! solves a triangular system, and the rest is the same problem with R2 updated by one row. The complex factor becomes
+//! real by one QR factorisation, of its real above its imaginary part.
 
 use crate::argument::{finite, square, unit_scale};
 use crate::schur_operator::Kind;
@@ -22,7 +24,8 @@ use nalgebra::{Complex, DMatrix};
 pub struct Factored {
     /// Upper triangular, n x n, its diagonal not negative.
     pub u: DMatrix<f64>,
-    /// The residual of the equation for `P = U'U`, relative to the sum of the norms of its terms, in the Frobenius norm.
+    /// The residual of the equation for `P = U'U`, relative to the sum of the norms of its terms, in the Frobenius
+    /// norm.
     pub residual: f64,
 }
 
@@ -35,11 +38,13 @@ impl Factored {
 
 /// Solves `A'P + P A + C'C = 0` for the factor U of `P = U'U`: the Cholesky factor of the observability Gramian.
 ///
-/// `a` is n x n, all eigenvalues in the open left half plane; `c` is p x n. For the controllability Gramian `A W + W A' + B B' = 0` give `A'` and `B'`. About
-/// 70 n^3 flops.
+/// `a` is n x n, all eigenvalues in the open left half plane; `c` is p x n. For the controllability Gramian
+/// `A W + W A' + B B' = 0` give `A'` and `B'`. About 70 n^3 flops.
 /// # Errors
-/// [`LinalgError::NotStable`] names an eigenvalue with a nonnegative real part, or one as small as the rounding of the eigenvalue: the solution would not be semidefinite, or out of reach. [`LinalgError::NotSquare`],
-/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Overflow`], and those of [`schur()`](crate::schur()).
+/// [`LinalgError::NotStable`] names an eigenvalue with a nonnegative real part, or one as small as the rounding of the
+/// eigenvalue: the solution would not be semidefinite, or out of reach. [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Overflow`], and those of
+/// [`schur()`](crate::schur()).
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -55,7 +60,8 @@ pub fn lyapunov_factor(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
     solve(Kind::Lyapunov, a, c)
 }
 
-/// Solves `A'P A - P + C'C = 0` for the factor U of `P = U'U`, all eigenvalues of A inside the unit circle. Otherwise as [`lyapunov_factor`].
+/// Solves `A'P A - P + C'C = 0` for the factor U of `P = U'U`, all eigenvalues of A inside the unit circle. Otherwise
+/// as [`lyapunov_factor`].
 /// # Errors
 /// As [`lyapunov_factor`].
 /// # Example
@@ -110,7 +116,8 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
     Ok(Factored { u, residual })
 }
 
-/// Further from the boundary than the rounding of the eigenvalue itself: what is nearer has no damping that could be divided by.
+/// Further from the boundary than the rounding of the eigenvalue itself: what is nearer has no damping that could be
+/// divided by.
 fn is_stable(kind: Kind, lambda: Complex<f64>) -> bool {
     match kind {
         Kind::Lyapunov => -lambda.re > f64::EPSILON * lambda.norm(),
@@ -154,7 +161,8 @@ fn complex_form(form: &Schur) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) 
     (z, t)
 }
 
-/// The upper triangular U of the equation with the triangular T and the factor R of the right-hand side, which is used up.
+/// The upper triangular U of the equation with the triangular T and the factor R of the right-hand side, which is used
+/// up.
 fn rows(kind: Kind, t: &DMatrix<Complex<f64>>, mut r: DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {
     let n = t.nrows();
     let mut u = DMatrix::zeros(n, n);

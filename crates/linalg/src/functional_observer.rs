@@ -5,12 +5,16 @@
 //! ```text
 //! w' = F w + G y + H u,    zhat = M w + N y                T A - F T = G C,    H = T B,    M T + N C = K
 //! ```
-//! has `(w - T x)' = F (w - T x)` and `zhat - z = M (w - T x)`: with F stable the error dies out whatever the input (Luenberger, IEEE TAC 11, 1966).
+//! has `(w - T x)' = F (w - T x)` and `zhat - z = M (w - T x)`: with F stable the error dies out whatever the input
+//! (Luenberger, IEEE TAC 11, 1966).
 //!
-//! - *The whole state*, `K = I`: what the outputs say is taken from them, and only the `n - rank(C)` other states are estimated: [`reduced_order_observer`].
-//! - *A few functions*: [`functional_observer`] has as many states as K has rows, if Darouach's two conditions hold (IEEE TAC 45, 2000).
+//! - *The whole state*, `K = I`: what the outputs say is taken from them, and only the `n - rank(C)` other states are
+//!   estimated: [`reduced_order_observer`].
+//! - *A few functions*: [`functional_observer`] has as many states as K has rows, if Darouach's two conditions hold
+//!   (IEEE TAC 45, 2000).
 //!
-//! Outputs enter `zhat` without a filter: measurement noise passes straight through N. That is the price of the smaller order.
+//! Outputs enter `zhat` without a filter: measurement noise passes straight through N. That is the price of the smaller
+//! order.
 
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
@@ -36,20 +40,25 @@ pub struct FunctionalObserver {
     pub m: DMatrix<f64>,
     /// N, r x p.
     pub n: DMatrix<f64>,
-    /// The placement of the eigenvalues of F: which were reached, how well conditioned. Its gain belongs to the inner problem.
+    /// The placement of the eigenvalues of F: which were reached, how well conditioned. Its gain belongs to the inner
+    /// problem.
     pub placement: Placement,
-    /// The larger of `|T A - F T - G C| / (|T| |A| + |F| |T| + |G| |C|)` and `|M T + N C - K| / (|M| |T| + |N| |C|)` in Frobenius norms, in the units chosen.
+    /// The larger of `|T A - F T - G C| / (|T| |A| + |F| |T| + |G| |C|)` and `|M T + N C - K| / (|M| |T| + |N| |C|)` in
+    /// Frobenius norms, in the units chosen.
     pub residual: f64,
 }
 
 /// Luenberger's reduced-order observer of the whole state: `n - rank(C)` states, the eigenvalues of F at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `poles` `n - rank(C)` numbers closed under conjugation. It exists iff the pair is observable: with `C V = [C1 0]`, V orthogonal, F is `A22 - L A12`, and the pair `(A22, A12)` is observable iff
-/// `(A, C)` is. M and N have n rows: `zhat` is the state. Outputs that depend on others count once; with rank(C) = n there is no `w` left, and `xhat = N y`.
+/// `a` is n x n, `b` n x m, `c` p x n, `poles` `n - rank(C)` numbers closed under conjugation. It exists iff the pair
+/// is observable: with `C V = [C1 0]`, V orthogonal, F is `A22 - L A12`, and the pair `(A22, A12)` is observable iff
+/// `(A, C)` is. M and N have n rows: `zhat` is the state. Outputs that depend on others count once; with rank(C) = n
+/// there is no `w` left, and `xhat = N y`.
 ///
 /// # Errors
-/// [`LinalgError::Unobservable`] names the mode; [`LinalgError::PoleCount`] (its `order` is `n - rank(C)`) and the other errors of [`place_observer`]; [`LinalgError::NotSquare`],
-/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`].
+/// [`LinalgError::Unobservable`] names the mode; [`LinalgError::PoleCount`] (its `order` is `n - rank(C)`) and the
+/// other errors of [`place_observer`]; [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],
+/// [`LinalgError::NotFinite`], [`LinalgError::Empty`].
 ///
 /// # Cost
 /// The test of observability and a placement of order `n - rank(C)`.
@@ -122,16 +131,20 @@ pub fn reduced_order_observer(
 
 /// Observer of `z = K x` with as many states as K has rows, the eigenvalues of F at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `k` q x n, `poles` q numbers closed under conjugation. M is the identity. One exists for every set of poles iff (Darouach)
+/// `a` is n x n, `b` n x m, `c` p x n, `k` q x n, `poles` q numbers closed under conjugation. M is the identity. One
+/// exists for every set of poles iff (Darouach)
 ///
 /// 1. `rank [K A; C A; C; K] = rank [C A; C; K]`: the rate of z follows from z, y and y';
-/// 2. `rank [s K - K A; C A; C] = rank [C A; C; K]` for every complex s: no motion of z is hidden (for an observer that merely converges, for `Re s >= 0`).
+/// 2. `rank [s K - K A; C A; C] = rank [C A; C; K]` for every complex s: no motion of z is hidden (for an observer that
+///    merely converges, for `Re s >= 0`).
 ///
-/// Where the first fails, an observer of a larger order may exist: add rows to K (with `K A` among them it always ends at the whole state). The plant need not be observable.
+/// Where the first fails, an observer of a larger order may exist: add rows to K (with `K A` among them it always ends
+/// at the whole state). The plant need not be observable.
 ///
 /// # Errors
-/// [`LinalgError::NotFunctional`] names the first condition and the row of `K A` that misses most, [`LinalgError::FixedObserverMode`] the second and the s;
-/// those of [`place_observer`]; [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`] (also for K).
+/// [`LinalgError::NotFunctional`] names the first condition and the row of `K A` that misses most,
+/// [`LinalgError::FixedObserverMode`] the second and the s; those of [`place_observer`]; [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`] (also for K).
 ///
 /// # Cost
 /// A singular value decomposition of order `q + 2p` by n, and a placement of order q.
@@ -236,7 +249,8 @@ struct Scaled {
 }
 
 impl Scaled {
-    /// `place` for poles in the units given; for order zero nothing is placed. The answer's poles are in the units given, its gain is not.
+    /// `place` for poles in the units given; for order zero nothing is placed. The answer's poles are in the units
+    /// given, its gain is not.
     fn place(
         &self,
         a: &DMatrix<f64>,
@@ -297,7 +311,8 @@ impl Matrices {
     }
 }
 
-/// What is rounding beside `size` is zero: [`place_observer`] reads every entry in units of its own, and would make use of it.
+/// What is rounding beside `size` is zero: [`place_observer`] reads every entry in units of its own, and would make use
+/// of it.
 fn cleaned(m: &DMatrix<f64>, size: f64) -> DMatrix<f64> {
     let floor = default_tolerance(m.nrows(), m.ncols()) * size;
     m.map(|x| if x.abs() <= floor { 0.0 } else { x })

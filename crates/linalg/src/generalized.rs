@@ -1,6 +1,8 @@
-//! Generalised Lyapunov equation `A'P E + E'P A + Q = 0` of the descriptor plant `E x' = A x`, and generalised Stein equation `A'P A - E'P E + Q = 0` of `E x+ = A x`, E regular.
+//! Generalised Lyapunov equation `A'P E + E'P A + Q = 0` of the descriptor plant `E x' = A x`, and generalised Stein
+//! equation `A'P A - E'P E + Q = 0` of `E x+ = A x`, E regular.
 //!
-//! With `F = A E^-1` and `W = E^-T Q E^-1` they are `F'P + P F + W = 0` and `F'P F - P + W = 0`. Multiplying out by `E^-1` costs digits by the condition of E: the answer carries it.
+//! With `F = A E^-1` and `W = E^-T Q E^-1` they are `F'P + P F + W = 0` and `F'P F - P + W = 0`. Multiplying out by
+//! `E^-1` costs digits by the condition of E: the answer carries it.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part};
 use crate::separation::{norm, of_exact, relative};
@@ -23,8 +25,9 @@ pub struct GeneralizedLyapunov {
 }
 
 impl GeneralizedLyapunov {
-    /// A bound of `||P - P*|| / ||P*||` in the Frobenius norm, P* the solution for the data as given. The error solves the equation for the defect D, and `E^-T D E^-1` in the
-    /// standard one: at most `||E^-1||^2 ||D||` over its separation, D known up to the rounding of its three products. For a pencil that is not stable, as far as the
+    /// A bound of `||P - P*|| / ||P*||` in the Frobenius norm, P* the solution for the data as given. The error solves
+    /// the equation for the defect D, and `E^-T D E^-1` in the standard one: at most `||E^-1||^2 ||D||` over its
+    /// separation, D known up to the rounding of its three products. For a pencil that is not stable, as far as the
     /// estimate of the separation is right to a factor of three.
     pub fn forward_error(&self) -> f64 {
         self.forward_error
@@ -33,9 +36,12 @@ impl GeneralizedLyapunov {
 
 /// Solves `A'P E + E'P A + Q = 0` for symmetric P: `V = x'E'P E x` decreases along `E x' = A x` at the rate `x'Q x`.
 ///
-/// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` add to zero. About 50 n^3 flops.
+/// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil
+/// `A - lambda E` add to zero. About 50 n^3 flops.
 /// # Errors
-/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`lyapunov()`] for `A E^-1`, of which none says that the equation is singular: `A E^-1` is rounded.
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of
+/// the entries leave the range, and those of [`lyapunov()`] for `A E^-1`, of which none says that the equation is
+/// singular: `A E^-1` is rounded.
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -80,17 +86,21 @@ pub struct GeneralizedStein {
 }
 
 impl GeneralizedStein {
-    /// A bound of `||P - P*|| / ||P*||` in the Frobenius norm, P* the solution for the data as given: as [`GeneralizedLyapunov::forward_error`].
+    /// A bound of `||P - P*|| / ||P*||` in the Frobenius norm, P* the solution for the data as given: as
+    /// [`GeneralizedLyapunov::forward_error`].
     pub fn forward_error(&self) -> f64 {
         self.forward_error
     }
 }
 
-/// Solves `A'P A - E'P E + Q = 0` for symmetric P: `V = x'E'P E x` decreases along `E x+ = A x` by `x'Q x` at each step.
+/// Solves `A'P A - E'P E + Q = 0` for symmetric P: `V = x'E'P E x` decreases along `E x+ = A x` by `x'Q x` at each
+/// step.
 ///
-/// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil `A - lambda E` multiply to one. About 55 n^3 flops.
+/// `a`, `e` and `q` are n x n, `e` regular, `q` symmetric. A unique P exists iff no two eigenvalues of the pencil
+/// `A - lambda E` multiply to one. About 55 n^3 flops.
 /// # Errors
-/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of the entries leave the range, and those of [`stein()`] for `A E^-1`, as there.
+/// [`LinalgError::Singular`] for an `e` whose condition leaves no digits, [`LinalgError::Overflow`] where squares of
+/// the entries leave the range, and those of [`stein()`] for `A E^-1`, as there.
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -102,7 +112,8 @@ impl GeneralizedStein {
 /// assert!(found.residual <= 10.0 * 2.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-/// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD, DICO = 'D'), for the equation; the reduction is the definition.
+/// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD, DICO = 'D'), for the equation; the reduction is the
+/// definition.
 pub fn generalized_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedStein> {
     let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
     let standard = stein(&f, &w).map_err(rounded)?;
@@ -173,8 +184,8 @@ fn rounded(error: LinalgError) -> LinalgError {
     }
 }
 
-/// `factor` takes a defect to an error: `||E^-1||^2` over the separation, twice for what the rounding of F moves it. The defect is known up to the rounding of its products, relative to
-/// their `size`.
+/// `factor` takes a defect to an error: `||E^-1||^2` over the separation, twice for what the rounding of F moves it.
+/// The defect is known up to the rounding of its products, relative to their `size`.
 fn error_bound(residual: f64, size: f64, factor: f64, p: &DMatrix<f64>, standard: f64) -> f64 {
     let known = (residual + 3.0 * p.nrows() as f64 * f64::EPSILON) * size;
     // As in the standard equation: beyond one, rounding decides the separation too.

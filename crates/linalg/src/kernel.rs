@@ -2,7 +2,8 @@
 //!
 //! Everything a kernel calls has to be inlined into it, or it is compiled without them.
 
-/// Work that is compiled for the instruction sets of today and of yesterday; `FMA` tells whether fused multiply-add is one instruction.
+/// Work that is compiled for the instruction sets of today and of yesterday; `FMA` tells whether fused multiply-add is
+/// one instruction.
 pub(crate) trait Kernel {
     type Output;
     fn run<const FMA: bool>(self) -> Self::Output;

@@ -26,20 +26,29 @@
 //!
 //! Three numbers come with a solution, and answer three questions.
 //!
-//! 1. *Does it solve the equation?* `residual`: what is left, relative to the terms. A multiple of `n eps` says that the answer is exact for data that differ from yours in the last digits. No
-//!    double-precision method promises more, and a small residual says nothing about the error of the solution.
-//! 2. *What do errors of my data do to it?* `condition`, from the `separation` of the spectra (of a Riccati equation, of the closed loop): data known to three digits and a condition of 100 leave one.
-//!    Where it reaches `1 / eps`, the answer is refined with the defect in twice the working precision and given if that converges; if not, the error `UndecidedEquation` has the separation, the condition and the
-//!    digits that it takes. The error `SingularEquation` means the coefficients as stored, and is decided in integers.
-//! 3. *How far is it from the exact solution for the numbers I gave?* `forward_error`: a bound in the Frobenius norm, relative to the solution. It includes the rounding of the
-//!    residual itself, and is typically ten to a thousand times the error. For Hurwitz and Schur stable coefficients, and for Riccati equations, the separation behind it is a bound; otherwise (and for Sylvester
-//!    equations) it is Hager's and Higham's estimate, allowed to be wrong by a factor of three. An infinite one says that nothing is known. Floating point computed it: a proof is another matter.
+//! 1. *Does it solve the equation?* `residual`: what is left, relative to the terms. A multiple of `n eps` says that
+//!    the answer is exact for data that differ from yours in the last digits. No double-precision method promises more,
+//!    and a small residual says nothing about the error of the solution.
+//! 2. *What do errors of my data do to it?* `condition`, from the `separation` of the spectra (of a Riccati equation,
+//!    of the closed loop): data known to three digits and a condition of 100 leave one. Where it reaches `1 / eps`, the
+//!    answer is refined with the defect in twice the working precision and given if that converges; if not, the error
+//!    `UndecidedEquation` has the separation, the condition and the digits that it takes. The error `SingularEquation`
+//!    means the coefficients as stored, and is decided in integers.
+//! 3. *How far is it from the exact solution for the numbers I gave?* `forward_error`: a bound in the Frobenius norm,
+//!    relative to the solution. It includes the rounding of the residual itself, and is typically ten to a thousand
+//!    times the error. For Hurwitz and Schur stable coefficients, and for Riccati equations, the separation behind it
+//!    is a bound; otherwise (and for Sylvester equations) it is Hager's and Higham's estimate, allowed to be wrong by a
+//!    factor of three. An infinite one says that nothing is known. Floating point computed it: a proof is another
+//!    matter.
 //!
-//! Norms do not see small entries. If units of the state are decades apart, an error that is small beside `||P||` may be larger than an entry of interest: choose units in which what matters is about one.
+//! Norms do not see small entries. If units of the state are decades apart, an error that is small beside `||P||` may
+//! be larger than an entry of interest: choose units in which what matters is about one.
 //!
-//! If the data are exact (or you want to know what the method contributed), [`LyapunovEquation::refine`], [`SteinEquation::refine`], [`SylvesterEquation::refine`] and [`DiscreteSylvesterEquation::refine`] compute the defect in twice the working precision: a step
-//! or two take the error from `condition * n eps` to the last bit of the solution, and return what they changed, which is an estimate of the error there was. A solution for
-//! `Q = C'C` keeps the small directions of `P` if asked for by its factor ([`lyapunov_factor`], [`stein_factor`]).
+//! If the data are exact (or you want to know what the method contributed), [`LyapunovEquation::refine`],
+//! [`SteinEquation::refine`], [`SylvesterEquation::refine`] and [`DiscreteSylvesterEquation::refine`] compute the
+//! defect in twice the working precision: a step or two take the error from `condition * n eps` to the last bit of the
+//! solution, and return what they changed, which is an estimate of the error there was. A solution for `Q = C'C` keeps
+//! the small directions of `P` if asked for by its factor ([`lyapunov_factor`], [`stein_factor`]).
 //!
 //! ```
 //! use luenberger_linalg::LyapunovEquation;

@@ -1,4 +1,5 @@
-//! The smallest linear matrix equations, with coefficients of order one or two, as a linear system of order at most four.
+//! The smallest linear matrix equations, with coefficients of order one or two, as a linear system of order at most
+//! four.
 //!
 //! Gaussian elimination with complete pivoting, as in LAPACK dlasy2 and dgetc2: a pivot too small to divide by is
 //! raised to the smallest one allowed, and reported.

@@ -1,11 +1,12 @@
 //! Continuous Lyapunov equation `A'P + P A + Q = 0`.
 //!
-//! `P` exists and is unique iff no two eigenvalues of `A` add to zero. For Hurwitz `A` and `Q > 0` it is positive definite, and
-//! `V(e) = e'Pe` decreases along `e' = A e` at the rate `e'Qe`: this is how every observer in this workspace gets its certificate. The
-//! transposed equation `A P + P A' + Q = 0`, whose solution is a Gramian or a covariance, is this one with `A'` for `A`.
+//! `P` exists and is unique iff no two eigenvalues of `A` add to zero. For Hurwitz `A` and `Q > 0` it is positive
+//! definite, and `V(e) = e'Pe` decreases along `e' = A e` at the rate `e'Qe`: this is how every observer in this
+//! workspace gets its certificate. The transposed equation `A P + P A' + Q = 0`, whose solution is a Gramian or a
+//! covariance, is this one with `A'` for `A`.
 //!
-//! Method: real Schur form `A = U T U'`, then `T'Y + Y T = -U'Q U` by recursive substitution (Bartels and Stewart, CACM 15, 1972; Jonsson and
-//! Kagstrom, ACM TOMS 28, 2002), in which only the upper triangle of the symmetric Y is computed.
+//! Method: real Schur form `A = U T U'`, then `T'Y + Y T = -U'Q U` by recursive substitution (Bartels and Stewart, CACM
+//! 15, 1972; Jonsson and Kagstrom, ACM TOMS 28, 2002), in which only the upper triangle of the symmetric Y is computed.
 
 use crate::Result;
 use crate::argument::{shaped, square, symmetric};
@@ -15,30 +16,33 @@ use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P + P A + Q = 0` with its evidence.
 ///
-/// Where the equation had to be solved in balanced units of the state (see [`lyapunov()`]), residual, separation and condition are in these units;
-/// [`forward_error`](Self::forward_error) is in those of `p`.
+/// Where the equation had to be solved in balanced units of the state (see [`lyapunov()`]), residual, separation and
+/// condition are in these units; [`forward_error`](Self::forward_error) is in those of `p`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lyapunov {
     /// The solution, exactly symmetric.
     pub p: DMatrix<f64>,
     /// `||A'P + P A + Q|| / (2 ||A|| ||P|| + ||Q||)` in the Frobenius norm.
     pub residual: f64,
-    /// The separation, `min ||A'X + X A|| / ||X||`. For Hurwitz `A` in the spectral norm, where it is `1 / ||H||` with `A'H + H A + I = 0`; the number is
-    /// `1 / ||H||_F`, not above it and at most sqrt(n) below. Otherwise with the sum of the absolute entries for norm, in the coordinates of the Schur form, and an
-    /// estimate from above, seldom more than three times too large.
+    /// The separation, `min ||A'X + X A|| / ||X||`. For Hurwitz `A` in the spectral norm, where it is `1 / ||H||` with
+    /// `A'H + H A + I = 0`; the number is `1 / ||H||_F`, not above it and at most sqrt(n) below. Otherwise with the sum
+    /// of the absolute entries for norm, in the coordinates of the Schur form, and an estimate from above, seldom more
+    /// than three times too large.
     pub separation: f64,
-    /// `2 ||A||_F / separation`: about how much `P` may change, relative to its norm, for a unit relative change of `A`. The relative error
-    /// of `P` is at most about this times `n eps`; often it is far smaller.
+    /// `2 ||A||_F / separation`: about how much `P` may change, relative to its norm, for a unit relative change of
+    /// `A`. The relative error of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
     /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
     spread: ErrorScale,
 }
 
 impl Lyapunov {
-    /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation` times the relative residual
-    /// and the rounding in it, and the factor between the norms. P* is the solution for `A` and `Q` as given. For a Hurwitz A it holds with the
-    /// separation; otherwise as far as the estimate of it is right to a factor of three. Where that is no bound, and the solution was refined instead (see [`lyapunov()`]): ten times the last correction, over
-    /// one minus the factor by which a refinement shrinks errors. Infinite where no digit is known.
+    /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation`
+    /// times the relative residual and the rounding in it, and the factor between the norms. P* is the solution for `A`
+    /// and `Q` as given. For a Hurwitz A it holds with the separation; otherwise as far as the estimate of it is right
+    /// to a factor of three. Where that is no bound, and the solution was refined instead (see [`lyapunov()`]): ten
+    /// times the last correction, over one minus the factor by which a refinement shrinks errors. Infinite where no
+    /// digit is known.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -64,12 +68,14 @@ pub(crate) struct ErrorScale {
     pub(crate) norms: f64,
     /// What the units of the state bring, where these were balanced.
     pub(crate) units: f64,
-    /// The error as refinement measured it, relative to the solution in the units of the computation, where rounding decides the separation.
+    /// The error as refinement measured it, relative to the solution in the units of the computation, where rounding
+    /// decides the separation.
     pub(crate) refined: Option<f64>,
 }
 
-/// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where `||defect|| <= residual * 2 weight ||P||`, and where the
-/// defect itself is known up to the rounding of n products. A bound beyond one says that rounding decides the separation too: then there is none.
+/// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where
+/// `||defect|| <= residual * 2 weight ||P||`, and where the defect itself is known up to the rounding of n products. A
+/// bound beyond one says that rounding decides the separation too: then there is none.
 pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: ErrorScale) -> f64 {
     if let Some(error) = spread.refined {
         return of_exact(error * spread.units);
@@ -105,8 +111,9 @@ impl LyapunovEquation {
         SchurEquation::new(Kind::Lyapunov, a).map(Self)
     }
 
-    /// Becomes the equation for `a`, in the memory that is there: with a Hurwitz `a` of the same order nothing is allocated, unless the state has to be balanced. After an error it is the
-    /// equation of no `a`, and solutions are errors until the next `refactor`.
+    /// Becomes the equation for `a`, in the memory that is there: with a Hurwitz `a` of the same order nothing is
+    /// allocated, unless the state has to be balanced. After an error it is the equation of no `a`, and solutions are
+    /// errors until the next `refactor`.
     /// # Errors
     /// As [`new`](Self::new).
     pub fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
@@ -115,9 +122,12 @@ impl LyapunovEquation {
 
     /// The solution for the symmetric n x n matrix `q`.
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric), [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and refinement does not converge for this `q`.
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
+    /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
+    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric),
+    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and
+    /// refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Lyapunov> {
         shaped("q", q, self.0.order(), self.0.order())?;
         self.solve_symmetric(symmetric("q", q)?)
@@ -130,19 +140,22 @@ impl LyapunovEquation {
         Ok(Lyapunov { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread })
     }
 
-    /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n already (unless the state had to be balanced).
+    /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n
+    /// already (unless the state had to be balanced).
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         self.0.solve_into(q, p)
     }
 
-    /// One step of iterative refinement of `p`, in place: the defect of `p`, computed in twice the working precision, is solved for and added. Returns
-    /// the size of that correction relative to `p`, an estimate of the error `p` had.
+    /// One step of iterative refinement of `p`, in place: the defect of `p`, computed in twice the working precision,
+    /// is solved for and added. Returns the size of that correction relative to `p`, an estimate of the error `p` had.
     ///
-    /// A solution in working precision has a small residual and an error of about `condition * n eps`. Where the data are exact as they stand (and not
-    /// measured to a few digits, when the digits gained mean nothing), each step multiplies the error by about `condition * n eps` until `p` is the rounded exact solution;
-    /// one or two steps do. A correction as large as `p` is not applied: the equation is singular for this precision. About `25 n^3` flops, and it allocates.
+    /// A solution in working precision has a small residual and an error of about `condition * n eps`. Where the data
+    /// are exact as they stand (and not measured to a few digits, when the digits gained mean nothing), each step
+    /// multiplies the error by about `condition * n eps` until `p` is the rounded exact solution; one or two steps do.
+    /// A correction as large as `p` is not applied: the equation is singular for this precision. About `25 n^3` flops,
+    /// and it allocates.
     /// ```
     /// use luenberger_linalg::LyapunovEquation;
     /// use nalgebra::dmatrix;
@@ -171,8 +184,8 @@ impl LyapunovEquation {
         self.0.is_stable()
     }
 
-    /// `min ||A'X + X A||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate from above by at most eleven substitutions,
-    /// seldom more than three times too large (SLICOT SB03QD).
+    /// `min ||A'X + X A||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate from above by
+    /// at most eleven substitutions, seldom more than three times too large (SLICOT SB03QD).
     pub fn separation_estimate(&self) -> f64 {
         self.0.estimated_separation_in_units()
     }
@@ -180,18 +193,25 @@ impl LyapunovEquation {
 
 /// Solves `A'P + P A + Q = 0` for symmetric `P`.
 ///
-/// `a` and `q` are n x n, `q` symmetric (of either sign: definiteness is not asked for). The answer does not depend on the units of `a` or `q`.
-/// A unique `P` exists iff `lambda_i + lambda_j != 0` for all eigenvalues of `a`. Where it makes the largest entry of `a` a thousand times smaller, or where `P` seems not to exist otherwise, the equation is solved in units of
-/// the state (powers of two) in which rows and columns of `a` are of equal size. The Schur form (25 n^3 flops), 10 n^3 for the solution and its evidence, and where `a` is not
-/// Hurwitz at most 22 n^3 more for the separation. For several `q` see [`LyapunovEquation`], for `Q = C'C` see [`lyapunov_factor`](crate::lyapunov_factor).
+/// `a` and `q` are n x n, `q` symmetric (of either sign: definiteness is not asked for). The answer does not depend on
+/// the units of `a` or `q`. A unique `P` exists iff `lambda_i + lambda_j != 0` for all eigenvalues of `a`. Where it
+/// makes the largest entry of `a` a thousand times smaller, or where `P` seems not to exist otherwise, the equation is
+/// solved in units of the state (powers of two) in which rows and columns of `a` are of equal size. The Schur form (25
+/// n^3 flops), 10 n^3 for the solution and its evidence, and where `a` is not Hurwitz at most 22 n^3 more for the
+/// separation. For several `q` see [`LyapunovEquation`], for `Q = C'C` see [`lyapunov_factor`](crate::lyapunov_factor).
 ///
 /// # Errors
-/// [`LinalgError::SingularEquation`](crate::LinalgError::SingularEquation) names two eigenvalues that add to zero: the determinant of the equation is zero for `a` as stored, computed in integers.
-/// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above `n eps ||A||`, in the units of `a` nor in units of the state that balance it (a change of
-/// `A` within its own rounding makes the equation singular), and refinement with the defect in twice the working precision does not converge. Where it does, it is part of the solution.
-/// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry of `q` that differs from its mirror image;
-/// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare), [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
-/// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), [`LinalgError::Overflow`](crate::LinalgError::Overflow), and those of [`schur()`](crate::schur()).
+/// [`LinalgError::SingularEquation`](crate::LinalgError::SingularEquation) names two eigenvalues that add to zero: the
+/// determinant of the equation is zero for `a` as stored, computed in integers.
+/// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above
+/// `n eps ||A||`, in the units of `a` nor in units of the state that balance it (a change of `A` within its own
+/// rounding makes the equation singular), and refinement with the defect in twice the working precision does not
+/// converge. Where it does, it is part of the solution. [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric)
+/// names the entry of `q` that differs from its mirror image;
+/// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare),
+/// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
+/// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), [`LinalgError::Overflow`](crate::LinalgError::Overflow),
+/// and those of [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```

@@ -1,20 +1,22 @@
 //! Observability and detectability of a pair `(A, C)`: the rank, the modes, and the directions that no output sees.
 //!
-//! `(A, C)` is observable iff `[A - lambda I; C]` has full column rank for every complex `lambda` (Popov, Belevitch, Hautus); it can fail
-//! only at eigenvalues of `A`, and a vector `v` with `A v = lambda v`, `C v = 0` is a motion `e^{lambda t} v` that leaves no trace in `y = C x`.
-//! The pair is detectable iff every such motion decays.
+//! `(A, C)` is observable iff `[A - lambda I; C]` has full column rank for every complex `lambda` (Popov, Belevitch,
+//! Hautus); it can fail only at eigenvalues of `A`, and a vector `v` with `A v = lambda v`, `C v = 0` is a motion
+//! `e^{lambda t} v` that leaves no trace in `y = C x`. The pair is detectable iff every such motion decays.
 //!
-//! Two methods side by side. The *rank*, and the unobservable modes themselves, come from the orthogonal staircase, which
-//! is right for defective modes too; the *margin* of each mode is the smallest singular value of `[A - lambda I; C]`, from the Schur form.
-//! Where the margins show more hidden modes than the stairs, the stairs are judged again, less finely.
+//! Two methods side by side. The *rank*, and the unobservable modes themselves, come from the orthogonal staircase,
+//! which is right for defective modes too; the *margin* of each mode is the smallest singular value of
+//! `[A - lambda I; C]`, from the Schur form. Where the margins show more hidden modes than the stairs, the stairs are
+//! judged again, less finely.
 //!
 //! # What the answers do not depend on
-//! Everything is decided in units of state, output and time that are chosen from the data first (powers of two, exact). Neither
-//! the rank nor the margins change, up to the rounding of these powers to whole ones, when a state or an output is measured in other units
-//! (`A -> D^-1 A D`, `C -> R C D` with diagonal `D`, `R`) or time is (`A -> s A`). The price: there is no such thing as a small
-//! entry by itself. `A = diag(-1, -2)`, `C = [1, 1e-17]` is `C = [1, 1]` with the second state in other units, and is
-//! observable; [`Observability::units`] then shows units 17 decades apart. An entry that is 1e-17 by rounding and should be zero has to be zero
-//! in the data, unless the entries around it outvote it.
+//! Everything is decided in units of state, output and time that are chosen from the data first (powers of two, exact).
+//! Neither the rank nor the margins change, up to the rounding of these powers to whole ones, when a state or an output
+//! is measured in other units (`A -> D^-1 A D`, `C -> R C D` with diagonal `D`, `R`) or time is (`A -> s A`). The
+//! price: there is no such thing as a small entry by itself. `A = diag(-1, -2)`, `C = [1, 1e-17]` is `C = [1, 1]` with
+//! the second state in other units, and is observable; [`Observability::units`] then shows units 17 decades apart. An
+//! entry that is 1e-17 by rounding and should be zero has to be zero in the data, unless the entries around it outvote
+//! it.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -30,12 +32,12 @@ use crate::{LinalgError, Result};
 pub struct Mode {
     /// The eigenvalue.
     pub eigenvalue: Complex<f64>,
-    /// `sigma_min([A - lambda I; C]) / |[A; C]|` (Frobenius norm) in the units chosen: 0 if no output sees the mode. It bounds from
-    /// above the relative distance of the pair to one with a hidden mode.
+    /// `sigma_min([A - lambda I; C]) / |[A; C]|` (Frobenius norm) in the units chosen: 0 if no output sees the mode. It
+    /// bounds from above the relative distance of the pair to one with a hidden mode.
     pub margin: f64,
-    /// The direction that is seen least, where that minimum is taken, as a unit vector `v` in the units given: for a hidden mode
-    /// `A v = lambda v`, `C v = 0`.
-    /// The largest component is real and positive; for a real eigenvalue all are real.
+    /// The direction that is seen least, where that minimum is taken, as a unit vector `v` in the units given: for a
+    /// hidden mode `A v = lambda v`, `C v = 0`. The largest component is real and positive; for a real eigenvalue all
+    /// are real.
     pub direction: DVector<Complex<f64>>,
 }
 
@@ -72,12 +74,12 @@ impl Observability {
 
 /// Observability of `x' = A x, y = C x` (and of the discrete pair: the notion is the same).
 ///
-/// `a` is n x n, `c` p x n; p = 0 is allowed. The relative tolerance is `10 max(n, p) eps`: a chain of n orthogonal steps
-/// on rounded data cannot tell smaller numbers from zero. [`observability_within`] takes another one.
+/// `a` is n x n, `c` p x n; p = 0 is allowed. The relative tolerance is `10 max(n, p) eps`: a chain of n orthogonal
+/// steps on rounded data cannot tell smaller numbers from zero. [`observability_within`] takes another one.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`]; that of [`schur`] if
-/// its iteration does not converge.
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`];
+/// that of [`schur`] if its iteration does not converge.
 ///
 /// # Cost
 /// About `40 n^3 + 24 p n^3` flops, most of them for the margins.
@@ -109,7 +111,8 @@ pub fn observability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Observability
 
 /// [`observability`] with a relative tolerance supplied by the user, for data known to fewer digits than a double has.
 ///
-/// `tolerance` is the relative size below which a stair of the staircase counts as zero, in the units the pair is judged in.
+/// `tolerance` is the relative size below which a stair of the staircase counts as zero, in the units the pair is
+/// judged in.
 ///
 /// # Errors
 /// As [`observability`]; [`LinalgError::InvalidTolerance`] if `tolerance` is negative, infinite or NaN.
@@ -165,10 +168,12 @@ impl Detectability {
     }
 }
 
-/// Detectability of `x' = A x, y = C x`: every hidden mode has `Re lambda < 0`, that is, some `L` makes `A - L C` Hurwitz.
+/// Detectability of `x' = A x, y = C x`: every hidden mode has `Re lambda < 0`, that is, some `L` makes `A - L C`
+/// Hurwitz.
 ///
-/// `a` is n x n, `c` p x n; p = 0 asks whether `A` itself is Hurwitz. A hidden eigenvalue is known to about `tolerance |A|`, and one within that of
-/// the imaginary axis counts as lying on it: a drifting bias must not pass as a decaying one because its 0 came out as -1e-17.
+/// `a` is n x n, `c` p x n; p = 0 asks whether `A` itself is Hurwitz. A hidden eigenvalue is known to about
+/// `tolerance |A|`, and one within that of the imaginary axis counts as lying on it: a drifting bias must not pass as a
+/// decaying one because its 0 came out as -1e-17.
 ///
 /// # Errors
 /// As [`observability`].
@@ -193,7 +198,8 @@ pub fn detectability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability
     detectability_in(TimeDomain::Continuous, a, c)
 }
 
-/// Detectability of the discrete pair `x+ = A x, y = C x`: every hidden mode has `|lambda| < 1`, that is, some `L` makes `A - L C` Schur stable.
+/// Detectability of the discrete pair `x+ = A x, y = C x`: every hidden mode has `|lambda| < 1`, that is, some `L`
+/// makes `A - L C` Schur stable.
 ///
 /// As [`detectability`], with the unit circle for the imaginary axis.
 ///
@@ -244,7 +250,8 @@ pub(crate) enum Seen {
     Hidden(Mode),
 }
 
-/// Whether a pair is observable, for arguments already checked, in units already chosen; without a single eigenvalue where the staircase leaves no doubt ([`Staircase::least_margin`]).
+/// Whether a pair is observable, for arguments already checked, in units already chosen; without a single eigenvalue
+/// where the staircase leaves no doubt ([`Staircase::least_margin`]).
 pub(crate) fn seen(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Seen> {
     let tolerance = default_tolerance(a.nrows(), c.nrows());
     let (scaled_a, scaled_c) = (units.dynamics(a), units.outputs(c));
@@ -287,7 +294,8 @@ struct Judged {
 /// A stair is never taken as zero above this relative size, whatever the margins say.
 const LARGEST_DOUBT: f64 = 1e-8;
 
-/// An estimate of the least margin this many times the tolerance settles the matter: ten for the points it looks at, as much again for the one right-hand side it looks along, and for the rounding of the stairs.
+/// An estimate of the least margin this many times the tolerance settles the matter: ten for the points it looks at, as
+/// much again for the one right-hand side it looks along, and for the rounding of the stairs.
 const BEYOND_DOUBT: f64 = 1e3;
 
 impl Judged {
@@ -336,8 +344,9 @@ impl Judged {
         Ok(hidden)
     }
 
-    /// Orthonormal basis of `D` times the shadow. Elimination with complete pivoting first: it keeps the small rows of a
-    /// graded matrix accurate, where a QR of it would lose them in the large ones. O(n k^2) and the pivot search, n k^2 too.
+    /// Orthonormal basis of `D` times the shadow. Elimination with complete pivoting first: it keeps the small rows of
+    /// a graded matrix accurate, where a QR of it would lose them in the large ones. O(n k^2) and the pivot search, n
+    /// k^2 too.
     fn subspace(&self) -> DMatrix<f64> {
         let mut v = self.shadow();
         let (n, k) = v.shape();
@@ -387,8 +396,9 @@ fn judge(
     let stairs = |tolerance: f64| Staircase::new(&a.transpose(), &c.transpose(), tolerance * size);
     let mut staircase = stairs(tolerance);
     let modes = modes_of(units, a, c, &schur(a)?, &DMatrix::identity(a.nrows(), a.nrows()), c)?;
-    // A small stair that counts (two outputs that almost agree) magnifies the rounding noise in the stairs below it. The margins do
-    // not suffer from that: where they show more hidden modes, a stair somewhat above the tolerance was noise.
+    // A small stair that counts (two outputs that almost agree) magnifies the rounding noise in the stairs below it.
+    // The margins do not suffer from that: where they show more hidden modes, a stair somewhat above the tolerance was
+    // noise.
     let hidden = modes.iter().filter(|mode| mode.margin <= tolerance).count();
     let mut doubt = 10.0 * tolerance;
     while a.nrows() - staircase.rank < hidden && doubt <= LARGEST_DOUBT && doubt > 0.0 {
@@ -402,13 +412,14 @@ fn judge(
     Ok((modes, staircase))
 }
 
-/// The staircase of `(A', C')` for a pair already in its units, part of something of norm `size`: the last columns of its Q span what C does not see.
+/// The staircase of `(A', C')` for a pair already in its units, part of something of norm `size`: the last columns of
+/// its Q span what C does not see.
 pub(crate) fn staircase_within(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64, size: f64) -> Result<Staircase> {
     Ok(judge(&Units::given(a.nrows(), c.nrows()), a, c, tolerance, size)?.1)
 }
 
-/// The modes of `block = Q T Q'` living on the columns of `basis`, seen by `outputs` (in the coordinates of the block). The margin
-/// is that of the direction found in the whole pair.
+/// The modes of `block = Q T Q'` living on the columns of `basis`, seen by `outputs` (in the coordinates of the block).
+/// The margin is that of the direction found in the whole pair.
 fn modes_of(
     units: &Units,
     a: &DMatrix<f64>,
@@ -462,8 +473,8 @@ fn in_given_units(units: &Units, z: &DVector<Complex<f64>>) -> DVector<Complex<f
     v
 }
 
-/// Orthonormal columns by Gram-Schmidt, twice: unlike Householder's method it leaves each row an error of the size of that row. The
-/// reduced columns are nearly independent, so that twice is enough for orthogonality to rounding.
+/// Orthonormal columns by Gram-Schmidt, twice: unlike Householder's method it leaves each row an error of the size of
+/// that row. The reduced columns are nearly independent, so that twice is enough for orthogonality to rounding.
 fn gram_schmidt(mut v: DMatrix<f64>) -> DMatrix<f64> {
     for k in 0..v.ncols() {
         let mut column = v.column(k).into_owned();
@@ -482,13 +493,15 @@ fn gram_schmidt(mut v: DMatrix<f64>) -> DMatrix<f64> {
     v
 }
 
-/// Most steps of the inverse iteration: it converges like the squared ratio of the two smallest singular values. Where these are a
-/// hundredth apart the steps magnify the share of the smaller by 1.02^300 = 400, and where they are nearer, either vector serves.
+/// Most steps of the inverse iteration: it converges like the squared ratio of the two smallest singular values. Where
+/// these are a hundredth apart the steps magnify the share of the smaller by 1.02^300 = 400, and where they are nearer,
+/// either vector serves.
 const INVERSE_ITERATIONS: usize = 300;
 
 /// The right singular vector of `[T - lambda I; C]` at the smallest singular value, T quasi upper triangular.
 ///
-/// The rows of C and the subdiagonal are rotated into T, which costs `p n^2` instead of `n^3`, and the triangle is inverted by iteration.
+/// The rows of C and the subdiagonal are rotated into T, which costs `p n^2` instead of `n^3`, and the triangle is
+/// inverted by iteration.
 fn least_visible(t: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> Result<DVector<Complex<f64>>> {
     let (n, p) = (t.nrows(), c.nrows());
     let mut r = t.map(Complex::from);

@@ -1,6 +1,7 @@
 //! Matrix products at the speed of the machine: nalgebra's storage, seen by faer without a copy.
 //!
-//! Sequential throughout: an equation of this crate is a step of something larger, and who has several of them runs them side by side.
+//! Sequential throughout: an equation of this crate is a step of something larger, and who has several of them runs
+//! them side by side.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};

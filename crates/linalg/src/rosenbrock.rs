@@ -1,6 +1,8 @@
-//! The system matrix of Rosenbrock, `S(lambda) = [A - lambda I, B; C, D]`, in units of state, input, output and time that suit it.
+//! The system matrix of Rosenbrock, `S(lambda) = [A - lambda I, B; C, D]`, in units of state, input, output and time
+//! that suit it.
 //!
-//! They are those of [`Units`] for the pair `([A B; 0 0], [C D])`: a unit of input scales a column as a unit of state does, and nothing else.
+//! They are those of [`Units`] for the pair `([A B; 0 0], [C D])`: a unit of input scales a column as a unit of state
+//! does, and nothing else.
 
 use nalgebra::DMatrix;
 

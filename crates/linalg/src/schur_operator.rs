@@ -1,9 +1,11 @@
-//! What the Lyapunov equation `A'P + PA + Q = 0` and the Stein equation `A'PA - P + Q = 0` share: with the real Schur form `A = U T U'` both become
-//! one substitution with T, for any number of right-hand sides.
+//! What the Lyapunov equation `A'P + PA + Q = 0` and the Stein equation `A'PA - P + Q = 0` share: with the real Schur
+//! form `A = U T U'` both become one substitution with T, for any number of right-hand sides.
 //!
-//! **Separation.** For stable A the inverse of the operator maps positive semidefinite matrices to such, so that its norm (spectral norm of X over that of
-//! the right-hand side) is attained at the identity: with `H = integral of e^(A't) e^(At)`, or `sum of A'^k A^k`, it is `||H||_2` (Russo and Dye; Hewer and Kenney, SIAM J.
-//! Control 26, 1988; Gahinet, Laub, Kenney and Hewer, IEEE TAC 35, 1990). One more substitution gives it. Otherwise it is estimated from above by a few.
+//! **Separation.** For stable A the inverse of the operator maps positive semidefinite matrices to such, so that its
+//! norm (spectral norm of X over that of the right-hand side) is attained at the identity: with
+//! `H = integral of e^(A't) e^(At)`, or `sum of A'^k A^k`, it is `||H||_2` (Russo and Dye; Hewer and Kenney, SIAM J.
+//! Control 26, 1988; Gahinet, Laub, Kenney and Hewer, IEEE TAC 35, 1990). One more substitution gives it. Otherwise it
+//! is estimated from above by a few.
 
 use crate::argument::{shaped, square, symmetric, symmetric_into, unit_scale};
 use crate::balance::{Balance, sizes};
@@ -291,7 +293,8 @@ impl SchurEquation {
         Ok(if bound <= DIGIT { Standing::Clear } else { Standing::Doubtful })
     }
 
-    /// `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form), from above; and whether every pivot is regular.
+    /// `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form), from above; and
+    /// whether every pivot is regular.
     fn estimated_separation(&self) -> (f64, bool) {
         let (n, equation) = (self.a.nrows(), self.kind.equation());
         let (plain, transposed) =
@@ -330,8 +333,8 @@ impl SchurEquation {
         self.stable
     }
 
-    /// Solves for `q`, of the right shape and symmetric but for rounding, into `p`; returns the relative residual. Nothing is allocated if `p` has
-    /// the right shape and the state is not balanced.
+    /// Solves for `q`, of the right shape and symmetric but for rounding, into `p`; returns the relative residual.
+    /// Nothing is allocated if `p` has the right shape and the state is not balanced.
     pub(crate) fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         let n = self.order();
         if q.shape() != (n, n) {
@@ -398,8 +401,9 @@ impl SchurEquation {
         Ok(residual)
     }
 
-    /// One step of iterative refinement of `p`, the defect being computed in twice the working precision; returns the size of the correction, relative to
-    /// `p`. One that is as large as `p` is not applied: no digit of it would be right.
+    /// One step of iterative refinement of `p`, the defect being computed in twice the working precision; returns the
+    /// size of the correction, relative to `p`. One that is as large as `p` is not applied: no digit of it would be
+    /// right.
     pub(crate) fn refine(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         let n = self.order();
         shaped("q", q, n, n)?;
@@ -484,14 +488,16 @@ impl SchurEquation {
         regular
     }
 
-    /// The solution for a symmetric `q` alone, in units of A as given and of the balanced state; `None` if the equation is singular to working precision.
+    /// The solution for a symmetric `q` alone, in units of A as given and of the balanced state; `None` if the equation
+    /// is singular to working precision.
     pub(crate) fn substituted(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let mut p = q * self.units;
         let regular = self.substitute(&mut p);
         (regular && p.iter().all(|e| e.is_finite())).then_some(p)
     }
 
-    /// The solution for a symmetric `q` alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
+    /// The solution for a symmetric `q` alone, for iterations that need no evidence; `None` if the equation is singular
+    /// to working precision.
     pub(crate) fn step(kind: Kind, a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
         Ok(Self::untested(kind, a, None)?.substituted(q))
     }

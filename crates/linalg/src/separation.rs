@@ -1,13 +1,16 @@
-//! Separation of a linear matrix equation: an estimate of `1 / ||inverse operator||_1` (Hager, SIAM J. Sci. Stat. Comput. 5,
-//! 1984; Higham, ACM TOMS 14, 1988; LAPACK dlacn2; used for matrix equations by SLICOT SB03QD).
+//! Separation of a linear matrix equation: an estimate of `1 / ||inverse operator||_1` (Hager, SIAM J. Sci. Stat.
+//! Comput. 5, 1984; Higham, ACM TOMS 14, 1988; LAPACK dlacn2; used for matrix equations by SLICOT SB03QD).
 //!
-//! The norm is found by a few solutions of the equation and of its adjoint, at most eleven. It is a lower bound, so the separation is
-//! an upper bound; it is rarely off by more than a factor of three.
+//! The norm is found by a few solutions of the equation and of its adjoint, at most eleven. It is a lower bound, so the
+//! separation is an upper bound; it is rarely off by more than a factor of three.
 //!
-//! **Three solutions** are one step of the iteration: a start, the gradient there, the unit matrix of its largest entry. The starts at hand are the matrix of equal entries, which Hager took and on
-//! which equal terms cancel, and Higham's of alternating signs and growing entries, which he solves for last, against that. From the latter one step is as good as the whole, five solutions on average:
-//! on some 4000 pairs of coefficients of Sylvester's equation (random, stable beside their transposes, triangular with couplings up to 100) of order up to 14, it is off by more than a factor of three in
-//! 0.7 %, by 7.5 at most; the whole in 0.1 % and by 7.2. Near a singular equation the inverse is nearly of rank one, and any start that is not orthogonal to its one direction ends there.
+//! **Three solutions** are one step of the iteration: a start, the gradient there, the unit matrix of its largest
+//! entry. The starts at hand are the matrix of equal entries, which Hager took and on which equal terms cancel, and
+//! Higham's of alternating signs and growing entries, which he solves for last, against that. From the latter one step
+//! is as good as the whole, five solutions on average: on some 4000 pairs of coefficients of Sylvester's equation
+//! (random, stable beside their transposes, triangular with couplings up to 100) of order up to 14, it is off by more
+//! than a factor of three in 0.7 %, by 7.5 at most; the whole in 0.1 % and by 7.2. Near a singular equation the inverse
+//! is nearly of rank one, and any start that is not orthogonal to its one direction ends there.
 
 use crate::argument::unit_scale;
 use crate::error_estimate::Closest;
@@ -38,8 +41,8 @@ fn unit(m: &mut DMatrix<f64>, place: (usize, usize)) {
     m[place] = 1.0;
 }
 
-/// The estimate for the operator on `rows x cols` matrices that `solve` inverts in place, `adjoint` inverting its adjoint.
-/// Zero if a solution overflows, infinity if the operator is empty.
+/// The estimate for the operator on `rows x cols` matrices that `solve` inverts in place, `adjoint` inverting its
+/// adjoint. Zero if a solution overflows, infinity if the operator is empty.
 pub(crate) fn separation(
     rows: usize,
     cols: usize,
@@ -148,7 +151,8 @@ pub(crate) fn norm(m: &DMatrix<f64>) -> f64 {
     (m * scale).norm() / scale
 }
 
-/// A bound of the error relative to the solution found, as one relative to the exact solution. From one on, not a digit is known: infinite.
+/// A bound of the error relative to the solution found, as one relative to the exact solution. From one on, not a digit
+/// is known: infinite.
 pub(crate) fn of_exact(bound: f64) -> f64 {
     if bound < 1.0 { bound / (1.0 - bound) } else { f64::INFINITY }
 }

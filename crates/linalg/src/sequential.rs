@@ -1,7 +1,8 @@
 //! Singular values and eigenvalues of faer's on one thread.
 //!
-//! faer's methods ask a setting of the whole program how many threads there are, as soon as any crate in it has turned on faer's feature `rayon`; and from orders of some
-//! hundreds on the order of a sum is that of the threads. Here the order is always the same, so that the same matrix has the same answer to the last bit.
+//! faer's methods ask a setting of the whole program how many threads there are, as soon as any crate in it has turned
+//! on faer's feature `rayon`; and from orders of some hundreds on the order of a sum is that of the threads. Here the
+//! order is always the same, so that the same matrix has the same answer to the last bit.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -43,7 +44,8 @@ pub(crate) fn singular_values<T: ComplexField>(m: MatRef<'_, T>) -> Option<Vec<T
     Some(sigma.column_vector().iter().map(real).collect())
 }
 
-/// Eigenvalues, ascending, and orthonormal eigenvectors of a Hermitian matrix, of which the lower triangle is read. `None` as for [`svd`].
+/// Eigenvalues, ascending, and orthonormal eigenvectors of a Hermitian matrix, of which the lower triangle is read.
+/// `None` as for [`svd`].
 pub(crate) fn hermitian_eigen<T: ComplexField>(m: MatRef<'_, T>) -> Option<(Vec<T::Real>, Mat<T>)> {
     let n = m.nrows();
     let (mut values, mut vectors) = (Diag::<T>::zeros(n), Mat::zeros(n, n));

@@ -1,9 +1,9 @@
 //! Where the eigenvalues lie: spectra, their extremes, and the extreme eigenvalues of symmetric matrices.
 //!
 //! General matrices go through the real Schur form (`schur`), symmetric ones through tridiagonalisation and faer's
-//! bounded symmetric eigensolver. Both are backward stable: each number is exact for a matrix within a small multiple of
-//! `n eps ||A||`. For a symmetric matrix this bounds the error of the eigenvalue itself by the same number (Weyl); for a general one
-//! the error is that times the eigenvalue's condition, which for a defective eigenvalue is unbounded.
+//! bounded symmetric eigensolver. Both are backward stable: each number is exact for a matrix within a small multiple
+//! of `n eps ||A||`. For a symmetric matrix this bounds the error of the eigenvalue itself by the same number (Weyl);
+//! for a general one the error is that times the eigenvalue's condition, which for a defective eigenvalue is unbounded.
 
 use crate::argument::{symmetric, unit_scale};
 use crate::{LinalgError, Result, SchurWorkspace, sequential};
@@ -66,8 +66,8 @@ pub fn spectral_radius(a: &DMatrix<f64>) -> Result<f64> {
 /// Eigenvalues of the symmetric matrix `m`, ascending. About 4/3 n^3 flops.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`] (an asymmetry beyond the rounding of a
-/// matrix product); [`LinalgError::NotConverged`] (not known to happen).
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`] (an asymmetry beyond the
+/// rounding of a matrix product); [`LinalgError::NotConverged`] (not known to happen).
 pub fn symmetric_eigenvalues(m: &DMatrix<f64>) -> Result<Vec<f64>> {
     let m = symmetric("m", m)?;
     eigenvalues_of_symmetric(&m)
@@ -93,8 +93,8 @@ pub(crate) fn eigenvalues_of_symmetric(m: &DMatrix<f64>) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-/// Smallest eigenvalue of the symmetric matrix `m`, with an error of at most a small multiple of `n eps ||m||`. For a proof of
-/// definiteness, which no floating-point eigenvalue is, see the crate `luenberger-proof`.
+/// Smallest eigenvalue of the symmetric matrix `m`, with an error of at most a small multiple of `n eps ||m||`. For a
+/// proof of definiteness, which no floating-point eigenvalue is, see the crate `luenberger-proof`.
 ///
 /// # Errors
 /// Those of [`symmetric_eigenvalues`]; [`LinalgError::Empty`] for order zero.

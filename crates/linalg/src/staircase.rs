@@ -7,9 +7,10 @@
 //!                       [ 0   0  ..   0   Fu ]
 //! ```
 //!
-//! For one input this is the Hessenberg form. For the observability of `(A, C)` take `F = A'`, `G = C'`: the last columns of `Q` span
-//! the unobservable subspace. Ranks are decided by QR with column pivoting, pivots at or below `tolerance` being zero: backward stable,
-//! as every step is orthogonal (Paige, IEEE TAC 26, 1981; Varga, Electronics Letters 1981; SLICOT AB01ND). 10 n^3 flops at most.
+//! For one input this is the Hessenberg form. For the observability of `(A, C)` take `F = A'`, `G = C'`: the last
+//! columns of `Q` span the unobservable subspace. Ranks are decided by QR with column pivoting, pivots at or below
+//! `tolerance` being zero: backward stable, as every step is orthogonal (Paige, IEEE TAC 26, 1981; Varga, Electronics
+//! Letters 1981; SLICOT AB01ND). 10 n^3 flops at most.
 
 use nalgebra::DMatrix;
 
@@ -49,13 +50,17 @@ impl Staircase {
         s
     }
 
-    /// An estimate, from below but for a factor of some ten, of the smallest singular value of `[G, F - lambda I]` over all eigenvalues lambda of F; zero if a row has no pivot.
+    /// An estimate, from below but for a factor of some ten, of the smallest singular value of `[G, F - lambda I]` over
+    /// all eigenvalues lambda of F; zero if a row has no pivot.
     ///
-    /// The columns in which the stairs have their pivots make an upper triangle `R(lambda)` with the pivots for its diagonal; lambda is above it, so that `R^-1` is a polynomial in lambda of degree
-    /// below n. What it is on the spectrum, it is at most on a circle around the spectrum (maximum principle), and there at most three times what it is at n points (the Lebesgue constant of the roots of unity), of which
-    /// half are conjugate to the others. At each point one generic right-hand side is solved for. The radius is `|(F - c I)^8|^(1/8)`. `7 n^3` flops.
+    /// The columns in which the stairs have their pivots make an upper triangle `R(lambda)` with the pivots for its
+    /// diagonal; lambda is above it, so that `R^-1` is a polynomial in lambda of degree below n. What it is on the
+    /// spectrum, it is at most on a circle around the spectrum (maximum principle), and there at most three times what
+    /// it is at n points (the Lebesgue constant of the roots of unity), of which half are conjugate to the others. At
+    /// each point one generic right-hand side is solved for. The radius is `|(F - c I)^8|^(1/8)`. `7 n^3` flops.
     ///
-    /// On the circle `R^-1` grows with n where it does not on the spectrum, like `e^(n/2)` for random matrices: orders beyond thirty or so seem nearer to unreachable than they are.
+    /// On the circle `R^-1` grows with n where it does not on the spectrum, like `e^(n/2)` for random matrices: orders
+    /// beyond thirty or so seem nearer to unreachable than they are.
     pub(crate) fn least_margin(&self) -> f64 {
         let (n, m) = self.g.shape();
         let column = |j: usize| if j < m { self.g.column(j) } else { self.f.column(j - m) };
@@ -123,8 +128,9 @@ impl Staircase {
     }
 }
 
-/// Reflects the rows of `block` so that its first r rows have full rank and the others are exactly zero, columns with the largest pivots first, pivots at or
-/// below `tolerance` being zero. Each reflection is handed to `act` with the first row it acts on. Returns r.
+/// Reflects the rows of `block` so that its first r rows have full rank and the others are exactly zero, columns with
+/// the largest pivots first, pivots at or below `tolerance` being zero. Each reflection is handed to `act` with the
+/// first row it acts on. Returns r.
 pub(crate) fn compress_rows(
     block: &mut DMatrix<f64>,
     tolerance: f64,
@@ -236,7 +242,8 @@ mod tests {
     use super::*;
     use nalgebra::Complex;
 
-    /// SLICOT AB01ND, example program: rank 2, `Q'F Q` reachable block similar to [-3 2.2361; 0 -1], `Q'G` = [0 -2.2361; 1 0].
+    /// SLICOT AB01ND, example program: rank 2, `Q'F Q` reachable block similar to [-3 2.2361; 0 -1], `Q'G` = [0 -2.2361;
+    /// 1 0].
     #[test]
     fn the_example_of_slicot_ab01nd() {
         let a = DMatrix::from_row_slice(3, 3, &[-1.0, 0.0, 0.0, -2.0, -2.0, -2.0, -1.0, 0.0, -3.0]);
@@ -276,7 +283,8 @@ mod tests {
         assert_eq!(Staircase::new(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 2), 0.0).rank, 0);
     }
 
-    /// With one input and with several it stays below ten times `min sigma_min([G, F - lambda I])` over the eigenvalues, and is seen to be small where that is.
+    /// With one input and with several it stays below ten times `min sigma_min([G, F - lambda I])` over the
+    /// eigenvalues, and is seen to be small where that is.
     #[test]
     fn the_least_margin_is_no_more_than_ten_times_the_margin() {
         for (n, m, weak) in

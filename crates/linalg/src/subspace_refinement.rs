@@ -1,14 +1,16 @@
 //! The unobservable subspace to working accuracy: a Newton step for the last columns of a staircase.
 //!
-//! A small stair that counts magnifies the rounding of the stairs before it, and where a stair was taken as noise its size is what the subspace is off. With
-//! `Q = [W V]` the staircase's and V its last columns, put
+//! A small stair that counts magnifies the rounding of the stairs before it, and where a stair was taken as noise its
+//! size is what the subspace is off. With `Q = [W V]` the staircase's and V its last columns, put
 //! ```text
 //! Q'A Q = [A11 A12]    C Q = [C1 C2],    V+ = V + W Z,
 //!         [A21 A22]
 //! ```
-//! V+ spans an invariant subspace that C does not see iff `A11 Z - Z A22 = -A12 + Z A21 Z` and `C1 Z = -C2`. Without the quadratic term that is linear, and its solution squares the error (Stewart, SIAM Review 15, 1973; Demmel,
-//! Computing 38, 1987). The Sylvester equation alone would be singular where A11 and A22 share an eigenvalue; with the rows of C it has
-//! full column rank, because the pair (A11, C1) is observable, and is solved by least squares, column by column along the Schur form of A22: `4 k r^3` flops for k columns and rank r.
+//! V+ spans an invariant subspace that C does not see iff `A11 Z - Z A22 = -A12 + Z A21 Z` and `C1 Z = -C2`. Without
+//! the quadratic term that is linear, and its solution squares the error (Stewart, SIAM Review 15, 1973; Demmel,
+//! Computing 38, 1987). The Sylvester equation alone would be singular where A11 and A22 share an eigenvalue; with the
+//! rows of C it has full column rank, because the pair (A11, C1) is observable, and is solved by least squares, column
+//! by column along the Schur form of A22: `4 k r^3` flops for k columns and rank r.
 
 use nalgebra::{DMatrix, QR};
 
@@ -19,7 +21,8 @@ use crate::staircase::Staircase;
 /// Newton steps: the error 1e-8 that a stair taken as noise may leave takes one, an ill-conditioned subspace another.
 const STEPS: usize = 3;
 
-/// Betters the last columns of `staircase.q`, which is that of `(A', C')`, until `[A V - V (V'A V); C V]` is rounding, `n eps size`, or a step gains nothing.
+/// Betters the last columns of `staircase.q`, which is that of `(A', C')`, until `[A V - V (V'A V); C V]` is rounding,
+/// `n eps size`, or a step gains nothing.
 pub(crate) fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f64>, size: f64) -> Result<()> {
     let (n, r) = (a.nrows(), staircase.rank);
     if r == 0 || r == n {

@@ -1,17 +1,19 @@
 //! Units in which a pair `(A, C)` is best read: powers of two for each state, each output and for time.
 //!
 //! A plant in volts and nanometres has entries 24 decades apart, and says nothing else than the same plant in volts and
-//! metres. With `x = D z`, `y = R w` and time in units of `2^-t`, the pair becomes `(2^-t D^-1 A D, R^-1 C D)`. `D, R, t` are chosen so
-//! that the logarithms of the nonzero entries are as near to zero as they can be in the sense of the sum of absolute values:
+//! metres. With `x = D z`, `y = R w` and time in units of `2^-t`, the pair becomes `(2^-t D^-1 A D, R^-1 C D)`.
+//! `D, R, t` are chosen so that the logarithms of the nonzero entries are as near to zero as they can be in the sense
+//! of the sum of absolute values:
 //!
 //! ```text
 //! minimise   sum_{a_ij != 0} | log2|a_ij| + d_j - d_i - t |  +  sum_{c_kj != 0} | log2|c_kj| + d_j - r_k |
 //! ```
 //!
-//! Of the minimiser only `D` is kept; `t` and `R` then bring the largest entry of `A` and of each row of `C` to one. All of it moves
-//! with the units of the data, so that whatever is decided afterwards does not depend on them. Least squares (Curtis and Reid, J. Inst.
-//! Maths Applics 10, 1972) would do that too; absolute values let the majority of entries outvote the few that are rounding noise.
-//! Method: iteratively reweighted least squares, which is equivariant step by step, in a limited number of steps.
+//! Of the minimiser only `D` is kept; `t` and `R` then bring the largest entry of `A` and of each row of `C` to one.
+//! All of it moves with the units of the data, so that whatever is decided afterwards does not depend on them. Least
+//! squares (Curtis and Reid, J. Inst. Maths Applics 10, 1972) would do that too; absolute values let the majority of
+//! entries outvote the few that are rounding noise. Method: iteratively reweighted least squares, which is equivariant
+//! step by step, in a limited number of steps.
 
 use nalgebra::DMatrix;
 
@@ -23,11 +25,14 @@ pub(crate) struct Units {
     pub(crate) time: i32,
 }
 
-/// Most reweighting steps. Ten bring the weights to rest on dense data; the choice only shapes the units, it is no accuracy.
+/// Most reweighting steps. Ten bring the weights to rest on dense data; the choice only shapes the units, it is no
+/// accuracy.
 const STEPS: usize = 12;
-/// A step that moves no unknown further than this is the last: they are powers of two, and rounded to whole ones. Two or three steps on dense data.
+/// A step that moves no unknown further than this is the last: they are powers of two, and rounded to whole ones. Two
+/// or three steps on dense data.
 const SETTLED: f64 = 0.2;
-/// Keeps the normal equations definite along the directions that change no entry (all units of one connected part at once).
+/// Keeps the normal equations definite along the directions that change no entry (all units of one connected part at
+/// once).
 const RIDGE: f64 = 1e-10;
 /// No unit of a state is stretched beyond this power, which is safe from overflow.
 const LARGEST: f64 = 900.0;
@@ -90,7 +95,8 @@ pub(crate) fn shift(x: f64, power: i32) -> f64 {
     x * 2f64.powi(half) * 2f64.powi(power - half)
 }
 
-/// The logarithms of `[A; C]`, columns one after the other, and for each of them whether it counts: one or, of a zero, none.
+/// The logarithms of `[A; C]`, columns one after the other, and for each of them whether it counts: one or, of a zero,
+/// none.
 struct Logarithms {
     sizes: Vec<f64>,
     counts: Vec<f64>,
@@ -177,7 +183,8 @@ fn sum(x: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// Overwrites `right` with the solution of the equation whose matrix, positive definite, has its lower triangle in the columns of `normal`; none if a pivot is not positive.
+/// Overwrites `right` with the solution of the equation whose matrix, positive definite, has its lower triangle in the
+/// columns of `normal`; none if a pivot is not positive.
 fn solve_definite(normal: &mut [f64], right: &mut [f64]) -> Option<()> {
     let size = right.len();
     for k in 0..size {

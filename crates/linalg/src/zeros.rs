@@ -1,13 +1,16 @@
 //! Invariant zeros of a plant `x' = A x + B u, y = C x + D u`, and its normal rank.
 //!
-//! `S(lambda) = [A - lambda I, B; C, D]` has the rank `n + r` for almost every lambda, r the normal rank of `C (lambda I - A)^-1 B + D`. The finite lambda
-//! where the rank is less are the invariant zeros: a motion `x0 e^{lambda t}` with an input `u0 e^{lambda t}` that leave no trace in y. They are the transmission zeros
-//! and the hidden modes together (all of them where the plant is square and not degenerate). No gain moves them: not `A - B K`, not `A - L C`; the poles of a loop
-//! with high gain tend to them, and an observer of a plant with unknown inputs has them as its poles.
+//! `S(lambda) = [A - lambda I, B; C, D]` has the rank `n + r` for almost every lambda, r the normal rank of
+//! `C (lambda I - A)^-1 B + D`. The finite lambda where the rank is less are the invariant zeros: a motion
+//! `x0 e^{lambda t}` with an input `u0 e^{lambda t}` that leave no trace in y. They are the transmission zeros and the
+//! hidden modes together (all of them where the plant is square and not degenerate). No gain moves them: not `A - B K`,
+//! not `A - L C`; the poles of a loop with high gain tend to them, and an observer of a plant with unknown inputs has
+//! them as its poles.
 //!
-//! Method: Emami-Naeini and Van Dooren, Automatica 18, 1982 (SLICOT AB08ND). States that the outputs force to zero whatever the input are taken out until D has full row
-//! rank, then the same for the transposed plant until D is square and regular: orthogonal steps, ranks by QR with column pivoting. The zeros are the
-//! generalised eigenvalues of what is left, by the QZ method (faer), or if that fails by the Schur form of `E^-1 A`.
+//! Method: Emami-Naeini and Van Dooren, Automatica 18, 1982 (SLICOT AB08ND). States that the outputs force to zero
+//! whatever the input are taken out until D has full row rank, then the same for the transposed plant until D is square
+//! and regular: orthogonal steps, ranks by QR with column pivoting. The zeros are the generalised eigenvalues of what
+//! is left, by the QZ method (faer), or if that fails by the Schur form of `E^-1 A`.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -28,7 +31,8 @@ use crate::{LinalgError, Result};
 pub struct InvariantZeros {
     /// The zeros, each as often as its algebraic multiplicity; complex ones in conjugate pairs.
     pub zeros: Vec<Complex<f64>>,
-    /// For each zero `sigma_{n+r}(S(zero)) / (|S(0)| + |zero|)` in the units chosen (Frobenius norm): how nearly the system matrix loses rank there.
+    /// For each zero `sigma_{n+r}(S(zero)) / (|S(0)| + |zero|)` in the units chosen (Frobenius norm): how nearly the
+    /// system matrix loses rank there.
     pub residuals: Vec<f64>,
     /// r: rank of the transfer function `C (s I - A)^-1 B + D` for almost every s.
     pub normal_rank: usize,
@@ -41,8 +45,8 @@ pub struct InvariantZeros {
 }
 
 impl InvariantZeros {
-    /// Whether the pencil `S(lambda)` is degenerate: its rank is below full for every lambda. Some combination of the inputs never reaches an
-    /// output, and some combination of the outputs is always zero.
+    /// Whether the pencil `S(lambda)` is degenerate: its rank is below full for every lambda. Some combination of the
+    /// inputs never reaches an output, and some combination of the outputs is always zero.
     pub fn is_degenerate(&self) -> bool {
         self.normal_rank < self.inputs.min(self.outputs)
     }
@@ -53,19 +57,24 @@ impl InvariantZeros {
     }
 }
 
-/// Invariant zeros of `x' = A x + B u, y = C x + D u`: the lambda where `[A - lambda I, B; C, D]` loses rank (in discrete time the same).
+/// Invariant zeros of `x' = A x + B u, y = C x + D u`: the lambda where `[A - lambda I, B; C, D]` loses rank (in
+/// discrete time the same).
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m (zero for a plant without feedthrough). m = 0 or p = 0 is allowed: the zeros are then the modes that the outputs do not see
-/// (the inputs do not move). Ranks are decided relative to `10 max(n + m, n + p) eps` in units chosen from the data, see [`mod@crate::observability`].
+/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m (zero for a plant without feedthrough). m = 0 or p = 0 is allowed: the
+/// zeros are then the modes that the outputs do not see (the inputs do not move). Ranks are decided relative to
+/// `10 max(n + m, n + p) eps` in units chosen from the data, see [`mod@crate::observability`].
 ///
-/// A degenerate pencil is no error: its zeros are the lambda below *its* rank, and [`InvariantZeros::is_degenerate`] says so.
+/// A degenerate pencil is no error: its zeros are the lambda below *its* rank, and [`InvariantZeros::is_degenerate`]
+/// says so.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`] (no state);
-/// [`LinalgError::NotConverged`] if an iteration for eigenvalues or singular values does not; [`LinalgError::Overflow`] if a zero does not fit a double.
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`]
+/// (no state); [`LinalgError::NotConverged`] if an iteration for eigenvalues or singular values does not;
+/// [`LinalgError::Overflow`] if a zero does not fit a double.
 ///
 /// # Cost
-/// `O((n + m) (n + p) n)` for the reduction, `66 k^3` for k zeros, and the singular values of one matrix of order `n + max(m, p)` for each zero and its residual.
+/// `O((n + m) (n + p) n)` for the reduction, `66 k^3` for k zeros, and the singular values of one matrix of order
+/// `n + max(m, p)` for each zero and its residual.
 ///
 /// # Example
 /// `(s - 1) / ((s + 2)(s + 3))`.
@@ -149,8 +158,8 @@ impl System {
 
     /// The same zeros and the same normal rank with D of full row rank.
     ///
-    /// Outputs without feedthrough, `0 = C2 x`, force the states they see to zero; the rates of those states are then outputs themselves,
-    /// `0 = A21 x + B2 u`. Each turn takes at least one state out.
+    /// Outputs without feedthrough, `0 = C2 x`, force the states they see to zero; the rates of those states are then
+    /// outputs themselves, `0 = A21 x + B2 u`. Each turn takes at least one state out.
     fn without_forced_states(mut self, floor: f64) -> Self {
         loop {
             let Self { a, b, c, d } = &mut self;
@@ -201,12 +210,14 @@ impl System {
     }
 }
 
-/// Below this order faer's QZ takes its unblocked path; the blocked one does not converge on some pencils of order 76 to 100.
+/// Below this order faer's QZ takes its unblocked path; the blocked one does not converge on some pencils of order 76
+/// to 100.
 const UNBLOCKED: usize = 400;
 
 /// The lambda with `det(A - lambda E) = 0`, E regular.
 ///
-/// Where QZ does not converge or calls an eigenvalue infinite (seen at order 90, where none is), `E^-1 A` has the same eigenvalues, at the price of the condition of E: the residuals show it.
+/// Where QZ does not converge or calls an eigenvalue infinite (seen at order 90, where none is), `E^-1 A` has the same
+/// eigenvalues, at the price of the condition of E: the residuals show it.
 fn generalised_eigenvalues(a: &DMatrix<f64>, e: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     if let Some(found) = qz(a, e) {
         return Ok(found);

@@ -1,8 +1,9 @@
-//! Times the joint design of the cubic observer in (P, Y = P L, S with Z = P N = -C'S) on random plants, one JSON line each.
+//! Times the joint design of the cubic observer in (P, Y = P L, S with Z = P N = -C'S) on random plants, one JSON line
+//! each.
 //!
-//! `cargo run --release -p luenberger-lmi --features clarabel --example bench_joint -- [--write DIR] [--largest N]`. Without the feature, only the
-//! solver of this project is timed. With `--write`, the plants are also
-//! written to `DIR/plant-N.json`, for other tools to solve the same ones.
+//! `cargo run --release -p luenberger-lmi --features clarabel --example bench_joint -- [--write DIR] [--largest N]`.
+//! Without the feature, only the solver of this project is timed. With `--write`, the plants are also written to
+//! `DIR/plant-N.json`, for other tools to solve the same ones.
 
 use std::error::Error;
 use std::fmt::Write as _;

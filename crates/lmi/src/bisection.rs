@@ -16,18 +16,19 @@ use crate::solution::{Infeasibility, Solution};
 pub struct Bisection {
     /// The greatest parameter proved feasible, with the solution that proves it; none if the low end already was not.
     pub proved: Option<(f64, Solution)>,
-    /// The least parameter not proved feasible, with what was found there: `Refuted` or `Undecided`. None if the high end
-    /// was proved feasible, in which case the threshold lies beyond the bracket.
+    /// The least parameter not proved feasible, with what was found there: `Refuted` or `Undecided`. None if the high
+    /// end was proved feasible, in which case the threshold lies beyond the bracket.
     pub stopped: Option<(f64, Verdict<Infeasibility>)>,
     /// How many problems were solved.
     pub solves: usize,
 }
 
-/// The greatest `alpha` in `[low, high]` for which the problem `family(alpha)` is proved feasible, to within `tolerance`.
+/// The greatest `alpha` in `[low, high]` for which the problem `family(alpha)` is proved feasible, to within
+/// `tolerance`.
 ///
-/// Between the two parameters returned, at most `tolerance` apart, lies the threshold of what this layer can prove; it is the threshold of
-/// feasibility itself when the upper one is `Refuted`. The family must be monotone: feasible at alpha implies feasible
-/// below. Read the unknowns of the answer by name, with [`Solution::named`].
+/// Between the two parameters returned, at most `tolerance` apart, lies the threshold of what this layer can prove; it
+/// is the threshold of feasibility itself when the upper one is `Refuted`. The family must be monotone: feasible at
+/// alpha implies feasible below. Read the unknowns of the answer by name, with [`Solution::named`].
 ///
 /// Cost: 2 + log2((high - low) / tolerance) solves.
 ///

@@ -1,7 +1,9 @@
-//! Answers as certificate files: the inequalities multiplied out, exactly, with the point that satisfies them or the multipliers that refute them.
+//! Answers as certificate files: the inequalities multiplied out, exactly, with the point that satisfies them or the
+//! multipliers that refute them.
 //!
-//! `luenberger-verify` checks such a file without this crate. That the inequalities of the file are those of the [`Problem`] as it was written rests on
-//! `coefficients.rs`, which multiplies them out; that the answer is one rests on the checker alone.
+//! `luenberger-verify` checks such a file without this crate. That the inequalities of the file are those of the
+//! [`Problem`] as it was written rests on `coefficients.rs`, which multiplies them out; that the answer is one rests on
+//! the checker alone.
 
 use luenberger_proof::certificate::{
     CertificateFile, Coefficient, Constraint, InequalityHolds, InequalityRefuted, MatrixInequality, Number, Rejection,
@@ -15,10 +17,11 @@ use crate::solution::{Infeasibility, Solution};
 use crate::standard::{Anchor, Small, standard_form};
 
 impl Problem {
-    /// The certificate file of an answer to this problem: of the values, where they are proved, or of the multipliers that refute it.
+    /// The certificate file of an answer to this problem: of the values, where they are proved, or of the multipliers
+    /// that refute it.
     ///
-    /// The unknowns are numbered from 1 in the order of declaration: a symmetric matrix by its lower triangle, column by column, a rectangular one column by column. The
-    /// objective plays no part.
+    /// The unknowns are numbered from 1 in the order of declaration: a symmetric matrix by its lower triangle, column
+    /// by column, a rectangular one column by column. The objective plays no part.
     ///
     /// ```
     /// use luenberger_lmi::{Problem, he};
@@ -34,7 +37,8 @@ impl Problem {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`LmiError::CertificateFile`] for an answer that is undecided, or that of another problem; what [`solve`](Self::solve) says of a problem that is not well-posed.
+    /// [`LmiError::CertificateFile`] for an answer that is undecided, or that of another problem; what
+    /// [`solve`](Self::solve) says of a problem that is not well-posed.
     pub fn certificate_file(&self, title: &str, solution: &Solution) -> Result<CertificateFile, LmiError> {
         let offsets = standard_form(self, Anchor::Middle, Small::Kept)?.offsets;
         let inequalities = self.multiplied_out(&offsets)?;
@@ -89,7 +93,8 @@ impl Problem {
         Ok(MatrixInequality { unknowns, strict: true, constraints: constraints.collect::<Result<_, LmiError>>()? })
     }
 
-    /// The exact multiplier of every constraint, zeros where it takes no part, all scaled by one power of two to integers.
+    /// The exact multiplier of every constraint, zeros where it takes no part, all scaled by one power of two to
+    /// integers.
     fn multipliers(&self, witness: &Infeasibility) -> Vec<Matrix<Exact>> {
         let exponents = witness.multipliers.iter().flat_map(|m| m.exact.as_slice());
         let least = exponents.filter(|x| !x.is_zero()).map(Exact::exponent).min().unwrap_or(0);

@@ -3,13 +3,14 @@
 //! ```text
 //! minimise q'x   subject to   A x + s = b,   s in K,      z in K*,   A'z + q = 0
 //! ```
-//! with `b` the constants and `-A` the coefficients of the blocks, each the stacked columns of its upper triangle, entries off the diagonal times
-//! the square root of 2; z are the multipliers in the same coordinates.
+//! with `b` the constants and `-A` the coefficients of the blocks, each the stacked columns of its upper triangle,
+//! entries off the diagonal times the square root of 2; z are the multipliers in the same coordinates.
 //!
-//! One thread and its own factorisation, so that the same program has the same answer. Its decomposition of sparse blocks stays off: with it, `Solved` has
-//! stood at a wrong optimum of SDPLIB's control1.
+//! One thread and its own factorisation, so that the same program has the same answer. Its decomposition of sparse
+//! blocks stays off: with it, `Solved` has stood at a wrong optimum of SDPLIB's control1.
 //!
-//! Source: P. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic objectives, arXiv:2405.12762, 2024.
+//! Source: P. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic objectives,
+//! arXiv:2405.12762, 2024.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -135,7 +136,8 @@ mod tests {
     use super::*;
     use crate::conic::BlockEntry;
 
-    /// minimise tr X over X - F >= 0 of order n, the optimum being tr F: all entries of X are unknowns, and F = [min(i, j)].
+    /// minimise tr X over X - F >= 0 of order n, the optimum being tr F: all entries of X are unknowns, and F = [min(i,
+    /// j)].
     fn traces(n: usize) -> ConicProgram {
         let entries = (0..n).flat_map(|row| (0..=row).map(move |column| (row, column)));
         let constant = |row: usize, column: usize| -((row.min(column) + 1) as f64);

@@ -1,8 +1,8 @@
-//! Multiplying out an expression: from the tree as written to the coefficient of every scalar unknown in every entry, or to a
-//! matrix when the unknowns have values.
+//! Multiplying out an expression: from the tree as written to the coefficient of every scalar unknown in every entry,
+//! or to a matrix when the unknowns have values.
 //!
-//! Written once over a ring. In binary64 the coefficients are proposals for the solver; exactly, they are what witnesses are checked
-//! against; a matrix evaluated over intervals or exactly is what gets proved definite.
+//! Written once over a ring. In binary64 the coefficients are proposals for the solver; exactly, they are what
+//! witnesses are checked against; a matrix evaluated over intervals or exactly is what gets proved definite.
 
 use luenberger_proof::{Matrix, Ring};
 use nalgebra::DMatrix;
@@ -39,7 +39,8 @@ impl Ring for Rounded {
     }
 }
 
-/// One entry of an affine matrix: a constant and the coefficients of the unknowns, in ascending order, none of them zero.
+/// One entry of an affine matrix: a constant and the coefficients of the unknowns, in ascending order, none of them
+/// zero.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry<R> {
     pub(crate) constant: R,
@@ -189,8 +190,8 @@ fn assemble<T: Clone>(rows: usize, columns: usize, blocks: &[Vec<Matrix<T>>]) ->
     })
 }
 
-/// The value of `e` when the variable declared k-th has the value `values[k]`, computed over the ring from the user's constants as they
-/// were written.
+/// The value of `e` when the variable declared k-th has the value `values[k]`, computed over the ring from the user's
+/// constants as they were written.
 ///
 /// # Errors
 /// [`Fault::NotFinite`] names a constant, or an entry of a value, that no ring has.
@@ -270,7 +271,8 @@ mod tests {
     use super::*;
     use crate::{Problem, block, he, zeros};
 
-    /// The expanded form at given values and the tree evaluated directly agree exactly, with every kind of node present.
+    /// The expanded form at given values and the tree evaluated directly agree exactly, with every kind of node
+    /// present.
     #[test]
     fn expanding_and_evaluating_are_the_same_exactly() {
         let mut lmi = Problem::new();

@@ -1,9 +1,10 @@
 //! Exact solution of homogeneous linear equations near a given point.
 //!
-//! Given integer rows and a point z0 in binary64, an integer vector proportional to a point near z0 on which all rows vanish. Method: Gauss-Jordan
-//! elimination on sparse integer rows, each kept primitive (divided by the greatest common divisor of its entries), which holds
-//! the growth of the integers to that of the answer itself for the block-structured equations of matrix inequalities. The pivot of a row is its
-//! largest entry, so that the pivoted unknowns depend mildly on the free ones; the free ones keep their values on a fixed grid.
+//! Given integer rows and a point z0 in binary64, an integer vector proportional to a point near z0 on which all rows
+//! vanish. Method: Gauss-Jordan elimination on sparse integer rows, each kept primitive (divided by the greatest common
+//! divisor of its entries), which holds the growth of the integers to that of the answer itself for the
+//! block-structured equations of matrix inequalities. The pivot of a row is its largest entry, so that the pivoted
+//! unknowns depend mildly on the free ones; the free ones keep their values on a fixed grid.
 
 use dashu_int::ops::{Abs, BitTest, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
@@ -111,8 +112,8 @@ impl Row {
     }
 }
 
-/// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero does nearby, or if the integers grow
-/// beyond use.
+/// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero does nearby, or if
+/// the integers grow beyond use.
 pub(crate) fn solve_near(rows: Vec<Row>, start: &[f64]) -> Option<Vec<IBig>> {
     // Each solved row is free of the pivots of all others.
     let mut solved: Vec<(usize, Row)> = Vec::new();

@@ -1,11 +1,11 @@
 //! Affine matrix expressions, written as a control engineer writes them: `a.transpose() * &p + &p * &a - &y * &c`.
 //!
-//! An expression is kept as the tree it was written as, with the user's own constants in it. Nothing is multiplied out in
-//! floating point: the same tree is evaluated in binary64 for the solver and in exact or outward-rounded arithmetic for the
-//! proof, so that what is proved is what was written.
+//! An expression is kept as the tree it was written as, with the user's own constants in it. Nothing is multiplied out
+//! in floating point: the same tree is evaluated in binary64 for the solver and in exact or outward-rounded arithmetic
+//! for the proof, so that what is proved is what was written.
 //!
-//! Shapes that do not go together, and constants that are not finite, are remembered in the expression and reported, with
-//! the name of the constraint, when the problem is solved.
+//! Shapes that do not go together, and constants that are not finite, are remembered in the expression and reported,
+//! with the name of the constraint, when the problem is solved.
 
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
@@ -253,7 +253,8 @@ impl Variable {
         Expression::from(self).trace()
     }
 
-    /// The identity of order `n` times this unknown, which must be [`Structure::Scalar`]; `gamma.identity(n)` is gamma I.
+    /// The identity of order `n` times this unknown, which must be [`Structure::Scalar`]; `gamma.identity(n)` is gamma
+    /// I.
     pub fn identity(&self, n: usize) -> Expression {
         let e = Expression::from(self);
         if self.structure() == Structure::Scalar {

@@ -1,9 +1,9 @@
 //! Strict matrix inequalities: `expression >> 0.0` and `expression << 0.0`.
 //!
-//! `E >> c` means that `E - c I` is positive definite, `E << c` that `E - c I` is negative definite, and `E >> F` that `E - F`
-//! is positive definite. All are strict, and a margin is maximised: the solution has `E - c I >= t I` with t > 0 proved.
-//! An inequality that cannot be strict (such as `Z C + C'Z' <= 0` when C has fewer rows than columns) is therefore refuted,
-//! with a witness that shows why; restate it on the subspace where it can be strict.
+//! `E >> c` means that `E - c I` is positive definite, `E << c` that `E - c I` is negative definite, and `E >> F` that
+//! `E - F` is positive definite. All are strict, and a margin is maximised: the solution has `E - c I >= t I` with t >
+//! 0 proved. An inequality that cannot be strict (such as `Z C + C'Z' <= 0` when C has fewer rows than columns) is
+//! therefore refuted, with a witness that shows why; restate it on the subspace where it can be strict.
 
 use std::ops::{Shl, Shr};
 

@@ -1,7 +1,8 @@
 //! Linear matrix inequalities, modelled as they are written and verified outside the solver.
 //!
-//! A [`Problem`] has unknown matrices, strict inequalities between expressions in them, and perhaps an objective. [`Problem::solve`] returns values with
-//! margins, and a verdict that `luenberger-proof` reached: nothing is believed because a solver said so.
+//! A [`Problem`] has unknown matrices, strict inequalities between expressions in them, and perhaps an objective.
+//! [`Problem::solve`] returns values with margins, and a verdict that `luenberger-proof` reached: nothing is believed
+//! because a solver said so.
 //!
 //! | file | subject |
 //! |---|---|

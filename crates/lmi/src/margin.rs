@@ -8,10 +8,11 @@
 //! ```text
 //!     minimise sum_i |sum_k tr(F_ki Z_k)|   subject to   Z_k >= 0,   sum_k tr Z_k = 1,
 //! ```
-//! has the optimum 0 iff they have none, and then its Z is the witness. Both have interior points, so the solver is never asked a question
-//! without an answer; the maximiser sits well inside the constraints, where a proof is easy.
+//! has the optimum 0 iff they have none, and then its Z is the witness. Both have interior points, so the solver is
+//! never asked a question without an answer; the maximiser sits well inside the constraints, where a proof is easy.
 //!
-//! Cost per iteration, for N scalar unknowns: a Cholesky factorisation of order N and what its matrix takes to assemble, see [`interior`](crate::interior).
+//! Cost per iteration, for N scalar unknowns: a Cholesky factorisation of order N and what its matrix takes to
+//! assemble, see [`interior`](crate::interior).
 
 use luenberger_proof::{UndecidedReason, Verdict};
 use nalgebra::DMatrix;
@@ -34,8 +35,8 @@ impl Problem {
     /// Solves with the default [`Settings`].
     ///
     /// # Errors
-    /// A problem that is not well-posed: see [`LmiError`], which names the constraint. That no values exist is not an error but
-    /// the verdict `Refuted`.
+    /// A problem that is not well-posed: see [`LmiError`], which names the constraint. That no values exist is not an
+    /// error but the verdict `Refuted`.
     pub fn solve(&self) -> Result<Solution, LmiError> {
         self.solve_with(&Settings::default())
     }
@@ -158,8 +159,8 @@ fn margin_program(standard: &Standard) -> ConicProgram {
 
 /// The problem's scalar unknowns from a point of the scaled cone.
 ///
-/// With `x_0`, they are divided by it. Without, a homogeneous problem leaves their common factor free: the largest is brought
-/// into [1/2, 1).
+/// With `x_0`, they are divided by it. Without, a homogeneous problem leaves their common factor free: the largest is
+/// brought into [1/2, 1).
 fn unscale(standard: &Standard, point: &[f64]) -> Vec<f64> {
     let count = standard.unknowns;
     let scaled = |i: usize| point[i] * power(standard.unknown_scale[i]);
@@ -190,8 +191,8 @@ fn assemble(problem: &Problem, standard: &Standard, unknowns: &[f64]) -> Vec<(Va
 
 /// Moves a proved solution from the centre towards the optimum of the objective, as far as the constraints stay proved.
 ///
-/// The optimum lies on the boundary, where nothing strict can hold; the points `optimum + w (centre - optimum)` are inside by at least w times the
-/// centre's margin, since the constraints are affine.
+/// The optimum lies on the boundary, where nothing strict can hold; the points `optimum + w (centre - optimum)` are
+/// inside by at least w times the centre's margin, since the constraints are affine.
 fn improve(
     problem: &Problem,
     settings: &Settings,

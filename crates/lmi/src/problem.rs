@@ -1,7 +1,7 @@
 //! A problem: unknowns, strict inequalities, and perhaps an objective.
 //!
-//! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite, with as much room as
-//! possible, or minimise a linear objective under these inequalities.
+//! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite, with as much room
+//! as possible, or minimise a linear objective under these inequalities.
 
 use crate::expression::Expression;
 use crate::inequality::Inequality;
@@ -49,8 +49,8 @@ pub struct Settings {
     pub solver: Solver,
     /// The solver stops after this many interior-point iterations, whatever it has.
     pub iterations: u32,
-    /// How close to the optimum an objective is taken before the answer is pulled inside the constraints, relative to the
-    /// distance between the optimum and the best-centred point.
+    /// How close to the optimum an objective is taken before the answer is pulled inside the constraints, relative to
+    /// the distance between the optimum and the best-centred point.
     pub closeness: f64,
     /// The largest number of exact equations solved to repair a witness of infeasibility; the cost grows with its cube.
     pub referee: usize,

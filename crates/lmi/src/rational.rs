@@ -3,7 +3,8 @@
 /// The largest denominator that counts as small.
 const LARGEST_DENOMINATOR: i64 = 64;
 
-/// Integers proportional to a vector of small rationals within `tolerance` of `x` relative to its largest entry, if there is one.
+/// Integers proportional to a vector of small rationals within `tolerance` of `x` relative to its largest entry, if
+/// there is one.
 pub(crate) fn near_rational(x: &[f64], tolerance: f64) -> Option<Vec<i64>> {
     let largest = x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     if largest == 0.0 || !largest.is_finite() {

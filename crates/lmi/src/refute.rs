@@ -1,16 +1,18 @@
 //! Witnesses of infeasibility, repaired until they hold exactly.
 //!
-//! `F_k(x) > 0` for all k has no solution iff there are `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for every unknown i and
-//! `sum_k tr(F_k0 Z_k) <= 0` (theorem of alternatives for open cones; no constraint qualification is needed). The solver's
-//! multipliers satisfy the equations to nine digits or so, which proves nothing. Repair:
+//! `F_k(x) > 0` for all k has no solution iff there are `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for
+//! every unknown i and `sum_k tr(F_k0 Z_k) <= 0` (theorem of alternatives for open cones; no constraint qualification
+//! is needed). The solver's multipliers satisfy the equations to nine digits or so, which proves nothing. Repair:
 //!
-//! 1. what should be zero is made zero: blocks, rows, and directions in the kernel of a multiplier that are small rationals;
-//! 2. the equations, whose coefficients are exact dyadic numbers, are solved exactly for as many entries as there are independent equations, the
-//!    other entries keeping the solver's values ([`equations`](crate::equations));
-//! 3. the result is integer after scaling; that it is semidefinite is proved by exact elimination in `luenberger-proof`.
+//! 1. what should be zero is made zero: blocks, rows, and directions in the kernel of a multiplier that are small
+//!    rationals;
+//! 2. the equations, whose coefficients are exact dyadic numbers, are solved exactly for as many entries as there are
+//!    independent equations, the other entries keeping the solver's values ([`equations`](crate::equations));
+//! 3. the result is integer after scaling; that it is semidefinite is proved by exact elimination in
+//!    `luenberger-proof`.
 //!
-//! Step 2 moves a multiplier by the solver's error times the condition of the equations. It stays semidefinite if its kernel is forced by
-//! the equations or by step 1; otherwise the attempt fails, and the verdict stays undecided.
+//! Step 2 moves a multiplier by the solver's error times the condition of the equations. It stays semidefinite if its
+//! kernel is forced by the equations or by step 1; otherwise the attempt fails, and the verdict stays undecided.
 
 use dashu_int::IBig;
 use luenberger_proof::{Exact, Matrix, Ring, positive_semidefinite};
@@ -23,12 +25,12 @@ use crate::rational::near_rational;
 use crate::solution::{Infeasibility, Multiplier};
 use crate::standard::{Anchor, Small, Standard, standard_form};
 
-/// Relative sizes below which a part of the solver's multipliers is taken for zero, tried in this order. A wrong guess costs time and
-/// cannot produce a wrong witness.
+/// Relative sizes below which a part of the solver's multipliers is taken for zero, tried in this order. A wrong guess
+/// costs time and cannot produce a wrong witness.
 const ZERO_GUESSES: [f64; 4] = [1e-6, 1e-4, 1e-8, 1e-3];
 
-/// The constraints with exact coefficients, lower triangle of `F + F'`, so that off the diagonal an entry counts twice as in a trace, and
-/// on the diagonal it is twice too large: halved where used.
+/// The constraints with exact coefficients, lower triangle of `F + F'`, so that off the diagonal an entry counts twice
+/// as in a trace, and on the diagonal it is twice too large: halved where used.
 struct ExactConstraints {
     blocks: Vec<Matrix<Entry<Exact>>>,
     unknowns: usize,
@@ -105,7 +107,8 @@ fn active_rows(multipliers: &[DMatrix<f64>], guess: f64) -> Vec<Vec<bool>> {
     multipliers.iter().map(|z| z.diagonal().iter().map(|&d| d > guess * largest).collect()).collect()
 }
 
-/// Directions of small rationals, given by integers, that the multipliers seem to annihilate: pairs of a block and a vector.
+/// Directions of small rationals, given by integers, that the multipliers seem to annihilate: pairs of a block and a
+/// vector.
 fn kernels(multipliers: &[DMatrix<f64>], active: &[Vec<bool>], tolerance: f64) -> Vec<(usize, Vec<i64>)> {
     let mut found = Vec::new();
     for (k, z) in multipliers.iter().enumerate() {
@@ -115,7 +118,8 @@ fn kernels(multipliers: &[DMatrix<f64>], active: &[Vec<bool>], tolerance: f64) -
         }
         let part = DMatrix::from_fn(rows.len(), rows.len(), |i, j| z[(rows[i], rows[j])]);
         let largest = part.diagonal().max();
-        // Gauss-Jordan with complete pivoting on the diagonal brings a semidefinite matrix to [I, X; 0, 0], whose kernel is [-X; I].
+        // Gauss-Jordan with complete pivoting on the diagonal brings a semidefinite matrix to [I, X; 0, 0], whose
+        // kernel is [-X; I].
         let n = rows.len();
         let mut m = part.clone();
         let mut pivots = Vec::new();
@@ -266,10 +270,12 @@ fn is_contradiction(traces: &[Exact], multipliers: &[Option<&Matrix<Exact>>]) ->
 }
 
 impl Problem {
-    /// Whether the witness shows that this problem has no solution, checked exactly from the problem's own data: the multipliers are positive
-    /// semidefinite and not all zero, the coefficient of every unknown in `sum_k tr(Z_k F_k(x))` vanishes, and the constant is at most zero.
+    /// Whether the witness shows that this problem has no solution, checked exactly from the problem's own data: the
+    /// multipliers are positive semidefinite and not all zero, the coefficient of every unknown in
+    /// `sum_k tr(Z_k F_k(x))` vanishes, and the constant is at most zero.
     ///
-    /// `false` says only that this is no witness. Cost: one exact multiplication per coefficient, and one exact elimination per multiplier.
+    /// `false` says only that this is no witness. Cost: one exact multiplication per coefficient, and one exact
+    /// elimination per multiplier.
     pub fn is_refuted_by(&self, witness: &Infeasibility) -> bool {
         if standard_form(self, Anchor::Middle, Small::Kept).is_err() {
             return false;

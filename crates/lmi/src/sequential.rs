@@ -1,8 +1,9 @@
 //! Products, Cholesky factors and eigenvalues of faer's on one thread.
 //!
-//! faer's operators ask a setting of the whole program how many threads there are, as soon as any crate in it has turned on faer's feature `rayon`; and from orders of some
-//! hundreds on the order of a sum is that of the threads. A program that is solved twice would then have two answers that differ in their last digits, and its
-//! certificate other bytes. Here the order is always the same; whoever has several programs solves them side by side.
+//! faer's operators ask a setting of the whole program how many threads there are, as soon as any crate in it has
+//! turned on faer's feature `rayon`; and from orders of some hundreds on the order of a sum is that of the threads. A
+//! program that is solved twice would then have two answers that differ in their last digits, and its certificate other
+//! bytes. Here the order is always the same; whoever has several programs solves them side by side.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -81,7 +82,8 @@ pub(crate) fn eigenvalues(m: &Mat<f64>) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
 
-    /// The second difference of order n has the eigenvalues 2 - 2 cos(k pi / (n + 1)), the determinant n + 1, and the inverse min(i, j) (n + 1 - max(i, j)) / (n + 1).
+    /// The second difference of order n has the eigenvalues 2 - 2 cos(k pi / (n + 1)), the determinant n + 1, and the
+    /// inverse min(i, j) (n + 1 - max(i, j)) / (n + 1).
     #[test]
     fn the_second_difference_is_factored_inverted_and_has_its_eigenvalues() {
         for n in [1, 2, 7, 40, 150] {

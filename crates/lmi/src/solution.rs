@@ -53,8 +53,8 @@ pub struct Effort {
     pub status: &'static str,
 }
 
-/// Why no values satisfy the inequalities: multipliers `Z_k >= 0`, not all zero, such that `sum_k tr(Z_k F_k(x))` is the same
-/// number at most zero for every x, while `F_k(x) > 0` for all k would make it positive.
+/// Why no values satisfy the inequalities: multipliers `Z_k >= 0`, not all zero, such that `sum_k tr(Z_k F_k(x))` is
+/// the same number at most zero for every x, while `F_k(x) > 0` for all k would make it positive.
 ///
 /// The multipliers are exact: `multipliers` shows them rounded to binary64 and divided by the largest trace, and
 /// [`Problem::is_refuted_by`](crate::Problem::is_refuted_by) checks the exact ones from the problem's data alone.

@@ -1,6 +1,7 @@
 //! Which solver proposes: the one seam between this layer and its solvers.
 //!
-//! A conic program goes in and iterates come out. Nothing is believed of them: `luenberger-proof` decides every verdict, whoever proposed.
+//! A conic program goes in and iterates come out. Nothing is believed of them: `luenberger-proof` decides every
+//! verdict, whoever proposed.
 
 use std::fmt;
 use std::time::Instant;

@@ -1,12 +1,13 @@
 //! The standard form behind every problem: homogeneous, scaled, symmetric.
 //!
-//! Constraints `F_k0 + sum x_i F_ki > 0` become `x_0 F_k0 + sum x_i F_ki > 0` together with `x_0 > 0`, one more scalar unknown (unless all `F_k0`
-//! are zero). That makes feasibility a question about a cone, in which the zero solution lies on the boundary and can be
-//! told from the others, and infeasibility always has the same form of witness.
+//! Constraints `F_k0 + sum x_i F_ki > 0` become `x_0 F_k0 + sum x_i F_ki > 0` together with `x_0 > 0`, one more scalar
+//! unknown (unless all `F_k0` are zero). That makes feasibility a question about a cone, in which the zero solution
+//! lies on the boundary and can be told from the others, and infeasibility always has the same form of witness.
 //!
-//! Scaling: unknown i is replaced by `2^s_i` times another, and constraint k by `D_k F_k D_k` with D_k diagonal of powers of two,
-//! so that the coefficients are as near 1 as scaling can bring them. Coefficients that no scaling brings near the others can be left out of the proposal ([`Small`]). Powers of two make
-//! the scaling exact, and congruence leaves definiteness as it is: a plant in microvolts and megawatts becomes an ordinary one.
+//! Scaling: unknown i is replaced by `2^s_i` times another, and constraint k by `D_k F_k D_k` with D_k diagonal of
+//! powers of two, so that the coefficients are as near 1 as scaling can bring them. Coefficients that no scaling brings
+//! near the others can be left out of the proposal ([`Small`]). Powers of two make the scaling exact, and congruence
+//! leaves definiteness as it is: a plant in microvolts and megawatts becomes an ordinary one.
 
 use std::collections::HashSet;
 
@@ -26,8 +27,8 @@ pub(crate) struct Standard {
     pub(crate) unknowns: usize,
     /// Whether all constants are zero, so that there is no `x_0`.
     pub(crate) homogeneous: bool,
-    /// `D_k F_k D_k` in terms of the scaled unknowns, with `x_0`, if there is one, as unknown number `unknowns`; last the 1x1 block
-    /// `x_0`, if there is one.
+    /// `D_k F_k D_k` in terms of the scaled unknowns, with `x_0`, if there is one, as unknown number `unknowns`; last
+    /// the 1x1 block `x_0`, if there is one.
     pub(crate) blocks: Vec<Block>,
     /// The exponents s_i, that of `x_0` last.
     pub(crate) unknown_scale: Vec<i32>,
@@ -49,8 +50,8 @@ pub(crate) fn power(k: i32) -> f64 {
     2.0f64.powi(k.clamp(-1000, 1000))
 }
 
-/// Where the scale of `x_0` is put among those that single constants ask for, when they disagree: an upper bound `P < I` in unsuitable
-/// units wants the largest, a lower bound the smallest.
+/// Where the scale of `x_0` is put among those that single constants ask for, when they disagree: an upper bound
+/// `P < I` in unsuitable units wants the largest, a lower bound the smallest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Middle,
@@ -58,8 +59,9 @@ pub(crate) enum Anchor {
     Smallest,
 }
 
-/// What becomes of coefficients far below all others, such as the 1e-323 that an outward rounding leaves of 0: they pull the scales apart by hundreds of binary digits, and no solver gets along
-/// with that. What is proposed without them is verified with them.
+/// What becomes of coefficients far below all others, such as the 1e-323 that an outward rounding leaves of 0: they
+/// pull the scales apart by hundreds of binary digits, and no solver gets along with that. What is proposed without
+/// them is verified with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Small {
     Kept,
@@ -111,7 +113,8 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> 
     Ok(Standard { offsets, unknowns, homogeneous, blocks, unknown_scale, row_scale, left_out })
 }
 
-/// Everything that can be wrong before coefficients are known; returns where each variable's unknowns start, and their number.
+/// Everything that can be wrong before coefficients are known; returns where each variable's unknowns start, and their
+/// number.
 fn check(problem: &Problem) -> Result<(Vec<usize>, usize), LmiError> {
     let (variables, constraints) = (problem.variables.len(), problem.constraints.len());
     if variables == 0 || constraints == 0 {
@@ -181,8 +184,8 @@ fn require_symmetric(name: &str, matrix: &Matrix<Entry<Rounded>>) -> Result<(), 
             }
         }
     }
-    // A coefficient is a sum of products of constants, at most n of them per multiplication: 100 n roundings are generous, and a mistake
-    // in a formula is of the order of the data.
+    // A coefficient is a sum of products of constants, at most n of them per multiplication: 100 n roundings are
+    // generous, and a mistake in a formula is of the order of the data.
     if worst.2 > 100.0 * n as f64 * f64::EPSILON * largest {
         return Err(LmiError::NotSymmetric {
             constraint: name.to_owned(),
@@ -286,10 +289,10 @@ impl Scales {
 ///
 /// First the unknowns of the variables, all coefficients as far as possible: the least-squares fit of
 /// `log2 |c| + d_row + d_column + s_unknown` to zero (Curtis and Reid, J. Inst. Maths Applics 10, 1972, for matrices).
-/// Unlike a fit of the largest coefficients it finds the units in which a plant is written: if some change of units makes all
-/// coefficients 1, it is the answer. Coefficients that are small by accident are held back by weights that fall off beyond
-/// eight binary digits. Then `x_0`, and last the rows, by their largest coefficient: where a constant dwarfs an unknown or
-/// the other way round, the smaller of the two does not matter.
+/// Unlike a fit of the largest coefficients it finds the units in which a plant is written: if some change of units
+/// makes all coefficients 1, it is the answer. Coefficients that are small by accident are held back by weights that
+/// fall off beyond eight binary digits. Then `x_0`, and last the rows, by their largest coefficient: where a constant
+/// dwarfs an unknown or the other way round, the smaller of the two does not matter.
 fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, small: Small) -> Equilibrium {
     let mut scales =
         Scales { unknowns: vec![0.0; count], rows: blocks.iter().map(|block| vec![0.0; block.order]).collect() };
@@ -348,7 +351,8 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, 
     }
 }
 
-/// A coefficient that stays this many binary digits below 1 at the best scales may be left out. The scales go half of the way towards it, so that it is twice as many digits below the others.
+/// A coefficient that stays this many binary digits below 1 at the best scales may be left out. The scales go half of
+/// the way towards it, so that it is twice as many digits below the others.
 const NEGLIGIBLE: f64 = 16.0;
 
 /// Binary digits below the largest coefficient of a constraint.
@@ -400,7 +404,8 @@ fn fit(scales: &mut Scales, coefficients: &[Coefficient]) {
     }
 }
 
-/// Brings the largest coefficient of every row near 1, by Ruiz's iteration on the rows alone, which halves the logarithms each time.
+/// Brings the largest coefficient of every row near 1, by Ruiz's iteration on the rows alone, which halves the
+/// logarithms each time.
 fn level_rows(scales: &mut Scales, coefficients: &[Coefficient]) {
     for _ in 0..8 {
         let mut largest: Vec<Vec<f64>> = scales.rows.iter().map(|rows| vec![f64::NEG_INFINITY; rows.len()]).collect();

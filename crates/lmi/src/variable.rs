@@ -1,7 +1,8 @@
 //! The unknowns of a linear matrix inequality: symmetric, rectangular, diagonal and scalar.
 //!
-//! An unknown matrix is a handle. Its scalar unknowns are counted once each: a symmetric P of order n has n(n+1)/2, stored by
-//! its lower triangle column by column, a diagonal one has n, a rectangular one rows times columns, column by column.
+//! An unknown matrix is a handle. Its scalar unknowns are counted once each: a symmetric P of order n has n(n+1)/2,
+//! stored by its lower triangle column by column, a diagonal one has n, a rectangular one rows times columns, column by
+//! column.
 
 use std::fmt;
 use std::sync::Arc;

@@ -1,5 +1,6 @@
-//! Whether given values satisfy the constraints: the expression as the user wrote it, evaluated at the returned binary64 values with
-//! outward rounding, then exactly if that is not enough, and proved definite by `luenberger-proof`.
+//! Whether given values satisfy the constraints: the expression as the user wrote it, evaluated at the returned
+//! binary64 values with outward rounding, then exactly if that is not enough, and proved definite by
+//! `luenberger-proof`.
 //!
 //! What is proved is that `v'F(x)v > 0` for every v other than 0, a statement about the symmetric part of F(x).
 
@@ -33,7 +34,8 @@ pub(crate) fn verify(problem: &Problem, values: &[(Variable, DMatrix<f64>)]) -> 
 
 /// A rigorous positive lower bound on the smallest eigenvalue, if there is one in this arithmetic.
 fn proved_margin<R: Ring + Entry>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Option<f64> {
-    // F + F', twice the symmetric part, has no rounding error from a division; halving its margin has none either, unless it underflows.
+    // F + F', twice the symmetric part, has no rounding error from a division; halving its margin has none either,
+    // unless it underflows.
     let twice: Matrix<R> = evaluate::<R>(e, values).ok()?.plus_transpose().ok()?;
     match positive_definite(&twice) {
         Ok(Verdict::Proved { margin }) if margin > 2.0 * f64::MIN_POSITIVE => Some(0.5 * margin),

@@ -1,6 +1,7 @@
 //! A design, its certificate file, and the check of that file, which needs neither the design nor a solver.
 //!
-//! `cargo run --example certificate > observer.json && cargo run -p luenberger-proof --bin luenberger-verify observer.json`
+//! `cargo run --example certificate > observer.json && cargo run -p luenberger-proof --bin luenberger-verify
+//! observer.json`
 
 use luenberger::design::{Certified, CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger::plants::StateSpace;

@@ -1,10 +1,12 @@
-//! An immersion-and-invariance observer of Van der Pol's oscillator: only the maps beta and phi are written down, the observer follows.
+//! An immersion-and-invariance observer of Van der Pol's oscillator: only the maps beta and phi are written down, the
+//! observer follows.
 
 use luenberger::plants::VanDerPol;
 use luenberger::prelude::*;
 use nalgebra::{RealField, U0, U1, U2, Vector1, Vector2, convert};
 
-/// phi = x2 and beta = chi + k y: on the manifold beta = phi the estimate is right, and off it e' = (mu (1 - y^2) - k) e.
+/// phi = x2 and beta = chi + k y: on the manifold beta = phi the estimate is right, and off it e' = (mu (1 - y^2) - k)
+/// e.
 #[derive(Clone, Copy)]
 struct Shifted {
     k: f64,

@@ -1,4 +1,5 @@
-//! A KKL observer with a phi found by hand: the equation that phi has to solve is proved on a box, and a slip of the hand is refuted.
+//! A KKL observer with a phi found by hand: the equation that phi has to solve is proved on a box, and a slip of the
+//! hand is refuted.
 
 use luenberger::design::kkl::KklSettings;
 use luenberger::prelude::*;

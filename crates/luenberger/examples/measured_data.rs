@@ -33,7 +33,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
             observer.name, angle.rms
         );
     }
-    // The filter says how sure it is as well, and the data agree. The slow observer has not caught up with the speed: its innovation is the largest.
+    // The filter says how sure it is as well, and the data agree. The slow observer has not caught up with the speed:
+    // its innovation is the largest.
     let filter = replayed.observer("Kalman filter")?;
     let consistency = filter.consistency(1.0)?.ok_or("a filter knows its covariance")?;
     let (low, high) = consistency.bounds;

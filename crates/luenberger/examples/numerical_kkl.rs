@@ -1,4 +1,5 @@
-//! An observer computed by simulation: the reverse Duffing oscillator, whose linearisation at the origin sees nothing of x2.
+//! An observer computed by simulation: the reverse Duffing oscillator, whose linearisation at the origin sees nothing
+//! of x2.
 //!
 //! The table here is small, to be quick. `numerical_kkl_table` has those of `docs/numerical-kkl.md`.
 
@@ -9,7 +10,8 @@ use nalgebra::SVector;
 use std::ops::ControlFlow::Continue;
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // x1' = x2^3, x2' = -x1, y = x1, on a box; z' = D z + B y with the poles of a Bessel filter, and z = T(x) from the plant's simulated past.
+    // x1' = x2^3, x2' = -x1, y = x1, on a box; z' = D z + B y with the poles of a Bessel filter, and z = T(x) from the
+    // plant's simulated past.
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?;
     let target = Target::<1, 3>::bessel(1.5)?;
     let settings = Settings { points: [17; 2], leaves: 8, samples: 2000, ..Settings::default() };

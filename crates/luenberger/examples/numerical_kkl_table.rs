@@ -1,4 +1,5 @@
-//! The reverse Duffing oscillator and Van der Pol's, observed without a closed form: T by simulation, its left inverse in two forms.
+//! The reverse Duffing oscillator and Van der Pol's, observed without a closed form: T by simulation, its left inverse
+//! in two forms.
 //!
 //! `cargo run --release -p luenberger --example numerical_kkl_table`
 

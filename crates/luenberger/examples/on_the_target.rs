@@ -1,4 +1,5 @@
-//! The sampled-data cubic observer as it runs on a microcontroller: sizes known at compile time, single precision, no allocation.
+//! The sampled-data cubic observer as it runs on a microcontroller: sizes known at compile time, single precision, no
+//! allocation.
 //!
 //! The design is done once, on the desk, in double precision; what goes to the target is a handful of numbers.
 

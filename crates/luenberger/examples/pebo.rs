@@ -1,4 +1,5 @@
-//! A parameter-estimation-based observer: what integration leaves unknown is a constant, and constants can be estimated.
+//! A parameter-estimation-based observer: what integration leaves unknown is a constant, and constants can be
+//! estimated.
 
 use luenberger::observers::estimator::gradient::Gradient;
 use luenberger::prelude::*;

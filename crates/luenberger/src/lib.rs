@@ -1,6 +1,7 @@
 //! Design, certify, simulate and deploy state observers.
 //!
-//! This crate is the whole of the project under one name. Each part is a crate of its own, for those who need only that:
+//! This crate is the whole of the project under one name. Each part is a crate of its own, for those who need only
+//! that:
 //!
 //! | here | crate | for |
 //! |---|---|---|
@@ -12,8 +13,9 @@
 //! | [`lmi`] | `luenberger-lmi` | linear matrix inequalities, verified outside the solver |
 //! | [`proof`] | `luenberger-proof` | verdicts in arithmetic that cannot lie |
 //!
-//! Not here, because they bring what a program with an observer in it does not need (a parser, plotting libraries): `luenberger-study` reads plants and
-//! studies from text and writes reports, `luenberger-figures` draws, and the command `luenberger` (`luenberger-cli`) does both from a terminal.
+//! Not here, because they bring what a program with an observer in it does not need (a parser, plotting libraries):
+//! `luenberger-study` reads plants and studies from text and writes reports, `luenberger-figures` draws, and the
+//! command `luenberger` (`luenberger-cli`) does both from a terminal.
 //!
 //! `examples/` has a program for each observer.
 //!

@@ -40,7 +40,8 @@ examples! {
     "../examples/pebo.rs" pebo
 }
 
-/// The tables of `docs/numerical-kkl.md` take minutes without optimisation; `numerical_kkl` runs the same calls on a small one.
+/// The tables of `docs/numerical-kkl.md` take minutes without optimisation; `numerical_kkl` runs the same calls on a
+/// small one.
 const TOO_LONG: &[&str] = &["numerical_kkl_table"];
 
 /// No example is forgotten, here or in the README.

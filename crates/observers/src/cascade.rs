@@ -8,16 +8,18 @@
 //! y   = x1
 //! ```
 //!
-//! A2 and A3 Hurwitz, b persistently exciting, bounded trajectories. The observer copies x2 and x3 and estimates the constant `theta = x4 - xi`:
+//! A2 and A3 Hurwitz, b persistently exciting, bounded trajectories. The observer copies x2 and x3 and estimates the
+//! constant `theta = x4 - xi`:
 //!
 //! ```text
 //! x2hat' = A2 x2hat + f2(y, u),  x3hat' = A3 x3hat + f3(y, x2hat, u),  xi' = f4(y, x2hat, x3hat, u)
 //! psi = F[b],  Y = W[y_k] - F[f_1k + b' xi],  x4hat = xi + theta_hat
 //! ```
 //!
-//! [`CascadeMap`] makes a [`KklMap`] with a [`Regression`] of the pieces, so that [`KklPebObserver`](crate::kkl_peb::KklPebObserver) runs it, with the gradient estimator
-//! of the paper or with DREM. Its extension is (x2hat, x3hat, xi), Lambda = diag(A2, A3, 0), and its estimate (x2hat, x3hat, x4hat). What Proposition 7 assumes is
-//! for a design to check.
+//! [`CascadeMap`] makes a [`KklMap`] with a [`Regression`] of the pieces, so that
+//! [`KklPebObserver`](crate::kkl_peb::KklPebObserver) runs it, with the gradient estimator of the paper or with DREM.
+//! Its extension is (x2hat, x3hat, xi), Lambda = diag(A2, A3, 0), and its estimate (x2hat, x3hat, x4hat). What
+//! Proposition 7 assumes is for a design to check.
 //!
 //! The paper's proof ends with `theta~' = Gamma psi psi' theta~`; it is `-Gamma psi psi' theta~`.
 
@@ -31,7 +33,8 @@ use crate::kkl::{KklMap, KklSize};
 use crate::observer::ObserverDimensions;
 use crate::pebo::Regression;
 
-/// Every shape that the observer of a cascade with blocks of `N2`, `N3` and `N4` states forms can be stored. Never implement it yourself.
+/// Every shape that the observer of a cascade with blocks of `N2`, `N3` and `N4` states forms can be stored. Never
+/// implement it yourself.
 pub trait CascadeSize<N2: Dim, N3: Dim, N4: Dim, M: Dim, P: Dim>:
     Allocator<N2>
     + Allocator<N3>
@@ -146,7 +149,8 @@ impl<C> CascadeMap<C> {
     /// The maps for `cascade`.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for the shapes and entries of A2 and A3; [`ObserverError::Output`] for a k that is no output.
+    /// [`ObserverError::Matrix`] for the shapes and entries of A2 and A3; [`ObserverError::Output`] for a k that is no
+    /// output.
     pub fn new<T: RealField + Copy>(cascade: C) -> Result<Self, ObserverError>
     where
         C: Cascade<T>,

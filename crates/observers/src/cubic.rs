@@ -1,11 +1,11 @@
 //! The cubic observer: eq. (5) of the cubic-observer paper.
 //!
 //! `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~` with the innovation `y~ = y - C xhat`, so that the error obeys
-//! `e' = (A - L C) e + (y~' theta y~) N y~` (7). Every admissible gain is `N = -P^-1 C' S` with `S + S' >= 0`; the paper's is
-//! `S = gamma theta` (14).
+//! `e' = (A - L C) e + (y~' theta y~) N y~` (7). Every admissible gain is `N = -P^-1 C' S` with `S + S' >= 0`; the
+//! paper's is `S = gamma theta` (14).
 //!
-//! The cubic part alone, `e' = (y~' theta y~) N y~`, has a closed form when `C N = -w I`: always for one output (w = -C N), and
-//! for any number of outputs with `S = w (C P^-1 C')^-1`. [`flow`] evaluates it.
+//! The cubic part alone, `e' = (y~' theta y~) N y~`, has a closed form when `C N = -w I`: always for one output (w = -C
+//! N), and for any number of outputs with `S = w (C P^-1 C')^-1`. [`flow`] evaluates it.
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
@@ -45,8 +45,8 @@ where
 {
     /// The observer with gains L and N (n x p) and weight theta (p x p) of the plant (A, B, C).
     ///
-    /// Convergence is not checked here: an observer that diverges (a printed gain with the wrong sign, say) must be possible
-    /// to simulate. Certificates come from the design crate.
+    /// Convergence is not checked here: an observer that diverges (a printed gain with the wrong sign, say) must be
+    /// possible to simulate. Certificates come from the design crate.
     ///
     /// ```
     /// use luenberger_observers::{CubicObserver, Observer};
@@ -123,8 +123,8 @@ where
     }
 }
 
-/// `v' theta v`, which stops growing where its product with v would overflow: beyond `|v|_max = MAX^(1/4)` (1e77 in `f64`,
-/// 4e9 in `f32`) it is that of the shortened `v`. So finite data give a finite right-hand side and never NaN.
+/// `v' theta v`, which stops growing where its product with v would overflow: beyond `|v|_max = MAX^(1/4)` (1e77 in
+/// `f64`, 4e9 in `f32`) it is that of the shortened `v`. So finite data give a finite right-hand side and never NaN.
 pub fn weight<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector<T, P>) -> T
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
@@ -146,17 +146,21 @@ where
 {
     /// The innovation that is left, `y~(t) = r y~(0)` with `0 < r <= 1`.
     pub innovation: OVector<T, P>,
-    /// The integral of `(y~' theta y~) y~` over the time passed: `e(t) = e(0) + N impulse`, `xhat(t) = xhat(0) - N impulse`.
+    /// The integral of `(y~' theta y~) y~` over the time passed: `e(t) = e(0) + N impulse`,
+    /// `xhat(t) = xhat(0) - N impulse`.
     pub impulse: OVector<T, P>,
 }
 
-/// The flow of the cubic part alone, `e' = (y~' theta y~) N y~` with `C N = -w I`, for the time `t >= 0`, in closed form.
+/// The flow of the cubic part alone, `e' = (y~' theta y~) N y~` with `C N = -w I`, for the time `t >= 0`, in closed
+/// form.
 ///
-/// `y~(t) = r y~(0)`, `r = 1/sqrt(1 + 2 w t y~(0)' theta y~(0))`, `e(t) = e(0) + N y~(0) (1 - r)/w`; theta is p x p with
-/// nonnegative symmetric part, `w >= 0` (a negative w counts as 0; the true flow then blows up in finite time). `(1 - r)/w` is
-/// evaluated without cancellation and without dividing by w; finite data give finite results up to `|y~|` of 1e150 and beyond.
+/// `y~(t) = r y~(0)`, `r = 1/sqrt(1 + 2 w t y~(0)' theta y~(0))`, `e(t) = e(0) + N y~(0) (1 - r)/w`; theta is p x p
+/// with nonnegative symmetric part, `w >= 0` (a negative w counts as 0; the true flow then blows up in finite time).
+/// `(1 - r)/w` is evaluated without cancellation and without dividing by w; finite data give finite results up to
+/// `|y~|` of 1e150 and beyond.
 ///
-/// With it the observer is stepped by Strang splitting (cubic h/2, linear h, cubic h/2), which decreases V at every step h.
+/// With it the observer is stepped by Strang splitting (cubic h/2, linear h, cubic h/2), which decreases V at every
+/// step h.
 ///
 /// ```
 /// use luenberger_observers::cubic::flow;

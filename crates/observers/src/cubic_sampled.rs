@@ -9,9 +9,9 @@
 //! ```
 //!
 //! The error then obeys `e' = e + N y~ (1 - r)/w`, `e+ = (Ad - Ld C) e'`. With P from the discrete Lyapunov inequality
-//! `(Ad - Ld C)' P (Ad - Ld C) < P` and `N = -P^-1 C' S` neither step increases `V = e'Pe`, and the second decreases it: global
-//! exponential stability at *every* period h, where an explicit Euler step diverges as soon as e is large. Only the samples
-//! are needed, no derivative and no iteration.
+//! `(Ad - Ld C)' P (Ad - Ld C) < P` and `N = -P^-1 C' S` neither step increases `V = e'Pe`, and the second decreases
+//! it: global exponential stability at *every* period h, where an explicit Euler step diverges as soon as e is large.
+//! Only the samples are needed, no derivative and no iteration.
 //!
 //! One output: every admissible N is radial, w = -C N. Any number of outputs: `S = w (C P^-1 C')^-1`, so `C N = -w I`.
 
@@ -26,7 +26,8 @@ use crate::observer::{ObserverDimensions, SampledObserver};
 
 /// The sampled-data cubic observer with N states, M inputs and P outputs.
 ///
-/// Fields are read through methods, because [`step`](SampledObserver::step) relies on what [`new`](Self::new) has checked.
+/// Fields are read through methods, because [`step`](SampledObserver::step) relies on what [`new`](Self::new) has
+/// checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledCubicObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
@@ -52,9 +53,9 @@ where
 {
     /// The observer from the discretised plant `x+ = Ad x + Bd u`, `y = C x`, sampled with period `h`.
     ///
-    /// `ld` is the gain of the discrete linear observer (n x p, `Ad - Ld C` with spectral radius below 1), `n` the cubic gain
-    /// (n x p) with `C N = -w I`, `theta` (p x p) has nonnegative symmetric part. For one output, and to take w from N
-    /// in general, there is [`rate`](crate::cubic::rate).
+    /// `ld` is the gain of the discrete linear observer (n x p, `Ad - Ld C` with spectral radius below 1), `n` the
+    /// cubic gain (n x p) with `C N = -w I`, `theta` (p x p) has nonnegative symmetric part. For one output, and to
+    /// take w from N in general, there is [`rate`](crate::cubic::rate).
     ///
     /// ```
     /// use luenberger_observers::{SampledCubicObserver, SampledObserver, cubic};
@@ -76,8 +77,8 @@ where
     /// ```
     /// # Errors
     /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::Period`], [`ObserverError::ThetaIndefinite`],
-    /// [`ObserverError::Rate`] when w < 0 or when w = 0 with N != 0, [`ObserverError::NotRadial`] when `C N + w I` is more than
-    /// rounding in the computation of N explains: sqrt(epsilon) times `|C| |N|`.
+    /// [`ObserverError::Rate`] when w < 0 or when w = 0 with N != 0, [`ObserverError::NotRadial`] when `C N + w I` is
+    /// more than rounding in the computation of N explains: sqrt(epsilon) times `|C| |N|`.
     #[expect(clippy::too_many_arguments, reason = "the data of the observer; each has its name in the equation")]
     pub fn new(
         ad: OMatrix<T, N, N>,
@@ -216,9 +217,9 @@ where
 
 /// Checks that the symmetric part of theta is positive semidefinite, by elimination with diagonal pivoting.
 ///
-/// The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where theta is
-/// singular; a small pivot taken before a large one would amplify rounding. Rounding leaves 4 p^2 epsilon times the largest
-/// entry undecided, and that much is let pass.
+/// The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where
+/// theta is singular; a small pivot taken before a large one would amplify rounding. Rounding leaves 4 p^2 epsilon
+/// times the largest entry undecided, and that much is let pass.
 fn check_semidefinite<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>) -> Result<(), ObserverError>
 where
     DefaultAllocator: Allocator<P, P>,

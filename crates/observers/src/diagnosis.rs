@@ -1,7 +1,8 @@
 //! What an observer knows about its own trouble.
 //!
-//! A right-hand side returns no error; where something can leave its domain it is kept finite instead, and [`Diagnose`] says so, with numbers. On a
-//! target: call it beside the step, as often as there is time for. After a simulation: the trajectory has the observer's own states, and u and y of the same rows,
+//! A right-hand side returns no error; where something can leave its domain it is kept finite instead, and [`Diagnose`]
+//! says so, with numbers. On a target: call it beside the step, as often as there is time for. After a simulation: the
+//! trajectory has the observer's own states, and u and y of the same rows,
 //!
 //! ```text
 //! let run = scenario.partial_observer("name", &observer, &xhat0, &states).run()?;
@@ -13,7 +14,8 @@
 //! }
 //! ```
 //!
-//! (scenarios take observers by reference, so that it is still there). With noise the observer saw another y than the row has.
+//! (scenarios take observers by reference, so that it is still there). With noise the observer saw another y than the
+//! row has.
 
 use crate::observer::Observer;
 
@@ -31,7 +33,8 @@ pub enum Diagnosis<T> {
         /// The bound it is held at.
         bound: T,
     },
-    /// A parameter is about to leave its domain: at its present rate it does so within the time constant of the observer's filters.
+    /// A parameter is about to leave its domain: at its present rate it does so within the time constant of the
+    /// observer's filters.
     LeavingDomain {
         /// Index of the parameter, from 0.
         parameter: usize,

@@ -7,8 +7,8 @@
 //! W[s]:  w' = alpha (s - w),  W[s] = alpha (s - w)          so that w = F[s]
 //! ```
 //!
-//! `W[s] = F[s']` holds up to a transient `exp(-alpha t) alpha (s(0) - w(0))`, which is nothing when **w(0) = s(0)**. With w(0) = 0, as
-//! "all states start at zero" would have it, the transient is of the size of s itself. F starts at 0.
+//! `W[s] = F[s']` holds up to a transient `exp(-alpha t) alpha (s(0) - w(0))`, which is nothing when **w(0) = s(0)**.
+//! With w(0) = 0, as "all states start at zero" would have it, the transient is of the size of s itself. F starts at 0.
 
 use luenberger_plants::PlantError;
 use nalgebra::allocator::Allocator;

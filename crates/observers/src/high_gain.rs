@@ -4,14 +4,15 @@
 //! xi_i' = b_i(t, xi, u, y) + s_i(t, u, y) (alpha_i/r^j) (y_k - head_k)         state i at position j = 1, 2, ... of the chain of output k
 //! ```
 //!
-//! head_k is the state at position 1 of chain k, `r` in (0, 1] is small, and `s^n + alpha_1 s^(n-1) + ... + alpha_n` is Hurwitz for each chain. In a pure chain of integrators
-//! (`b_i = xi_(i+1)`, all s_i = 1) the poles of the error are the roots of that polynomial divided by r. The shape s_i is what makes a chain with other
-//! coefficients behave like a pure one: a state that enters the equation before it with the factor c gets s = 1/c.
+//! head_k is the state at position 1 of chain k, `r` in (0, 1] is small, and `s^n + alpha_1 s^(n-1) + ... + alpha_n` is
+//! Hurwitz for each chain. In a pure chain of integrators (`b_i = xi_(i+1)`, all s_i = 1) the poles of the error are
+//! the roots of that polynomial divided by r. The shape s_i is what makes a chain with other coefficients behave like a
+//! pure one: a state that enters the equation before it with the factor c gets s = 1/c.
 //!
 //! They converge fast and amplify noise by about `r^-(n - 1)`, and overshoot in between by as much (peaking).
 //!
-//! Source: H. K. Khalil, High-Gain Observers in Nonlinear Feedback Control, SIAM 2017; J. P. Gauthier, H. Hammouri and S. Othman, IEEE Transactions on
-//! Automatic Control 37, 1992.
+//! Source: H. K. Khalil, High-Gain Observers in Nonlinear Feedback Control, SIAM 2017; J. P. Gauthier, H. Hammouri and
+//! S. Othman, IEEE Transactions on Automatic Control 37, 1992.
 
 use luenberger_plants::PlantError;
 use luenberger_plants::error::check_matrix;
@@ -168,8 +169,8 @@ where
     ///
     /// That the polynomials are Hurwitz is not checked (for chains of two, positive coefficients are enough).
     /// # Errors
-    /// [`ObserverError::NotPositive`], [`ObserverError::Matrix`] for a wrong number of coefficients, [`ObserverError::Chain`] for a state whose
-    /// chain has no head or whose output does not exist.
+    /// [`ObserverError::NotPositive`], [`ObserverError::Matrix`] for a wrong number of coefficients,
+    /// [`ObserverError::Chain`] for a state whose chain has no head or whose output does not exist.
     pub fn new(map: H, alpha: OVector<T, Z>, r: T) -> Result<Self, ObserverError> {
         let size = map.dimensions();
         if alpha.nrows() != size.state {

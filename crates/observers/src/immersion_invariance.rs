@@ -5,19 +5,22 @@
 //! xhat = phi^L(beta(y, chi), y)
 //! ```
 //!
-//! The manifold `beta(h(x), chi) = phi(x)` is invariant where D_chi beta has full rank (A4), because the distance `d = beta(y, chi) - phi(x)` from it moves with what x and
-//! xhat differ in, eq. (16), and xhat = x on it. Whether it attracts (A5) is the design of beta.
+//! The manifold `beta(h(x), chi) = phi(x)` is invariant where D_chi beta has full rank (A4), because the distance
+//! `d = beta(y, chi) - phi(x)` from it moves with what x and xhat differ in, eq. (16), and xhat = x on it. Whether it
+//! attracts (A5) is the design of beta.
 //!
-//! Nobody types a Jacobian: beta and phi are written once for every scalar, and their derivatives along the directions that (18) needs come from dual numbers (feature
-//! `dual`), or by hand ([`DifferentiableImmersion`]). The pseudo-inverse is that of [`pseudo_inverse`]: where D_chi beta loses
-//! rank the lost direction stands still, and [`Diagnose`] reports it with the singular values.
+//! Nobody types a Jacobian: beta and phi are written once for every scalar, and their derivatives along the directions
+//! that (18) needs come from dual numbers (feature `dual`), or by hand ([`DifferentiableImmersion`]). The
+//! pseudo-inverse is that of [`pseudo_inverse`]: where D_chi beta loses rank the lost direction stands still, and
+//! [`Diagnose`] reports it with the singular values.
 //!
-//! rho, of the length of beta, is zero in the paper, and then the proof of Proposition 5 fails: with (21) to (23) the observer does not reproduce the parameter
-//! estimator of a [KKL+PEB]O, because (18) makes beta follow phi(xhat), and an estimate that is still moving is something else. `rho = (0, d theta_hat/dt)` repairs
-//! that. Q is a column of the length of chi (not a matrix).
+//! rho, of the length of beta, is zero in the paper, and then the proof of Proposition 5 fails: with (21) to (23) the
+//! observer does not reproduce the parameter estimator of a [KKL+PEB]O, because (18) makes beta follow phi(xhat), and
+//! an estimate that is still moving is something else. `rho = (0, d theta_hat/dt)` repairs that. Q is a column of the
+//! length of chi (not a matrix).
 //!
-//! Source: D. Karagiannis, D. Carnevale and A. Astolfi, IEEE Transactions on Automatic Control 53, 2008; A. Astolfi, D. Karagiannis and R. Ortega, Nonlinear
-//! and Adaptive Control with Applications, Springer 2008, ch. 5.
+//! Source: D. Karagiannis, D. Carnevale and A. Astolfi, IEEE Transactions on Automatic Control 53, 2008; A. Astolfi, D.
+//! Karagiannis and R. Ortega, Nonlinear and Adaptive Control with Applications, Springer 2008, ch. 5.
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;

@@ -1,7 +1,7 @@
 //! The continuous-discrete extended Kalman filter: plant in continuous time, measurements in samples.
 //!
-//! `x' = f(x, u) + w`, `y_k = h(x(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of covariance V (p x p).
-//! At a sample, with `H = Dh(xhat)`:
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of
+//! covariance V (p x p). At a sample, with `H = Dh(xhat)`:
 //!
 //! ```text
 //! S = H P H' + V,  K = P H' S^-1                                    innovation covariance, gain
@@ -15,15 +15,15 @@
 //! xhat' = f(xhat, u),  P' = F P + P F' + W                          so many steps of the classical Runge-Kutta method
 //! ```
 //!
-//! F and H come from the plant ([`Differentiable`]); nobody types them. Joseph's form keeps P positive semidefinite whatever
-//! rounding does to K, and P is made exactly symmetric after both stages. Runge-Kutta steps are not a congruence, so that
-//! sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
+//! F and H come from the plant ([`Differentiable`]); nobody types them. Joseph's form keeps P positive semidefinite
+//! whatever rounding does to K, and P is made exactly symmetric after both stages. Runge-Kutta steps are not a
+//! congruence, so that sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
 //!
-//! What it is not: a proof. For a linear plant it is the Kalman filter, optimal and convergent when the plant is detectable; for
-//! a nonlinear one it converges from small errors, and nothing is promised from large ones.
+//! What it is not: a proof. For a linear plant it is the Kalman filter, optimal and convergent when the plant is
+//! detectable; for a nonlinear one it converges from small errors, and nothing is promised from large ones.
 //!
-//! Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press 1974, table 6.1-1; R. S. Bucy and P. D. Joseph, Filtering for
-//! Stochastic Processes, 1968, for the form of the update.
+//! Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press 1974, table 6.1-1; R. S. Bucy and P. D. Joseph,
+//! Filtering for Stochastic Processes, 1968, for the form of the update.
 
 use core::marker::PhantomData;
 
@@ -102,7 +102,8 @@ where
 
 /// The continuous-discrete extended Kalman filter of a plant `S`; see the [module](self).
 ///
-/// Fields are read through methods, because [`step`](SampledObserver::step) relies on what [`new`](Self::new) has checked.
+/// Fields are read through methods, because [`step`](SampledObserver::step) relies on what [`new`](Self::new) has
+/// checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExtendedKalmanFilter<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
@@ -122,7 +123,8 @@ where
 {
     /// The filter of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
     ///
-    /// A step costs about `4 substeps (n derivatives along a direction + 2 n^3)` and one Cholesky factorisation of order p.
+    /// A step costs about `4 substeps (n derivatives along a direction + 2 n^3)` and one Cholesky factorisation of
+    /// order p.
     ///
     /// ```
     /// use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
@@ -140,8 +142,9 @@ where
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`], [`ObserverError::NotDefinite`] when V is
-    /// not positive definite or W or P(0) not semidefinite, [`ObserverError::Period`], [`ObserverError::Substeps`].
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`],
+    /// [`ObserverError::NotDefinite`] when V is not positive definite or W or P(0) not semidefinite,
+    /// [`ObserverError::Period`], [`ObserverError::Substeps`].
     pub fn new(plant: S, noises: NoiseModel<T, N, P>, h: T, substeps: usize) -> Result<Self, ObserverError> {
         let size = plant.dimensions();
         let noises = NoiseModel {
@@ -168,7 +171,8 @@ where
         &self.noises
     }
 
-    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat)` of a sample at time t has by this belief, p x p.
+    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat)` of a sample at time t has by this belief, p x
+    /// p.
     pub fn innovation_covariance(&self, t: T, belief: &GaussianEstimate<T, N>) -> OMatrix<T, P, P>
     where
         N: DimAdd<U1>,
@@ -185,8 +189,8 @@ where
 
     /// Estimate and covariance after a measurement.
     ///
-    /// If the innovation covariance is not positive definite in floating point (an overflow, a NaN, a P that has lost its
-    /// definiteness) the measurement is passed over: there is no gain that would be right.
+    /// If the innovation covariance is not positive definite in floating point (an overflow, a NaN, a P that has lost
+    /// its definiteness) the measurement is passed over: there is no gain that would be right.
     fn correct(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, y: &OVector<T, P>) {
         let c = self.plant.output_jacobian(t, xhat);
         let cp = &c * &*p;
@@ -284,7 +288,8 @@ where
     }
 }
 
-/// The symmetric part of a covariance, after a check of shape, entries, symmetry and definiteness (or semidefiniteness).
+/// The symmetric part of a covariance, after a check of shape, entries, symmetry and definiteness (or
+/// semidefiniteness).
 ///
 /// Mirrored entries may differ by 8 n epsilon of the largest entry, as for the designs that these matrices come from:
 /// those of `C'WC` differ by `2 n epsilon` of `|C'| |W| |C|`. Elimination without pivoting, which a semidefinite matrix

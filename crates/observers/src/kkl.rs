@@ -1,16 +1,18 @@
-//! Kazantzis-Kravaris-Luenberger observers: `xi' = Lambda xi + B(y, u)`, `xhat = phi^L(xi, y)`; eq. (6) of the [KKL+PEB] paper.
+//! Kazantzis-Kravaris-Luenberger observers: `xi' = Lambda xi + B(y, u)`, `xhat = phi^L(xi, y)`; eq. (6) of the
+//! [KKL+PEB] paper.
 //!
-//! phi maps the plant to a stable linear system driven by what is known, `d phi(x)/dt = Lambda phi(x) + B(h(x), u)` (4), and phi^L
-//! takes it back, `phi^L(phi(x), h(x)) = x`. The error `e = xi - phi(x)` then obeys `e' = Lambda e` whatever the plant does, and `xhat - x`
-//! follows as fast as phi^L is continuous.
+//! phi maps the plant to a stable linear system driven by what is known, `d phi(x)/dt = Lambda phi(x) + B(h(x), u)`
+//! (4), and phi^L takes it back, `phi^L(phi(x), h(x)) = x`. The error `e = xi - phi(x)` then obeys `e' = Lambda e`
+//! whatever the plant does, and `xhat - x` follows as fast as phi^L is continuous.
 //!
-//! Two things are more general here than in Proposition 1. Lambda may depend on t, u and y (the converter's does; convergence then needs
-//! more than negative entries: an integral that diverges for a diagonal Lambda, a common Lyapunov matrix in general). And B may read xi in cascade:
-//! entry i may use entries of xi before it, as in Proposition 7, where the error of an early entry disturbs the later ones and
-//! is gone first.
+//! Two things are more general here than in Proposition 1. Lambda may depend on t, u and y (the converter's does;
+//! convergence then needs more than negative entries: an integral that diverges for a diagonal Lambda, a common
+//! Lyapunov matrix in general). And B may read xi in cascade: entry i may use entries of xi before it, as in
+//! Proposition 7, where the error of an early entry disturbs the later ones and is gone first.
 //!
-//! Sources: N. Kazantzis and C. Kravaris, Systems and Control Letters 34, 1998; V. Andrieu and L. Praly, SIAM Journal on Control
-//! and Optimization 45, 2006; B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 1.
+//! Sources: N. Kazantzis and C. Kravaris, Systems and Control Letters 34, 1998; V. Andrieu and L. Praly, SIAM Journal
+//! on Control and Optimization 45, 2006; B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018,
+//! Proposition 1.
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
@@ -19,9 +21,11 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
 
-/// Every shape that can be made of an extension of length `Z`, `M` inputs, `P` outputs and an estimate of length `N` can be stored.
+/// Every shape that can be made of an extension of length `Z`, `M` inputs, `P` outputs and an estimate of length `N`
+/// can be stored.
 ///
-/// Holds for all combinations of [`nalgebra::Const`] and (feature `alloc`) [`nalgebra::Dyn`]; never implement it yourself.
+/// Holds for all combinations of [`nalgebra::Const`] and (feature `alloc`) [`nalgebra::Dyn`]; never implement it
+/// yourself.
 pub trait KklSize<Z: Dim, M: Dim, P: Dim, N: Dim>:
     Allocator<Z> + Allocator<M> + Allocator<P> + Allocator<N> + Allocator<Z, Z> + Allocator<Z, M> + Allocator<Z, P>
 {
@@ -189,8 +193,8 @@ where
     fn image(&self, xhat: &OVector<T, N>, y: &OVector<T, P>) -> OVector<T, Z>;
 }
 
-/// The maps of `z' = D z + B y + E u`, `xhat = phi^L(z, y)` with constant matrices: the form of Luenberger's first paper and of numerical
-/// KKL observers, where phi^L comes from data.
+/// The maps of `z' = D z + B y + E u`, `xhat = phi^L(z, y)` with constant matrices: the form of Luenberger's first
+/// paper and of numerical KKL observers, where phi^L comes from data.
 ///
 /// Fields are read through methods, because the constructor has checked them.
 #[derive(Clone, Debug, PartialEq)]

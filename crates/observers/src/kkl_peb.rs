@@ -1,4 +1,5 @@
-//! [KKL+PEB] observers: part of the state by a stable linear extension, part by parameter estimation; eq. (15) of Yi, Ortega and Zhang.
+//! [KKL+PEB] observers: part of the state by a stable linear extension, part by parameter estimation; eq. (15) of Yi,
+//! Ortega and Zhang.
 //!
 //! ```text
 //! xi'  = Lambda xi + B(y, u)                     Lambda = diag(Lambda_L, 0): the KKL part decays, the PEB part integrates
@@ -9,15 +10,18 @@
 //! xhat = phi^L(xi + missing(theta_hat), y)
 //! ```
 //!
-//! The maps are those of a [`KklMap`] with a [`Regression`]; the estimator is a part. With Lambda = 0 this is a PEBO; with nothing missing, a KKLO.
-//! The state is (xi, w, f_g, f_m by columns, zeta), and the first q entries of zeta are theta_hat.
+//! The maps are those of a [`KklMap`] with a [`Regression`]; the estimator is a part. With Lambda = 0 this is a PEBO;
+//! with nothing missing, a KKLO. The state is (xi, w, f_g, f_m by columns, zeta), and the first q entries of zeta are
+//! theta_hat.
 //!
-//! **What holds.** The error of the KKL part obeys `e' = Lambda_L e`. If it is zero the regression is exact and theta_hat obeys the theorem of its estimator. While it is not, Y
-//! is off by a decaying term, which an exponentially convergent estimator turns into a decaying error.
+//! **What holds.** The error of the KKL part obeys `e' = Lambda_L e`. If it is zero the regression is exact and
+//! theta_hat obeys the theorem of its estimator. While it is not, Y is off by a decaying term, which an exponentially
+//! convergent estimator turns into a decaying error.
 //!
-//! **A domain.** Where [`Regression::lower_bound`] bounds a parameter from below, theta_hat is projected: at the bound it does not fall further, and the estimate uses no
-//! value below it. [`Diagnose`] reports a parameter that is at its bound or about to reach it. An entry of the right-hand side that overflows (an
-//! exponential of xi, say) stands still rather than become NaN, and is reported too.
+//! **A domain.** Where [`Regression::lower_bound`] bounds a parameter from below, theta_hat is projected: at the bound
+//! it does not fall further, and the estimate uses no value below it. [`Diagnose`] reports a parameter that is at its
+//! bound or about to reach it. An entry of the right-hand side that overflows (an exponential of xi, say) stands still
+//! rather than become NaN, and is reported too.
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
@@ -47,7 +51,8 @@ impl<K, E, T: RealField + Copy> KklPebObserver<K, E, T> {
     /// The observer with these maps, this estimator, and filters with pole `-alpha`; theta_hat starts at 0.
     ///
     /// # Errors
-    /// [`ObserverError::NotPositive`] for alpha, [`ObserverError::Matrix`] when the estimator has another number of parameters.
+    /// [`ObserverError::NotPositive`] for alpha, [`ObserverError::Matrix`] when the estimator has another number of
+    /// parameters.
     pub fn new(map: K, estimator: E, alpha: T) -> Result<Self, ObserverError>
     where
         K: Regression<T>,
@@ -253,7 +258,8 @@ where
         self.map.left_inverse(t, &complete, y)
     }
 
-    /// xi such that the estimate is as wished with theta_hat(0), w at s(y), all other filters and the estimator's extension at 0.
+    /// xi such that the estimate is as wished with theta_hat(0), w at s(y), all other filters and the estimator's
+    /// extension at 0.
     fn initial(&self, t: T, estimate: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {
         let size = self.map.dimensions().state;
         let (r, q) = self.map.rows_and_parameters();
@@ -282,8 +288,8 @@ where
     DefaultAllocator:
         KklSize<K::Xi, K::Inputs, K::Outputs, K::Estimate> + PebSize<K::Xi, K::Rows, K::Parameters, E::Length>,
 {
-    /// A parameter at its bound, or one that would reach it within `1/alpha` at its present rate; an entry of the slope that is not finite; an
-    /// excitation below the one wanted.
+    /// A parameter at its bound, or one that would reach it within `1/alpha` at its present rate; an entry of the slope
+    /// that is not finite; an excitation below the one wanted.
     fn diagnose(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Diagnosis<T> {
         let slope = self.unprojected(t, state, u, y);
         if let Some(entry) = slope.iter().position(|entry| !entry.is_finite()) {

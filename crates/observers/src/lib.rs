@@ -1,11 +1,11 @@
 //! State observers as they run on the target: `no_std`, no allocation, no panic.
 //!
-//! Nothing here links `alloc` unless the feature of that name is on: with `--no-default-features` the crate builds for bare
-//! targets such as thumbv7em-none-eabihf.
+//! Nothing here links `alloc` unless the feature of that name is on: with `--no-default-features` the crate builds for
+//! bare targets such as thumbv7em-none-eabihf.
 //!
-//! Each observer is defined once, generic over the scalar and over nalgebra's dimensions. With [`nalgebra::Const`] sizes it
-//! runs on a microcontroller in `f32` or `f64`; with [`nalgebra::Dyn`] (feature `alloc`) the same code is simulated, checked
-//! and certified on a workstation.
+//! Each observer is defined once, generic over the scalar and over nalgebra's dimensions. With [`nalgebra::Const`]
+//! sizes it runs on a microcontroller in `f32` or `f64`; with [`nalgebra::Dyn`] (feature `alloc`) the same code is
+//! simulated, checked and certified on a workstation.
 //!
 //! | file | subject |
 //! |---|---|
@@ -25,8 +25,8 @@
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
-//! Where an observer has an innovation it is `y~ = y - C xhat`, and the error is `e = x - xhat`, so that `y~ = C e`; the files from [`kkl`] on have the
-//! paper's `e = xhat - x`, and say so.
+//! Where an observer has an innovation it is `y~ = y - C xhat`, and the error is `e = x - xhat`, so that `y~ = C e`;
+//! the files from [`kkl`] on have the paper's `e = xhat - x`, and say so.
 
 #![no_std]
 #![deny(missing_docs)]

@@ -1,10 +1,11 @@
 //! The copy of a nonlinear plant, corrected by a constant gain: `xhat' = f(t, xhat, u) + L (y - h(t, xhat))`.
 //!
-//! The run-time form of Thau's, Rajamani's and the LPV (mean value theorem) designs: they differ in how L is found and in what is then
-//! proved, not in what runs. Its error obeys `e' = (Fbar - L Hbar) e` with the mean Jacobians of f and h over the segment from xhat to x.
+//! The run-time form of Thau's, Rajamani's and the LPV (mean value theorem) designs: they differ in how L is found and
+//! in what is then proved, not in what runs. Its error obeys `e' = (Fbar - L Hbar) e` with the mean Jacobians of f and
+//! h over the segment from xhat to x.
 //!
-//! Sources: F. E. Thau, Observing the state of non-linear dynamic systems, International Journal of Control 17, 1973; R. Rajamani, Observers
-//! for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998.
+//! Sources: F. E. Thau, Observing the state of non-linear dynamic systems, International Journal of Control 17, 1973;
+//! R. Rajamani, Observers for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998.
 
 use core::marker::PhantomData;
 

@@ -1,9 +1,9 @@
 //! The two traits of run-time observers.
 //!
 //! An observer has a state of its own, which need not be the estimate: a Kalman filter carries a covariance, a
-//! parameter-estimation-based observer carries filters and parameters. The estimate is read from the state, and may use the
-//! present input and output as well. It need not be the whole plant state either: an observer of the unmeasured states has a
-//! shorter estimate.
+//! parameter-estimation-based observer carries filters and parameters. The estimate is read from the state, and may use
+//! the present input and output as well. It need not be the whole plant state either: an observer of the unmeasured
+//! states has a shorter estimate.
 
 use luenberger_plants::Column;
 
@@ -22,8 +22,8 @@ pub struct ObserverDimensions {
 
 /// An observer in continuous time: `z' = g(t, z, u, y)`, `xhat = k(t, z, u, y)`.
 ///
-/// Nothing here returns an error, allocates (with static sizes) or panics: what can be wrong is found by the constructors.
-/// Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says.
+/// Nothing here returns an error, allocates (with static sizes) or panics: what can be wrong is found by the
+/// constructors. Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says.
 pub trait Observer<T> {
     /// Column of the observer's own state, z.
     type State: Column<T>;
@@ -43,16 +43,16 @@ pub trait Observer<T> {
     /// `k(t, z, u, y)`, the estimate.
     fn estimate(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate;
 
-    /// The state that makes the estimate at time `t` what is wished, and everything else in the state what it should be at
-    /// the start: filters of the output matched to `y`, covariances at their initial value.
+    /// The state that makes the estimate at time `t` what is wished, and everything else in the state what it should be
+    /// at the start: filters of the output matched to `y`, covariances at their initial value.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 }
 
 /// An observer stepped once per sample: `z+ = g(t, z, u, y)`.
 ///
-/// At the time `t` of a sample the state holds what is known *before* that sample; [`step`](Self::step) takes the sample
-/// `y = y(t)` and the input `u` held until `t + h`, and leaves what is known before the next one: a predictor, whose result
-/// is needed at `t + h` only, so that the target has a whole period to compute it.
+/// At the time `t` of a sample the state holds what is known *before* that sample; [`step`](Self::step) takes the
+/// sample `y = y(t)` and the input `u` held until `t + h`, and leaves what is known before the next one: a predictor,
+/// whose result is needed at `t + h` only, so that the target has a whole period to compute it.
 pub trait SampledObserver<T> {
     /// Column of the observer's own state, z.
     type State: Column<T>;

@@ -1,9 +1,11 @@
-//! Parameter-estimation-based observers: the state as an integral and a constant; eq. (8) to (12) of the [KKL+PEB] paper.
+//! Parameter-estimation-based observers: the state as an integral and a constant; eq. (8) to (12) of the [KKL+PEB]
+//! paper.
 //!
-//! phi takes the plant to pure integrators, `d phi(x)/dt = B(h(x), u)`, so that with `xi' = B(y, u)` what is missing is a constant, `phi(x(t)) = xi(t) + theta`. The
-//! constant is estimated, and `xhat = phi^L(xi + theta_hat, y)`.
+//! phi takes the plant to pure integrators, `d phi(x)/dt = B(h(x), u)`, so that with `xi' = B(y, u)` what is missing is
+//! a constant, `phi(x(t)) = xi(t) + theta`. The constant is estimated, and `xhat = phi^L(xi + theta_hat, y)`.
 //!
-//! The paper's regression (11) uses y', which nobody measures. Where some function s of the outputs changes affinely in theta,
+//! The paper's regression (11) uses y', which nobody measures. Where some function s of the outputs changes affinely in
+//! theta,
 //!
 //! ```text
 //! d s(y)/dt = g(t, xi, u, y) + m(t, xi, u, y) theta
@@ -15,11 +17,13 @@
 //! Y = M theta,  Y = W[s] - F[g],  M = F[m]          F = alpha/(p + alpha), W = alpha p/(p + alpha)
 //! ```
 //!
-//! exactly, from the start, if the filter of W starts at s(y(0)) and those of F at 0: the transients of `F[g + m theta]` and of `W[s]` are then the same,
-//! because theta is constant. [`Regression`] is s, g and m, and what theta means.
+//! exactly, from the start, if the filter of W starts at s(y(0)) and those of F at 0: the transients of
+//! `F[g + m theta]` and of `W[s]` are then the same, because theta is constant. [`Regression`] is s, g and m, and what
+//! theta means.
 //!
 //! A PEBO is the case Lambda = 0 of the [KKL+PEB]O (R4), and that is how it is made: a [`KklMap`] that does not define
-//! [`lambda`](KklMap::lambda), with a [`Regression`]. Its drawback stays (R2): integrators integrate every offset there is.
+//! [`lambda`](KklMap::lambda), with a [`Regression`]. Its drawback stays (R2): integrators integrate every offset there
+//! is.
 //!
 //! Source: R. Ortega, A. Bobtsov, A. Pyrkin and S. Aranovskiy, Systems and Control Letters 85, 2015.
 
@@ -134,18 +138,19 @@ where
         y: &OVector<T, Self::Outputs>,
     ) -> OMatrix<T, Self::Rows, Self::Parameters>;
 
-    /// What is missing in xi, as a function of theta: `phi(x) = xi + missing(theta)`. Zero in the entries that the KKL part
-    /// finds by itself; the logarithm where theta is an exponential.
+    /// What is missing in xi, as a function of theta: `phi(x) = xi + missing(theta)`. Zero in the entries that the KKL
+    /// part finds by itself; the logarithm where theta is an exponential.
     fn missing(&self, theta: &OVector<T, Self::Parameters>) -> OVector<T, Self::Xi>;
 
-    /// The least value that parameter i may have, when [`missing`](Self::missing) is not defined below it. The estimate is held there.
+    /// The least value that parameter i may have, when [`missing`](Self::missing) is not defined below it. The estimate
+    /// is held there.
     fn lower_bound(&self, _parameter: usize) -> Option<T> {
         None
     }
 }
 
-/// The length of the state of an observer with an extension of length `Z`, r = `R` filtered rows of `Q` parameters, and an estimator of length `L`:
-/// `Z + R (Q + 2) + L`. Never implement it yourself.
+/// The length of the state of an observer with an extension of length `Z`, r = `R` filtered rows of `Q` parameters, and
+/// an estimator of length `L`: `Z + R (Q + 2) + L`. Never implement it yourself.
 pub trait PebSize<Z: Dim, R: Dim, Q: Dim, L: Dim>:
     RegressionSize<R, Q> + Allocator<<Self as PebSize<Z, R, Q, L>>::Length>
 {

@@ -1,11 +1,13 @@
 //! The pseudo-inverse of a small matrix, with its rank.
 //!
-//! `A+` is the matrix with `A A+ A = A`, `A+ A A+ = A+` and both products symmetric. Directions in which A has a singular value below the rounding of the largest one
-//! are left out rather than divided by, so that the answer is finite whatever A is, and the singular values say how near that is.
+//! `A+` is the matrix with `A A+ A = A`, `A+ A A+ = A+` and both products symmetric. Directions in which A has a
+//! singular value below the rounding of the largest one are left out rather than divided by, so that the answer is
+//! finite whatever A is, and the singular values say how near that is.
 //!
-//! Method: one-sided Jacobi on the rows, at most 40 sweeps: rotations make the rows of `W = V'A` orthogonal, their lengths are the singular values, to high *relative*
-//! accuracy, and `A+ = W' diag(1/sigma^2) V'`. No allocation. Source: M. R. Hestenes, Journal of SIAM 6, 1958; J. Demmel and K. Veselic, SIAM
-//! Journal on Matrix Analysis and Applications 13, 1992, for the accuracy.
+//! Method: one-sided Jacobi on the rows, at most 40 sweeps: rotations make the rows of `W = V'A` orthogonal, their
+//! lengths are the singular values, to high *relative* accuracy, and `A+ = W' diag(1/sigma^2) V'`. No allocation.
+//! Source: M. R. Hestenes, Journal of SIAM 6, 1958; J. Demmel and K. Veselic, SIAM Journal on Matrix Analysis and
+//! Applications 13, 1992, for the accuracy.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
@@ -29,8 +31,8 @@ where
     pub largest: T,
 }
 
-/// The pseudo-inverse of an r x c matrix. One with an entry that is not finite, or with none above the smallest number that has a reciprocal, has rank 0 and the
-/// pseudo-inverse 0.
+/// The pseudo-inverse of an r x c matrix. One with an entry that is not finite, or with none above the smallest number
+/// that has a reciprocal, has rank 0 and the pseudo-inverse 0.
 ///
 /// Singular values up to `max(r, c) epsilon` times the largest are left out.
 ///

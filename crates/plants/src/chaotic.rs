@@ -6,8 +6,8 @@ use crate::plant::{Dimensions, Plant};
 
 /// `x1' = ln(0.1 + exp(x2 - x1))`, `x2' = x1 x3`, `x3' = 0.2 - x1 x2`, `y = (x1, x2)`: eq. (22); no input.
 ///
-/// Sprott's flow of no linear term. `x2^2 + x3^2` changes at the rate `0.4 x3` only, so that trajectories stay bounded over
-/// any finite time.
+/// Sprott's flow of no linear term. `x2^2 + x3^2` changes at the rate `0.4 x3` only, so that trajectories stay bounded
+/// over any finite time.
 ///
 /// ```
 /// use luenberger_plants::{Chaotic, Plant};

@@ -1,9 +1,10 @@
 //! A plant in other linear coordinates: `x = T z`, hence `z' = T^-1 f(t, T z, u)`, `y = h(t, T z)`.
 //!
-//! Derivatives are those of the plant inside, by dual numbers or by hand, along `T v`: Jacobians come out in the new coordinates, `T^-1 Df T` and `Dh T`.
+//! Derivatives are those of the plant inside, by dual numbers or by hand, along `T v`: Jacobians come out in the new
+//! coordinates, `T^-1 Df T` and `Dh T`.
 //!
-//! Observers that ask for `y = (x_1, .., x_p)` run on any plant with a linear output in coordinates with `C T = [I 0]`; and a triangular T = [I 0; K I]
-//! changes which part of the Jacobian is the unmeasured block.
+//! Observers that ask for `y = (x_1, .., x_p)` run on any plant with a linear output in coordinates with `C T = [I 0]`;
+//! and a triangular T = [I 0; K I] changes which part of the Jacobian is the unmeasured block.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
@@ -44,7 +45,8 @@ where
     /// # Ok::<(), luenberger_plants::PlantError>(())
     /// ```
     /// # Errors
-    /// [`PlantError::DimensionMismatch`], [`PlantError::NotFinite`], and [`PlantError::Singular`] when T has no inverse in this arithmetic.
+    /// [`PlantError::DimensionMismatch`], [`PlantError::NotFinite`], and [`PlantError::Singular`] when T has no inverse
+    /// in this arithmetic.
     pub fn new(plant: S, t: OMatrix<T, N, N>) -> Result<Self, PlantError> {
         let n = plant.dimensions().states;
         check_matrix("T", &t, (n, n))?;
@@ -59,11 +61,12 @@ where
         Ok(Self { plant, matrix: t, inverse, measured_first: false })
     }
 
-    /// As [`new`](Self::new), of a plant whose outputs *are* the first coordinates: `h(T z) = (z_1, .., z_p)` up to rounding, which is what
-    /// [`output`](Plant::output) then returns, exactly.
+    /// As [`new`](Self::new), of a plant whose outputs *are* the first coordinates: `h(T z) = (z_1, .., z_p)` up to
+    /// rounding, which is what [`output`](Plant::output) then returns, exactly.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`PlantError::OutputNotCoordinate`] when h(T z) differs by more than the rounding of T and of its inverse (tested at two points).
+    /// As [`new`](Self::new), and [`PlantError::OutputNotCoordinate`] when h(T z) differs by more than the rounding of
+    /// T and of its inverse (tested at two points).
     pub fn measured_first(plant: S, t: OMatrix<T, N, N>) -> Result<Self, PlantError> {
         let new = Self::new(plant, t)?;
         let size = new.plant.dimensions();

@@ -1,7 +1,8 @@
 //! The smallest plants on which the mean-value-theorem observer, as printed, fails.
 //!
-//! Theorem 1 of the paper says that the estimate converges whenever the measured states come first and f is continuously differentiable. Each of these plants satisfies
-//! that, and for each there are starts from which the estimate does not converge; `docs/theory-mvt.md` of the repository says why. Two more counterexamples are plants
+//! Theorem 1 of the paper says that the estimate converges whenever the measured states come first and f is
+//! continuously differentiable. Each of these plants satisfies that, and for each there are starts from which the
+//! estimate does not converge; `docs/theory-mvt.md` of the repository says why. Two more counterexamples are plants
 //! with files of their own: [`double_integrator`](crate::double_integrator()) and [`Chaotic`](crate::Chaotic).
 //!
 //! | plant | what it shows |
@@ -29,7 +30,8 @@ pub fn unstable() -> StaticPlant<f64, 2, 0, 1> {
     measured_first(Matrix2::new(0.0, 1.0, 0.0, 0.5))
 }
 
-/// `x1' = -3 x1 + 2 x2`, `x2' = -2 x1 + x2`, `y = x1`: observable, with both poles at -1, although x2 alone is unstable.
+/// `x1' = -3 x1 + 2 x2`, `x2' = -2 x1 + x2`, `y = x1`: observable, with both poles at -1, although x2 alone is
+/// unstable.
 pub fn stable() -> StaticPlant<f64, 2, 0, 1> {
     measured_first(Matrix2::new(-3.0, 2.0, -2.0, 1.0))
 }
@@ -48,7 +50,8 @@ fn measured_first(a: Matrix2<f64>) -> StaticPlant<f64, 2, 0, 1> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bistable;
 
-/// `x' = d^3/3 - 2 d^5` with `d = x - 1/2`, `y = x`: between 0 and 1 the slope `d^2 - 10 d^4` has the mean -1/24, and a local minimum above it at d = 0.
+/// `x' = d^3/3 - 2 d^5` with `d = x - 1/2`, `y = x`: between 0 and 1 the slope `d^2 - 10 d^4` has the mean -1/24, and a
+/// local minimum above it at d = 0.
 ///
 /// ```
 /// use luenberger_plants::{Plant, counterexamples::Dimple};

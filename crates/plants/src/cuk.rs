@@ -7,11 +7,11 @@
 //! C4 v4' =  i3 - G v4
 //! ```
 //!
-//! x = (i1, v2, i3, v4): the currents of the two inductors and the voltages of the two capacitors. Measured are y = (v2, i3); v4 < 0 is the output voltage of an
-//! inverting converter, whose magnitude |Vd| is the set-point.
+//! x = (i1, v2, i3, v4): the currents of the two inductors and the voltages of the two capacitors. Measured are y =
+//! (v2, i3); v4 < 0 is the output voltage of an inverting converter, whose magnitude |Vd| is the set-point.
 //!
-//! Sources: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, section V.C (the inductance L3 is not printed there); H. Rodriguez, R. Ortega and
-//! A. Astolfi, American Control Conference 2005, for the controller.
+//! Sources: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, section V.C (the inductance L3
+//! is not printed there); H. Rodriguez, R. Ortega and A. Astolfi, American Control Conference 2005, for the controller.
 
 use nalgebra::{RealField, Vector1, Vector2, Vector4, convert};
 
@@ -106,11 +106,12 @@ impl CukConverter {
         Vector4::new(self.g * vd * vd / self.e, vd + self.e, -self.g * vd, -vd)
     }
 
-    /// The controller `u = |Vd|/(|Vd| + E) + lambda q/(1 + q^2)`, `q = G |Vd| v2 + E (i3 - i1)`; it uses i1, which is not measured. lambda = 0.2 gives the
-    /// figures of the paper.
+    /// The controller `u = |Vd|/(|Vd| + E) + lambda q/(1 + q^2)`, `q = G |Vd| v2 + E (i3 - i1)`; it uses i1, which is
+    /// not measured. lambda = 0.2 gives the figures of the paper.
     ///
     /// The second term is at most lambda/2 in magnitude. For large set-points that can take u out of (0, 1):
-    /// [`check_duty_cycle`] says by how much, and [`input_bounds`](Self::input_bounds) says beforehand whether it can happen.
+    /// [`check_duty_cycle`] says by how much, and [`input_bounds`](Self::input_bounds) says beforehand whether it can
+    /// happen.
     ///
     /// ```
     /// let converter = luenberger_plants::CukConverter::default();
@@ -128,7 +129,8 @@ impl CukConverter {
     /// Between which bounds [`control`](Self::control) stays for this set-point, whatever the state.
     ///
     /// # Errors
-    /// [`DutyCycleError`] for the bound that lies outside of (0, 1), if one does: then some states lead to an input that no converter can have.
+    /// [`DutyCycleError`] for the bound that lies outside of (0, 1), if one does: then some states lead to an input
+    /// that no converter can have.
     ///
     /// ```
     /// let converter = luenberger_plants::CukConverter::default();

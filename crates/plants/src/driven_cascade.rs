@@ -1,4 +1,5 @@
-//! A plant of the class of Proposition 7 of the [KKL+PEB]-observer paper: two stable blocks in cascade, and two states that are only integrated.
+//! A plant of the class of Proposition 7 of the [KKL+PEB]-observer paper: two stable blocks in cascade, and two states
+//! that are only integrated.
 //!
 //! Source of the class: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
 
@@ -6,9 +7,11 @@ use nalgebra::{RealField, SVector, Vector2, convert};
 
 use crate::plant::{Dimensions, Plant};
 
-/// `x11' = -x11 + x3 + u'x4`, `x12' = -2 x12 + x2`, `x2' = -x2 + sin x12`, `x3' = -3 x3 + x2 x11`, `x4' = -u x11/2`, `y = (x11, x12)`.
+/// `x11' = -x11 + x3 + u'x4`, `x12' = -2 x12 + x2`, `x2' = -x2 + sin x12`, `x3' = -3 x3 + x2 x11`, `x4' = -u x11/2`,
+/// `y = (x11, x12)`.
 ///
-/// The state is (x11, x12, x2, x3, x4) with x4 of length 2, the length of u. x4 is seen as far as u excites: `u = (sin 2t, 1)` shows both of its entries, `u = (1, 0)` one.
+/// The state is (x11, x12, x2, x3, x4) with x4 of length 2, the length of u. x4 is seen as far as u excites:
+/// `u = (sin 2t, 1)` shows both of its entries, `u = (1, 0)` one.
 ///
 /// ```
 /// use luenberger_plants::{DrivenCascade, Plant};

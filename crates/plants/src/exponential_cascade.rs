@@ -8,8 +8,8 @@ use crate::plant::{Dimensions, Plant};
 
 /// `x1' = -x1^3 + exp(x3)`, `x2' = -x2 + x1^2 + sin x1`, `x3' = 1/(x1^2 + 1) + x1 u`, `y = x1`: eq. (31).
 ///
-/// x2 forgets where it started, x3 does not. Without input x3 grows for ever; `u = -y` keeps the plant bounded, because `x3' = 1/(x1^2 + 1) - x1^2` is then
-/// negative as soon as x1 is large.
+/// x2 forgets where it started, x3 does not. Without input x3 grows for ever; `u = -y` keeps the plant bounded, because
+/// `x3' = 1/(x1^2 + 1) - x1^2` is then negative as soon as x1 is large.
 ///
 /// ```
 /// use luenberger_plants::{ExponentialCascade, Plant};

@@ -1,4 +1,5 @@
-//! The robot link with a flexible joint, Example 2 of the mean-value-theorem paper: with its misprint corrected, as printed, and classical.
+//! The robot link with a flexible joint, Example 2 of the mean-value-theorem paper: with its misprint corrected, as
+//! printed, and classical.
 //!
 //! ```text
 //! x1' = x2                                     angle and speed of the motor
@@ -7,8 +8,9 @@
 //! x4' = 19.5 x1 - 19.5 x3 + a44 x4 - 3.33 sin(x3)
 //! ```
 //!
-//! The paper prints `a44 = 3.33`, which makes the plant unstable, and `y = (x1, x2, x3)`. [`corrected`] repairs that misprint and nothing else: it is the plant of the
-//! example. In the classical benchmark `a44 = 0` too, and the motor alone is measured, `y = (x1, x2)`. Each is here under its name.
+//! The paper prints `a44 = 3.33`, which makes the plant unstable, and `y = (x1, x2, x3)`. [`corrected`] repairs that
+//! misprint and nothing else: it is the plant of the example. In the classical benchmark `a44 = 0` too, and the motor
+//! alone is measured, `y = (x1, x2)`. Each is here under its name.
 //!
 //! Sources: R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018, Example 2; R. Rajamani, Observers for
 //! Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998, for the benchmark.

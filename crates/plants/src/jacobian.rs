@@ -1,12 +1,13 @@
 //! Jacobians of plants: `Df = df/dx`, `Dh = dh/dx`, exact to rounding.
 //!
-//! A plant that is written once for every scalar, `impl<T: RealField + Copy> Plant<T> for ...`, is a plant over dual numbers
-//! too, and evaluating it at `x + v d` with `d^2 = 0` gives `f(x) + (Df(x) v) d`: the derivative along v, to rounding, at the
-//! cost of two or three evaluations of f (feature `dual`). Nobody types a derivative, and there is no step size to choose.
-//! A Jacobian is n such evaluations.
+//! A plant that is written once for every scalar, `impl<T: RealField + Copy> Plant<T> for ...`, is a plant over dual
+//! numbers too, and evaluating it at `x + v d` with `d^2 = 0` gives `f(x) + (Df(x) v) d`: the derivative along v, to
+//! rounding, at the cost of two or three evaluations of f (feature `dual`). Nobody types a derivative, and there is no
+//! step size to choose. A Jacobian is n such evaluations.
 //!
-//! Observers ask for [`Differentiable`] and do not care where derivatives come from. The dual numbers are those of `num-dual`,
-//! which links `std`; a bare target builds without the feature and implements the trait for its plant by hand.
+//! Observers ask for [`Differentiable`] and do not care where derivatives come from. The dual numbers are those of
+//! `num-dual`, which links `std`; a bare target builds without the feature and implements the trait for its plant by
+//! hand.
 //!
 //! Source: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3 (the forward mode).
 
@@ -90,8 +91,9 @@ where
 
 /// `df/dx (t, x, u)`, of a plant written once for every scalar by dual numbers: n x n, entry (i, j) is `d f_i / d x_j`.
 ///
-/// Exact up to the rounding of f itself. Where f is not differentiable the entries are those of the branch that f takes; where
-/// it is not defined they are NaN or infinite. Costs n evaluations of f over dual numbers, allocates nothing for static sizes.
+/// Exact up to the rounding of f itself. Where f is not differentiable the entries are those of the branch that f
+/// takes; where it is not defined they are NaN or infinite. Costs n evaluations of f over dual numbers, allocates
+/// nothing for static sizes.
 ///
 /// ```
 /// use luenberger_plants::{Chaotic, state_jacobian};

@@ -1,8 +1,8 @@
 //! Plants: the traits a plant implements, and the benchmark plants of the observer literature.
 //!
 //! A plant is data and a right-hand side, `x' = f(t, x, u)`, `y = h(t, x)`; it knows nothing of observers. The crate is
-//! `no_std`; sizes are known at compile time ([`nalgebra::Const`]) on a target, or at run time ([`nalgebra::Dyn`], feature
-//! `alloc`) on a workstation, and it is the same code.
+//! `no_std`; sizes are known at compile time ([`nalgebra::Const`]) on a target, or at run time ([`nalgebra::Dyn`],
+//! feature `alloc`) on a workstation, and it is the same code.
 //!
 //! | file | subject |
 //! |---|---|

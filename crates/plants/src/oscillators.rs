@@ -2,8 +2,9 @@
 //!
 //! Neither has an input. Both leave a compact set invariant, which is what those observers ask of a plant.
 //!
-//! Sources: M. Buisson-Fenet, L. Bahr, V. Morgenthaler and F. Di Meglio, Towards gain tuning for numerical KKL observers, IFAC World Congress
-//! 2023, for the reverse Duffing oscillator; B. van der Pol, On relaxation-oscillations, Philosophical Magazine 2, 1926.
+//! Sources: M. Buisson-Fenet, L. Bahr, V. Morgenthaler and F. Di Meglio, Towards gain tuning for numerical KKL
+//! observers, IFAC World Congress 2023, for the reverse Duffing oscillator; B. van der Pol, On relaxation-oscillations,
+//! Philosophical Magazine 2, 1926.
 
 use nalgebra::{RealField, SVector, Vector1, Vector2, convert};
 
@@ -11,8 +12,8 @@ use crate::plant::{Dimensions, Plant};
 
 /// The reverse Duffing oscillator: `x1' = x2^3`, `x2' = -x1`, `y = x1`.
 ///
-/// `x1^2/2 + x2^4/4` is constant along every solution ([`energy`](Self::energy)), so that all solutions are periodic. It is observable, but not uniformly: `y' = x2^3`
-/// says little about x2 near 0.
+/// `x1^2/2 + x2^4/4` is constant along every solution ([`energy`](Self::energy)), so that all solutions are periodic.
+/// It is observable, but not uniformly: `y' = x2^3` says little about x2 near 0.
 ///
 /// ```
 /// use luenberger_plants::{Plant, ReverseDuffing};

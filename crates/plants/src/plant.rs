@@ -1,7 +1,7 @@
 //! The plant: `x' = f(t, x, u)`, `y = h(t, x)`.
 //!
-//! The scalar `T` is a parameter of the trait, not of its methods: a plant written for every `T` that can add and multiply
-//! is at once a plant for `f64`, for `f32` on a target, and for dual numbers, from which its Jacobians come.
+//! The scalar `T` is a parameter of the trait, not of its methods: a plant written for every `T` that can add and
+//! multiply is at once a plant for `f64`, for `f32` on a target, and for dual numbers, from which its Jacobians come.
 
 use crate::column::Column;
 
@@ -44,8 +44,8 @@ pub struct Dimensions {
 /// assert_eq!(slope, Vector2::new(1.0, -5.0));
 /// ```
 ///
-/// Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says; simulation checks that once,
-/// before the first call.
+/// Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says; simulation checks that
+/// once, before the first call.
 pub trait Plant<T> {
     /// Column of the n states.
     type State: Column<T>;

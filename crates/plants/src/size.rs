@@ -8,7 +8,8 @@ use nalgebra::{DefaultAllocator, Dim};
 
 /// Every shape that can be made of `N` states, `M` inputs and `P` outputs can be stored.
 ///
-/// Holds for all combinations of [`nalgebra::Const`] and (feature `alloc`) [`nalgebra::Dyn`]; never implement it yourself.
+/// Holds for all combinations of [`nalgebra::Const`] and (feature `alloc`) [`nalgebra::Dyn`]; never implement it
+/// yourself.
 pub trait Size<N: Dim, M: Dim, P: Dim>:
     Allocator<N>
     + Allocator<M>

@@ -49,7 +49,8 @@ fn the_flexible_joint_has_the_jacobian_on_paper() {
     assert_eq!(flexible_joint::classical().output_jacobian(0.0, &x), SMatrix::<f64, 2, 4>::identity());
 }
 
-/// a44 = 3.33 alone moves the linearisation at the origin across the imaginary axis: its trace is the sum of the eigenvalues.
+/// a44 = 3.33 alone moves the linearisation at the origin across the imaginary axis: its trace is the sum of the
+/// eigenvalues.
 #[test]
 fn the_printed_joint_is_unstable() {
     assert!(flexible_joint::printed().linear_part().trace() > 2.0);

@@ -34,7 +34,8 @@ pub enum ProofError {
         /// The entry.
         value: f64,
     },
-    /// A matrix whose definiteness is asked is not symmetric. Definiteness is never asked of the symmetric part in silence.
+    /// A matrix whose definiteness is asked is not symmetric. Definiteness is never asked of the symmetric part in
+    /// silence.
     #[error("{what} is not symmetric: ({row}, {column}) is {upper:e} and ({column}, {row}) is {lower:e}")]
     NotSymmetric {
         /// The quantity.

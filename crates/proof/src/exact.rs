@@ -1,7 +1,7 @@
 //! Dyadic rationals `m 2^e` with an integer `m` of any length: the ring that binary64 numbers generate.
 //!
-//! Every finite binary64 number is one, and so is every sum and product of them: polynomial expressions of the data, such as
-//! `A'P + PA`, have no rounding error at all. There is no division; the referee works without fractions (see
+//! Every finite binary64 number is one, and so is every sum and product of them: polynomial expressions of the data,
+//! such as `A'P + PA`, have no rounding error at all. There is no division; the referee works without fractions (see
 //! [`definite`](crate::definite)).
 
 use core::cmp::Ordering;
@@ -14,8 +14,8 @@ use crate::ring::Ring;
 
 /// The number `mantissa * 2^exponent`; the mantissa is odd, or the number is 0.
 ///
-/// Memory grows with the distance of the exponents that are added: expressions of degree d in binary64 data need at most
-/// about `2100 d` bits.
+/// Memory grows with the distance of the exponents that are added: expressions of degree d in binary64 data need at
+/// most about `2100 d` bits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exact {
     mantissa: IBig,
@@ -91,7 +91,8 @@ impl Exact {
         Interval::new(self.round_down(), self.round_up()).unwrap_or(Interval::UNBOUNDED)
     }
 
-    /// The integer nearest to `self / 2^quantum`, ties to even, for `|self| < 2^(quantum + 53)`: such an integer is a binary64 number.
+    /// The integer nearest to `self / 2^quantum`, ties to even, for `|self| < 2^(quantum + 53)`: such an integer is a
+    /// binary64 number.
     pub(crate) fn nearest_multiple(&self, quantum: i64) -> f64 {
         let cut = quantum - self.exponent;
         let magnitude = self.mantissa.clone().into_parts().1;

@@ -1,16 +1,19 @@
 //! Verdicts in arithmetic that cannot lie: definiteness and matrix inequalities, proved or refuted.
 //!
-//! Floating point proposes, this crate decides. Every answer is a [`Verdict`]: `Proved` with a rigorous margin, `Refuted` with a
-//! witness that anyone can check, or `Undecided` with the reason. It depends on no solver and on no linear algebra library.
+//! Floating point proposes, this crate decides. Every answer is a [`Verdict`]: `Proved` with a rigorous margin,
+//! `Refuted` with a witness that anyone can check, or `Undecided` with the reason. It depends on no solver and on no
+//! linear algebra library.
 //!
 //! From the bottom upwards:
-//! - [`Interval`] (outward rounded) and [`Exact`] (dyadic rationals) are two [`Ring`]s in which binary64 data can be added
-//!   and multiplied without a lie; a [`Matrix`] expression is written once for both;
+//! - [`Interval`] (outward rounded) and [`Exact`] (dyadic rationals) are two [`Ring`]s in which binary64 data can be
+//!   added and multiplied without a lie; a [`Matrix`] expression is written once for both;
 //! - [`definite`] decides whether a symmetric matrix is (semi)definite: a floating-point Cholesky with a proven error
 //!   bound for the quick yes, a verified direction for the quick no, exact elimination as the referee;
-//! - [`semidefinite`] bounds the optimum of a semidefinite program from points that a solver proposes, or shows it infeasible;
+//! - [`semidefinite`] bounds the optimum of a semidefinite program from points that a solver proposes, or shows it
+//!   infeasible;
 //! - [`statement`] evaluates the inequalities of control theory from the raw data and has them decided;
-//! - [`certificate`] reads and writes files that state a theorem with exact numbers, and checks them: the program `luenberger-verify`.
+//! - [`certificate`] reads and writes files that state a theorem with exact numbers, and checks them: the program
+//!   `luenberger-verify`.
 //!
 //! ```
 //! use luenberger_proof::{Matrix, positive_definite};

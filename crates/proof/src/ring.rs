@@ -1,7 +1,7 @@
 //! Rings that contain the binary64 numbers, and matrix expressions over them.
 //!
-//! An expression such as `F'P + PF` with `F = A - LC` is written once over a [`Ring`] and evaluated with outward rounding for
-//! speed or exactly for the last word. Binary64 itself is no ring here: its sums are not sums.
+//! An expression such as `F'P + PF` with `F = A - LC` is written once over a [`Ring`] and evaluated with outward
+//! rounding for speed or exactly for the last word. Binary64 itself is no ring here: its sums are not sums.
 
 use crate::error::ProofError;
 use crate::matrix::Matrix;

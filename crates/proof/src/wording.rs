@@ -1,7 +1,8 @@
 //! Numbers in sentences: exact or rounded to the safe side in statements, with few digits where nothing is claimed.
 //!
-//! A statement about stored numbers must not name others. [`exact`] writes a binary64 number so that nothing is lost; [`at_least`] and [`at_most`] write a
-//! short decimal that is not above, or not below, the number: for a margin, and for a bound.
+//! A statement about stored numbers must not name others. [`exact`] writes a binary64 number so that nothing is lost;
+//! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
+//! for a bound.
 
 /// Significant digits that distinguish all binary64 numbers: the exact expansion of one has at most 767.
 const ALL_DIGITS: usize = 780;
@@ -59,8 +60,8 @@ pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The number itself: a decimal where a short one is exactly the number, else hexadecimal digits and a power of two, with the shortest decimal that reads back as the
-/// number beside it.
+/// The number itself: a decimal where a short one is exactly the number, else hexadecimal digits and a power of two,
+/// with the shortest decimal that reads back as the number beside it.
 ///
 /// ```
 /// use luenberger_proof::wording::exact;
@@ -83,7 +84,8 @@ fn digits(scientific: &str) -> &str {
     if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa }
 }
 
-/// A decimal of so many significant digits that is at most `x`: for a margin, of which a statement may say less and not more.
+/// A decimal of so many significant digits that is at most `x`: for a margin, of which a statement may say less and not
+/// more.
 ///
 /// ```
 /// use luenberger_proof::wording::at_least;
@@ -104,7 +106,8 @@ pub fn at_most(x: f64, digits: usize) -> String {
     rounded(x, digits, x > 0.0)
 }
 
-/// The first digits of `x`, with one unit added to the last one where others follow and the magnitude is to be rounded up.
+/// The first digits of `x`, with one unit added to the last one where others follow and the magnitude is to be rounded
+/// up.
 fn rounded(x: f64, significant: usize, away_from_zero: bool) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
@@ -169,7 +172,8 @@ mod tests {
     use crate::exact::Exact;
     use crate::ring::Ring;
 
-    /// The exact value of a decimal in comparison with that of `x`: both times a power of ten that makes the decimal an integer.
+    /// The exact value of a decimal in comparison with that of `x`: both times a power of ten that makes the decimal an
+    /// integer.
     fn compare(decimal: &str, x: f64) -> core::cmp::Ordering {
         let (mantissa, exponent) = decimal.split_once('e').unwrap_or((decimal, "0"));
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));

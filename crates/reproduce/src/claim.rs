@@ -1,12 +1,13 @@
 //! A claim of a paper: a row of data that says what is printed and where, and a function that computes.
 //!
-//! The verdict is never part of the row. It follows from `printed`, `tolerance` and what `check` returns, by the rules of
-//! [`crate::evidence`].
+//! The verdict is never part of the row. It follows from `printed`, `tolerance` and what `check` returns, by the rules
+//! of [`crate::evidence`].
 //!
 //! # Adding a claim
-//! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`. The row says of which [`Class`] the claim is. A claim
-//! of the paper that comes out refuted must quote the paper's sentence and say how it is read ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses
-//! as evaluated ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
+//! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`.
+//! The row says of which [`Class`] the claim is. A claim of the paper that comes out refuted must quote the paper's
+//! sentence and say how it is read ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as
+//! evaluated ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
 //! ```
 //! use luenberger_reproduce::{Claim, Class, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
 //!
@@ -39,7 +40,8 @@ use std::fmt;
 /// What a check may fail with: any error of the crates below. It marks the claim as failed and the run as unsuccessful.
 pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Whose claim it is, and of what kind. [`Class::Theorem`] and [`Class::Example`] are the paper's own claims; the others are counted apart.
+/// Whose claim it is, and of what kind. [`Class::Theorem`] and [`Class::Example`] are the paper's own claims; the
+/// others are counted apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {

@@ -34,8 +34,8 @@ impl Context {
     /// assert_eq!(*squares(&Context::new(".")).unwrap(), [0.0, 1.0, 4.0, 9.0]);
     /// ```
     /// # Errors
-    /// Those of `compute` (which are not kept: the next caller tries again), and [`TypeOfKey`] if `key` names a result of
-    /// another type.
+    /// Those of `compute` (which are not kept: the next caller tries again), and [`TypeOfKey`] if `key` names a result
+    /// of another type.
     pub fn once<T: Any + Send + Sync>(
         &self,
         key: &'static str,

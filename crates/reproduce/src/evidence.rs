@@ -9,7 +9,8 @@
 //! | [`Evidence::Counterexamples`] | never (where truth is printed) | one is valid: violated, and every hypothesis holds there | none is |
 //! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
 //!
-//! A statement says nothing where its hypotheses do not hold: other evidence too is underspecified where a hypothesis named with it fails or stays undecided.
+//! A statement says nothing where its hypotheses do not hold: other evidence too is underspecified where a hypothesis
+//! named with it fails or stays undecided.
 
 use crate::value::{Printed, PrintedError, Value, short};
 use luenberger_proof::Verdict as ProofVerdict;
@@ -24,7 +25,8 @@ pub enum Verdict {
     Reproduced,
     /// What is computed contradicts what is printed.
     Refuted,
-    /// What is printed does not suffice to tell: admissible readings of the paper disagree, or a proof stayed undecided.
+    /// What is printed does not suffice to tell: admissible readings of the paper disagree, or a proof stayed
+    /// undecided.
     Underspecified,
 }
 
@@ -395,7 +397,8 @@ fn remark(example: &Counterexample) -> String {
 }
 
 impl Judgement {
-    /// The same judgement where these hypotheses of the statement were evaluated: outside of them the statement says nothing.
+    /// The same judgement where these hypotheses of the statement were evaluated: outside of them the statement says
+    /// nothing.
     #[must_use]
     pub fn under(mut self, hypotheses: &[Hypothesis]) -> Self {
         if let Some(open) = hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true)) {

@@ -58,7 +58,8 @@ pub(crate) fn nonnegative(what: &str, m: &DMatrix<f64>) -> Result<Hypothesis, Ch
     Ok(Hypothesis::proof(what, &definite::positive_semidefinite(&exact(m)?)?))
 }
 
-/// One hypothesis over many cases: proved if it is in each, with the smallest margin; else as in the first where it is not.
+/// One hypothesis over many cases: proved if it is in each, with the smallest margin; else as in the first where it is
+/// not.
 pub(crate) fn in_each(what: &str, verdicts: &[Verdict<Direction>]) -> Hypothesis {
     let mut least = f64::INFINITY;
     for verdict in verdicts {
@@ -71,8 +72,9 @@ pub(crate) fn in_each(what: &str, verdicts: &[Verdict<Direction>]) -> Hypothesis
     Hypothesis::computed(what, !verdicts.is_empty(), how)
 }
 
-/// `D - G < 0` with `G = eta diag(alpha)`, alpha_k the sum of row and column k of |D|: condition (4) of the mean-value-theorem paper with (5), (6), for every D in the
-/// intervals. A matrix that is not symmetric is negative as a quadratic form.
+/// `D - G < 0` with `G = eta diag(alpha)`, alpha_k the sum of row and column k of |D|: condition (4) of the
+/// mean-value-theorem paper with (5), (6), for every D in the intervals. A matrix that is not symmetric is negative as
+/// a quadratic form.
 pub(crate) fn condition_4(d: &Matrix<Interval>, eta: f64) -> Result<Verdict<Direction>, CheckError> {
     if d.as_slice().iter().all(Interval::is_point) {
         let entry = |i: usize, j: usize| Exact::from_f64(d[(i, j)].lo());
@@ -95,7 +97,8 @@ fn condition_4_form<R: Ring>(d: &Matrix<R>, size: impl Fn(&R) -> R, eta: f64) ->
     Ok(d.plus_transpose()?.difference(&gain)?)
 }
 
-/// f has a bounded derivative wherever the region is, by enclosures in which every elementary function is differentiated.
+/// f has a bounded derivative wherever the region is, by enclosures in which every elementary function is
+/// differentiated.
 pub(crate) fn differentiable<S: Plant<IntervalDual>>(plant: &S, region: &Region) -> Hypothesis {
     const WHAT: &str = "f is continuously differentiable";
     match enclose(plant, region) {

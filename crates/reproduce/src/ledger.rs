@@ -43,7 +43,8 @@ pub enum ReproduceError {
 pub struct Summary {
     /// Every claim.
     pub records: Vec<Record>,
-    /// What failed: checks, figures and datasets that returned errors, refutations that show no ground, findings that no claim supports.
+    /// What failed: checks, figures and datasets that returned errors, refutations that show no ground, findings that
+    /// no claim supports.
     pub failures: Vec<Failure>,
     /// Where the output is.
     pub out: PathBuf,

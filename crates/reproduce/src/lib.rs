@@ -41,11 +41,11 @@ pub fn papers() -> Vec<Paper> {
     vec![cubic::paper(), mvt::paper(), kkl::paper()]
 }
 
-/// Checks every claim and draws every figure of every paper; writes `claims.json`, `data/`, `figures/` and `report.html`
-/// below `out`.
+/// Checks every claim and draws every figure of every paper; writes `claims.json`, `data/`, `figures/` and
+/// `report.html` below `out`.
 /// # Errors
-/// [`ReproduceError`] where the output cannot be written. A check or figure that fails does not stop the run: it is listed
-/// in [`Summary::failures`].
+/// [`ReproduceError`] where the output cannot be written. A check or figure that fails does not stop the run: it is
+/// listed in [`Summary::failures`].
 pub fn run(out: &Path) -> Result<Summary, ReproduceError> {
     run_papers(&papers(), out)
 }

@@ -7,7 +7,8 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Reproduce the papers: every figure, number and theorem with a verdict, as claims.json, data, figures and report.html.
+/// Reproduce the papers: every figure, number and theorem with a verdict, as claims.json, data, figures and
+/// report.html.
 #[derive(Parser)]
 #[command(
     name = "luenberger-reproduce",

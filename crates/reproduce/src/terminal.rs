@@ -22,8 +22,8 @@ impl Filter {
     }
 }
 
-/// The verdicts as a table, with the counts of all claims below it. Colour and the width of the terminal are used only where
-/// `terminal` says that there is one.
+/// The verdicts as a table, with the counts of all claims below it. Colour and the width of the terminal are used only
+/// where `terminal` says that there is one.
 pub fn table(summary: &Summary, filter: &Filter, terminal: bool) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY);

@@ -1,12 +1,12 @@
 //! Observers side by side on one plant, from the same information.
 //!
-//! All see the same output with the same noise, and all start from the same wrong estimate. Each is run by itself, so that one
-//! that diverges is a row of the table and not the end of it. The input is a function of time: under feedback from its own
-//! estimate each observer would see another plant.
+//! All see the same output with the same noise, and all start from the same wrong estimate. Each is run by itself, so
+//! that one that diverges is a row of the table and not the end of it. The input is a function of time: under feedback
+//! from its own estimate each observer would see another plant.
 //!
-//! What an observer was *given more* than the others stands in its row: what the caller says, and what is found. An observer
-//! whose own state at the start contains x(0) - xhat(0) or x(0), entry for entry, has been told the answer, and its row cannot be
-//! compared with the rest.
+//! What an observer was *given more* than the others stands in its row: what the caller says, and what is found. An
+//! observer whose own state at the start contains x(0) - xhat(0) or x(0), entry for entry, has been told the answer,
+//! and its row cannot be compared with the rest.
 
 use std::fmt;
 use std::hint::black_box;
@@ -170,8 +170,8 @@ impl<'a> Comparison<'a> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// What does not fit, as [`Scenario::run`]. An observer that blows up, or that the integrator cannot follow, is no error:
-    /// its row says so.
+    /// What does not fit, as [`Scenario::run`]. An observer that blows up, or that the integrator cannot follow, is no
+    /// error: its row says so.
     pub fn run(self) -> Result<Compared, SimError> {
         let size = self.plant.dimensions();
         check("the initial state", &self.x0, size.states)?;
@@ -253,8 +253,8 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Whether `answer` stands in `state`, entry for entry up to rounding. A single number, or one with zeros, may stand there by
-/// chance and is not taken for it.
+/// Whether `answer` stands in `state`, entry for entry up to rounding. A single number, or one with zeros, may stand
+/// there by chance and is not taken for it.
 fn contains(state: &[f64], answer: &[f64]) -> bool {
     let near = |a: &f64, b: &f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
     answer.len() > 1
@@ -328,7 +328,8 @@ pub struct Merits {
 }
 
 impl Merits {
-    /// The merits of an observer in a run that integrates the square of its error under the name `integral`; settled is within `band`.
+    /// The merits of an observer in a run that integrates the square of its error under the name `integral`; settled is
+    /// within `band`.
     ///
     /// ```
     /// use luenberger_sim::{Integrand, Merits, Scenario};
@@ -367,8 +368,8 @@ impl Merits {
 pub struct Cost {
     /// Seconds.
     pub seconds: f64,
-    /// Of one step per sample; otherwise of one evaluation of the right-hand side, of which a step of an integrator needs
-    /// several.
+    /// Of one step per sample; otherwise of one evaluation of the right-hand side, of which a step of an integrator
+    /// needs several.
     pub per_sample: bool,
 }
 

@@ -1,8 +1,8 @@
 //! Dense output: every accepted step as a polynomial.
 //!
-//! A step is kept by its values at eight Chebyshev points, and evaluated by the barycentric formula. Eight points carry the
-//! seventh-order interpolant of DOP853 and the third-order one of Radau IIA without loss, whatever the integrator's own
-//! representation, and they serve quantities computed *from* the solution (inputs, outputs, estimates) as well.
+//! A step is kept by its values at eight Chebyshev points, and evaluated by the barycentric formula. Eight points carry
+//! the seventh-order interpolant of DOP853 and the third-order one of Radau IIA without loss, whatever the integrator's
+//! own representation, and they serve quantities computed *from* the solution (inputs, outputs, estimates) as well.
 
 use crate::error::SimError;
 

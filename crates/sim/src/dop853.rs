@@ -1,12 +1,12 @@
 //! DOP853: the explicit Runge-Kutta method of order 8 of Dormand and Prince, with dense output of order 7.
 //!
-//! Error control by the blend of the estimates of order 5 and 3 that its authors recommend, and by the defect of the dense
-//! output: near the border of stability the step may be good to the tolerance and the interpolant a hundred times worse, and
-//! trajectories and events are read from the interpolant. Stiffness is suspected when the step stays at that border for
-//! fifteen steps.
+//! Error control by the blend of the estimates of order 5 and 3 that its authors recommend, and by the defect of the
+//! dense output: near the border of stability the step may be good to the tolerance and the interpolant a hundred times
+//! worse, and trajectories and events are read from the interpolant. Stiffness is suspected when the step stays at that
+//! border for fifteen steps.
 //!
-//! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, sections II.5,
-//! II.6 (dense output), IV.2 of volume II (stiffness).
+//! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
+//! sections II.5, II.6 (dense output), IV.2 of volume II (stiffness).
 
 use crate::dop853_tableau::{A, C, DENSE, ERROR5, THIRD};
 use crate::integrate::{Attempt, Rhs, Tolerance};

@@ -1,7 +1,8 @@
 //! Coefficients of DOP853.
 //!
-//! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, and the
-//! authors' code dop853.f. Stages 1 to 12 make the step, stage 13 is the slope at its end, stages 14 to 16 serve dense output.
+//! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, and
+//! the authors' code dop853.f. Stages 1 to 12 make the step, stage 13 is the slope at its end, stages 14 to 16 serve
+//! dense output.
 
 /// Nodes of the sixteen stages.
 pub(crate) const C: [f64; 16] = [
@@ -23,7 +24,8 @@ pub(crate) const C: [f64; 16] = [
     0.7777777777777778,
 ];
 
-/// Coefficients of the stages below the diagonal, each with the index of the stage it multiplies; row 12 is the step itself.
+/// Coefficients of the stages below the diagonal, each with the index of the stage it multiplies; row 12 is the step
+/// itself.
 pub(crate) const A: [&[(usize, f64)]; 16] = [
     &[],
     &[(0, 0.05260015195876773)],

@@ -1,7 +1,7 @@
 //! Plants and observers without their sizes: slices in, slices out.
 //!
-//! A run mixes a static plant with dynamic observers and the other way round. These traits convert at the border and call
-//! the very objects that run on the target; there is no second definition of any right-hand side.
+//! A run mixes a static plant with dynamic observers and the other way round. These traits convert at the border and
+//! call the very objects that run on the target; there is no second definition of any right-hand side.
 
 use luenberger_observers::{Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{Column, Dimensions, Plant};
@@ -139,8 +139,8 @@ fn triple<A: Column<f64>, B: Column<f64>, C: Column<f64>>(a: &[f64], b: &[f64], 
     Some((column(a)?, column(b)?, column(c)?))
 }
 
-/// Copies a result out. Lengths have been checked before the run; a plant that changes them on the way gets NaN, which the
-/// integrator reports.
+/// Copies a result out. Lengths have been checked before the run; a plant that changes them on the way gets NaN, which
+/// the integrator reports.
 fn put<C: Column<f64>>(result: Option<C>, target: &mut [f64]) {
     match result {
         Some(result) if result.as_slice().len() == target.len() => target.copy_from_slice(result.as_slice()),

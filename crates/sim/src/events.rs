@@ -1,8 +1,8 @@
 //! Crossings and extrema of a quantity along a trajectory, located on the dense output.
 //!
-//! Each step of the integrator is searched at 17 points, more than the degree of its polynomial, and every local extremum
-//! that comes towards the level without reaching it on these points is followed to its end, so that two crossings close to
-//! each other are not missed. Roots are bisected to the last bit of t.
+//! Each step of the integrator is searched at 17 points, more than the degree of its polynomial, and every local
+//! extremum that comes towards the level without reaching it on these points is followed to its end, so that two
+//! crossings close to each other are not missed. Roots are bisected to the last bit of t.
 
 use crate::dense::Dense;
 use crate::error::SimError;

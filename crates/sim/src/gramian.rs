@@ -1,18 +1,22 @@
 //! The empirical observability Gramian: what the output says of the initial state, by simulation.
 //!
-//! From `x0` one walks a step `+-eps s_i` along each state, `s_i` the scale of the state, simulates, and compares outputs:
+//! From `x0` one walks a step `+-eps s_i` along each state, `s_i` the scale of the state, simulates, and compares
+//! outputs:
 //! ```text
 //! W_ij = 1/(4 eps^2) int_{t0}^{t1} (y^{+i} - y^{-i})' R^-2 (y^{+j} - y^{-j}) dt,    R = diag(output scales).
 //! ```
-//! As eps goes to 0, `z'W z` is the energy of the change of the output for a change `x0 + S z`, `S = diag(s)`: the Gramian of the linearisation along
-//! the solution. For a linear plant it is that for every eps, and over a long horizon, if the plant is stable, `S P S` with the P of the Lyapunov equation
-//! `A'P + P A + C'R^-2 C = 0`. A direction with eigenvalue 0 changes no output.
+//! As eps goes to 0, `z'W z` is the energy of the change of the output for a change `x0 + S z`, `S = diag(s)`: the
+//! Gramian of the linearisation along the solution. For a linear plant it is that for every eps, and over a long
+//! horizon, if the plant is stable, `S P S` with the P of the Lyapunov equation `A'P + P A + C'R^-2 C = 0`. A direction
+//! with eigenvalue 0 changes no output.
 //!
-//! The *local unobservability index* `1/lambda_min(W)` says how far apart two initial states can be while their outputs differ little; the *estimation
-//! condition number* `lambda_max(W)/lambda_min(W)`, how much better the best direction is seen than the worst.
+//! The *local unobservability index* `1/lambda_min(W)` says how far apart two initial states can be while their outputs
+//! differ little; the *estimation condition number* `lambda_max(W)/lambda_min(W)`, how much better the best direction
+//! is seen than the worst.
 //!
-//! Source: S. Lall, J. Marsden and S. Glavaski, A subspace approach to balanced truncation for model reduction of nonlinear control systems, Int. J. Robust
-//! Nonlinear Control 12, 2002; A. J. Krener and K. Ide, Measures of unobservability, IEEE CDC 2009.
+//! Source: S. Lall, J. Marsden and S. Glavaski, A subspace approach to balanced truncation for model reduction of
+//! nonlinear control systems, Int. J. Robust Nonlinear Control 12, 2002; A. J. Krener and K. Ide, Measures of
+//! unobservability, IEEE CDC 2009.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -28,8 +32,8 @@ pub struct GramianSettings {
     pub scales: Option<Vec<f64>>,
     /// What counts as one of each output (default 1).
     pub output_scales: Option<Vec<f64>>,
-    /// Half the distance of the two starts, in scales (default 1e-3). The truncation error goes with its square, the error of the
-    /// integration with its inverse.
+    /// Half the distance of the two starts, in scales (default 1e-3). The truncation error goes with its square, the
+    /// error of the integration with its inverse.
     pub perturbation: f64,
     /// The integrator.
     pub integration: Settings,
@@ -48,12 +52,14 @@ pub struct EmpiricalGramian {
     pub gramian: DMatrix<f64>,
     /// Its eigenvalues, the largest first.
     pub eigenvalues: Vec<f64>,
-    /// Its eigenvectors as columns, in the order of the eigenvalues; orthonormal in scaled states, given in the units of the states.
+    /// Its eigenvectors as columns, in the order of the eigenvalues; orthonormal in scaled states, given in the units
+    /// of the states.
     pub directions: DMatrix<f64>,
     /// Number of eigenvalues above the tolerance.
     pub rank: usize,
-    /// Eigenvalues at or below this share of the largest count as zero: `n (100 rtol + (10 max(rtol, atol)/eps)^2)`. The first is the error of the integrals, of
-    /// which n make an eigenvalue; the second that of a difference of two simulations, squared.
+    /// Eigenvalues at or below this share of the largest count as zero: `n (100 rtol + (10 max(rtol, atol)/eps)^2)`.
+    /// The first is the error of the integrals, of which n make an eigenvalue; the second that of a difference of two
+    /// simulations, squared.
     pub tolerance: f64,
     /// What counts as one of each state.
     pub scales: Vec<f64>,
@@ -93,13 +99,15 @@ impl EmpiricalGramian {
     }
 }
 
-/// The empirical observability Gramian of a plant around the solution from `x0` at `span.0`, with the input `input(t, u)`, which writes u.
+/// The empirical observability Gramian of a plant around the solution from `x0` at `span.0`, with the input
+/// `input(t, u)`, which writes u.
 ///
-/// All 2 n simulations and the integrals are one equation for the integrator, so that they share its steps and their differences are smooth.
+/// All 2 n simulations and the integrals are one equation for the integrator, so that they share its steps and their
+/// differences are smooth.
 ///
 /// # Errors
-/// [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`] and [`SimError::TimeSpan`] for bad input; those of [`solve`] where one of the
-/// simulations cannot be continued.
+/// [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`] and [`SimError::TimeSpan`] for bad input;
+/// those of [`solve`] where one of the simulations cannot be continued.
 ///
 /// # Cost
 /// That of 2 n simulations with the steps of the most difficult.

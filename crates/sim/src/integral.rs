@@ -1,7 +1,7 @@
 //! Integrals along a run, as extra states of the integrated equation.
 //!
-//! A quadrature of samples is as good as the samples are dense; an extra state `q' = f(view)`, `q(0) = 0` is as good as the
-//! trajectory, and the step size takes it into account.
+//! A quadrature of samples is as good as the samples are dense; an extra state `q' = f(view)`, `q(0) = 0` is as good as
+//! the trajectory, and the step size takes it into account.
 
 use nalgebra::DMatrix;
 

@@ -1,14 +1,15 @@
 //! Integration of `x' = f(t, x)` with error control, dense output and honest failures.
 //!
-//! Explicit: DOP853, order 8 (module `dop853`). Implicit: Radau IIA, order 5 (module `radau`). Automatic: explicit until
-//! stiffness shows or half the allowed steps are spent, implicit from there.
+//! Explicit: DOP853, order 8 (module `dop853`). Implicit: Radau IIA, order 5 (module `radau`). Automatic: explicit
+//! until stiffness shows or half the allowed steps are spent, implicit from there.
 //!
-//! Both are this crate's own. Of the crates that offer them, differential-equations 0.7.0 exchanges s and 1 - s in the dense
-//! output of DOP853 (errors of 1e-7 where the steps are good to 1e-11), keeps a stale factorisation in Radau5 when the step
-//! changes, and tightens or loosens a shared tolerance once per component; ode_solvers 0.6.2 fails at the end of dense output.
+//! Both are this crate's own. Of the crates that offer them, differential-equations 0.7.0 exchanges s and 1 - s in the
+//! dense output of DOP853 (errors of 1e-7 where the steps are good to 1e-11), keeps a stale factorisation in Radau5
+//! when the step changes, and tightens or loosens a shared tolerance once per component; ode_solvers 0.6.2 fails at the
+//! end of dense output.
 //!
-//! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is not: the
-//! rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
+//! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is
+//! not: the rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
 
 use std::cell::RefCell;
 
@@ -66,7 +67,8 @@ impl Settings {
     }
 }
 
-/// Integrates `x' = f(t, x)` from `x(start) = x0` to `end > start`. `f(t, x, slope)` writes the derivative into `slope`.
+/// Integrates `x' = f(t, x)` from `x(start) = x0` to `end > start`. `f(t, x, slope)` writes the derivative into
+/// `slope`.
 ///
 /// ```
 /// use luenberger_sim::{Settings, solve};
@@ -296,8 +298,8 @@ fn standstill(f: &Rhs<'_>, t: f64, y: &[f64], h: f64) -> SimError {
             (norm, rate) = (entry.abs(), slope * entry.signum());
         }
     }
-    // At a finite-time blow-up |y|/|y'| is the time left, a few steps; at a kink it is the time scale of the plant. Steps
-    // there have the size of the spacing of t, so a million of them is still nothing.
+    // At a finite-time blow-up |y|/|y'| is the time left, a few steps; at a kink it is the time scale of the plant.
+    // Steps there have the size of the spacing of t, so a million of them is still nothing.
     let runs_off = rate * h.max(f64::EPSILON * t.abs()) * 1e6 > norm;
     if runs_off || slope.iter().any(|slope| !slope.is_finite()) && norm > 1e10 {
         SimError::BlowUp { time: t, norm }

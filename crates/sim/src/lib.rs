@@ -1,7 +1,8 @@
 //! Plants and observers in one run: trajectories, events, noise, metrics and comparisons.
 //!
-//! A [`Scenario`] is a plant, any number of observers, an input and perhaps noise; running it integrates plant and observers
-//! as one stacked equation, through the very objects that run on the target, and gives a [`Trajectory`] with dense output.
+//! A [`Scenario`] is a plant, any number of observers, an input and perhaps noise; running it integrates plant and
+//! observers as one stacked equation, through the very objects that run on the target, and gives a [`Trajectory`] with
+//! dense output.
 //!
 //! Example 1 of the cubic-observer paper:
 //! ```

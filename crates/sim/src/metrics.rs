@@ -1,8 +1,8 @@
 //! Figures of merit of an observer's error.
 //!
-//! Settling has two meanings, and they differ as soon as the error swings through the band: [`settling_first`] is the first
-//! time the error is within it (the footnote of the cubic-observer paper), [`settling_last`] the time from which it stays
-//! there (what reproduces the paper's numbers). Integrals of the error are extra states of the run: see
+//! Settling has two meanings, and they differ as soon as the error swings through the band: [`settling_first`] is the
+//! first time the error is within it (the footnote of the cubic-observer paper), [`settling_last`] the time from which
+//! it stays there (what reproduces the paper's numbers). Integrals of the error are extra states of the run: see
 //! [`Integrand`](crate::Integrand).
 
 use nalgebra::DMatrix;
@@ -20,7 +20,8 @@ pub fn peak(error: &Trace<'_>) -> Result<Extremum, SimError> {
     error.largest_magnitude(error.span().0)
 }
 
-/// The largest `|e|` after the first change of sign: how far the estimate overshoots. `None` when the sign never changes.
+/// The largest `|e|` after the first change of sign: how far the estimate overshoots. `None` when the sign never
+/// changes.
 pub fn overshoot(error: &Trace<'_>) -> Option<Extremum> {
     error.largest_magnitude(error.first_sign_change()?).ok()
 }
@@ -39,8 +40,8 @@ pub fn settling_first(error: &Trace<'_>, band: f64) -> Option<f64> {
         .reduce(f64::min)
 }
 
-/// The last time with `|e| = band`, after which `|e|` stays below: the start if the error never leaves the band, `None` if it
-/// is outside at the end.
+/// The last time with `|e| = band`, after which `|e|` stays below: the start if the error never leaves the band, `None`
+/// if it is outside at the end.
 pub fn settling_last(error: &Trace<'_>, band: f64) -> Option<f64> {
     if error.last().abs() > band {
         return None;

@@ -1,9 +1,9 @@
 //! Radau IIA of order 5, for stiff starts and stiff plants.
 //!
-//! Three implicit stages at `c = ((4 - sqrt 6)/10, (4 + sqrt 6)/10, 1)`, stiffly accurate and L-stable; simplified Newton on the
-//! three stages together; embedded error estimate of order 3, filtered by `(u/h I - J)^-1`; dense output by the collocation
-//! polynomial. The Jacobian is formed by differences in every step: the systems here have tens of states, and a Jacobian that
-//! is never stale leaves nothing to tune.
+//! Three implicit stages at `c = ((4 - sqrt 6)/10, (4 + sqrt 6)/10, 1)`, stiffly accurate and L-stable; simplified
+//! Newton on the three stages together; embedded error estimate of order 3, filtered by `(u/h I - J)^-1`; dense output
+//! by the collocation polynomial. The Jacobian is formed by differences in every step: the systems here have tens of
+//! states, and a Jacobian that is never stale leaves nothing to tune.
 //!
 //! Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8.
 

@@ -1,7 +1,8 @@
 //! A run: the stacked equation integrated from one jump to the next.
 //!
-//! Integration stops and goes on wherever something jumps: a new value of the noise, a sample, a held input, a breakpoint of
-//! the input. Sampled-data observers are stepped at their samples; between samples their estimate stands still.
+//! Integration stops and goes on wherever something jumps: a new value of the noise, a sample, a held input, a
+//! breakpoint of the input. Sampled-data observers are stepped at their samples; between samples their estimate stands
+//! still.
 
 use std::cell::RefCell;
 

@@ -38,7 +38,8 @@ impl Samples {
     /// # Ok::<(), luenberger_sim::SimError>(())
     /// ```
     /// # Errors
-    /// [`SimError::Samples`], [`SimError::Length`], [`SimError::NotFinite`] with the index counted row by row, [`SimError::TimesUnsorted`].
+    /// [`SimError::Samples`], [`SimError::Length`], [`SimError::NotFinite`] with the index counted row by row,
+    /// [`SimError::TimesUnsorted`].
     pub fn new(t: Vec<f64>, values: DMatrix<f64>, between: Between) -> Result<Self, SimError> {
         if t.len() < 2 {
             return Err(SimError::Samples { samples: t.len() });
@@ -79,7 +80,8 @@ impl Samples {
         Self { between, ..self }
     }
 
-    /// Writes the values at `t`, and beyond the ends those of the end. As many are written as there are columns and room for.
+    /// Writes the values at `t`, and beyond the ends those of the end. As many are written as there are columns and
+    /// room for.
     ///
     /// Cost: the logarithm of the number of samples.
     pub fn at(&self, t: f64, value: &mut [f64]) {
@@ -87,7 +89,8 @@ impl Samples {
         self.on(next.saturating_sub(1), t, value);
     }
 
-    /// Writes the values at `t` by what holds from sample `k` to the next: on the right of a jump one still sees what was held.
+    /// Writes the values at `t` by what holds from sample `k` to the next: on the right of a jump one still sees what
+    /// was held.
     pub(crate) fn on(&self, k: usize, t: f64, value: &mut [f64]) {
         let share = match (self.t.get(k), self.t.get(k + 1)) {
             (Some(start), Some(end)) if self.between == Between::Line => ((t - start) / (end - start)).clamp(0.0, 1.0),

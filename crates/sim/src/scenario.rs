@@ -195,10 +195,10 @@ impl<'a> Scenario<'a> {
     /// Runs.
     ///
     /// # Errors
-    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`], [`SimError::TimeSpan`],
-    /// [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`], [`SimError::Index`],
-    /// [`SimError::AlgebraicLoop`]. What happens on the way: [`SimError::BlowUp`], [`SimError::StepSize`],
-    /// [`SimError::TooManySteps`].
+    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
+    /// [`SimError::TimeSpan`], [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`],
+    /// [`SimError::Index`], [`SimError::AlgebraicLoop`]. What happens on the way: [`SimError::BlowUp`],
+    /// [`SimError::StepSize`], [`SimError::TooManySteps`].
     pub fn run(mut self) -> Result<Trajectory, SimError> {
         if let Some((end, samples)) = self.span {
             self.times = equally_spaced(self.start, end, samples)?;

@@ -51,7 +51,8 @@ impl<'a> Signal<'a> {
         })
     }
 
-    /// One input as a function of time: `Signal::scalar(f64::sin)`. Should the plant have more inputs, all get that value.
+    /// One input as a function of time: `Signal::scalar(f64::sin)`. Should the plant have more inputs, all get that
+    /// value.
     pub fn scalar(f: impl Fn(f64) -> f64 + 'a) -> Self {
         Self::function(move |t, u| u.fill(f(t)))
     }
@@ -72,8 +73,8 @@ impl<'a> Signal<'a> {
         Self(Kind::StateFeedback { gain })
     }
 
-    /// Any law: `law(view, u)` reads time, state, output and estimates from the view and writes the input into `u`. The view's
-    /// own input is zero, and estimates that use the input are refused ([`SimError::AlgebraicLoop`]).
+    /// Any law: `law(view, u)` reads time, state, output and estimates from the view and writes the input into `u`. The
+    /// view's own input is zero, and estimates that use the input are refused ([`SimError::AlgebraicLoop`]).
     pub fn law(law: impl Fn(&View<'_>, &mut [f64]) + 'a) -> Self {
         Self(Kind::Law(Box::new(law)))
     }

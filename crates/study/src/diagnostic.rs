@@ -1,6 +1,7 @@
 //! Mistakes in a file: where they are, what was expected, and the lines around them.
 //!
-//! A [`Diagnostic`] knows the bytes it speaks of; a [`Source`] turns them into line and column, and [`Diagnostics`] prints all of a file's mistakes in the order of the file:
+//! A [`Diagnostic`] knows the bytes it speaks of; a [`Source`] turns them into line and column, and [`Diagnostics`]
+//! prints all of a file's mistakes in the order of the file:
 //!
 //! ```text
 //! error: `pols` is not a key of an observer of the kind luenberger

@@ -1,7 +1,8 @@
-//! What the command `luenberger` does: a study is read, its plant is made from text, observers are designed, run and compared.
+//! What the command `luenberger` does: a study is read, its plant is made from text, observers are designed, run and
+//! compared.
 //!
-//! A study is a text file ([`schema`] has its keys, [`template`] examples). [`Study::from_path`] reads it, with every mistake at its line and column;
-//! [`execute()`] does one of its steps or all of them, and leaves a folder of results.
+//! A study is a text file ([`schema`] has its keys, [`template`] examples). [`Study::from_path`] reads it, with every
+//! mistake at its line and column; [`execute()`] does one of its steps or all of them, and leaves a folder of results.
 //!
 //! | file | subject |
 //! |---|---|

@@ -118,7 +118,8 @@ impl Model {
         }
     }
 
-    /// The states, from 0, in which some right-hand side or output is not affine, with that text; empty where that is not known.
+    /// The states, from 0, in which some right-hand side or output is not affine, with that text; empty where that is
+    /// not known.
     pub fn nonlinearities(&self) -> Vec<String> {
         match self {
             Self::Expressions(plant) => {

@@ -107,7 +107,8 @@ impl Program {
         }
     }
 
-    /// Checks that it has so many components and is finite over a run: expressions at 1001 equally spaced times, a table by its ends.
+    /// Checks that it has so many components and is finite over a run: expressions at 1001 equally spaced times, a
+    /// table by its ends.
     ///
     /// # Errors
     /// [`SignalError::Length`], [`SignalError::Undefined`], [`SignalError::Span`].
@@ -140,7 +141,8 @@ impl Program {
         }
     }
 
-    /// The times within a run at which it jumps or has a kink: those of a table. What an expression does is not known; name its jumps yourself.
+    /// The times within a run at which it jumps or has a kink: those of a table. What an expression does is not known;
+    /// name its jumps yourself.
     pub fn breakpoints(&self, start: f64, end: f64) -> Vec<f64> {
         match self {
             Self::Expressions(_) => Vec::new(),
@@ -220,7 +222,8 @@ impl Input {
         }
     }
 
-    /// Checks its function of time against a run: see [`Program::check`]. The gain and the observer are checked by the simulation.
+    /// Checks its function of time against a run: see [`Program::check`]. The gain and the observer are checked by the
+    /// simulation.
     ///
     /// # Errors
     /// Those of [`Program::check`].

@@ -47,7 +47,8 @@ impl Study {
     /// Reads a study: JSON from `.json`, TOML from everything else.
     ///
     /// # Errors
-    /// [`StudyError::Io`] for a file that cannot be read, [`StudyError::File`] with every mistake in it, by line and column.
+    /// [`StudyError::Io`] for a file that cannot be read, [`StudyError::File`] with every mistake in it, by line and
+    /// column.
     pub fn from_path(path: &Path) -> Result<Self, StudyError> {
         let text = std::fs::read_to_string(path).map_err(|error| StudyError::io(path, error))?;
         let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));

@@ -1,7 +1,8 @@
 //! Tables of numbers from CSV text: measured logs, inputs and references.
 //!
-//! The first line names the columns, the others hold numbers. Cells are separated by commas, semicolons or tabs, whichever the first line has; lines that begin
-//! with `#` are left out. The decimal sign is a point. Everything that is wrong is reported with its line and its column.
+//! The first line names the columns, the others hold numbers. Cells are separated by commas, semicolons or tabs,
+//! whichever the first line has; lines that begin with `#` are left out. The decimal sign is a point. Everything that
+//! is wrong is reported with its line and its column.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -386,7 +387,8 @@ const GAP: f64 = 5.0;
 const AT_LIMIT: usize = 4;
 const IN_BETWEEN: usize = 10;
 
-/// A value that has every hundredth step of its range repeats by its coarseness alone: at least so many different values are needed to speak of repetition.
+/// A value that has every hundredth step of its range repeats by its coarseness alone: at least so many different
+/// values are needed to speak of repetition.
 const DIFFERENT: usize = 100;
 
 fn gaps(t: &[f64]) -> Vec<Suspicion> {

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
 
-/// Gives memory at every place of a line of the cache in turn: kernels that begin at an aligned address would add up in another order each time.
+/// Gives memory at every place of a line of the cache in turn: kernels that begin at an aligned address would add up in
+/// another order each time.
 struct Shifting;
 
 static NEXT: AtomicUsize = AtomicUsize::new(0);
@@ -18,7 +19,8 @@ fn outer(layout: Layout) -> Option<Layout> {
     Layout::from_size_align(layout.size().checked_add(2 * LINE)?, LINE).ok()
 }
 
-// SAFETY: what is handed out lies at most two lines behind the start of a block that is two lines longer, at a multiple of the alignment asked for; how far, stands in the byte before it.
+// SAFETY: what is handed out lies at most two lines behind the start of a block that is two lines longer, at a multiple
+// of the alignment asked for; how far, stands in the byte before it.
 unsafe impl GlobalAlloc for Shifting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if layout.align() >= LINE {
@@ -58,7 +60,8 @@ unsafe impl GlobalAlloc for Shifting {
 #[global_allocator]
 static ALLOCATOR: Shifting = Shifting;
 
-/// The rod of twenty temperatures with a gain from inequalities in 271 unknowns: large enough for kernels with several threads, if any asked for them.
+/// The rod of twenty temperatures with a gain from inequalities in 271 unknowns: large enough for kernels with several
+/// threads, if any asked for them.
 fn rod() -> Study {
     let text = template::template("heat-rod").unwrap().text;
     let (plant, _) = text.split_once("[[observer]]").unwrap();

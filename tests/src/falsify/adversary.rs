@@ -1,8 +1,10 @@
-//! Who tries to contradict an accepted certificate: from the text of the document alone, in exact arithmetic, without `luenberger-proof`.
+//! Who tries to contradict an accepted certificate: from the text of the document alone, in exact arithmetic, without
+//! `luenberger-proof`.
 //!
-//! Where a statement is one about eigenvalues or about quadratic forms, the exact answer is computed, of the numbers as written; where data are bounds, of numbers drawn from between them.
-//! The worst of a switching polytope is at a vertex in every step, the worst w of a sector on its boundary: these are drawn, and their inequality is decided for all e at once.
-//! The margins that a file claims are held against the exact matrices.
+//! Where a statement is one about eigenvalues or about quadratic forms, the exact answer is computed, of the numbers as
+//! written; where data are bounds, of numbers drawn from between them. The worst of a switching polytope is at a vertex
+//! in every step, the worst w of a sector on its boundary: these are drawn, and their inequality is decided for all e
+//! at once. The margins that a file claims are held against the exact matrices.
 
 use serde_json::Value;
 
@@ -303,8 +305,8 @@ fn cubic_observer(document: &Value, random: &mut Random) -> Found {
     if random.once_in(24) { simulated(document, random) } else { Ok(()) }
 }
 
-/// Runge and Kutta's fourth order with short steps, until V has fallen to a thousandth of what it was. The Lyapunov matrix of the stored gain is another
-/// one than P, so that V may grow at first; not a thousandfold.
+/// Runge and Kutta's fourth order with short steps, until V has fallen to a thousandth of what it was. The Lyapunov
+/// matrix of the stored gain is another one than P, so that V may grow at first; not a thousandfold.
 fn simulated(document: &Value, random: &mut Random) -> Found {
     let (plant, observer) = (&document["plant"], &document["observer"]);
     let c = float_matrix(&plant["C"]);

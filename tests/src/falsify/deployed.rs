@@ -1,8 +1,11 @@
-//! The adversary of the deployed observer: the step run bit by bit, in binary32, binary64 or two's complement, on a plant in twice the digits of binary64.
+//! The adversary of the deployed observer: the step run bit by bit, in binary32, binary64 or two's complement, on a
+//! plant in twice the digits of binary64.
 //!
-//! Inputs, noise, states and first errors lie within their bounds, most often on them; the noise is the one that pushes the error outwards. The sums are computed forwards, backwards and with
-//! fused operations. What is held against the statement: the stored numbers, the contraction of the stored matrices, the ball at every step, and at the end the bounds of the limit.
-//! The cubic step in floating point is that of `luenberger_observers::SampledCubicObserver` itself.
+//! Inputs, noise, states and first errors lie within their bounds, most often on them; the noise is the one that pushes
+//! the error outwards. The sums are computed forwards, backwards and with fused operations. What is held against the
+//! statement: the stored numbers, the contraction of the stored matrices, the ball at every step, and at the end the
+//! bounds of the limit. The cubic step in floating point is that of `luenberger_observers::SampledCubicObserver`
+//! itself.
 
 use luenberger_observers::{SampledCubicObserver, SampledObserver};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
@@ -301,7 +304,8 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
         let energy = e.dot(&(&float_p * &e)).max(0.0).sqrt();
         let scale = float_p.norm().sqrt() * e.norm();
         ensure(energy <= start + 1e-12 * scale, || format!("sqrt(e'Pe) = {energy:e} above {start:e} at step {k}"))?;
-        // The limit is that of all times: what the first error has left of itself is counted apart. For the cubic observer the map is another one while the error is large.
+        // The limit is that of all times: what the first error has left of itself is counted apart. For the cubic
+        // observer the map is another one while the error is large.
         if k > STEPS / 2 && !matches!(observer, Step::Cubic32(_) | Step::Cubic64(_)) || k + 1 == STEPS {
             let left = transient
                 .abs()

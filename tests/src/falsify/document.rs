@@ -1,4 +1,5 @@
-//! A certificate as the JSON document that it is, read here without `luenberger-proof`: hexadecimal floats, integers, fractions, and bounds of which a number between is drawn.
+//! A certificate as the JSON document that it is, read here without `luenberger-proof`: hexadecimal floats, integers,
+//! fractions, and bounds of which a number between is drawn.
 
 use dashu_int::{IBig, UBig};
 use serde_json::Value;

@@ -1,7 +1,10 @@
-//! Matrices of rational numbers: integers times a power of two, over a common denominator. What is asked of them is asked of characteristic polynomials over the integers.
+//! Matrices of rational numbers: integers times a power of two, over a common denominator. What is asked of them is
+//! asked of characteristic polynomials over the integers.
 //!
-//! Symmetric matrices: all eigenvalues are real, so that Descartes' rule of signs counts the positive ones exactly. Others: Routh's array decides whether all eigenvalues have negative real
-//! parts, and with `z = (1 + s)/(1 - s)` whether all lie inside the unit circle. The polynomials are those of Faddeev and Le Verrier. Nothing here is shared with `luenberger-proof`.
+//! Symmetric matrices: all eigenvalues are real, so that Descartes' rule of signs counts the positive ones exactly.
+//! Others: Routh's array decides whether all eigenvalues have negative real parts, and with `z = (1 + s)/(1 - s)`
+//! whether all lie inside the unit circle. The polynomials are those of Faddeev and Le Verrier. Nothing here is shared
+//! with `luenberger-proof`.
 
 use dashu_int::{IBig, Sign};
 
@@ -200,7 +203,8 @@ impl Exact {
             })
     }
 
-    /// `z^n + c_1 z^(n-1) + ... + c_n` of the matrix of integers, whose eigenvalues are those of this one times a positive number.
+    /// `z^n + c_1 z^(n-1) + ... + c_n` of the matrix of integers, whose eigenvalues are those of this one times a
+    /// positive number.
     fn polynomial(&self) -> Vec<IBig> {
         assert_eq!(self.rows, self.cols);
         let n = self.rows;
@@ -325,7 +329,8 @@ impl Exact {
     }
 }
 
-/// Routh's array of a polynomial with a positive leading coefficient, multiplied by positive numbers where it would divide.
+/// Routh's array of a polynomial with a positive leading coefficient, multiplied by positive numbers where it would
+/// divide.
 fn is_hurwitz(coefficients: &[IBig]) -> bool {
     if coefficients.iter().any(|c| sign(c) <= 0) {
         return false;

@@ -1,10 +1,13 @@
-//! Falsification of the theorems of `luenberger-proof`: certificates of random designs, changed in ways that mean something, sealed again, and each accepted one held against an adversary.
+//! Falsification of the theorems of `luenberger-proof`: certificates of random designs, changed in ways that mean
+//! something, sealed again, and each accepted one held against an adversary.
 //!
-//! A certificate goes through as the JSON document that a user has: `mutate` changes its data, `CertificateFile::read` has to accept the shape, `CertificateFile::prove` the mathematics with margins
-//! of its own, and [`verify`] the result; now and then also the document itself, with the margins it had, one of them an ulp larger, with new words and a new digest. `adversary` reads the accepted text
-//! without `luenberger-proof` and tries to contradict it.
-//! An accepted mutant is often the next to be changed, so that mutants wander; and where the change of one number makes the difference between accepted and refused, the boundary
-//! between the two is searched by bisection, down to neighbouring numbers.
+//! A certificate goes through as the JSON document that a user has: `mutate` changes its data, `CertificateFile::read`
+//! has to accept the shape, `CertificateFile::prove` the mathematics with margins of its own, and [`verify`] the
+//! result; now and then also the document itself, with the margins it had, one of them an ulp larger, with new words
+//! and a new digest. `adversary` reads the accepted text without `luenberger-proof` and tries to contradict it. An
+//! accepted mutant is often the next to be changed, so that mutants wander; and where the change of one number makes
+//! the difference between accepted and refused, the boundary between the two is searched by bisection, down to
+//! neighbouring numbers.
 
 mod adversary;
 mod deployed;
@@ -154,7 +157,8 @@ impl Run {
         Ok(Some(serde_json::from_str(&text).map_err(|why| why.to_string())?))
     }
 
-    /// The document with its own margins, sometimes one of them an ulp larger, with words and a digest that agree with it; held against the adversary if it is verified.
+    /// The document with its own margins, sometimes one of them an ulp larger, with words and a digest that agree with
+    /// it; held against the adversary if it is verified.
     fn is_verified_as_it_is(&mut self, mutant: &Value) -> bool {
         let mut document = mutant.clone();
         let Ok(read) = CertificateFile::read(document.to_string().as_bytes()) else { return false };
@@ -198,7 +202,8 @@ impl Run {
         }
     }
 
-    /// Between an accepted and a refused document that differ in one number: the last accepted number, and every mutant on the way.
+    /// Between an accepted and a refused document that differ in one number: the last accepted number, and every mutant
+    /// on the way.
     fn bisect(&mut self, accepted: &Value, refused: &Value) {
         let Some((path, good, bad)) = mutate::single_difference(accepted, refused) else { return };
         if good.is_sign_negative() != bad.is_sign_negative() || !good.is_finite() || !bad.is_finite() {

@@ -1,4 +1,5 @@
-//! Changes of a certificate that mean something: of its numbers, matrices, lists, dimensions and words, wherever they stand.
+//! Changes of a certificate that mean something: of its numbers, matrices, lists, dimensions and words, wherever they
+//! stand.
 
 use serde_json::Value;
 

@@ -1,4 +1,5 @@
-//! The adversary of linear matrix inequalities and semidefinite programs: points and multipliers evaluated exactly, and feasible points looked for where there should be none, or none so good.
+//! The adversary of linear matrix inequalities and semidefinite programs: points and multipliers evaluated exactly, and
+//! feasible points looked for where there should be none, or none so good.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde_json::Value;

@@ -56,7 +56,8 @@ fn proof_matrix(m: &DMatrix<f64>) -> Matrix<f64> {
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 
-/// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of coordinates.
+/// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of
+/// coordinates.
 fn plant(random: &mut Random, largest: usize) -> Option<StateSpace> {
     let n = 1 + random.below(largest);
     let p = 1 + random.below(n.min(2));
@@ -333,7 +334,8 @@ fn refuted(random: &mut Random) -> Option<CertificateFile> {
     inequality(random, false)
 }
 
-/// A dense block of order 2 and a diagonal one of order 2, in SDPA's format. With `Y = I` strictly feasible for (D) and `F_1 = I`; or without a feasible point of (P), or of (D).
+/// A dense block of order 2 and a diagonal one of order 2, in SDPA's format. With `Y = I` strictly feasible for (D) and
+/// `F_1 = I`; or without a feasible point of (P), or of (D).
 fn program(random: &mut Random) -> Option<CertificateFile> {
     let unknowns = 1 + random.below(2);
     let kind = random.below(5);

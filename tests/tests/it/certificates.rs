@@ -1,4 +1,5 @@
-//! From the design to the file to the checker: the theorems of the cubic paper and every other design that carries proofs, and what becomes of files that were tampered with.
+//! From the design to the file to the checker: the theorems of the cubic paper and every other design that carries
+//! proofs, and what becomes of files that were tampered with.
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
@@ -50,7 +51,8 @@ fn goes_the_whole_way<E: std::fmt::Debug>(file: Result<CertificateFile, E>) -> P
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
 
-    /// Theorems 1 and 2: the linear observer, the cubic one for any admissible S, and both with the margins that the design has.
+    /// Theorems 1 and 2: the linear observer, the cubic one for any admissible S, and both with the margins that the
+    /// design has.
     #[test]
     fn theorems_1_and_2_go_into_files(plant in stabilisable_plant(1..=6), d in matrix(6, 6), k in matrix(6, 6)) {
         let p = plant.c.nrows();
@@ -75,7 +77,8 @@ proptest! {
         prop_assert!(proved.statement.contains(&said), "{}", proved.statement);
     }
 
-    /// Theorem 4: one gain for a polytope, feasible by construction (see `theorems_cubic.rs`). Theorem 5: (23) as a polytope of two.
+    /// Theorem 4: one gain for a polytope, feasible by construction (see `theorems_cubic.rs`). Theorem 5: (23) as a
+    /// polytope of two.
     #[test]
     fn theorems_4_and_5_go_into_files(plant in stabilisable_plant(2..=5), spread in matrix(5, 5)) {
         let n = plant.a.nrows();
@@ -127,7 +130,8 @@ proptest! {
         }
     }
 
-    /// A file with bytes changed, and its digest made to agree: never a panic, and what is proved is proved of what is written.
+    /// A file with bytes changed, and its digest made to agree: never a panic, and what is proved is proved of what is
+    /// written.
     #[test]
     fn tampering_never_panics(edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..3)) {
         let mut bytes = example1().2.certificate_file("Example 1").unwrap().to_json().into_bytes();
@@ -170,7 +174,8 @@ fn the_examples_of_the_paper_go_into_files() {
     goes_the_whole_way(margin.at_margin.certificate_file("Example 3 at its margin"));
 }
 
-/// A weight that ignores an output: N lacks rank, and convergence is proved from an ellipsoid, or of the real gain alone.
+/// A weight that ignores an output: N lacks rank, and convergence is proved from an ellipsoid, or of the real gain
+/// alone.
 #[test]
 fn a_singular_weight_goes_into_a_file_that_says_how_far_it_reaches() {
     let plant = StateSpace::new(
@@ -235,7 +240,8 @@ fn designs_for_nonlinear_plants_go_into_files() {
     assert_eq!(goes_the_whole_way(coordinates.certificate_file("coordinates")).facts.len(), 3);
 }
 
-/// Observers of the observable plants, sampled, in the numbers of their targets: what a design proves, the checker proves, and a bound one unit smaller it does not.
+/// Observers of the observable plants, sampled, in the numbers of their targets: what a design proves, the checker
+/// proves, and a bound one unit smaller it does not.
 #[test]
 fn deployed_observers_go_into_files() {
     let plants = [double_integrator().to_dynamic(), third_order::example3().to_dynamic()];
@@ -264,7 +270,8 @@ fn deployed_observers_go_into_files() {
                 forged.ball.as_mut().unwrap().entries[n - 1] = ball.entries[n - 1].next_down();
                 assert!(CertificateFile::prove("forged", forged).is_err());
             }
-            // The root of the cubic observer is not specified in fixed point: its stored numbers are proved, and no ball is claimed.
+            // The root of the cubic observer is not specified in fixed point: its stored numbers are proved, and no
+            // ball is claimed.
             let proved = goes_the_whole_way(design.deployed_certificate_file("cubic", format.into(), &meets));
             assert_eq!(proved.facts.len(), if format == fixed { 4 } else { 5 + n }, "{}", proved.statement);
             assert_eq!(proved.statement.ends_with("Nothing is said of the rounding of its steps."), format == fixed);
@@ -276,7 +283,8 @@ fn deployed_observers_go_into_files() {
         boast.ball = Some(ClaimedBall { start: 1e6, entries: vec![1e6; n] });
         let why = CertificateFile::prove("boast", boast).unwrap_err().to_string();
         assert!(why.ends_with("the root of the cubic observer is not specified in fixed point"), "{why}");
-        // A stored number of N changed by one unit of its format: what is claimed of the others is no longer what is proved.
+        // A stored number of N changed by one unit of its format: what is claimed of the others is no longer what is
+        // proved.
         let file = design.deployed_certificate_file("cubic", Format::Binary32.into(), &meets).unwrap();
         let Theorem::DeployedObserver(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
         let mut finer = theorem.clone();
@@ -290,7 +298,8 @@ fn deployed_observers_go_into_files() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
 
-    /// The exact solution for a random equation: proved as derived, wider as well, and not one unit narrower at either end of any entry.
+    /// The exact solution for a random equation: proved as derived, wider as well, and not one unit narrower at either
+    /// end of any entry.
     #[test]
     fn exact_solutions_go_into_files(m in matrix(4, 4), q in matrix(4, 4), n in 1..=4_usize, is_stein in any::<bool>()) {
         let (m, q) = (m.view((0, 0), (n, n)).into_owned(), q.view((0, 0), (n, n)).into_owned());
@@ -348,7 +357,8 @@ fn an_answer_to_another_problem_has_no_file() {
     assert!(error.to_string().contains("x has the entry NaN at row 0"), "{error}");
 }
 
-// Tampering. The digest catches every change; what the mathematics says is tested with the digest and the words made to agree again.
+// Tampering. The digest catches every change; what the mathematics says is tested with the digest and the words made to
+// agree again.
 
 const SEAL: &str = "\"sha256\": \"";
 
@@ -387,9 +397,10 @@ fn with_number(text: &str, at: usize, value: f64) -> String {
     format!("{}{}{}", &text[..at], Number::from_f64(value).unwrap(), &text[at + length..])
 }
 
-/// Every bit of every number of the linear observer of Example 1. With the old digest: rejected, all. With a new one the mathematics decides, and whatever it
-/// lets pass is true by another method: the smallest eigenvalues in floating point are not below the margins claimed. What passes: every change of B and of the
-/// sign of a zero, and the low bits that happen to increase the margins.
+/// Every bit of every number of the linear observer of Example 1. With the old digest: rejected, all. With a new one
+/// the mathematics decides, and whatever it lets pass is true by another method: the smallest eigenvalues in floating
+/// point are not below the margins claimed. What passes: every change of B and of the sign of a zero, and the low bits
+/// that happen to increase the margins.
 #[test]
 fn flipped_bits_are_rejected_or_leave_the_statement_true() {
     let (_, linear, _) = example1();
@@ -427,7 +438,8 @@ fn flipped_bits_are_rejected_or_leave_the_statement_true() {
     assert!(rejected > 300 && accepted > 100, "{rejected} rejected, {accepted} accepted");
 }
 
-/// Changes that make the statement false: rejected by the mathematics alone, with the digest and the words made to agree.
+/// Changes that make the statement false: rejected by the mathematics alone, with the digest and the words made to
+/// agree.
 #[test]
 fn false_statements_are_rejected_with_a_digest_that_agrees() {
     let (_, _, cubic) = example1();

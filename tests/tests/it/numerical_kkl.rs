@@ -1,8 +1,9 @@
-//! The numerical KKL observer end to end: designed by `design`, run by `sim`, on trajectories that nothing was fitted on.
+//! The numerical KKL observer end to end: designed by `design`, run by `sim`, on trajectories that nothing was fitted
+//! on.
 //!
-//! The reverse Duffing oscillator is what learned observers are measured on: from (0.5, 0.5), on the box [-1, 1]^2, published ones reach root mean
-//! squares of (6.9e-3, 1.1e-2) with five target states. With three, the embedded form has to stay below (1e-4, 1e-3), the interpolated one below
-//! 1e-5 in both, from t = 10 on, begun at z = 0.
+//! The reverse Duffing oscillator is what learned observers are measured on: from (0.5, 0.5), on the box [-1, 1]^2,
+//! published ones reach root mean squares of (6.9e-3, 1.1e-2) with five target states. With three, the embedded form
+//! has to stay below (1e-4, 1e-3), the interpolated one below 1e-5 in both, from t = 10 on, begun at z = 0.
 
 use std::ops::ControlFlow::Continue;
 use std::sync::OnceLock;
@@ -66,8 +67,8 @@ fn two_integrators_agree_on_the_errors() {
         held_out(&ReverseDuffing, &design.embedded, &square(), &SVector::zeros(), &[trial]).unwrap();
     assert_eq!((inside.samples, outside.samples), (1601, 0));
     let simulated = simulated(&design.embedded, [0.5, 0.5]);
-    // The states at the samples differ by 1e-8 between the integrators, and by the residue of T(0), 1e-6, at the start; estimates jump between
-    // leaves, by errors of this size, at times that differ as little.
+    // The states at the samples differ by 1e-8 between the integrators, and by the residue of T(0), 1e-6, at the start;
+    // estimates jump between leaves, by errors of this size, at times that differ as little.
     assert!((simulated - inside.rmse).component_div(&inside.rmse).amax() < 0.05, "{simulated} {}", inside.rmse);
 }
 
@@ -84,7 +85,8 @@ fn other_starts_inside_and_outside_the_box_are_told_apart() {
     assert!(run.outside.samples > 100 && run.outside.rmse.amax() > 1e-3, "{run:?}");
     // What cannot be estimated is still bounded: by the box.
     assert!(run.outside.max.amax() < 2.2, "{run:?}");
-    // Near the origin x2 is all but unobservable (y' = x2^3): the embedded form gives up digits there, the interpolated one few.
+    // Near the origin x2 is all but unobservable (y' = x2^3): the embedded form gives up digits there, the interpolated
+    // one few.
     let near = [start([0.1, 0.1])];
     let (rough, fine) = (
         held_out(&ReverseDuffing, &design.embedded, &square(), &zero, &near).unwrap().inside,
@@ -97,7 +99,8 @@ fn other_starts_inside_and_outside_the_box_are_told_apart() {
 #[test]
 fn the_evidence_of_the_design_is_what_the_theory_says() {
     let report = &duffing().report;
-    // The simulation obeys the PDE to its tolerance; the spline to the error of its slopes, h^3 = 3e-5 times third derivatives of order one.
+    // The simulation obeys the PDE to its tolerance; the spline to the error of its slopes, h^3 = 3e-5 times third
+    // derivatives of order one.
     assert!(report.simulated_residual < 1e-9, "{report}");
     assert!(report.residual.1 < 1e-4, "{report}");
     // T is injective, and not immersive in the origin: DT (0, 1) = 0 there.
@@ -111,7 +114,8 @@ fn the_evidence_of_the_design_is_what_the_theory_says() {
     assert!(cost.bytes_f32 < 32 * 1024 && cost.multiply_adds < 100 && cost.comparisons <= 16, "{cost:?}");
 }
 
-/// In single precision: the same design, rounded, run on its own equations with steps of the classical Runge-Kutta method.
+/// In single precision: the same design, rounded, run on its own equations with steps of the classical Runge-Kutta
+/// method.
 #[test]
 fn in_single_precision_the_embedded_form_keeps_its_accuracy() {
     let design = duffing();
@@ -210,7 +214,8 @@ fn a_warm_start_saves_evaluations() {
     assert!(2 * warm < cold, "{warm} {cold}");
 }
 
-/// Van der Pol's oscillator: every past but that of the origin is unbounded outside the limit cycle, so the plant is slowed outside the box.
+/// Van der Pol's oscillator: every past but that of the origin is unbounded outside the limit cycle, so the plant is
+/// slowed outside the box.
 #[test]
 fn van_der_pol_is_estimated_along_its_limit_cycle() {
     let plant = VanDerPol::default();

@@ -1,4 +1,5 @@
-//! What an LPV design promises, held against simulation: errors stay below the proved envelope for as long as the hypothesis holds.
+//! What an LPV design promises, held against simulation: errors stay below the proved envelope for as long as the
+//! hypothesis holds.
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::{LpvDesign, Region};
@@ -12,7 +13,8 @@ use proptest::prelude::*;
 
 use crate::generators::vector4;
 
-/// The integrator's tolerance is 1e-11 in each component, and the plants here grow no error by more than a factor 100 over the runs.
+/// The integrator's tolerance is 1e-11 in each component, and the plants here grow no error by more than a factor 100
+/// over the runs.
 const INTEGRATION: f64 = 1e-8;
 
 fn errors(run: &Trajectory) -> Vec<(f64, DVector<f64>)> {
@@ -22,7 +24,8 @@ fn errors(run: &Trajectory) -> Vec<(f64, DVector<f64>)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// On all of the state space: sqrt(cond P) |e0| exp(-rate t), and each component within its excursion. Both joints, several rates.
+    /// On all of the state space: sqrt(cond P) |e0| exp(-rate t), and each component within its excursion. Both joints,
+    /// several rates.
     #[test]
     fn the_joints_stay_below_their_envelopes(x0 in vector4(3.0), xhat0 in vector4(10.0), rate in prop_oneof![Just(0.5), Just(2.0), Just(6.0)]) {
         let region = Region::everywhere(4);
@@ -107,7 +110,8 @@ proptest! {
     }
 }
 
-/// The excursion closes the hypothesis: a run that stays 1 away from the walls, and an estimate that starts near enough, need no further assumption.
+/// The excursion closes the hypothesis: a run that stays 1 away from the walls, and an estimate that starts near
+/// enough, need no further assumption.
 #[test]
 fn the_excursion_keeps_the_estimate_in_the_box() {
     let bounds = [(-3.0, -0.3), (-3.0, 3.0), (-3.0, 3.0)];

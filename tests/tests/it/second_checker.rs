@@ -1,5 +1,6 @@
-//! Two checkers of certificate files, one format: `luenberger-verify`, and `tests/second_checker` in Python. Both prove the files of the examples, the templates and the papers; on files that were changed neither
-//! accepts what the other refutes.
+//! Two checkers of certificate files, one format: `luenberger-verify`, and `tests/second_checker` in Python. Both prove
+//! the files of the examples, the templates and the papers; on files that were changed neither accepts what the other
+//! refutes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -248,7 +249,8 @@ fn both_checkers_prove_the_files_of_examples_templates_and_papers() {
     }
 }
 
-// Mutants: the data of a file changed, with words, labels and digest that agree again, so that the mathematics alone can object.
+// Mutants: the data of a file changed, with words, labels and digest that agree again, so that the mathematics alone
+// can object.
 
 /// Vigna's `SplitMix64`: seeded, and the same everywhere.
 struct Random(u64);
@@ -343,7 +345,8 @@ fn mutate(file: &mut Value, random: &mut Random) -> &'static str {
     "a number changed"
 }
 
-/// With the words, the labels and the digest that the data call for; with the margins that are proved, one of them perhaps larger than it may be.
+/// With the words, the labels and the digest that the data call for; with the margins that are proved, one of them
+/// perhaps larger than it may be.
 fn resealed(mut file: Value, random: &mut Random) -> String {
     if let Ok(read) = CertificateFile::read(file.to_string().as_bytes()) {
         file["statement"] = read.theorem().words().into();

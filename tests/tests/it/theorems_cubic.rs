@@ -1,5 +1,5 @@
-//! The theorems of the cubic observer as properties over random systems, in the form in which they are true, and the false forms by their
-//! counterexamples. Statements and proofs: docs/theory-cubic.md.
+//! The theorems of the cubic observer as properties over random systems, in the form in which they are true, and the
+//! false forms by their counterexamples. Statements and proofs: docs/theory-cubic.md.
 
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_lyapunov_margin, theorem5_bound};
 use luenberger_design::{
@@ -23,8 +23,9 @@ fn head(entries: &DMatrix<f64>, n: usize, size: f64) -> DVector<f64> {
     DVector::from_fn(n, |i, _| entries[(i, 0)] * size)
 }
 
-/// Any theta = theta' >= 0, the singular ones among them: `D D'` with the first `rank` columns of D in sixteenths, so that no product is rounded and the stored theta is
-/// nonnegative itself. The first diagonal entry is at least 1: theta is not 0.
+/// Any theta = theta' >= 0, the singular ones among them: `D D'` with the first `rank` columns of D in sixteenths, so
+/// that no product is rounded and the stored theta is nonnegative itself. The first diagonal entry is at least 1: theta
+/// is not 0.
 fn importance() -> impl Strategy<Value = (Vec<i32>, usize)> {
     (prop::collection::vec(-4..=4, 36), 1..=6_usize)
 }
@@ -81,13 +82,15 @@ proptest! {
         }
     }
 
-    /// (5) and (14) with every entry of theta: N = -gamma P^-1 C'theta, and the error moves by F e + (y'theta y) N y, both written out entry by entry.
+    /// (5) and (14) with every entry of theta: N = -gamma P^-1 C'theta, and the error moves by F e + (y'theta y) N y,
+    /// both written out entry by entry.
     #[test]
     fn the_whole_of_theta_is_in_the_gain_and_in_the_observer(
         plant in observable_plant(1..=6), weights in importance(), e in matrix(6, 1), size in 0.1..30.0, gamma in 2..160,
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
-        // In sixteenths, so that S = gamma theta is not rounded: a singular S that is fails S + S' >= 0 by its rounding.
+        // In sixteenths, so that S = gamma theta is not rounded: a singular S that is fails S + S' >= 0 by its
+        // rounding.
         let gamma = f64::from(gamma) / 16.0;
         let (linear, theta) = (linear(&plant, 1.0), theta(p, &weights));
         let design = CubicDesign::new(&linear, &theta, &CubicGain::Gamma(gamma)).unwrap();
@@ -114,7 +117,8 @@ proptest! {
         }
     }
 
-    /// Theorem B: for Q = rho I the accumulated squared error never exceeds e(0)'Pe(0)/rho, which is the linear observer's.
+    /// Theorem B: for Q = rho I the accumulated squared error never exceeds e(0)'Pe(0)/rho, which is the linear
+    /// observer's.
     #[test]
     fn the_cubic_cost_never_exceeds_the_linear_one(
         plant in observable_plant(1..=5), d in matrix(5, 5), k in matrix(5, 5), e0 in matrix(5, 1), size in 0.1..10.0, rho in 0.1..10.0,
@@ -153,7 +157,8 @@ proptest! {
     #[test]
     fn a_polytope_is_certified_between_its_vertices(plant in observable_plant(2..=4), spread in matrix(4, 4), share in 0.0..1.0) {
         let n = plant.a.nrows();
-        // With F'P + PF = -I the nominal gain and P serve every |step| < 1/(2|P|), so that the inequality is feasible by construction.
+        // With F'P + PF = -I the nominal gain and P serve every |step| < 1/(2|P|), so that the inequality is feasible
+        // by construction.
         let direction = spread.view((0, 0), (n, n)) + DMatrix::identity(n, n) * 0.01;
         let step = &direction * (0.2 / (linear(&plant, 1.0).p.norm() * direction.norm()));
         let vertices = [&plant.a - &step, &plant.a + &step];
@@ -190,7 +195,8 @@ proptest! {
         let exact = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
         prop_assert!((exact - bound).abs() <= 1e-9 * bound * design.p.norm() * design.p.clone().try_inverse().unwrap().norm());
         let n = plant.a.nrows();
-        // Strictly below the bound: at it the decay need not be exponential (`at_equality_of_theorem_5_..`), and with a singular theta there may be none.
+        // Strictly below the bound: at it the decay need not be exponential (`at_equality_of_theorem_5_..`), and with a
+        // singular theta there may be none.
         let shifted = design.error_matrix() + DMatrix::identity(n, n) * (bound * (1.0 - 1e-6));
         prop_assert!(spectral_abscissa(&shifted).unwrap() < 0.0);
         // For this P it is the supremum: proved below it, refuted above it.
@@ -202,7 +208,8 @@ proptest! {
         prop_assert!(at(bound * (1.0 + room)).is_refuted());
     }
 
-    /// Theorem 5 for every Q > 0: (23) suffices, below the greatest margin that this P has, and that margin is `F'P + PF + 2 eps P < 0` exactly.
+    /// Theorem 5 for every Q > 0: (23) suffices, below the greatest margin that this P has, and that margin is
+    /// `F'P + PF + 2 eps P < 0` exactly.
     #[test]
     fn the_bound_of_theorem_5_suffices_for_every_q(plant in observable_plant(1..=6), root in matrix(6, 6)) {
         let n = plant.a.nrows();
@@ -278,7 +285,8 @@ proptest! {
     }
 }
 
-/// The error of an observer with `F + eps I` in the place of F, from `e0`, at these times: a plant at rest, whose observer knows the perturbation.
+/// The error of an observer with `F + eps I` in the place of F, from `e0`, at these times: a plant at rest, whose
+/// observer knows the perturbation.
 fn error_at_equality(
     f: &DMatrix<f64>,
     c: &DMatrix<f64>,
@@ -301,8 +309,8 @@ fn error_at_equality(
     run.observer("cubic").unwrap().error.row_iter().map(|row| row.norm()).collect()
 }
 
-/// Theorem 5 with equality in (23), here eps = 1 for P = I and Q = 2 I: with (A, C) observable, theta > 0 and S + S' > 0 the error tends to 0 (LaSalle), like
-/// 1/sqrt(1 + 3t/4) and not exponentially.
+/// Theorem 5 with equality in (23), here eps = 1 for P = I and Q = 2 I: with (A, C) observable, theta > 0 and S + S' >
+/// 0 the error tends to 0 (LaSalle), like 1/sqrt(1 + 3t/4) and not exponentially.
 #[test]
 fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
     let f = dmatrix![-1.0, 1.0; -1.0, -1.0];
@@ -325,7 +333,8 @@ fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
     assert!((sizes(0.0)[3] - 1.0).abs() < 1e-6, "{:?}", sizes(0.0));
 }
 
-/// Within the printed hypotheses, theta >= 0 among them, equality is not enough: C = I, A - LC = -I, P = I, Q = 2 I, N = -I, theta = diag(1, 0).
+/// Within the printed hypotheses, theta >= 0 among them, equality is not enough: C = I, A - LC = -I, P = I, Q = 2 I, N = -I,
+/// theta = diag(1, 0).
 #[test]
 fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
     let (one, theta) = (DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]);

@@ -1,6 +1,7 @@
 //! KKL and [KKL+PEB] observers beyond the converter: Propositions 6 and 7.
 //!
-//! Error equations are checked as algebra at random states, not by integrating: the right-hand side of an observer and that of the plant say what the error does.
+//! Error equations are checked as algebra at random states, not by integrating: the right-hand side of an observer and
+//! that of the plant say what the error does.
 
 use luenberger_design::kkl::{KklSettings, Pieces};
 use luenberger_design::{IntervalDual, KklCandidate, Region, SymbolicPolynomial};
@@ -43,7 +44,8 @@ proptest! {
         prop_assert!((rate[0] - claimed).abs() <= 64.0 * f64::EPSILON * (1.0 + theta) * 60.0, "{} {}", rate[0], claimed);
     }
 
-    /// F3 of Proposition 6 does not survive a Lambda that depends on y and u: `e' = Lambda(y, u) e` with `Lambda <= diag(-1, 1 - c + u^2/12)`, and phi^L takes phi back.
+    /// F3 of Proposition 6 does not survive a Lambda that depends on y and u: `e' = Lambda(y, u) e` with
+    /// `Lambda <= diag(-1, 1 - c + u^2/12)`, and phi^L takes phi back.
     #[test]
     fn the_plant_of_proposition_6_has_a_kklo(
         x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in vector2(5.0), u in (-3.0..3.0f64).prop_map(Vector1::new), c in 0.1..10.0f64,
@@ -150,11 +152,13 @@ fn the_class_of_proposition_7_is_observed() {
         gradient.excitation(&SVector::from_column_slice(last("gradient").as_slice())).unwrap(),
         gram.excitation(&SVector::from_column_slice(last("Kreisselmeier").as_slice())).unwrap(),
     ];
-    // 30 s of sin^2 and 1 through the filter: about 13 and 30 on the diagonal, with 13 at most for the smallest eigenvalue.
+    // 30 s of sin^2 and 1 through the filter: about 13 and 30 on the diagonal, with 13 at most for the smallest
+    // eigenvalue.
     assert!(excitation[0] > 5.0 && excitation[0] < 15.0 && excitation[1] > 0.0, "{excitation:?}");
 }
 
-/// Nothing excites: b = (1, 0) for ever. theta_2 is not seen, the estimate of x4_2 keeps its error, and the observer says that it cannot know.
+/// Nothing excites: b = (1, 0) for ever. theta_2 is not seen, the estimate of x4_2 keeps its error, and the observer
+/// says that it cannot know.
 #[test]
 fn a_run_without_excitation_says_so() {
     let map = CascadeMap::new::<f64>(driven_cascade::Pieces).unwrap();

@@ -1,7 +1,7 @@
 //! The observers of the Cuk converter: the error equations that are theorems, exactly, and the run of the paper.
 //!
-//! Error equations are checked as algebra at random states, not by integrating: the right-hand side of an observer and that of the plant say what the error does.
-//! The run uses the controller and the set-points of the paper.
+//! Error equations are checked as algebra at random states, not by integrating: the right-hand side of an observer and
+//! that of the plant say what the error does. The run uses the controller and the set-points of the paper.
 
 use std::sync::OnceLock;
 
@@ -36,7 +36,8 @@ fn unmeasured(x: &Vector4<f64>) -> Vector2<f64> {
     Vector2::new(x[0], x[3])
 }
 
-/// `d xhat/dt` of an observer whose estimate is affine in its state and the output, with the input at rest: one difference with a step of 1 is exact.
+/// `d xhat/dt` of an observer whose estimate is affine in its state and the output, with the input at rest: one
+/// difference with a step of 1 is exact.
 fn estimate_rate<O>(
     observer: &O,
     state: &O::State,
@@ -53,7 +54,8 @@ where
     observer.estimate(0.0, &moved, &u, &(y + y_rate)) - observer.estimate(0.0, state, &u, y)
 }
 
-/// Rounding of the largest terms of the converter's equations: 100 V over 10 mH, a few A over 22 uF, and products of these with 1/C4.
+/// Rounding of the largest terms of the converter's equations: 100 V over 10 mH, a few A over 22 uF, and products of
+/// these with 1/C4.
 const RATE: f64 = 1e7;
 const ROUNDING: f64 = 64.0 * f64::EPSILON * RATE;
 
@@ -106,7 +108,8 @@ proptest! {
         prop_assert!((rates[0] - rates[1]).amax() <= 100.0 * ROUNDING, "{} {}", rates[0], rates[1]);
     }
 
-    /// The high-gain observers with the plant in them: both chains of the error are linear, with the polynomials that the documentation claims.
+    /// The high-gain observers with the plant in them: both chains of the error are linear, with the polynomials that
+    /// the documentation claims.
     #[test]
     fn the_errors_of_the_high_gain_observers_are_linear(x in state(), e in state(), u in duty()) {
         let (plant, tuning, w) = (CukConverter::default(), Tuning::<f64>::default(), 1.0 - u[0]);
@@ -247,7 +250,8 @@ fn shared_run() -> &'static Trajectory {
     RUN.get_or_init(|| paper_run(&Tuning::default()))
 }
 
-/// What one step of the run may be wrong by: rtol = 1e-8 of the 50 V there are. All errors decay, those of earlier steps too.
+/// What one step of the run may be wrong by: rtol = 1e-8 of the 50 V there are. All errors decay, those of earlier
+/// steps too.
 const INTEGRATION: f64 = 1e-8 * 50.0;
 
 #[test]
@@ -258,7 +262,8 @@ fn all_seven_observers_of_the_converter_converge() {
         for state in 0..2 {
             let start = error[(0, state)].abs();
             assert!(start > 0.05, "{name} starts right, and nothing is tested");
-            // The slowest error is that of the time-varying HGO, exp(-20 t), then the I&IO's, exp(-g1 int w) with w >= 0.3: exp(-18) and less.
+            // The slowest error is that of the time-varying HGO, exp(-20 t), then the I&IO's, exp(-g1 int w) with w >= 0.3:
+            // exp(-18) and less.
             assert!(error[(1200, state)].abs() <= 1e-6, "{name}: {}", error[(1200, state)]);
         }
     }
@@ -269,7 +274,8 @@ fn all_seven_observers_of_the_converter_converge() {
     }
 }
 
-/// The runs beside the closed forms: KKLO and I&IO with the integral of w, the PEBO's second parameter with `F[1] = 1 - exp(-alpha t)`.
+/// The runs beside the closed forms: KKLO and I&IO with the integral of w, the PEBO's second parameter with
+/// `F[1] = 1 - exp(-alpha t)`.
 #[test]
 fn the_runs_follow_their_closed_forms() {
     let (run, tuning, plant) = (shared_run(), Tuning::<f64>::default(), CukConverter::default());
@@ -293,8 +299,9 @@ fn the_runs_follow_their_closed_forms() {
     }
 }
 
-/// With alpha = 0.5 as printed the two estimators take about as long as the others, although the filters are slow: their error in i1 is
-/// `exp(-gamma int F[w]^2/C2^2)`, about `exp(-(t/31 ms)^3)`, where the KKLO has exp(-t/22 ms). And it never grows.
+/// With alpha = 0.5 as printed the two estimators take about as long as the others, although the filters are slow:
+/// their error in i1 is `exp(-gamma int F[w]^2/C2^2)`, about `exp(-(t/31 ms)^3)`, where the KKLO has exp(-t/22 ms). And
+/// it never grows.
 #[test]
 fn the_printed_filters_are_fast_enough() {
     let run = shared_run();
@@ -309,7 +316,8 @@ fn the_printed_filters_are_fast_enough() {
     }
 }
 
-/// "The dynamics are bounded by the controller": u stays within lambda/2 of its equilibrium value, and all states stay of the size of their equilibria.
+/// "The dynamics are bounded by the controller": u stays within lambda/2 of its equilibrium value, and all states stay
+/// of the size of their equilibria.
 #[test]
 fn the_controller_keeps_to_its_bounds() {
     let (run, plant) = (shared_run(), CukConverter::default());
@@ -325,7 +333,8 @@ fn the_controller_keeps_to_its_bounds() {
 }
 
 proptest! {
-    /// The power balance of the converter: what is stored changes by what comes in less what the load takes, whatever the duty cycle.
+    /// The power balance of the converter: what is stored changes by what comes in less what the load takes, whatever
+    /// the duty cycle.
     #[test]
     fn the_converter_conserves_power(x in state(), u in duty()) {
         let plant = CukConverter::default();
@@ -348,8 +357,8 @@ proptest! {
 }
 
 proptest! {
-    /// Proposition 5. As printed, (18) makes beta move as phi(xhat) does, and the error of i1, which is that of a parameter, stays as it is: refuted. With
-    /// rho = (0, d theta_hat/dt) the I&IO is the [KKL+PEB]O, state by state.
+    /// Proposition 5. As printed, (18) makes beta move as phi(xhat) does, and the error of i1, which is that of a
+    /// parameter, stays as it is: refuted. With rho = (0, d theta_hat/dt) the I&IO is the [KKL+PEB]O, state by state.
     #[test]
     fn proposition_5_needs_the_rate_of_the_parameter(
         x in state(), xi in vector2(5.0), filters in prop::array::uniform3(-10.0..10.0f64), theta in -3.0..3.0f64, u in duty(),

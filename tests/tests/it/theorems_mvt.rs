@@ -1,7 +1,8 @@
-//! The mean-value-theorem observer: the identities that hold, the repair as a theorem, and the paper's Theorem 1 by its counterexamples.
+//! The mean-value-theorem observer: the identities that hold, the repair as a theorem, and the paper's Theorem 1 by its
+//! counterexamples.
 //!
-//! Theorem 1 says that with eta >= 1 xhat converges to x. What the proof shows is that the internal error e converges to 0. The two are
-//! one when e(0) = x(0) - xhat(0), that is, when the observer is told x(0).
+//! Theorem 1 says that with eta >= 1 xhat converges to x. What the proof shows is that the internal error e converges
+//! to 0. The two are one when e(0) = x(0) - xhat(0), that is, when the observer is told x(0).
 
 use luenberger_design::DesignError;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
@@ -70,8 +71,9 @@ where
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Dbar e = f(xhat + e) - f(xhat). The logarithm is analytic up to pi from the real axis, the half-segment is at most 1, so
-    /// that eight points leave less than 64/15 (pi + sqrt(pi^2 + 1))^-16 < 1e-12 of its derivative's size, which is below 10.
+    /// Dbar e = f(xhat + e) - f(xhat). The logarithm is analytic up to pi from the real axis, the half-segment is at
+    /// most 1, so that eight points leave less than 64/15 (pi + sqrt(pi^2 + 1))^-16 < 1e-12 of its derivative's size,
+    /// which is below 10.
     #[test]
     fn the_integral_mean_is_exact_along_e(xhat in vector3(3.0), e in vector3(1.0)) {
         let mean = integral_mean(&Chaotic, 0.0, &xhat, &SVector::zeros(), &e).unwrap();
@@ -108,12 +110,14 @@ proptest! {
         let slope: Vector4<f64> = plant.derivative(0.0, &x, &u);
         let moved = slope - observer.derivative(0.0, &state, &u, &(c * x)).believed();
         let mean = integral_mean(&plant, 0.0, &state.believed(), &u, &d).unwrap().jacobian;
-        // Terms are below 20 * 6 and 200 * 6; the cosine is entire, and eight points have it to rounding on a segment of length 4.
+        // Terms are below 20 * 6 and 200 * 6; the cosine is entire, and eight points have it to rounding on a segment
+        // of length 4.
         prop_assert!((moved - (mean - l * c) * d).amax() <= 64.0 * f64::EPSILON * 1200.0);
     }
 
-    /// The internal error stays below its envelope, whatever the plant does. For the classical joint alpha_k >= 36.67: row 4 of
-    /// the mean Jacobian is (19.5, 0, -19.5 - 3.33 c, 0) with |c| <= 1, column 4 is (0, 0, 1, 0), and the others have more.
+    /// The internal error stays below its envelope, whatever the plant does. For the classical joint alpha_k >= 36.67:
+    /// row 4 of the mean Jacobian is (19.5, 0, -19.5 - 3.33 c, 0) with |c| <= 1, column 4 is (0, 0, 1, 0), and the
+    /// others have more.
     #[test]
     fn the_internal_error_stays_below_its_envelope(e0 in vector4(3.0), xhat0 in vector4(3.0), eta in 0.75f64..2.0) {
         let plant = flexible_joint::classical();
@@ -151,7 +155,8 @@ fn last_internal(run: &Trajectory, n: usize) -> f64 {
     run.observers[0].state.row(run.t.len() - 1).columns(n, n).norm()
 }
 
-/// Counterexample 1, x' = u, y = x: Df = 0, so that G = 0 and nothing ever moves. The state is measured, and xhat stays 1 off.
+/// Counterexample 1, x' = u, y = x: Df = 0, so that G = 0 and nothing ever moves. The state is measured, and xhat stays
+/// 1 off.
 #[test]
 fn an_integrator_is_not_corrected_at_all() {
     let plant = integrator();
@@ -164,8 +169,9 @@ fn an_integrator_is_not_corrected_at_all() {
     }
 }
 
-/// Counterexample 2, the double integrator with e(0) = 0.9 (x(0) - xhat(0)): alpha = (1, 1), d2' = 0, d1' = d2 - eta d1. A tenth of
-/// the speed's error stays for ever, and 1/eta of that in the position, although the internal error vanishes.
+/// Counterexample 2, the double integrator with e(0) = 0.9 (x(0) - xhat(0)): alpha = (1, 1), d2' = 0, d1' = d2 - eta
+/// d1. A tenth of the speed's error stays for ever, and 1/eta of that in the position, although the internal error
+/// vanishes.
 #[test]
 fn a_tenth_of_the_speed_is_never_found() {
     let (plant, x0) = (double_integrator(), [2.0, -3.0]);
@@ -178,8 +184,8 @@ fn a_tenth_of_the_speed_is_never_found() {
     }
 }
 
-/// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that a millionth of the error that was not told grows like
-/// e^(t/2). Told exactly, the observer is right; that is what the printed examples show.
+/// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that a millionth of the error that was
+/// not told grows like e^(t/2). Told exactly, the observer is right; that is what the printed examples show.
 #[test]
 fn what_was_not_told_grows() {
     let (plant, x0) = (unstable(), Vector2::new(1.0, 1.0));
@@ -206,13 +212,15 @@ fn the_repair_needs_not_be_told() {
         let l = Vector2::new(5.5, 8.75);
         let observer = MeanValueObserver::repaired(plant.clone(), 1.0, Integral, nonsense, l).unwrap();
         let run = run(&plant, &observer, x0.as_slice(), &[0.0, 0.0], 20.0);
-        // The internal error decays like e^-t, from 60 and what d adds to it; the integrator's 1e-11 is of a state grown to e^10.
+        // The internal error decays like e^-t, from 60 and what d adds to it; the integrator's 1e-11 is of a state
+        // grown to e^10.
         assert!(last_error(&run).iter().all(|error| error.abs() < 1e-5), "{:?}", last_error(&run));
     }
 }
 
-/// Counterexample 4, x' = x - x^3, y = x, e(0) = 0: G = 2 eta |1 - 3 xhat^2| vanishes at xhat = -1/sqrt 3. From xhat = -1 the estimate of
-/// x = 1 stops before that, where 7 xhat^2 + xhat - 2 = 0 for eta = 1, although x itself is measured and e = 0 throughout.
+/// Counterexample 4, x' = x - x^3, y = x, e(0) = 0: G = 2 eta |1 - 3 xhat^2| vanishes at xhat = -1/sqrt 3. From xhat = -1
+/// the estimate of x = 1 stops before that, where 7 xhat^2 + xhat - 2 = 0 for eta = 1, although x itself is measured
+/// and e = 0 throughout.
 #[test]
 fn a_measured_state_is_missed() {
     let stuck = (-1.0 - 57f64.sqrt()) / 14.0;
@@ -224,8 +232,8 @@ fn a_measured_state_is_missed() {
     }
 }
 
-/// The repair of the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is -19.5 - 3.33 c with
-/// c in [-1, 1], proved; hence convergence from every internal error.
+/// The repair of the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is -19.5 - 3.33
+/// c with c in [-1, 1], proved; hence convergence from every internal error.
 #[test]
 fn the_repaired_joint_converges_with_a_proof() {
     let plant = flexible_joint::classical();
@@ -250,9 +258,10 @@ fn the_repaired_joint_converges_with_a_proof() {
     }
 }
 
-/// Counterexample 5, a *stable* plant: x1' = -3 x1 + 2 x2, x2' = -2 x1 + x2, y = x1, observable, both poles at -1. A copy of it that looks at no
-/// measurement is right after a few seconds. alpha_1 = 10, so that d' = [-3 - 10 eta, 2; -2, 1] d, of determinant 1 - 10 eta < 0: for every eta that the
-/// theorem admits the error grows, at the rate -(1 + 5 eta) + sqrt(25 eta^2 + 20 eta), and the more gain the faster: the limit is the 1 of x2' = x2.
+/// Counterexample 5, a *stable* plant: x1' = -3 x1 + 2 x2, x2' = -2 x1 + x2, y = x1, observable, both poles at -1. A
+/// copy of it that looks at no measurement is right after a few seconds. alpha_1 = 10, so that d' = [-3 - 10 eta, 2; -2,
+/// 1] d, of determinant 1 - 10 eta < 0: for every eta that the theorem admits the error grows, at the rate -(1 + 5 eta) +
+/// sqrt(25 eta^2 + 20 eta), and the more gain the faster: the limit is the 1 of x2' = x2.
 #[test]
 fn more_gain_makes_the_error_on_a_stable_plant_grow_faster() {
     let plant = stable();
@@ -269,7 +278,8 @@ fn more_gain_makes_the_error_on_a_stable_plant_grow_faster() {
                 (last_error(&run)[1], last_internal(&run, 2))
             };
             let ((early, _), (late, internal)) = (after(12.0), after(15.0));
-            // What decays beside it has died, and the internal error too: alpha_2 = 6, |e|^2/2 falls faster than e^(-2 (eta - 1/2) 6 t).
+            // What decays beside it has died, and the internal error too: alpha_2 = 6, |e|^2/2 falls faster than e^(-2
+            // (eta - 1/2) 6 t).
             assert!((late / early - (3.0 * rate).exp()).abs() < 1e-6 * (3.0 * rate).exp(), "{eta}: {early} {late}");
             assert!(late.abs() > 10.0 && internal < 1e-8, "{eta}: {late} {internal}");
         }
@@ -292,7 +302,8 @@ fn joint_vertices() -> [DMatrix<f64>; 2] {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Repaired: |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every vertex, from any internal e(0), with either mean.
+    /// Repaired: |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every vertex, from
+    /// any internal e(0), with either mean.
     #[test]
     fn what_is_believed_stays_below_its_proved_envelope(
         x0 in vector4(3.0), xhat0 in vector4(3.0), e0 in vector4(10.0), eta in 0.75f64..2.0,
@@ -315,7 +326,8 @@ proptest! {
     }
 }
 
-/// `x1' = -x1 x2^2`, x2' = x1, y = x1: the gradient of the first row turns along a segment, and not in proportion to it.
+/// `x1' = -x1 x2^2`, x2' = x1, y = x1: the gradient of the first row turns along a segment, and not in proportion to
+/// it.
 #[derive(Clone, Copy, Debug)]
 struct Turning;
 
@@ -340,7 +352,8 @@ impl<T: RealField + Copy> Plant<T> for Turning {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The peer: the structured Lipschitz design of the joint, run as the copy of the plant, stays below the envelope that its P and rate prove.
+    /// The peer: the structured Lipschitz design of the joint, run as the copy of the plant, stays below the envelope
+    /// that its P and rate prove.
     #[test]
     fn the_lipschitz_observer_stays_below_its_proved_envelope(x0 in vector4(3.0), xhat0 in vector4(10.0), outputs in 2usize..=3) {
         let design = |a: Matrix4<f64>| {
@@ -376,8 +389,9 @@ fn sine() -> Sector {
     Sector::structured(acts, depends, 3.33)
 }
 
-/// beta by a bracket, beta by least squares, the integral, all told x(0). In both examples of the paper a row that is not quadratic depends
-/// nonlinearly on one number only (x2 - x1, x3), so that `D e = f(xhat + e) - f(xhat)` leaves D no choice: the three observers are one.
+/// beta by a bracket, beta by least squares, the integral, all told x(0). In both examples of the paper a row that is
+/// not quadratic depends nonlinearly on one number only (x2 - x1, x3), so that `D e = f(xhat + e) - f(xhat)` leaves D
+/// no choice: the three observers are one.
 #[test]
 fn in_the_papers_examples_all_means_are_one() {
     let [beta, integral] = both();
@@ -401,8 +415,8 @@ fn in_the_papers_examples_all_means_are_one() {
     assert!(apart(&runs, 1) < 1e-7 && apart(&runs, 2) < 1e-7, "{} {}", apart(&runs, 1), apart(&runs, 2));
 }
 
-/// Elsewhere beta and the integral differ, and with them G: from (1, 0) to (2, 2) row 1 of D is `-(4 b^2, 4 b (1 + b))` with `12 b^2 + 8 b = 8`, or the
-/// integral, -(4/3, 10/3). Both make the same of e, -8.
+/// Elsewhere beta and the integral differ, and with them G: from (1, 0) to (2, 2) row 1 of D is `-(4 b^2, 4 b (1 + b))`
+/// with `12 b^2 + 8 b = 8`, or the integral, -(4/3, 10/3). Both make the same of e, -8.
 #[test]
 fn elsewhere_the_means_differ() {
     let (xhat, e, u) = (Vector2::new(1.0, 0.0), Vector2::new(1.0, 2.0), SVector::<f64, 0>::zeros());
@@ -458,9 +472,10 @@ fn a_state_that_the_plant_does_not_know_is_named() {
     }
 }
 
-/// The gain of [16] is printed with "8.49.67" in row 4, column 2, for C = [I3 0]. 849.67 is excluded: A - L C is not Hurwitz. 84.967 stabilises, but with a
-/// damping of 0.35 where 8.4967 has 0.83 (0.39 and 0.77 with a44 = 0), and it would be the one entry of three decimals among eleven of four. 8.4967 it
-/// is; both are proved to converge whatever the sine does.
+/// The gain of [16] is printed with "8.49.67" in row 4, column 2, for C = [I3 0]. 849.67 is excluded: A - L C is not
+/// Hurwitz. 84.967 stabilises, but with a damping of 0.35 where 8.4967 has 0.83 (0.39 and 0.77 with a44 = 0), and it
+/// would be the one entry of three decimals among eleven of four. 8.4967 it is; both are proved to converge whatever
+/// the sine does.
 #[test]
 fn the_corrupted_entry_of_the_gain_of_reference_16() {
     // a44, l42, spectral abscissa, least damping ratio.
@@ -508,7 +523,8 @@ fn reference_16(a44: f64, l42: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     (a, l)
 }
 
-/// `|d_m|^2 + d_w'Q d_w` of `d = T^-1 (x - xhat) - e`, where the state of the observer is (zhat, e) in the coordinates of T.
+/// `|d_m|^2 + d_w'Q d_w` of `d = T^-1 (x - xhat) - e`, where the state of the observer is (zhat, e) in the coordinates
+/// of T.
 fn contraction(design: &ContractingCoordinates, error: &[f64], internal: &[f64]) -> f64 {
     let back = design.matrix().try_inverse().unwrap();
     let d = back * DMatrix::from_column_slice(error.len(), 1, error)
@@ -521,8 +537,9 @@ fn contraction(design: &ContractingCoordinates, error: &[f64], internal: &[f64])
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// In coordinates whose unmeasured block contracts the observer as printed converges from every e(0), at the rate proved: the stable plant of
-    /// counterexample 5, and the flexible joint, which it does not find in its own coordinates.
+    /// In coordinates whose unmeasured block contracts the observer as printed converges from every e(0), at the rate
+    /// proved: the stable plant of counterexample 5, and the flexible joint, which it does not find in its own
+    /// coordinates.
     #[test]
     fn as_printed_it_converges_in_contracting_coordinates(
         x0 in vector4(2.0), xhat0 in vector4(2.0), e0 in vector4(4.0), more in 1.0f64..4.0,
@@ -562,8 +579,8 @@ fn contracts(design: &ContractingCoordinates, run: &Trajectory, n: usize) -> Res
     Ok(())
 }
 
-/// The same joint, told nothing: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever, and so does the error, whatever
-/// eta is. In the others it is gone.
+/// The same joint, told nothing: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever,
+/// and so does the error, whatever eta is. In the others it is gone.
 #[test]
 fn only_the_coordinates_differ() {
     let plant = flexible_joint::classical();

@@ -1,7 +1,7 @@
 //! The matrix equations beside scipy, slycot, python-control and other Rust crates, interleaved in one run.
 //!
-//! The other tools are installed, at the versions below, into a virtual environment under `target`; the Rust peers are dependencies of a package of
-//! their own, outside the workspace, which a script drives.
+//! The other tools are installed, at the versions below, into a virtual environment under `target`; the Rust peers are
+//! dependencies of a package of their own, outside the workspace, which a script drives.
 
 use crate::step::{Failure, cargo, program, root};
 use std::fs;
@@ -13,8 +13,9 @@ const PACKAGES: [&str; 4] = ["scipy==1.17.1", "numpy==2.4.6", "slycot==0.7.1", "
 /// Between these lines of the page stands what was measured.
 const MARKS: [&str; 2] = ["<!-- measured -->\n", "<!-- end of what was measured -->"];
 
-/// Orders 2 to 1000, or to `largest`; the model-reduction plants of `../shared/data/mor` where they lie beside the checkout. Writes `linalg.json`, `linalg.md` and
-/// `linalg-summary.md` in `target/bench`, and puts the last into its page in `docs` if that is asked for.
+/// Orders 2 to 1000, or to `largest`; the model-reduction plants of `../shared/data/mor` where they lie beside the
+/// checkout. Writes `linalg.json`, `linalg.md` and `linalg-summary.md` in `target/bench`, and puts the last into its
+/// page in `docs` if that is asked for.
 pub(crate) fn run(largest: Option<usize>, document: bool) -> Result<(), Failure> {
     let folder = root().join("target/bench");
     let environment = root().join("target/bench-linalg-venv");

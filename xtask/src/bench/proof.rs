@@ -1,4 +1,5 @@
-//! Rigorous bounds of semidefinite programs: every `.dat-s` file of a folder, with the published optimum where it is known.
+//! Rigorous bounds of semidefinite programs: every `.dat-s` file of a folder, with the published optimum where it is
+//! known.
 
 use crate::step::{Failure, cargo, root};
 use serde_json::{Value, json};
@@ -9,7 +10,8 @@ use std::path::Path;
 /// Where SDPLIB is expected by default.
 pub(crate) const INSTANCES: &str = "../shared/data/sdplib";
 
-/// Optima as SDPLIB prints them (B. Borchers, SDPLIB 1.2, Optimization Methods and Software 11, 1999); those of hinf are known to few digits.
+/// Optima as SDPLIB prints them (B. Borchers, SDPLIB 1.2, Optimization Methods and Software 11, 1999); those of hinf
+/// are known to few digits.
 const PUBLISHED: [(&str, &str); 10] = [
     ("control1", "17.78463"),
     ("control2", "8.300000"),
@@ -23,7 +25,8 @@ const PUBLISHED: [(&str, &str); 10] = [
     ("truss1", "-8.999996"),
 ];
 
-/// Bounds all instances of a folder, which is taken from the root of the workspace. Writes `target/bench/proof.json` and `proof.md`.
+/// Bounds all instances of a folder, which is taken from the root of the workspace. Writes `target/bench/proof.json`
+/// and `proof.md`.
 pub(crate) fn run(instances: &Path) -> Result<(), Failure> {
     let folder = root().join("target/bench");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
@@ -56,7 +59,8 @@ pub(crate) fn run(instances: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether the finite bounds agree with an optimum known to half a unit of its last digit; nothing is said of bounds that are both infinite.
+/// Whether the finite bounds agree with an optimum known to half a unit of its last digit; nothing is said of bounds
+/// that are both infinite.
 fn encloses(optimum: &str, lower: &Value, upper: &Value) -> Option<bool> {
     let value: f64 = optimum.parse().ok()?;
     let digits = optimum.split_once('.').map_or(0, |(_, fraction)| fraction.len());

@@ -1,5 +1,5 @@
-//! Random and adversarial matrices through the judges of `proof`, held against an oracle that shares no code with them. The program is an example of that crate,
-//! so that nothing of the workspace is linked here.
+//! Random and adversarial matrices through the judges of `proof`, held against an oracle that shares no code with them.
+//! The program is an example of that crate, so that nothing of the workspace is linked here.
 
 use crate::step::{Failure, cargo};
 

@@ -38,7 +38,8 @@ fn document<const N: usize>(source: &Source, document: Document<N>) -> Result<Fo
     })
 }
 
-/// What Python's `json.dump` and others write for numbers that are none, if that is what stands where the reader stopped.
+/// What Python's `json.dump` and others write for numbers that are none, if that is what stands where the reader
+/// stopped.
 fn not_a_number(text: &str, line: usize, column: usize) -> Option<&'static str> {
     let line = text.lines().nth(line.checked_sub(1)?)?;
     // The column is that of the first letter, or of the one after a sign.

@@ -1,4 +1,5 @@
-//! `luenberger lyap` and `luenberger dlyap`, in python-control's form: the observer's form of the library with `A'` for `A`.
+//! `luenberger lyap` and `luenberger dlyap`, in python-control's form: the observer's form of the library with `A'` for
+//! `A`.
 
 use super::{from, json_output};
 use crate::answer::Answer;

@@ -1,4 +1,5 @@
-//! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`, `sweep`.
+//! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`,
+//! `sweep`.
 
 mod cost;
 mod interrupt;
@@ -33,7 +34,8 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
 }
 
-/// Where the results go: where the user says; else `study-results` for `study.toml`, for the steps whose results are files.
+/// Where the results go: where the user says; else `study-results` for `study.toml`, for the steps whose results are
+/// files.
 fn folder(step: Step, input: &StudyInput) -> Option<PathBuf> {
     let leaves_files = matches!(step, Step::Run | Step::Certify | Step::Simulate | Step::Sweep);
     let stem = input.study.file_stem().unwrap_or_else(|| Path::new("study").as_os_str());

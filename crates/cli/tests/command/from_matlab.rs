@@ -59,7 +59,8 @@ fn gains_of_observers_are_those_of_the_transposed_plant_transposed() {
     assert_near(&(&a * filter), &predictor.l);
 }
 
-/// python-control 0.10.2, `dlqe([[0.9, 0.2], [0, 0.7]], eye(2), [[1, 0]], eye(2), [[2]])`, returns the predictor's gain.
+/// python-control 0.10.2, `dlqe([[0.9, 0.2], [0, 0.7]], eye(2), [[1, 0]], eye(2), [[2]])`, returns the predictor's
+/// gain.
 #[test]
 fn dlqe_of_python_control_is_the_predictor() {
     let (a, c) = (dmatrix![0.9, 0.2; 0.0, 0.7], dmatrix![1.0, 0.0]);

@@ -1,4 +1,5 @@
-//! The matrix tools against python-control and scipy (`tests/golden`, written by `generate.py` there), and against their equations.
+//! The matrix tools against python-control and scipy (`tests/golden`, written by `generate.py` there), and against
+//! their equations.
 
 use crate::terminal::luenberger;
 use nalgebra::{Complex, DMatrix};
@@ -125,7 +126,8 @@ fn a_hidden_mode_is_named_with_its_direction() {
     assert_eq!(seen["rank"], 1);
     assert_eq!(seen["unobservable"], json!([{ "eigenvalue": [-2.0, 0.0], "direction": [[0.0, 0.0], [1.0, 0.0]] }]));
     let margins = seen["margins"].as_array().unwrap();
-    // sigma_min of [A + I; C] for A = diag(-1, -2), C = [1 0] is 1, and |[A; C]| = sqrt 6 in the units given; in those chosen it is another number of that size.
+    // sigma_min of [A + I; C] for A = diag(-1, -2), C = [1 0] is 1, and |[A; C]| = sqrt 6 in the units given; in those
+    // chosen it is another number of that size.
     assert!(margins[0]["margin"].as_f64().unwrap() > 0.1 && margins[1]["margin"].as_f64().unwrap() < 1e-15);
     let text = luenberger(&["obsv", "-"], &input);
     assert_eq!(text.code, Some(0));
@@ -144,7 +146,8 @@ proptest! {
     // Each case is a process.
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// What is printed are the very doubles: X read back solves the equation to rounding, with A in units from 1e-6 to 1e6.
+    /// What is printed are the very doubles: X read back solves the equation to rounding, with A in units from 1e-6 to
+    /// 1e6.
     #[test]
     fn printed_solutions_solve_their_equations(
         (n, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), prop::collection::vec(-1.0..1.0_f64, 2 * n * n))),
@@ -161,13 +164,14 @@ proptest! {
         let found = ran.json();
         let x = matrix(&found["x"]);
         let defect = (&a * &x + &x * a.transpose() + &q).norm() / (2.0 * a.norm() * x.norm() + q.norm()).max(f64::MIN_POSITIVE);
-        // Bartels and Stewart: a few roundings for each of n steps; decimals that were not exact would cost as much again at 1e-16, six of them 1e-6.
+        // Bartels and Stewart: a few roundings for each of n steps; decimals that were not exact would cost as much
+        // again at 1e-16, six of them 1e-6.
         prop_assert!(defect <= 50.0 * n as f64 * f64::EPSILON, "{defect:e}");
         prop_assert!(found["residual"].as_f64().unwrap() <= 50.0 * n as f64 * f64::EPSILON);
     }
 
-    /// Doubles that go in by their shortest decimals come out by them, in whatever units. (Within one matrix they are of comparable size: an eigenvalue that is
-    /// below a rounding of another may be lost.)
+    /// Doubles that go in by their shortest decimals come out by them, in whatever units. (Within one matrix they are
+    /// of comparable size: an eigenvalue that is below a rounding of another may be lost.)
     #[test]
     fn doubles_survive_the_way_through(entries in prop::collection::vec(-1.0..1.0_f64, 1..=3), exponent in -400..=400_i32) {
         let n = entries.len();

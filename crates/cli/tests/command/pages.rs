@@ -1,5 +1,5 @@
-//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, in `docs/guide.md` and in the READMEs are run, and
-//! do what the pages say.
+//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, in `docs/guide.md` and in the READMEs are
+//! run, and do what the pages say.
 
 use crate::terminal::{folder, run};
 use std::path::{Path, PathBuf};
@@ -23,8 +23,8 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The commands of a page, each with the lines that follow it. A block "```toml NAME" is a command as well: its lines are added
-/// to the file of that name. In a block "```sh" the commands `luenberger` are run, and have to succeed.
+/// The commands of a page, each with the lines that follow it. A block "```toml NAME" is a command as well: its lines
+/// are added to the file of that name. In a block "```sh" the commands `luenberger` are run, and have to succeed.
 fn examples(page: &str) -> Vec<(String, Vec<String>)> {
     let mut examples: Vec<(String, Vec<String>)> = Vec::new();
     let (mut is_inside, mut is_file, mut is_shell) = (false, false, false);

@@ -188,7 +188,8 @@ fn an_imported_model_is_a_study() {
     assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("data")));
 }
 
-/// Runs the study, sends an interrupt as Ctrl-C does once `file` is in the folder of the results, and waits for the end.
+/// Runs the study, sends an interrupt as Ctrl-C does once `file` is in the folder of the results, and waits for the
+/// end.
 #[cfg(unix)]
 fn interrupted(study: &str, out: &Path, file: &str) -> Ran {
     let child = Command::new(env!("CARGO_BIN_EXE_luenberger"))
@@ -239,7 +240,8 @@ fn an_interrupted_sweep_leaves_what_is_finished() {
     assert!(written(&out)["observers"].is_array());
 }
 
-/// Ctrl-C while a table of T is computed that would take an hour: the observer that stands after it in the file, and takes no time, is on disk with its certificate.
+/// Ctrl-C while a table of T is computed that would take an hour: the observer that stands after it in the file, and
+/// takes no time, is on disk with its certificate.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_design_leaves_the_designs_that_are_finished() {

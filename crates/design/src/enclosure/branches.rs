@@ -1,12 +1,13 @@
 //! How far apart the branches of a right-hand side can be where they meet.
 //!
-//! Let `f_i` and `f_j` be the formulas of two ways through the comparisons that a part X of the box leaves open, c the middle of X. By the mean value theorem, over all coordinates (states,
-//! inputs and time),
+//! Let `f_i` and `f_j` be the formulas of two ways through the comparisons that a part X of the box leaves open, c the
+//! middle of X. By the mean value theorem, over all coordinates (states, inputs and time),
 //! ```text
 //!     f_i(x) - f_j(x)  in  f_i(c) - f_j(c) + sum_k (df_i/dx_k - df_j/dx_k)(X) (X_k - c_k)        for x in X.
 //! ```
-//! What the two have in common cancels at c, and its slope nearly does. If 0 is not in this interval (and in that of the difference of the values), f jumps wherever these two ways meet in X; and no jump
-//! between them in X is larger than the interval's magnitude.
+//! What the two have in common cancels at c, and its slope nearly does. If 0 is not in this interval (and in that of
+//! the difference of the values), f jumps wherever these two ways meet in X; and no jump between them in X is larger
+//! than the interval's magnitude.
 
 use core::fmt;
 
@@ -18,7 +19,8 @@ use super::paths::{Undefined, Way, explore_ways, follow};
 use super::scalar::IntervalDual;
 use luenberger_proof::wording::significant;
 
-/// What is known of f and h where they change branches. That they are continuous there is a hypothesis of whatever is concluded from the Jacobians: a jump can be as small as one likes.
+/// What is known of f and h where they change branches. That they are continuous there is a hypothesis of whatever is
+/// concluded from the Jacobians: a jump can be as small as one likes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branches {
     /// How many parts of the box leave a comparison open.
@@ -45,7 +47,8 @@ pub(super) struct Gap {
     pub(super) axis: Option<usize>,
 }
 
-/// A difference below this share of the values is rounding: of the constants that make two branches meet, and of the formulas.
+/// A difference below this share of the values is rounding: of the constants that make two branches meet, and of the
+/// formulas.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
 /// One way: its values and, for each coordinate, its slopes over the part; its values in the middle.

@@ -1,13 +1,14 @@
 //! Comparisons that a box leaves open: every way a right-hand side can take is taken.
 //!
-//! A right-hand side that branches (`if d < 1 { .. } else { .. }`) takes one branch at some points of a box and the other at others. The comparison of overlapping
-//! intervals therefore answers from a script, and the right-hand side is run again until all answers have been given: for each point of the box, one of the runs
-//! takes the branches that the point takes. An operation that is not defined on the whole box is noted in the same place, so that its result is
+//! A right-hand side that branches (`if d < 1 { .. } else { .. }`) takes one branch at some points of a box and the
+//! other at others. The comparison of overlapping intervals therefore answers from a script, and the right-hand side is
+//! run again until all answers have been given: for each point of the box, one of the runs takes the branches that the
+//! point takes. An operation that is not defined on the whole box is noted in the same place, so that its result is
 //! never used.
 //!
-//! The script is thread-local because a comparison has no other place to look; an inner exploration puts the outer one back when it
-//! ends, by a panic too. A question from a thread without a script (a right-hand side that starts threads of its own) is counted, and no exploration that ran
-//! meanwhile has a result.
+//! The script is thread-local because a comparison has no other place to look; an inner exploration puts the outer one
+//! back when it ends, by a panic too. A question from a thread without a script (a right-hand side that starts threads
+//! of its own) is counted, and no exploration that ran meanwhile has a result.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -111,7 +112,8 @@ pub(super) fn note_steered() {
     });
 }
 
-/// Whether the way that this run takes may depend on the coordinate along which it is evaluated. Where it does not, a result with the slope 0 does not depend on it either.
+/// Whether the way that this run takes may depend on the coordinate along which it is evaluated. Where it does not, a
+/// result with the slope 0 does not depend on it either.
 pub(crate) fn steered() -> bool {
     SCRIPT.with(|cell| cell.borrow().as_ref().is_none_or(|script| script.steered))
 }
@@ -160,8 +162,8 @@ pub(super) fn explore_ways<R>(mut f: impl FnMut() -> R) -> Result<Vec<(R, Way)>,
     }
 }
 
-/// The result of `f` on this way, at whatever point: the formula of one branch, on either side. `None` where it has no value there, or where the way is not
-/// known to its end.
+/// The result of `f` on this way, at whatever point: the formula of one branch, on either side. `None` where it has no
+/// value there, or where the way is not known to its end.
 pub(super) fn follow<R>(way: &Way, mut f: impl FnMut() -> R) -> Option<R> {
     if way.0.len() > MAX_TRACE {
         return None;

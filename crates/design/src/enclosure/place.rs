@@ -60,10 +60,12 @@ impl fmt::Display for Entry {
 /// Digits of a coordinate that people read: a bisection ends beside the point that it looks for.
 const DIGITS: usize = 10;
 
-/// A point of the box, with a part of the box around it that the search ended in. Coordinates that make no difference are left out.
+/// A point of the box, with a part of the box around it that the search ended in. Coordinates that make no difference
+/// are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
-    /// The coordinates with their values: 0 where the part contains 0, else its middle; for an unbounded part its finite end.
+    /// The coordinates with their values: 0 where the part contains 0, else its middle; for an unbounded part its
+    /// finite end.
     pub point: Vec<(Axis, f64)>,
     /// The part: lower and upper bounds of these coordinates.
     pub part: Vec<(f64, f64)>,

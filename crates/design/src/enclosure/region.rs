@@ -39,7 +39,8 @@ impl Region {
         Self::new(&vec![(f64::NEG_INFINITY, f64::INFINITY); n])
     }
 
-    /// The inputs lie between these bounds. Without this they are arbitrary, which costs nothing where the Jacobian does not depend on them.
+    /// The inputs lie between these bounds. Without this they are arbitrary, which costs nothing where the Jacobian
+    /// does not depend on them.
     #[must_use]
     pub fn inputs(mut self, inputs: &[(f64, f64)]) -> Self {
         self.inputs = Some(inputs.to_vec());
@@ -53,8 +54,8 @@ impl Region {
         self
     }
 
-    /// How many bisections may be spent on a tighter enclosure (400 unless said otherwise; 0 evaluates the box as a whole where that has a
-    /// result). Fewer are spent where samples show that there is nothing to gain.
+    /// How many bisections may be spent on a tighter enclosure (400 unless said otherwise; 0 evaluates the box as a
+    /// whole where that has a result). Fewer are spent where samples show that there is nothing to gain.
     #[must_use]
     pub fn subdivisions(mut self, subdivisions: usize) -> Self {
         self.subdivisions = subdivisions;

@@ -1,12 +1,14 @@
-//! The scalar over which a plant is evaluated on a box: an interval, and the interval of its derivative along a direction.
+//! The scalar over which a plant is evaluated on a box: an interval, and the interval of its derivative along a
+//! direction.
 //!
-//! It is a [`RealField`](nalgebra::RealField), so that a plant written once for every scalar is a plant over it. Three things differ from a number:
-//! - A comparison of overlapping intervals has no answer; see [`paths`](super::paths) for what happens then. The absolute value, maximum and minimum need no
-//!   comparison: their derivative is between those of the two sides.
-//! - An operation that is not defined on the whole interval (`ln` at 0, division across 0), or jumps there (`floor`, `signum`), notes so, and the evaluation over that
-//!   box has no result.
-//! - Constants stand for the binary64 numbers they are, exactly; `pi` and its kin enclose both the real number and its rounding, since a plant may mean
-//!   either.
+//! It is a [`RealField`](nalgebra::RealField), so that a plant written once for every scalar is a plant over it. Three
+//! things differ from a number:
+//! - A comparison of overlapping intervals has no answer; see [`paths`](super::paths) for what happens then. The
+//!   absolute value, maximum and minimum need no comparison: their derivative is between those of the two sides.
+//! - An operation that is not defined on the whole interval (`ln` at 0, division across 0), or jumps there (`floor`,
+//!   `signum`), notes so, and the evaluation over that box has no result.
+//! - Constants stand for the binary64 numbers they are, exactly; `pi` and its kin enclose both the real number and its
+//!   rounding, since a plant may mean either.
 
 use core::cmp::Ordering;
 use core::fmt;
@@ -191,7 +193,8 @@ impl fmt::Display for IntervalDual {
     }
 }
 
-/// An increasing function that has no interval version, by its enclosures at the two ends; an infinite end is its own image.
+/// An increasing function that has no interval version, by its enclosures at the two ends; an infinite end is its own
+/// image.
 fn increasing(x: &Interval, f: impl Fn(Interval) -> Option<Interval>) -> Option<Interval> {
     let end = |x: f64| Interval::from_f64(x).map_or(Some((x, x)), |x| f(x).map(|y| (y.lo(), y.hi())));
     Interval::new(end(x.lo())?.0, end(x.hi())?.1)

@@ -11,7 +11,8 @@ use super::place::{Axis, Entry, Place};
 use super::region::Region;
 use super::scalar::IntervalDual;
 
-/// How often one coordinate is halved in search of a finite enclosure: a part that is 2^-48 of the box names its point well enough.
+/// How often one coordinate is halved in search of a finite enclosure: a part that is 2^-48 of the box names its point
+/// well enough.
 const HALVINGS: u32 = 48;
 
 /// How many parts may be examined in search of a finite enclosure everywhere.
@@ -90,10 +91,11 @@ pub struct JacobianEnclosure {
     pub c: Matrix<Interval>,
     /// Of how many parts of the box it is the union.
     pub parts: usize,
-    /// By how much it exceeds what samples of the Jacobians show to be needed: the largest excess of an entry at one end, relative to the
-    /// size of that entry. Not a bound of the overestimation: samples need not hit the extremes.
+    /// By how much it exceeds what samples of the Jacobians show to be needed: the largest excess of an entry at one
+    /// end, relative to the size of that entry. Not a bound of the overestimation: samples need not hit the extremes.
     pub excess: f64,
-    /// Where comparisons stay open, what is known of the jumps there. `None` where none does: then there is no such hypothesis.
+    /// Where comparisons stay open, what is known of the jumps there. `None` where none does: then there is no such
+    /// hypothesis.
     pub branches: Option<Branches>,
 }
 
@@ -171,7 +173,8 @@ fn examine<S: Plant<IntervalDual>>(
     }
 }
 
-/// Halves a part of the whole box until every part of it has a finite enclosure, depth first, so that a point without one is found soon.
+/// Halves a part of the whole box until every part of it has a finite enclosure, depth first, so that a point without
+/// one is found soon.
 fn finite_parts<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     whole: &Cell,
@@ -220,14 +223,16 @@ const SEARCHES: usize = 400;
 /// How many of the parts that are left then are searched to the end, down to a point where branches meet.
 const DIVES: usize = 24;
 
-/// How often each coordinate is halved there: a jump at that point is seen when it is larger than what the branches' difference varies over a 2^-32 of the box.
+/// How often each coordinate is halved there: a jump at that point is seen when it is larger than what the branches'
+/// difference varies over a 2^-32 of the box.
 const DIVE_HALVINGS: u32 = 32;
 
-/// A coordinate is not halved this much more often than another for the sake of the bound alone: where the branches meet has to come out as well.
+/// A coordinate is not halved this much more often than another for the sake of the bound alone: where the branches
+/// meet has to come out as well.
 const AHEAD: u32 = 8;
 
-/// Halves parts that leave a branch open, all of them, the largest possible jump first, and then some down to a point. Where two branches cannot meet, although the comparison stays open
-/// down to a point, that point is the error.
+/// Halves parts that leave a branch open, all of them, the largest possible jump first, and then some down to a point.
+/// Where two branches cannot meet, although the comparison stays open down to a point, that point is the error.
 fn search_jumps<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     whole: &Cell,
@@ -294,7 +299,8 @@ fn branched_parts<S: Plant<IntervalDual>>(
     })
 }
 
-/// The error for a part that stays without a finite enclosure. A coordinate makes no difference if there is none at other values of it either.
+/// The error for a part that stays without a finite enclosure. A coordinate makes no difference if there is none at
+/// other values of it either.
 fn located<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     whole: &Cell,
@@ -326,7 +332,8 @@ fn located<S: Plant<IntervalDual>>(
     }
 }
 
-/// The larger of the excesses at the two ends relative to the range or size of the entry, and whether it is at the upper end.
+/// The larger of the excesses at the two ends relative to the range or size of the entry, and whether it is at the
+/// upper end.
 fn largest_excess(outer: &Interval, inner: &Interval) -> (f64, bool) {
     let size = (inner.hi() - inner.lo()).max(inner.magnitude() * WORTHWHILE).max(f64::MIN_POSITIVE);
     let (below, above) = ((inner.lo() - outer.lo()).max(0.0) / size, (outer.hi() - inner.hi()).max(0.0) / size);
@@ -405,8 +412,8 @@ fn refine<S: Plant<IntervalDual>>(
     inner.unwrap_or_else(|| united(leaves))
 }
 
-/// The corners of the bounded coordinates, with the middles of the others; of at most 10 coordinates that are not single numbers, since there are
-/// 2^k of them.
+/// The corners of the bounded coordinates, with the middles of the others; of at most 10 coordinates that are not
+/// single numbers, since there are 2^k of them.
 fn corners(axes: &[Interval]) -> Vec<Vec<Interval>> {
     let varying: Vec<usize> =
         (0..axes.len()).filter(|&k| axes[k].is_bounded() && !axes[k].is_point()).take(10).collect();

@@ -63,7 +63,8 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     }
 }
 
-/// The plant and the maps of a [`KklCandidate`] over the scalar `T`. Holds where both are written for it; never implement it yourself.
+/// The plant and the maps of a [`KklCandidate`] over the scalar `T`. Holds where both are written for it; never
+/// implement it yourself.
 pub trait Pieces<T> {
     /// n, m, p of the plant.
     fn plant_dimensions(&self) -> Dimensions;

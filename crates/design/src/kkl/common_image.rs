@@ -1,14 +1,19 @@
 //! Two states that have one image under Phi = (phi, h), verified: what refutes injectivity.
 //!
-//! Floating point finds pairs whose images are close; that is no witness, since `2^-27 x` is injective. A common image is shown in one of two ways:
-//! - **By a symmetry.** Phi is collected at x and at sigma x, for sigma the change of some signs or the exchange of two coordinates, and the difference is the polynomial without terms. Both states are
-//!   then binary64 numbers, and their images are equal exactly. This is how an overdetermined Phi is refuted.
-//! - **By a box that holds a solution.** Let r of the rows of Phi be such that the others are affine combinations of them, exactly (rows of the collected form with exact coefficients,
-//!   by elimination without division). If `r <= n`, r coordinates of z are solved for in `Phi(z) = Phi(x)` beside the others, which are fixed: with Y about the inverse of the Jacobian, Krawczyk's
-//!   `K(Z) = z - Y (Phi(z) - Phi(x)) + (I - Y J(Z)) (Z - z)` in the interior of Z shows that Z holds a solution, and x is not in Z.
+//! Floating point finds pairs whose images are close; that is no witness, since `2^-27 x` is injective. A common image
+//! is shown in one of two ways:
+//! - **By a symmetry.** Phi is collected at x and at sigma x, for sigma the change of some signs or the exchange of two
+//!   coordinates, and the difference is the polynomial without terms. Both states are then binary64 numbers, and their
+//!   images are equal exactly. This is how an overdetermined Phi is refuted.
+//! - **By a box that holds a solution.** Let r of the rows of Phi be such that the others are affine combinations of
+//!   them, exactly (rows of the collected form with exact coefficients, by elimination without division). If `r <= n`,
+//!   r coordinates of z are solved for in `Phi(z) = Phi(x)` beside the others, which are fixed: with Y about the
+//!   inverse of the Jacobian, Krawczyk's `K(Z) = z - Y (Phi(z) - Phi(x)) + (I - Y J(Z)) (Z - z)` in the interior of Z
+//!   shows that Z holds a solution, and x is not in Z.
 //!
-//! What neither can show stays undecided: an overdetermined Phi without such a symmetry, such as `(sin x, cos x)` over more than a period; solutions at which the Jacobian is singular; maps without a
-//! collected form that have more rows than states.
+//! What neither can show stays undecided: an overdetermined Phi without such a symmetry, such as `(sin x, cos x)` over
+//! more than a period; solutions at which the Jacobian is singular; maps without a collected form that have more rows
+//! than states.
 //!
 //! Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, section 8.2.
 
@@ -97,7 +102,8 @@ fn independent(rows: &[Polynomial]) -> Vec<usize> {
     kept
 }
 
-/// Two states of the box `axes` (states, inputs, time) that a symmetry of Phi maps to each other. The first is one of `points`.
+/// Two states of the box `axes` (states, inputs, time) that a symmetry of Phi maps to each other. The first is one of
+/// `points`.
 pub(super) fn by_symmetry<C: Pieces<SymbolicPolynomial>>(
     candidate: &C,
     (points, axes): (&[Vec<Interval>], &[Interval]),

@@ -9,12 +9,14 @@
 //! - Lambda and B have no way from entry i back to an entry that B_i reads, and none of these is only integrated;
 //! - B is Lipschitz in the entries that it reads, on every bounded set of xi and there uniformly over the box.
 //!
-//! Then the blocks of entries that Lambda couples in both directions form a cascade, and B acts from earlier blocks on later ones only. If `e' = Lambda e` decays exponentially, so does
-//! each block on its own; the first has no other input, and each later one has inputs that decay. Hence e decays exponentially from every start, with a factor that depends
-//! on the start where B is Lipschitz on bounded sets only.
+//! Then the blocks of entries that Lambda couples in both directions form a cascade, and B acts from earlier blocks on
+//! later ones only. If `e' = Lambda e` decays exponentially, so does each block on its own; the first has no other
+//! input, and each later one has inputs that decay. Hence e decays exponentially from every start, with a factor that
+//! depends on the start where B is Lipschitz on bounded sets only.
 //!
-//! Method: derivatives by xi_j over intervals with every xi unbounded, where a slope that is 0 on every way through the branches, none of which is chosen by xi_j, shows that
-//! xi_j is not read; and the collected form of B, which knows what cancels. Either is enough. Both speak of xi for which B is defined.
+//! Method: derivatives by xi_j over intervals with every xi unbounded, where a slope that is 0 on every way through the
+//! branches, none of which is chosen by xi_j, shows that xi_j is not read; and the collected form of B, which knows
+//! what cancels. Either is enough. Both speak of xi for which B is defined.
 
 use luenberger_plants::Dimensions;
 use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict};
@@ -32,8 +34,9 @@ pub struct Coupling {
     pub reads: Vec<(usize, usize)>,
     /// The first pair that stands in the way; none where the verdict is `Proved`.
     pub obstacle: Option<OpenCoupling>,
-    /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure. `Refuted`: B_i reads xi_j with `j >= i`, which is not what a
-    /// [`KklMap`](luenberger_observers::KklMap) may do; whether the observer converges in spite of it is not said.
+    /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure.
+    /// `Refuted`: B_i reads xi_j with `j >= i`, which is not what a [`KklMap`](luenberger_observers::KklMap) may do;
+    /// whether the observer converges in spite of it is not said.
     pub verdict: Verdict<Reading>,
 }
 
@@ -46,7 +49,8 @@ enum Dependence {
     Unknown,
 }
 
-/// What is known of B over the box `axes`; `lambda` and the entries that are `integrated` belong to Lambda over the same box.
+/// What is known of B over the box `axes`; `lambda` and the entries that are `integrated` belong to Lambda over the
+/// same box.
 pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     candidate: &C,
     (lambda, integrated): (&Matrix<Interval>, &[usize]),

@@ -1,11 +1,15 @@
-//! Whether (phi, h) tells the states of the box apart: measured over pairs, refuted by two states with one image, proved by one matrix.
+//! Whether (phi, h) tells the states of the box apart: measured over pairs, refuted by two states with one image,
+//! proved by one matrix.
 //!
-//! The proof: over a box of states, which is convex, `Phi(x) - Phi(x') = J (x - x')` with J, the mean of Jacobians over the segment, in the enclosure of DPhi over the box. If for one matrix M
-//! `M J + J'M' > 0` for every J of the enclosure, `(x - x')'M (Phi(x) - Phi(x')) > 0` for all x, x' of the box that differ, and their images differ too.
-//! M is the pseudo-inverse of the middle of the enclosure, with states in half-widths of the box; it is not the only matrix that could do it. It is asked for only where Phi is known to be
-//! continuous: where it has a collected form, or leaves no comparison open on the box.
+//! The proof: over a box of states, which is convex, `Phi(x) - Phi(x') = J (x - x')` with J, the mean of Jacobians over
+//! the segment, in the enclosure of DPhi over the box. If for one matrix M `M J + J'M' > 0` for every J of the
+//! enclosure, `(x - x')'M (Phi(x) - Phi(x')) > 0` for all x, x' of the box that differ, and their images differ too. M
+//! is the pseudo-inverse of the middle of the enclosure, with states in half-widths of the box; it is not the only
+//! matrix that could do it. It is asked for only where Phi is known to be continuous: where it has a collected form, or
+//! leaves no comparison open on the box.
 //!
-//! The refutation: [`common_image`](super::common_image). Two images that are only close refute nothing, and are reported as a near collision.
+//! The refutation: [`common_image`](super::common_image). Two images that are only close refute nothing, and are
+//! reported as a near collision.
 
 use luenberger_plants::Dimensions;
 use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict, positive_definite};
@@ -35,13 +39,16 @@ pub struct Injectivity {
     pub flattest: Vec<f64>,
     /// Samples.
     pub points: usize,
-    /// Two states, a quarter of a half-width apart or more, whose images are apart less than `sqrt(EPSILON)` of the largest ratio times their distance: no left inverse
-    /// computed in binary64 tells them apart well. The closest that were found; none where none were.
+    /// Two states, a quarter of a half-width apart or more, whose images are apart less than `sqrt(EPSILON)` of the
+    /// largest ratio times their distance: no left inverse computed in binary64 tells them apart well. The closest that
+    /// were found; none where none were.
     pub near_collision: Option<TwoStates>,
-    /// Whether phi and h are known to be continuous on the box: they have a collected form, or leave no comparison open.
+    /// Whether phi and h are known to be continuous on the box: they have a collected form, or leave no comparison
+    /// open.
     pub continuous: bool,
-    /// Proved, at every time of the region: the smallest eigenvalue of `M J + J'M'` is at least twice the margin for every J of the enclosure, with M J = I in the middle, so that a
-    /// margin of 1 is that of an affine Phi. Refuted: two states have one image, verified.
+    /// Proved, at every time of the region: the smallest eigenvalue of `M J + J'M'` is at least twice the margin for
+    /// every J of the enclosure, with M J = I in the middle, so that a margin of 1 is that of an affine Phi. Refuted:
+    /// two states have one image, verified.
     pub verdict: Verdict<CommonImage>,
 }
 

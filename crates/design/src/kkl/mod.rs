@@ -1,11 +1,13 @@
-//! Checks a Kazantzis-Kravaris-Luenberger observer supplied by the user: does phi solve its equation, does Lambda forget, can phi be inverted?
+//! Checks a Kazantzis-Kravaris-Luenberger observer supplied by the user: does phi solve its equation, does Lambda
+//! forget, can phi be inverted?
 //!
 //! Proposition 1 of Yi, Ortega and Zhang asks for phi, Lambda and B with
 //! ```text
 //!     Dphi(x) f(x, u) = Lambda phi(x) + B(h(x), u)          (4)          Lambda Hurwitz, (phi, h) injective
 //! ```
-//! and there is no general way to find them, so that people find them by hand, with the slips of hands. [`KklCandidate`] takes the plant and the very maps that are going to
-//! run, and answers for a whole box of states and inputs:
+//! and there is no general way to find them, so that people find them by hand, with the slips of hands.
+//! [`KklCandidate`] takes the plant and the very maps that are going to run, and answers for a whole box of states and
+//! inputs:
 //!
 //! | question | measured | decided |
 //! |---|---|---|
@@ -15,9 +17,11 @@
 //! | (phi, h) injective | ratios over pairs, singular values | proved by one matrix for all mean Jacobians; refuted by two states whose images coincide, verified |
 //! | phi^L(phi(x), h(x)) = x | the largest difference | - |
 //!
-//! What is proved is a statement about real arithmetic with the constants that plant and maps store, about the box, and where both are smooth. phi is what [`KklMap::image`] says it is, of the states that the
-//! map estimates. Lambda may depend on t, u and y; B may read xi in cascade, and is taken at `xi = phi(x)` in (4). Maps and plant are supposed to be functions of their arguments: the same
-//! operations for every scalar, and nothing kept from one evaluation to the next.
+//! What is proved is a statement about real arithmetic with the constants that plant and maps store, about the box, and
+//! where both are smooth. phi is what [`KklMap::image`] says it is, of the states that the map estimates. Lambda may
+//! depend on t, u and y; B may read xi in cascade, and is taken at `xi = phi(x)` in (4). Maps and plant are supposed to
+//! be functions of their arguments: the same operations for every scalar, and nothing kept from one evaluation to the
+//! next.
 //!
 //! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`SymbolicPolynomial`], in which the two sides
 //! of (4) cancel before they are enclosed; which is to say that they are to be written once for every scalar.
@@ -68,8 +72,9 @@ pub use witness::{CommonImage, CouplingObjection, OpenCoupling, Place, Reading, 
 /// How a candidate is checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KklSettings {
-    /// The residual may be this share of its terms, 0 to 1 (default the root of EPSILON). A phi in closed form is far below it, and so is one whose coefficients come from a
-    /// well-posed Sylvester equation; a coefficient with four printed digits is far above.
+    /// The residual may be this share of its terms, 0 to 1 (default the root of EPSILON). A phi in closed form is far
+    /// below it, and so is one whose coefficients come from a well-posed Sylvester equation; a coefficient with four
+    /// printed digits is far above.
     pub tolerance: f64,
     /// Points sampled beside the corners and the centre, 1 to 4096 (default 256). Pairs are formed of all of them.
     pub samples: usize,
@@ -94,15 +99,17 @@ pub struct KklReport {
     pub coupling: Coupling,
     /// Of (phi, h).
     pub injectivity: Injectivity,
-    /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths of the box, and where; None where phi^L has no
-    /// enclosure.
+    /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths
+    /// of the box, and where; None where phi^L has no enclosure.
     pub left_inverse: Option<(f64, Place)>,
 }
 
 impl<S, K> KklCandidate<'_, S, K> {
-    /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate that does not do is a report, not an error.
+    /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate
+    /// that does not do is a report, not an error.
     ///
-    /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi = (x2, x3):
+    /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi =
+    /// (x2, x3):
     /// ```
     /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
     /// use luenberger_observers::{KklMap, ObserverDimensions};
@@ -144,8 +151,9 @@ impl<S, K> KklCandidate<'_, S, K> {
     /// # Ok::<(), luenberger_design::KklError>(())
     /// ```
     ///
-    /// Cost: an evaluation of the maps at each sample and for each part of the box, of which there are at most the region's
-    /// [subdivisions](Region::subdivisions) and one more; n evaluations of (phi, h) at each sample; a comparison of all pairs of samples.
+    /// Cost: an evaluation of the maps at each sample and for each part of the box, of which there are at most the
+    /// region's [subdivisions](Region::subdivisions) and one more; n evaluations of (phi, h) at each sample; a
+    /// comparison of all pairs of samples.
     ///
     /// # Errors
     /// [`DesignError::Setting`](crate::DesignError::Setting), [`KklError::Unbounded`], [`KklError::Undefined`] where a
@@ -269,8 +277,9 @@ fn samples(axes: &[Interval], settings: &KklSettings) -> Vec<Vec<Interval>> {
 }
 
 impl KklReport {
-    /// Whether (4), Lambda, the cascade of B and the injectivity are all proved, and nothing of Lambda is only integrated. Then `xi - phi(x)` decays exponentially from every start of xi, as long as the
-    /// plant stays in the box and B is defined where xi goes, up to what the residual drives it to.
+    /// Whether (4), Lambda, the cascade of B and the injectivity are all proved, and nothing of Lambda is only
+    /// integrated. Then `xi - phi(x)` decays exponentially from every start of xi, as long as the plant stays in the
+    /// box and B is defined where xi goes, up to what the residual drives it to.
     pub fn is_proved(&self) -> bool {
         self.residual.verdict.is_proved()
             && self.stability.integrated.is_empty()
@@ -344,9 +353,11 @@ pub struct KklDesign<K> {
 }
 
 impl<K> KklDesign<K> {
-    /// The observer with these maps, if (4) is proved on the box, Lambda is Hurwitz on it, B reads earlier entries of xi only, and no two states with one image were found.
+    /// The observer with these maps, if (4) is proved on the box, Lambda is Hurwitz on it, B reads earlier entries of
+    /// xi only, and no two states with one image were found.
     ///
-    /// Injectivity that is neither proved nor refuted is accepted, unless two states were found that eight digits do not tell apart: the report has the numbers.
+    /// Injectivity that is neither proved nor refuted is accepted, unless two states were found that eight digits do
+    /// not tell apart: the report has the numbers.
     ///
     /// `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2`, with phi = x1, and a slip of the hand in Lambda:
     /// ```
@@ -405,9 +416,10 @@ impl<K> KklDesign<K> {
     /// # Ok::<(), KklError>(())
     /// ```
     /// # Errors
-    /// [`KklError::NotASolution`] has the point at which (4) fails, [`KklError::ResidualUndecided`]; [`KklError::NotHurwitz`] names the eigenvalue,
-    /// [`KklError::HurwitzUndecided`]; [`KklError::ReadsItself`] and [`KklError::CouplingUndecided`] name the entries of B and xi; [`KklError::NotInjective`] and [`KklError::Indistinct`] have
-    /// the two states; and as [`KklCandidate::check`].
+    /// [`KklError::NotASolution`] has the point at which (4) fails, [`KklError::ResidualUndecided`];
+    /// [`KklError::NotHurwitz`] names the eigenvalue, [`KklError::HurwitzUndecided`]; [`KklError::ReadsItself`] and
+    /// [`KklError::CouplingUndecided`] name the entries of B and xi; [`KklError::NotInjective`] and
+    /// [`KklError::Indistinct`] have the two states; and as [`KklCandidate::check`].
     pub fn new<S>(
         plant: &S,
         map: K,

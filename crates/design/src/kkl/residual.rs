@@ -16,7 +16,8 @@ pub struct Residual {
     pub worst: Worst,
     /// For each row, the largest of `|Dphi f| + |Lambda| |phi| + |B|` over the sampled points.
     pub scales: Vec<f64>,
-    /// For each row, a number that the magnitude of the residual nowhere in the box exceeds: proved, infinite where nothing is.
+    /// For each row, a number that the magnitude of the residual nowhere in the box exceeds: proved, infinite where
+    /// nothing is.
     pub bounds: Vec<f64>,
     /// Whether the two sides could be collected before they were enclosed; else what stood in the way.
     pub collected: Result<(), &'static str>,
@@ -136,7 +137,8 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     let place = |point: &[Interval]| Place::of(point, size);
     let mut samples = Vec::with_capacity(points.len());
     for point in points {
-        // The residual is continuous where phi is smooth, and a comparison with the very number of a sample tells nothing of the derivative there.
+        // The residual is continuous where phi is smooth, and a comparison with the very number of a sample tells
+        // nothing of the derivative there.
         let around: Vec<Interval> = point.iter().zip(axes).map(|(x, axis)| neighbours(x, axis)).collect();
         let undefined = |operation| {
             let Place { state, input, .. } = place(point);

@@ -1,5 +1,6 @@
-//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over the box. That is a statement about `e' = Lambda e`, which is the error of the
-//! observer where B reads no xi; else see [`coupling`](super::coupling).
+//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over
+//! the box. That is a statement about `e' = Lambda e`, which is the error of the observer where B reads no xi; else see
+//! [`coupling`](super::coupling).
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, symmetric_part};
 use luenberger_proof::certificate::{Certificate, Certified, HurwitzStability};
@@ -15,16 +16,18 @@ use crate::error::DesignError;
 pub struct Stability {
     /// Lambda, entry by entry, over the box of states and inputs.
     pub lambda: Matrix<Interval>,
-    /// The entries of xi that are only integrated: their rows and columns of Lambda are 0 on the whole box. They are what a [KKL+PEB]O estimates.
+    /// The entries of xi that are only integrated: their rows and columns of Lambda are 0 on the whole box. They are
+    /// what a [KKL+PEB]O estimates.
     pub integrated: Vec<usize>,
     /// Eigenvalues of the rest of Lambda, in the middle of the enclosure; the one with the largest real part first.
     pub eigenvalues: Vec<Complex<f64>>,
-    /// For a diagonal rest, the interval of each entry of it over the box; else none. Negative entries are what Proposition 1 asks for.
+    /// For a diagonal rest, the interval of each entry of it over the box; else none. Negative entries are what
+    /// Proposition 1 asks for.
     pub diagonal: Option<Vec<Interval>>,
     /// P, of the order of the rest; none where there is no rest, or no P for the middle.
     pub p: Option<DMatrix<f64>>,
-    /// That the rest of Lambda is Hurwitz, with one P for every matrix in its enclosure; no theorem where there is no rest, or no P for the middle. It does not say that the enclosure
-    /// is that of the design's Lambda.
+    /// That the rest of Lambda is Hurwitz, with one P for every matrix in its enclosure; no theorem where there is no
+    /// rest, or no P for the middle. It does not say that the enclosure is that of the design's Lambda.
     pub certificate: Certificate,
 }
 
@@ -41,14 +44,16 @@ impl Stability {
         Matrix::from_fn(rest.len(), rest.len(), |i, j| self.lambda[(rest[i], rest[j])])
     }
 
-    /// Whether the rest of Lambda is proved to forget: the solutions of `e' = Lambda e` decay exponentially, however Lambda moves in its enclosure.
+    /// Whether the rest of Lambda is proved to forget: the solutions of `e' = Lambda e` decay exponentially, however
+    /// Lambda moves in its enclosure.
     pub fn is_proved(&self) -> bool {
         let has_rest = self.integrated.len() < self.lambda.rows();
         !has_rest || self.certificate.is_proved()
     }
 }
 
-/// The eigenvalues of the middle of a matrix between bounds, the largest real part first, and the P that is to prove all of it Hurwitz.
+/// The eigenvalues of the middle of a matrix between bounds, the largest real part first, and the P that is to prove
+/// all of it Hurwitz.
 pub(crate) struct Forgetting {
     pub(crate) spectrum: Vec<Complex<f64>>,
     pub(crate) p: Option<DMatrix<f64>>,
@@ -56,8 +61,8 @@ pub(crate) struct Forgetting {
     pub(crate) certificate: Certificate,
 }
 
-/// `P > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the middle, the largest real part first. No theorem
-/// where the middle is not Hurwitz.
+/// `P > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the
+/// middle, the largest real part first. No theorem where the middle is not Hurwitz.
 pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     let order = f.rows();
     let matrix = DMatrix::from_fn(order, order, |i, j| f[(i, j)].midpoint());

@@ -1,6 +1,7 @@
 //! The greatest constant: how far the sectors may be widened before the inequality has no solution.
 //!
-//! Feasibility falls with the width, because a wide sector contains the narrow one; bisection on the verdict therefore brackets the threshold.
+//! Feasibility falls with the width, because a wide sector contains the narrow one; bisection on the verdict therefore
+//! brackets the threshold.
 
 use luenberger_lmi::{Settings, greatest_parameter};
 use nalgebra::DMatrix;
@@ -15,20 +16,22 @@ use crate::error::DesignError;
 pub struct AdmissibleFactor {
     /// The greatest factor proved.
     pub factor: f64,
-    /// The least factor tried at which the inequality was refuted by verified multipliers: the supremum lies between the two. `None` when
-    /// the limit itself was not refuted.
+    /// The least factor tried at which the inequality was refuted by verified multipliers: the supremum lies between
+    /// the two. `None` when the limit itself was not refuted.
     pub refuted_at: Option<f64>,
     /// The design that proves it at `factor`.
     pub design: LipschitzDesign,
 }
 
-/// The greatest factor up to `limit`, to within `tolerance`, by which the sectors of `plant` may be [widened](LipschitzPlant::widened) for a gain
-/// `l` (n x p), or for whatever gain is best. With [`LipschitzPlant::unstructured`]`(a, c, 1.0)` the factor is the greatest Lipschitz constant.
+/// The greatest factor up to `limit`, to within `tolerance`, by which the sectors of `plant` may be
+/// [widened](LipschitzPlant::widened) for a gain `l` (n x p), or for whatever gain is best. With
+/// [`LipschitzPlant::unstructured`]`(a, c, 1.0)` the factor is the greatest Lipschitz constant.
 ///
-/// For a fixed L and the unstructured condition the supremum is `1 / sup_w |(i w I - A + L C)^-1|`, the reciprocal of an H-infinity norm. For a
-/// free L it need not be attained: gains grow without bound as the factor approaches it.
+/// For a fixed L and the unstructured condition the supremum is `1 / sup_w |(i w I - A + L C)^-1|`, the reciprocal of
+/// an H-infinity norm. For a free L it need not be attained: gains grow without bound as the factor approaches it.
 ///
-/// Cost: one SDP for each of `2 + log2(limit / tolerance)` steps, and as many again where the threshold itself stays undecided.
+/// Cost: one SDP for each of `2 + log2(limit / tolerance)` steps, and as many again where the threshold itself stays
+/// undecided.
 ///
 /// ```
 /// use luenberger_design::lipschitz::{LipschitzPlant, greatest_factor};
@@ -41,8 +44,8 @@ pub struct AdmissibleFactor {
 /// # Ok::<(), luenberger_design::DesignError>(())
 /// ```
 /// # Errors
-/// As [`LipschitzDesign::new`] and [`LipschitzDesign::with_gain`] when not even the middle of the sectors can be proved; [`DesignError::NotPositive`] for
-/// the limit and the tolerance.
+/// As [`LipschitzDesign::new`] and [`LipschitzDesign::with_gain`] when not even the middle of the sectors can be
+/// proved; [`DesignError::NotPositive`] for the limit and the tolerance.
 pub fn greatest_factor(
     plant: &LipschitzPlant,
     l: Option<&DMatrix<f64>>,
@@ -90,7 +93,8 @@ pub fn greatest_factor(
     Ok(AdmissibleFactor { factor, refuted_at, design: design? })
 }
 
-/// The least refuted factor above one that stayed undecided, to within `tolerance`: rounding leaves a gap at the threshold itself.
+/// The least refuted factor above one that stayed undecided, to within `tolerance`: rounding leaves a gap at the
+/// threshold itself.
 fn least_refuted(
     plant: &LipschitzPlant,
     l: Option<&DMatrix<f64>>,

@@ -1,24 +1,26 @@
 //! Observers of Lipschitz plants: one gain L that converges whatever the nonlinearity does within its bounds.
 //!
 //! Plant `x' = A x + sum_k G_k phi_k(t, H_k x, u) + known terms`, `y = C x`; the observer that runs is
-//! [`NonlinearLuenbergerObserver`]. Each phi_k is known through an incremental [`Sector`] only: `|phi(x) - phi(z)| <= gamma |x - z|` (Thau, Rajamani),
-//! the same with G and H (structured), or a slope in `[low, high]` (circle criterion). With `w_k` the difference of phi_k between x and xhat, the error
-//! obeys `e' = (A - LC) e + sum G_k w_k`, and the inequality
+//! [`NonlinearLuenbergerObserver`]. Each phi_k is known through an incremental [`Sector`] only:
+//! `|phi(x) - phi(z)| <= gamma |x - z|` (Thau, Rajamani), the same with G and H (structured), or a slope in
+//! `[low, high]` (circle criterion). With `w_k` the difference of phi_k between x and xhat, the error obeys
+//! `e' = (A - LC) e + sum G_k w_k`, and the inequality
 //! ```text
 //! [ A'P + PA - YC - C'Y' + 2 rate P - sum tau_k low_k high_k H_k'H_k     P G_k + tau_k (low_k + high_k)/2 H_k' ]
 //! [ its transpose                                                                     -tau_k I                ]  < 0,   P > 0,   L = P^-1 Y
 //! ```
-//! makes `V = e'Pe` fall faster than `exp(-2 rate t)`. For one sector it is necessary too: refuted means that no L and no quadratic V serve every phi of
-//! the sector. For several it is sufficient only.
+//! makes `V = e'Pe` fall faster than `exp(-2 rate t)`. For one sector it is necessary too: refuted means that no L and
+//! no quadratic V serve every phi of the sector. For several it is sufficient only.
 //!
-//! What the constant may be: for C = [I 0] with one unmeasured direction v, `G = H = I`, the greatest constant over all L is
-//! `min over s >= 0 of |(A - s I) v|`: how little has to be added to A for (A, C) to lose detectability (Rajamani and Cho). In other units of the
-//! unmeasured states it is another number ([`Sector::rescaled`]), and naming where phi acts (G, H) does better than any units
-//! ([`Sector::structured`]): what rescaling proves, structure proves with the same P.
+//! What the constant may be: for C = [I 0] with one unmeasured direction v, `G = H = I`, the greatest constant over all
+//! L is `min over s >= 0 of |(A - s I) v|`: how little has to be added to A for (A, C) to lose detectability (Rajamani
+//! and Cho). In other units of the unmeasured states it is another number ([`Sector::rescaled`]), and naming where phi
+//! acts (G, H) does better than any units ([`Sector::structured`]): what rescaling proves, structure proves with the
+//! same P.
 //!
-//! Sources: F. E. Thau, International Journal of Control 17, 1973; R. Rajamani, IEEE Transactions on Automatic Control 43, 1998; R. Rajamani and Y. M. Cho,
-//! Existence and design of observers for nonlinear systems: relation to distance to unobservability, International Journal of Control 69, 1998; M. Arcak and
-//! P. Kokotovic, Automatica 37, 2001.
+//! Sources: F. E. Thau, International Journal of Control 17, 1973; R. Rajamani, IEEE Transactions on Automatic Control
+//! 43, 1998; R. Rajamani and Y. M. Cho, Existence and design of observers for nonlinear systems: relation to distance
+//! to unobservability, International Journal of Control 69, 1998; M. Arcak and P. Kokotovic, Automatica 37, 2001.
 
 mod admissible;
 mod sector;
@@ -84,8 +86,9 @@ impl LipschitzDesign {
     /// # Ok::<(), DesignError>(())
     /// ```
     /// # Errors
-    /// `NotDetectable` in [`DesignError::Linalg`], of the plant with every phi_k in the middle of its sector; [`DesignError::Infeasible`] with verified
-    /// multipliers when the inequality has no solution; [`DesignError::Undecided`].
+    /// `NotDetectable` in [`DesignError::Linalg`], of the plant with every phi_k in the middle of its sector;
+    /// [`DesignError::Infeasible`] with verified multipliers when the inequality has no solution;
+    /// [`DesignError::Undecided`].
     pub fn new(plant: &LipschitzPlant, rate: f64) -> Result<Self, DesignError> {
         Self::new_with(plant, None, rate, &Settings::default())
     }
@@ -115,14 +118,16 @@ impl LipschitzDesign {
     /// What is proved of a gain L supplied by the user, n x p.
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the middle of its sector.
+    /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the
+    /// middle of its sector.
     pub fn with_gain(plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
         Self::new_with(plant, Some(l), rate, &Settings::default())
     }
 
     /// The observer of `nonlinear`, the plant itself, with this gain.
     ///
-    /// The plant's nonlinearities must lie in the sectors of the design: that is the user's statement, and [`Split::slope`] can contradict it.
+    /// The plant's nonlinearities must lie in the sectors of the design: that is the user's statement, and
+    /// [`Split::slope`] can contradict it.
     ///
     /// # Errors
     /// [`DesignError::Matrix`] when the plant has other numbers of states or outputs.

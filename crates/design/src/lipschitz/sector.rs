@@ -8,12 +8,12 @@ use crate::certificate::exact;
 use crate::check;
 use crate::error::DesignError;
 
-/// A nonlinearity `G phi(t, H x, u)` whose increments `w = phi(H x) - phi(H z)` satisfy, at all times and for all inputs,
-/// `(w - low H e)'(high H e - w) >= 0` with `e = x - z`.
+/// A nonlinearity `G phi(t, H x, u)` whose increments `w = phi(H x) - phi(H z)` satisfy, at all times and for all
+/// inputs, `(w - low H e)'(high H e - w) >= 0` with `e = x - z`.
 ///
-/// For a scalar phi that says: slope between `low` and `high`. For `low = -gamma`, `high = gamma` it says `|w| <= gamma |H e|`, for vectors too, and G and H may
-/// then have different widths. phi has to satisfy it where x *and* xhat are, which for a plant that is Lipschitz on a region only is for the user
-/// to see to.
+/// For a scalar phi that says: slope between `low` and `high`. For `low = -gamma`, `high = gamma` it says
+/// `|w| <= gamma |H e|`, for vectors too, and G and H may then have different widths. phi has to satisfy it where x *and*
+/// xhat are, which for a plant that is Lipschitz on a region only is for the user to see to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
     g: DMatrix<f64>,
@@ -33,8 +33,8 @@ impl Sector {
         Self { g, h, low: -gamma, high: gamma }
     }
 
-    /// A slope between `low` and `high`: G is n x q, H q x n. For q > 1 phi must satisfy the inequality as a vector, as gradients of convex
-    /// functions do; several scalar nonlinearities are several sectors.
+    /// A slope between `low` and `high`: G is n x q, H q x n. For q > 1 phi must satisfy the inequality as a vector, as
+    /// gradients of convex functions do; several scalar nonlinearities are several sectors.
     pub fn slope(g: DMatrix<f64>, h: DMatrix<f64>, low: f64, high: f64) -> Self {
         Self { g, h, low, high }
     }
@@ -42,12 +42,13 @@ impl Sector {
     /// The Lipschitz condition in other units: with `x_i = s_i z_i`, `|phi_z(z) - phi_z(z~)| <= gamma |z - z~|` for
     /// `phi_z(z) = S^-1 phi(S z)`, S the diagonal of `scales`.
     ///
-    /// gamma is the constant in the new units. In the units of x this is the sector with `G = S` and `H = S^-1`, so that the gain and P come out for x: nothing
-    /// has to be transformed back. Powers of two as scales keep S^-1 exact.
+    /// gamma is the constant in the new units. In the units of x this is the sector with `G = S` and `H = S^-1`, so
+    /// that the gain and P come out for x: nothing has to be transformed back. Powers of two as scales keep S^-1 exact.
     ///
-    /// If phi acts on state i and depends on state j only, with constant c, then `gamma = c s_j / s_i`. The rescaled condition is then weaker
-    /// than [`structured`](Self::structured)`(e_i, e_j', c)`: it lets every state act on every other. Whatever P proves the rescaled inequality with the
-    /// multiplier tau proves the structured one with `tau / s_i^2`.
+    /// If phi acts on state i and depends on state j only, with constant c, then `gamma = c s_j / s_i`. The rescaled
+    /// condition is then weaker than [`structured`](Self::structured)`(e_i, e_j', c)`: it lets every state act on every
+    /// other. Whatever P proves the rescaled inequality with the multiplier tau proves the structured one with
+    /// `tau / s_i^2`.
     pub fn rescaled(scales: &[f64], gamma: f64) -> Self {
         let diagonal = |f: fn(f64) -> f64| {
             DMatrix::from_fn(scales.len(), scales.len(), |i, j| if i == j { f(scales[i]) } else { 0.0 })
@@ -80,7 +81,8 @@ impl Sector {
         self.low == -self.high
     }
 
-    /// The sector of the same middle and `factor` times the width. For a Lipschitz condition: `factor` times its constant.
+    /// The sector of the same middle and `factor` times the width. For a Lipschitz condition: `factor` times its
+    /// constant.
     #[must_use]
     pub fn widened(&self, factor: f64) -> Self {
         if self.is_symmetric() {

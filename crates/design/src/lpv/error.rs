@@ -65,7 +65,8 @@ impl fmt::Display for VaryingEntries {
     }
 }
 
-/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay faster than the rate asked for, in exact arithmetic.
+/// A pair `(A, C)` of the polytope with a mode that no gain can move and that does not decay faster than the rate asked
+/// for, in exact arithmetic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenMode {
     /// The rate asked for.
@@ -80,7 +81,8 @@ pub struct HiddenMode {
     pub eigenvalue: Complex<f64>,
     /// The direction v, `A v = lambda v`, `C v = 0`, of length 1. Both to rounding.
     pub direction: DVector<Complex<f64>>,
-    /// The unobservable subspace of (A, C) in exact arithmetic, in which not every motion decays faster than `exp(-rate t)`: `witness.is_of` and `witness.decays_at` check it.
+    /// The unobservable subspace of (A, C) in exact arithmetic, in which not every motion decays faster than
+    /// `exp(-rate t)`: `witness.is_of` and `witness.decays_at` check it.
     pub witness: HiddenMotion,
 }
 
@@ -104,7 +106,8 @@ impl fmt::Display for HiddenMode {
 pub struct Conflict {
     /// The rate asked for.
     pub rate: f64,
-    /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the contradiction.
+    /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the
+    /// contradiction.
     pub vertices: Vec<usize>,
     /// Each of them in words.
     pub places: Vec<String>,

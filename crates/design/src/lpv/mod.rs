@@ -1,7 +1,8 @@
 //! The LPV, or mean-value-theorem, design: one constant gain for a nonlinear plant on a box, with a proof.
 //!
-//! The observer `xhat' = f(t, xhat, u) + L (y - h(t, xhat))` has the error equation `e' = (Fbar - L Hbar) e`, with the mean Jacobians of f and h over the segment from xhat to x. As
-//! long as x and xhat stay in a box, so does the segment, and `(Fbar, Hbar)` lies in the convex hull of finitely many pairs `(A_k, C_k)`: the vertices of an
+//! The observer `xhat' = f(t, xhat, u) + L (y - h(t, xhat))` has the error equation `e' = (Fbar - L Hbar) e`, with the
+//! mean Jacobians of f and h over the segment from xhat to x. As long as x and xhat stay in a box, so does the segment,
+//! and `(Fbar, Hbar)` lies in the convex hull of finitely many pairs `(A_k, C_k)`: the vertices of an
 //! [enclosure](crate::enclosure) of Df and Dh over the box. The inequality
 //! ```text
 //!     (A_k - L C_k)'P + P (A_k - L C_k) + 2 rate P < 0        for all k,   P > 0                  (1)
@@ -10,15 +11,19 @@
 //! ```text
 //!     |x(t) - xhat(t)| <= sqrt(cond P) |x(0) - xhat(0)| exp(-rate t).                            (2)
 //! ```
-//! With `Y = P L` (1) is linear in (P, Y) also where the outputs are nonlinear. The enclosure is outward rounded and (1) is decided by `luenberger-proof` for boxes
-//! around the vertices, so that a proved certificate covers every point of the box and not only samples of it.
+//! With `Y = P L` (1) is linear in (P, Y) also where the outputs are nonlinear. The enclosure is outward rounded and
+//! (1) is decided by `luenberger-proof` for boxes around the vertices, so that a proved certificate covers every point
+//! of the box and not only samples of it.
 //!
-//! The hull forgets that entries of a Jacobian vary together; a refutation is one of the method and not of observers in general. Where (1) is infeasible
-//! the error says what stands in the way, with a witness: a direction that no output sees at some point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each
+//! The hull forgets that entries of a Jacobian vary together; a refutation is one of the method and not of observers in
+//! general. Where (1) is infeasible the error says what stands in the way, with a witness: a direction that no output
+//! sees at some point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each
 //! other (multipliers). Without a witness it is undecided.
 //!
-//! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to H-infinity performance analysis, Systems and Control Letters 57,
-//! 2008 (the mean value theorem and the polytope); S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory, SIAM 1994, section 5.1.
+//! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to
+//! H-infinity performance analysis, Systems and Control Letters 57, 2008 (the mean value theorem and the polytope); S.
+//! Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory, SIAM 1994,
+//! section 5.1.
 
 mod error;
 mod obstacle;
@@ -80,8 +85,8 @@ where
     pub vertex_rates: Vec<f64>,
     /// The vertex that limits the rate, from 0: the one with the least of [`vertex_rates`](Self::vertex_rates).
     pub limiting: usize,
-    /// Where the search for the greatest rate ended: the least rate tried for which nothing was proved, and why. None for a rate that was given, and
-    /// where the ceiling itself was reached.
+    /// Where the search for the greatest rate ended: the least rate tried for which nothing was proved, and why. None
+    /// for a rate that was given, and where the ceiling itself was reached.
     pub stopped: Option<(f64, Box<LpvError>)>,
     /// The box.
     pub region: Region,
@@ -96,8 +101,8 @@ where
 {
     /// The gain with the largest margin for which every error in the box decays at least like `exp(-rate t)`.
     ///
-    /// Cost: the enclosure, a few SDPs of `n(n+1)/2 + np` unknowns with an inequality for each vertex that matters, and one proof for each of the 2^k vertices, k the
-    /// number of varying entries.
+    /// Cost: the enclosure, a few SDPs of `n(n+1)/2 + np` unknowns with an inequality for each vertex that matters, and
+    /// one proof for each of the 2^k vertices, k the number of varying entries.
     ///
     /// ```
     /// use luenberger_design::{LpvDesign, Region};
@@ -134,8 +139,8 @@ where
 
     /// The gain with the greatest rate that can be proved in `[0, ceiling]`, to within `tolerance`.
     ///
-    /// A ceiling has to be given: for many plants every rate is possible, with gains that grow without bound. [`stopped`](Self::stopped) says what
-    /// stands in the way of a greater rate.
+    /// A ceiling has to be given: for many plants every rate is possible, with gains that grow without bound.
+    /// [`stopped`](Self::stopped) says what stands in the way of a greater rate.
     ///
     /// Cost: that of [`new`](Self::new) for each of `2 + log2(ceiling / tolerance)` steps.
     ///
@@ -148,7 +153,8 @@ where
     /// [`fastest`](Self::fastest) by the solver of `settings`.
     ///
     /// # Errors
-    /// As [`fastest`](Self::fastest); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    /// As [`fastest`](Self::fastest); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
+    /// [`DesignError::Lmi`].
     pub fn fastest_with(
         plant: S,
         region: &Region,
@@ -167,7 +173,8 @@ where
         Self::certified(plant, region, polytope, gain_lmi::gain_of(&solution)?, rate, stopped)
     }
 
-    /// The greatest rate that some P proves for a given gain L (n x p), to within 0.1 % of what the eigenvalues at the vertices allow.
+    /// The greatest rate that some P proves for a given gain L (n x p), to within 0.1 % of what the eigenvalues at the
+    /// vertices allow.
     ///
     /// # Errors
     /// [`DesignError::Matrix`] for the shape and entries of L; [`LpvError::UnstableVertex`] names a vertex at which
@@ -180,7 +187,8 @@ where
     /// [`certify`](Self::certify) by the solver of `settings`.
     ///
     /// # Errors
-    /// As [`certify`](Self::certify); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
+    /// As [`certify`](Self::certify); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
+    /// [`DesignError::Lmi`].
     pub fn certify_with(plant: S, region: &Region, l: &DMatrix<f64>, settings: &Settings) -> Result<Self, LpvError> {
         let polytope = Polytope::new(enclose(&plant, region)?)?;
         let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
@@ -243,10 +251,11 @@ impl<S, N: Dim, M: Dim, P: Dim> LpvDesign<S, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    /// How far each component of the error can ever be from 0 when it starts at `e0` (n entries): `|e_i(t)| <= sqrt((P^-1)_ii e0'P e0)`, to rounding; none
-    /// for another length.
+    /// How far each component of the error can ever be from 0 when it starts at `e0` (n entries):
+    /// `|e_i(t)| <= sqrt((P^-1)_ii e0'P e0)`, to rounding; none for another length.
     ///
-    /// This closes the hypothesis: where x(t) is known to stay at these distances inside the box, xhat(t) stays in the box.
+    /// This closes the hypothesis: where x(t) is known to stay at these distances inside the box, xhat(t) stays in the
+    /// box.
     pub fn excursion(&self, e0: &DVector<f64>) -> Option<DVector<f64>> {
         let inverse = self.p.clone().cholesky()?.inverse();
         (e0.len() == self.p.nrows()).then(|| {
@@ -358,8 +367,9 @@ const AT_ONCE: usize = 16;
 /// How many vertices are added in a round.
 const ADDED: usize = 4;
 
-/// The problem at a set of vertices that grows until its solution serves all of them with half its margin, or until it has none: what is infeasible for a few vertices
-/// is so for all. `half` is X of the left-hand side X + X' of (1). A proposal in floating point, like the solver's: the proof looks at every vertex.
+/// The problem at a set of vertices that grows until its solution serves all of them with half its margin, or until it
+/// has none: what is infeasible for a few vertices is so for all. `half` is X of the left-hand side X + X' of (1). A
+/// proposal in floating point, like the solver's: the proof looks at every vertex.
 fn growing(
     polytope: &Polytope,
     at: impl Fn(&[usize]) -> Problem,

@@ -16,8 +16,8 @@ use crate::gain_lmi::{self, decrease_at};
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
 
-/// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode that floating point calls hidden is told beside an
-/// undecided verdict.
+/// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode
+/// that floating point calls hidden is told beside an undecided verdict.
 pub(super) fn explain(
     polytope: &Polytope,
     rate: f64,
@@ -72,8 +72,8 @@ pub(super) fn explain(
     }
 }
 
-/// The mean of the vertices with these weights. An entry that is a millionth of its range away from 0 is set to 0, if that is within: the weights come from a
-/// solver, and detectability makes a difference between 0 and almost 0.
+/// The mean of the vertices with these weights. An entry that is a millionth of its range away from 0 is set to 0, if
+/// that is within: the weights come from a solver, and detectability makes a difference between 0 and almost 0.
 fn mean(polytope: &Polytope, weights: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     let (mut a, mut c) = polytope.inner(false);
     let total: f64 = weights.iter().sum();
@@ -113,7 +113,8 @@ fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Se
     Seen::Nearly(NearlyHidden { place: Some(place), eigenvalue, margin })
 }
 
-/// The eigenvalue of the largest real part of a hidden motion, with its direction, the largest component of which is made positive. In floating point.
+/// The eigenvalue of the largest real part of a hidden motion, with its direction, the largest component of which is
+/// made positive. In floating point.
 fn slowest(hidden: &HiddenMotion) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
     let over_divisor =
         |m: &Matrix<Exact>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| ratio(&m[(i, j)], &hidden.divisor));
@@ -177,8 +178,9 @@ mod tests {
     use crate::enclosure::JacobianEnclosure;
     use crate::lpv::{VaryingEntries, Vertex};
 
-    /// `[-1, kappa; 0, -1]` turned by 0, 120 and 240 degrees, beside a state that is measured. If a P serves all three, so does its mean over the turns, a multiple of
-    /// the identity; hence kappa < 2 is needed. Two of them alone allow more.
+    /// `[-1, kappa; 0, -1]` turned by 0, 120 and 240 degrees, beside a state that is measured. If a P serves all three,
+    /// so does its mean over the turns, a multiple of the identity; hence kappa < 2 is needed. Two of them alone allow
+    /// more.
     fn turned(kappa: f64) -> Polytope {
         let vertex = |k: u32| {
             let (s, c) = (f64::from(k) * std::f64::consts::TAU / 3.0).sin_cos();

@@ -12,7 +12,8 @@ use luenberger_proof::wording::significant;
 /// How many entries may vary: 2^12 = 4096 vertices, each with a proof of its own.
 pub const MAX_VARYING: usize = 12;
 
-/// An entry known to this relative width does not count as varying. Its interval goes into the proof, and the vertices have its middle.
+/// An entry known to this relative width does not count as varying. Its interval goes into the proof, and the vertices
+/// have its middle.
 const NARROW: f64 = 1e-9;
 
 /// A corner of the polytope.
@@ -84,8 +85,8 @@ impl Polytope {
         Ok(Self { enclosure, varying: VaryingEntries(varying), vertices })
     }
 
-    /// The pairs around vertex k: the varying entries at its ends, the others in their whole interval. The hull of these boxes over all k
-    /// is the enclosure.
+    /// The pairs around vertex k: the varying entries at its ends, the others in their whole interval. The hull of
+    /// these boxes over all k is the enclosure.
     pub(crate) fn around(&self, k: usize) -> (Matrix<Interval>, Matrix<Interval>) {
         let (mut a, mut c) = (self.enclosure.a.clone(), self.enclosure.c.clone());
         for (entry, end) in &self.vertices[k].at {

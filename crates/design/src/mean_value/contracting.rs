@@ -1,14 +1,17 @@
 //! Coordinates in which the unmeasured states contract by themselves, so that the observer converges as printed.
 //!
-//! With C = [I 0] and `d = x - z`, `z = xhat + e`, the printed observer has `d' = (D - [G_m 0; 0 0]) d`, D the mean Jacobian between z and x: injection in the measured rows
-//! and nothing in the others, where `d_u' = D_uu d_u + D_um d_m`. As G_m grows, d_m is held at zero and D_uu decides. In the coordinates `w = x_u - K x_m` the
-//! unmeasured block is `D_uu - K D_mu`, and K makes it contract wherever (D, C) is detectable:
+//! With C = [I 0] and `d = x - z`, `z = xhat + e`, the printed observer has `d' = (D - [G_m 0; 0 0]) d`, D the mean
+//! Jacobian between z and x: injection in the measured rows and nothing in the others, where
+//! `d_u' = D_uu d_u + D_um d_m`. As G_m grows, d_m is held at zero and D_uu decides. In the coordinates
+//! `w = x_u - K x_m` the unmeasured block is `D_uu - K D_mu`, and K makes it contract wherever (D, C) is detectable:
 //! ```text
 //! Q > 0,   He(Q D_uu - Y D_mu) + 2 rate Q < 0 at every vertex,   K = Q^-1 Y
 //! ```
-//! Then `V = |d_m|^2 + d_w'Q d_w` falls faster than `exp(-2 rate t)` once the injection exceeds some g, by the Schur complement, and for every larger one,
-//! because its term is `-2 d_m'G_m d_m`. The observer's `G_m = eta diag(alpha_1, .., alpha_p)` exceeds g where `eta >= g / alpha`, alpha a lower bound of the alpha_k; one is read off
-//! the vertices, entry by entry, since both means have each entry between the least and the largest of the vertices.
+//! Then `V = |d_m|^2 + d_w'Q d_w` falls faster than `exp(-2 rate t)` once the injection exceeds some g, by the Schur
+//! complement, and for every larger one, because its term is `-2 d_m'G_m d_m`. The observer's
+//! `G_m = eta diag(alpha_1, .., alpha_p)` exceeds g where `eta >= g / alpha`, alpha a lower bound of the alpha_k; one
+//! is read off the vertices, entry by entry, since both means have each entry between the least and the largest of the
+//! vertices.
 //!
 //! This is the reduced-order observer of Luenberger, found again: z_w is one, driven by the measured states.
 
@@ -44,15 +47,17 @@ pub struct ContractingCoordinates {
     pub vertices: Vec<DMatrix<f64>>,
     /// The injection g from which on the decrease is proved.
     pub injection: f64,
-    /// The least eta for which `eta alpha_k >= g` in all measured rows, and above 1/2; infinite where the vertices leave room for `alpha_k = 0`. The
-    /// internal error falls like `exp(-(eta - 1/2) alpha t)`: 1 and more is better.
+    /// The least eta for which `eta alpha_k >= g` in all measured rows, and above 1/2; infinite where the vertices
+    /// leave room for `alpha_k = 0`. The internal error falls like `exp(-(eta - 1/2) alpha t)`: 1 and more is better.
     pub eta: f64,
-    /// `Q > 0`, and at every vertex the contraction of the unmeasured block and the decrease with the injection g, for K and Q as stored.
+    /// `Q > 0`, and at every vertex the contraction of the unmeasured block and the decrease with the injection g, for
+    /// K and Q as stored.
     pub certificate: Certificate,
 }
 
 impl ContractingCoordinates {
-    /// K, Q and g for a plant with `C = [I 0]` of `outputs` rows, whose Jacobians lie in the convex hull of `vertices` (n x n each).
+    /// K, Q and g for a plant with `C = [I 0]` of `outputs` rows, whose Jacobians lie in the convex hull of `vertices`
+    /// (n x n each).
     ///
     /// ```
     /// use luenberger_design::mean_value::ContractingCoordinates;
@@ -63,8 +68,9 @@ impl ContractingCoordinates {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::NoVertices`]; [`DesignError::NothingUnmeasured`]; [`DesignError::Infeasible`] with verified multipliers when no K and Q serve all
-    /// vertices; [`DesignError::Undecided`], also when no injection up to 2^60 times the size of the vertices is proved.
+    /// [`DesignError::NoVertices`]; [`DesignError::NothingUnmeasured`]; [`DesignError::Infeasible`] with verified
+    /// multipliers when no K and Q serve all vertices; [`DesignError::Undecided`], also when no injection up to 2^60
+    /// times the size of the vertices is proved.
     pub fn new(vertices: &[DMatrix<f64>], outputs: usize, rate: f64) -> Result<Self, DesignError> {
         let first = vertices.first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
@@ -168,9 +174,11 @@ impl ContractingCoordinates {
         Ok(InCoordinates::measured_first(plant, check::sized("T", &self.matrix(), (n, n))?)?)
     }
 
-    /// The printed observer in these coordinates, with its estimate in those of the plant; `internal_error` is its e(0), in the coordinates z.
+    /// The printed observer in these coordinates, with its estimate in those of the plant; `internal_error` is its
+    /// e(0), in the coordinates z.
     ///
-    /// Converges from every e(0) where `eta` is at least [`eta`](Self::eta), as far as the vertices hold all mean Jacobians.
+    /// Converges from every e(0) where `eta` is at least [`eta`](Self::eta), as far as the vertices hold all mean
+    /// Jacobians.
     ///
     /// # Errors
     /// As [`plant`](Self::plant), and [`MeanValueObserver::new`]'s.
@@ -197,8 +205,8 @@ fn triangular(k: &DMatrix<f64>, sign: f64) -> DMatrix<f64> {
     DMatrix::from_fn(m + p, m + p, |i, j| if i >= p && j < p { sign * k[(i - p, j)] } else { f64::from(i == j) })
 }
 
-/// A lower bound of `alpha_k` over the measured rows k: of each entry of the Jacobian in the new coordinates the least absolute value between the
-/// least and the largest of the vertices.
+/// A lower bound of `alpha_k` over the measured rows k: of each entry of the Jacobian in the new coordinates the least
+/// absolute value between the least and the largest of the vertices.
 fn least_alpha(vertices: &[DMatrix<f64>], k: &DMatrix<f64>) -> f64 {
     let (m, p) = k.shape();
     let n = m + p;

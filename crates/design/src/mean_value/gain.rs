@@ -1,7 +1,8 @@
 //! The repaired mean-value-theorem observer: L and P for all mean Jacobians, and the envelope of what it believes.
 //!
-//! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean Jacobian between z and x. Where every such
-//! Jacobian lies in a polytope and one P serves all its vertices, `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
+//! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean
+//! Jacobian between z and x. Where every such Jacobian lies in a polytope and one P serves all its vertices,
+//! `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
 
 use luenberger_lmi::{Problem, Settings};
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
@@ -37,9 +38,11 @@ pub struct MeanValueDesign {
 }
 
 impl MeanValueDesign {
-    /// L and P for a plant with `C = [I 0]` of `outputs` rows, whose mean Jacobians lie in the convex hull of `vertices` (n x n each).
+    /// L and P for a plant with `C = [I 0]` of `outputs` rows, whose mean Jacobians lie in the convex hull of
+    /// `vertices` (n x n each).
     ///
-    /// Bounds of the entries of Df over a convex region give such vertices: the mean over a segment lies in the hull of what is averaged.
+    /// Bounds of the entries of Df over a convex region give such vertices: the mean over a segment lies in the hull of
+    /// what is averaged.
     ///
     /// ```
     /// use luenberger_design::mean_value::MeanValueDesign;
@@ -97,7 +100,8 @@ impl MeanValueDesign {
     /// The repaired observer of `plant`, whose internal error starts at `internal_error`, whatever that is.
     ///
     /// # Errors
-    /// [`MeanValueObserver::repaired`]'s, and [`DesignError::Matrix`] when the plant has other numbers of states or outputs.
+    /// [`MeanValueObserver::repaired`]'s, and [`DesignError::Matrix`] when the plant has other numbers of states or
+    /// outputs.
     pub fn observer<S, D, N: Dim, M: Dim, P: Dim>(
         &self,
         plant: S,

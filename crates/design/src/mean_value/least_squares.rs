@@ -1,16 +1,19 @@
-//! The paper's own way to beta: `min sum_i X_i(beta_i)^2` over `[0, 1]^n` (its eq. 12), by bounded nonlinear least squares.
+//! The paper's own way to beta: `min sum_i X_i(beta_i)^2` over `[0, 1]^n` (its eq. 12), by bounded nonlinear least
+//! squares.
 //!
-//! `X_i(beta_i) = f_i(xhat + e) - f_i(xhat) - Df_i(xhat + beta_i e) e` (11) depends on beta_i alone, so that a solver of least squares is a general
-//! tool where a bracket per row is enough ([`mean_value`](luenberger_observers::mean_value::beta::mean_value), which cannot miss: the integral of
-//! X_i over [0, 1] is zero). What is lost by it:
-//! - a local minimum of `X_i^2` with `X_i != 0` stops it. `f(x) = d^3/3 - 2 d^5`, `d = x - 1/2`, from xhat = 0 to 1 has one at 1/2, where every solver that is
-//!   started in the middle stays: X = -1/24, although X vanishes at beta = 0.137 and 0.863. The observer's e is then driven by X: even if it is told
-//!   x(0), it is wrong. More [starts](LeastSquares::with_starts) help, and prove nothing;
+//! `X_i(beta_i) = f_i(xhat + e) - f_i(xhat) - Df_i(xhat + beta_i e) e` (11) depends on beta_i alone, so that a solver
+//! of least squares is a general tool where a bracket per row is enough
+//! ([`mean_value`](luenberger_observers::mean_value::beta::mean_value), which cannot miss: the integral of X_i over [0,
+//! 1] is zero). What is lost by it:
+//! - a local minimum of `X_i^2` with `X_i != 0` stops it. `f(x) = d^3/3 - 2 d^5`, `d = x - 1/2`, from xhat = 0 to 1 has
+//!   one at 1/2, where every solver that is started in the middle stays: X = -1/24, although X vanishes at beta = 0.137
+//!   and 0.863. The observer's e is then driven by X: even if it is told x(0), it is wrong. More
+//!   [starts](LeastSquares::with_starts) help, and prove nothing;
 //! - X is differenced once more, for the Jacobian of the least squares;
 //! - time: measured beside the other means in `docs/theory-mvt.md`.
 //!
-//! Method: the trust-region-reflective method of `lsqnonlin` (T. F. Coleman and Y. Li, SIAM Journal on Optimization 6, 1996), as the crate `basin` has it. Rows are
-//! scaled to size one; since they are independent that changes no minimiser.
+//! Method: the trust-region-reflective method of `lsqnonlin` (T. F. Coleman and Y. Li, SIAM Journal on Optimization 6, 1996),
+//! as the crate `basin` has it. Rows are scaled to size one; since they are independent that changes no minimiser.
 
 use std::convert::Infallible;
 
@@ -22,8 +25,8 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector};
 
 use crate::error::DesignError;
 
-/// Step of the differences of X along the segment, which has length 1: the cube root of the spacing of f64, where the errors of truncation and of rounding
-/// are equal.
+/// Step of the differences of X along the segment, which has length 1: the cube root of the spacing of f64, where the
+/// errors of truncation and of rounding are equal.
 const STEP: f64 = 6.0554544523933395e-6;
 
 /// The mean of the Jacobian by bounded nonlinear least squares.
@@ -90,8 +93,8 @@ impl LeastSquares {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::JacobianNotFinite`](luenberger_observers::ObserverError::JacobianNotFinite) in [`DesignError::Observer`] names the point of the
-    /// segment where the Jacobian does not exist.
+    /// [`ObserverError::JacobianNotFinite`](luenberger_observers::ObserverError::JacobianNotFinite) in
+    /// [`DesignError::Observer`] names the point of the segment where the Jacobian does not exist.
     pub fn solve<S, N: Dim, M: Dim, P: Dim>(
         &self,
         plant: &S,
@@ -141,7 +144,8 @@ impl LeastSquares {
             let run = Executor::from_start(rows, method, vec![start; n]).max_iter(self.iterations).run();
             let Ok(found) = run else { continue };
             iterations += found.iter();
-            // The method never accepts a worse point, so that the last is the best; `best_param` panics where no point was finite.
+            // The method never accepts a worse point, so that the last is the best; `best_param` panics where no point
+            // was finite.
             for (i, &s) in found.param().iter().enumerate() {
                 let s = if s.is_finite() { s.clamp(0.0, 1.0) } else { 0.5 };
                 let value = along(s)[i];

@@ -1,8 +1,10 @@
 //! Coordinates in which the outputs are the first states: `x = T z` with `C T = [I 0]`.
 //!
-//! The observer of the paper asks for C = [I 0]. Every C of full row rank becomes that: with `C' = Q [R; 0]`, `T = [Q_1 R^-T, s Q_2]`. The first columns are the
-//! pseudo-inverse of C, s is free. No T has a smaller condition than C itself: its first columns are some right inverse of C, no shorter than the
-//! pseudo-inverse, and `T^-1` contains C. With s the reciprocal of the geometric mean of the largest and the smallest singular value, T has just that condition.
+//! The observer of the paper asks for C = [I 0]. Every C of full row rank becomes that: with `C' = Q [R; 0]`,
+//! `T = [Q_1 R^-T, s Q_2]`. The first columns are the pseudo-inverse of C, s is free. No T has a smaller condition than
+//! C itself: its first columns are some right inverse of C, no shorter than the pseudo-inverse, and `T^-1` contains C.
+//! With s the reciprocal of the geometric mean of the largest and the smallest singular value, T has just that
+//! condition.
 
 use std::fmt;
 
@@ -39,7 +41,8 @@ impl OutputCoordinates {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::DependentOutputs`] with the smallest singular value of C, its rows scaled to length one; [`DesignError::Matrix`].
+    /// [`DesignError::DependentOutputs`] with the smallest singular value of C, its rows scaled to length one;
+    /// [`DesignError::Matrix`].
     pub fn of_matrix(c: &DMatrix<f64>) -> Result<Self, DesignError> {
         let (p, n) = c.shape();
         if p == 0 || n == 0 {
@@ -76,7 +79,8 @@ impl OutputCoordinates {
     /// T for the outputs of a plant, which must be linear: `h(t, x) = C x` with a constant C.
     ///
     /// # Errors
-    /// [`DesignError::NonlinearOutput`] with the numbers when h is something else at one of four points; as [`of_matrix`](Self::of_matrix).
+    /// [`DesignError::NonlinearOutput`] with the numbers when h is something else at one of four points; as
+    /// [`of_matrix`](Self::of_matrix).
     pub fn of<S, N: Dim, M: Dim, P: Dim>(plant: &S) -> Result<Self, DesignError>
     where
         S: Differentiable<f64, N, M, P>,

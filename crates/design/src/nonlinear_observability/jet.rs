@@ -1,8 +1,10 @@
-//! A truncated power series in time whose coefficients carry a derivative: the scalar over which a plant differentiates its own output.
+//! A truncated power series in time whose coefficients carry a derivative: the scalar over which a plant differentiates
+//! its own output.
 //!
-//! `x(t + s) = x_0 + x_1 s + .. + x_K s^K`, `K` = [`HIGHEST_ORDER`], each `x_k` a dual number `x_k + d_k eps`, `eps^2 = 0`. Sums, products and
-//! quotients are those of truncated series; an elementary function `g(x)` follows from the differential equation it satisfies, such as
-//! `g' = x' g` for exp, coefficient after coefficient. The k-th coefficient of a result depends on coefficients up to the k-th alone.
+//! `x(t + s) = x_0 + x_1 s + .. + x_K s^K`, `K` = [`HIGHEST_ORDER`], each `x_k` a dual number `x_k + d_k eps`,
+//! `eps^2 = 0`. Sums, products and quotients are those of truncated series; an elementary function `g(x)` follows from
+//! the differential equation it satisfies, such as `g' = x' g` for exp, coefficient after coefficient. The k-th
+//! coefficient of a result depends on coefficients up to the k-th alone.
 //!
 //! Source: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, section 13.2 (Taylor arithmetic).
 

@@ -1,32 +1,37 @@
 //! Observability of a nonlinear plant along a trajectory: the rank of the derivatives of its output.
 //!
-//! Around a point `x` the output of `x' = f(t, x, u(t))`, `y = h(t, x)` is `y(t + s) = y_0 + y_1 s + .. + y_K s^K + ..`, where `k! y_k` is the
-//! k-th derivative of the output along the solution: `h`, `L_f h`, `L_f^2 h`, .. for a plant without time and input. If
+//! Around a point `x` the output of `x' = f(t, x, u(t))`, `y = h(t, x)` is
+//! `y(t + s) = y_0 + y_1 s + .. + y_K s^K + ..`, where `k! y_k` is the k-th derivative of the output along the
+//! solution: `h`, `L_f h`, `L_f^2 h`, .. for a plant without time and input. If
 //! ```text
 //!       [ dy_0/dx ]
 //! O  =  [ dy_1/dx ]     p (K + 1) x n
 //!       [   ..    ]
 //!       [ dy_K/dx ]
 //! ```
-//! has rank n, then no other state near x gives the same output with this input: the plant is locally observable there. For a linear plant
-//! `k! y_k = C A^k x + ..` and O is the observability matrix, so that K = n - 1 decides. For a nonlinear plant a deficient rank *at a point* decides
-//! nothing: a higher order may see (`x1' = x2^3`, `y = x1` at `x2 = 0` needs three derivatives), or none (`y = x^3` at 0 is injective all the same).
-//! The lowest order at which the rank is full is the observability index of the point.
+//! has rank n, then no other state near x gives the same output with this input: the plant is locally observable there.
+//! For a linear plant `k! y_k = C A^k x + ..` and O is the observability matrix, so that K = n - 1 decides. For a
+//! nonlinear plant a deficient rank *at a point* decides nothing: a higher order may see (`x1' = x2^3`, `y = x1` at
+//! `x2 = 0` needs three derivatives), or none (`y = x^3` at 0 is injective all the same). The lowest order at which the
+//! rank is full is the observability index of the point.
 //!
 //! # The input
-//! It is part of the question. [`Instant::new`] holds no input; [`Instant::constant_input`] takes u as constant, so that the plant may seem less
-//! observable than with one that moves; [`Instant::input_series`] takes the Taylor coefficients of a given u(t). Time in f and h is differentiated too.
+//! It is part of the question. [`Instant::new`] holds no input; [`Instant::constant_input`] takes u as constant, so
+//! that the plant may seem less observable than with one that moves; [`Instant::input_series`] takes the Taylor
+//! coefficients of a given u(t). Time in f and h is differentiated too.
 //!
 //! # Units
-//! Singular values are those of `O` in units chosen once for the whole trajectory: states in multiples of their scales (given, or the largest magnitude along the
-//! trajectory), outputs and time such that no derivative of an output is larger than the output itself. So neither a rank nor a margin changes when a
-//! unit does, and a margin of 1e-3 at one point means a thousandth of what is seen at the best.
+//! Singular values are those of `O` in units chosen once for the whole trajectory: states in multiples of their scales
+//! (given, or the largest magnitude along the trajectory), outputs and time such that no derivative of an output is
+//! larger than the output itself. So neither a rank nor a margin changes when a unit does, and a margin of 1e-3 at one
+//! point means a thousandth of what is seen at the best.
 //!
 //! # Exactness
-//! Derivatives are those of a truncated series over dual numbers ([`Jet`]): exact to rounding. Rank decisions are floating point and carry their margins; they are not proofs.
+//! Derivatives are those of a truncated series over dual numbers ([`Jet`]): exact to rounding. Rank decisions are
+//! floating point and carry their margins; they are not proofs.
 //!
-//! Sources: R. Hermann and A. J. Krener, Nonlinear controllability and observability, IEEE TAC 22, 1977; H. Nijmeijer and A. van der Schaft, Nonlinear Dynamical Control
-//! Systems, Springer 1990, section 3.2.
+//! Sources: R. Hermann and A. J. Krener, Nonlinear controllability and observability, IEEE TAC 22, 1977; H. Nijmeijer
+//! and A. van der Schaft, Nonlinear Dynamical Control Systems, Springer 1990, section 3.2.
 
 use core::fmt;
 
@@ -154,7 +159,8 @@ impl Instant {
         self.input_series(&[u.to_vec()])
     }
 
-    /// The same point, with `u(t + s) = c_0 + c_1 s + c_2 s^2 + ..` around it: `c_k` is the k-th derivative of u over k!. What is not given is zero.
+    /// The same point, with `u(t + s) = c_0 + c_1 s + c_2 s^2 + ..` around it: `c_k` is the k-th derivative of u over
+    /// k!. What is not given is zero.
     #[must_use]
     pub fn input_series(mut self, coefficients: &[Vec<f64>]) -> Self {
         self.input = coefficients.to_vec();
@@ -169,8 +175,9 @@ pub struct LieSettings {
     pub order: Option<usize>,
     /// What counts as one of each state (default the largest magnitude along the trajectory), 1 for a state that stays 0.
     pub scales: Option<Vec<f64>>,
-    /// Singular values at or below this share of the largest along the trajectory count as zero (default `100 n (K + 1) eps`): each coefficient is
-    /// a sum of at most K + 1 products for each of the operations of f and h, of which a hundred are allowed for.
+    /// Singular values at or below this share of the largest along the trajectory count as zero (default
+    /// `100 n (K + 1) eps`): each coefficient is a sum of at most K + 1 products for each of the operations of f and h,
+    /// of which a hundred are allowed for.
     pub tolerance: Option<f64>,
 }
 
@@ -205,8 +212,8 @@ impl LiePoint {
         if self.margin() > 0.0 { largest / self.margin() } else { f64::INFINITY }
     }
 
-    /// By what factor the rank decision is clear: the smallest singular value that counts over the largest that does not, or over the tolerance if
-    /// all count.
+    /// By what factor the rank decision is clear: the smallest singular value that counts over the largest that does
+    /// not, or over the tolerance if all count.
     pub fn gap(&self, tolerance: f64) -> f64 {
         let counted = if self.rank == 0 { tolerance } else { self.singular_values[self.rank - 1] };
         counted / self.singular_values.get(self.rank).copied().unwrap_or(tolerance)
@@ -314,8 +321,8 @@ impl fmt::Display for LieObservability {
 
 /// Rank of the derivatives of the output with respect to the state, at every point of a trajectory.
 ///
-/// See the [module](self) for the equation, the units, and what a deficient rank does not mean. The plant is one written for every scalar,
-/// `impl<T: RealField + Copy> Plant<T>`.
+/// See the [module](self) for the equation, the units, and what a deficient rank does not mean. The plant is one
+/// written for every scalar, `impl<T: RealField + Copy> Plant<T>`.
 ///
 /// # Errors
 /// [`ObservabilityError`]: columns that do not fit the plant, numbers that are not finite, an order beyond [`HIGHEST_ORDER`], a derivative that does
@@ -325,7 +332,8 @@ impl fmt::Display for LieObservability {
 /// For each point n K evaluations of f over series of 16 terms, and K singular value decompositions of p K x n.
 ///
 /// # Example
-/// Van der Pol's oscillator is observable everywhere by y and y'. The reverse Duffing oscillator, x1' = x2^3, needs three derivatives where x2 = 0.
+/// Van der Pol's oscillator is observable everywhere by y and y'. The reverse Duffing oscillator, x1' = x2^3, needs
+/// three derivatives where x2 = 0.
 /// ```
 /// use luenberger_design::nonlinear_observability::{Instant, LieSettings, lie_observability};
 /// use luenberger_plants::{ReverseDuffing, VanDerPol};
@@ -443,7 +451,8 @@ fn scales_of(points: &[Instant], settings: &LieSettings, n: usize) -> Result<Vec
     }
 }
 
-/// O, with its columns in multiples of the scales: row `k p + i` is the derivative of the k-th Taylor coefficient of output i.
+/// O, with its columns in multiples of the scales: row `k p + i` is the derivative of the k-th Taylor coefficient of
+/// output i.
 fn derivatives<S: Plant<Jet>>(
     plant: &S,
     point: &Instant,
@@ -498,7 +507,8 @@ fn derivatives<S: Plant<Jet>>(
     Ok(matrix)
 }
 
-/// Puts outputs and time into units in which no derivative is larger than the first that is there; returns the unit of time.
+/// Puts outputs and time into units in which no derivative is larger than the first that is there; returns the unit of
+/// time.
 fn balance(matrices: &mut [DMatrix<f64>], p: usize, order: usize) -> f64 {
     let size = |matrices: &[DMatrix<f64>], i: usize, k: usize| {
         matrices.iter().map(|matrix| matrix.row(k * p + i).norm()).fold(0.0, f64::max)

@@ -7,8 +7,8 @@ const SHARE: f64 = 0.005;
 
 /// A direction as a sum of states, its largest entry one: `x3`, `x1 - x2`, `x1 + 0.5 x3`.
 ///
-/// `names` are those of the states; `x1`, `x2`, .. stand in for those that are missing. Entries below half a percent of the largest are left
-/// out; `0` if there is no other.
+/// `names` are those of the states; `x1`, `x2`, .. stand in for those that are missing. Entries below half a percent of
+/// the largest are left out; `0` if there is no other.
 ///
 /// ```
 /// use luenberger_design::nonlinear_observability::direction_in_words;

@@ -66,7 +66,8 @@ pub enum NumericalKklError {
         /// The cap.
         most: usize,
     },
-    /// T varies more than the grid can show: it is rough (D too slow for the backward expansion of the plant), or the grid coarse.
+    /// T varies more than the grid can show: it is rough (D too slow for the backward expansion of the plant), or the
+    /// grid coarse.
     #[error(
         "the spline misses T by {error:.2e} of its width (at most {most} is accepted): take faster poles, a finer grid or a smaller box"
     )]

@@ -1,10 +1,12 @@
 //! Integration of thousands of short trajectories: the midpoint rule, extrapolated to order 10.
 //!
-//! T(x) is one integral along one backward trajectory, wanted at thousands of x and nowhere in between. So nothing here is kept: no dense
-//! output, no allocation per step, one error estimate. Gragg's modified midpoint rule with 2, 4, ..., 10 substeps, extrapolated by
-//! Aitken and Neville in h^2; the difference of the last two columns (order 8) is what is kept below the tolerance.
+//! T(x) is one integral along one backward trajectory, wanted at thousands of x and nowhere in between. So nothing here
+//! is kept: no dense output, no allocation per step, one error estimate. Gragg's modified midpoint rule with 2, 4, ...,
+//! 10 substeps, extrapolated by Aitken and Neville in h^2; the difference of the last two columns (order 8) is what is
+//! kept below the tolerance.
 //!
-//! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, section II.9.
+//! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
+//! section II.9.
 
 /// Substeps of the columns.
 const SUBSTEPS: [usize; 5] = [2, 4, 6, 8, 10];
@@ -12,9 +14,11 @@ const SUBSTEPS: [usize; 5] = [2, 4, 6, 8, 10];
 const ORDER: f64 = 9.0;
 /// Cap on attempted steps of one trajectory.
 const MAX_STEPS: usize = 20_000;
-/// How far a guarded component may go, in units of its scale: far enough for a stable linear plant, whose past grows like an exponential.
+/// How far a guarded component may go, in units of its scale: far enough for a stable linear plant, whose past grows
+/// like an exponential.
 const REACH: f64 = 1e12;
-/// A standstill beyond this is an escape in finite time: steps shrink with the time that is left, and time has no more digits.
+/// A standstill beyond this is an escape in finite time: steps shrink with the time that is left, and time has no more
+/// digits.
 const RUNNING_OFF: f64 = 1e3;
 
 /// Why a trajectory ends early.
@@ -52,7 +56,8 @@ impl Extrapolation {
         }
     }
 
-    /// `y' = f(y)` over `span > 0`, in place. `scale[i]` is what counts as 1 in component i; the first `guarded` components must not run off.
+    /// `y' = f(y)` over `span > 0`, in place. `scale[i]` is what counts as 1 in component i; the first `guarded`
+    /// components must not run off.
     pub(crate) fn advance(
         &mut self,
         f: &mut dyn FnMut(&[f64], &mut [f64]),
@@ -105,7 +110,8 @@ impl Extrapolation {
         Err(Halt::Stall { time, step: h, steps: MAX_STEPS })
     }
 
-    /// One step; the result is left in column 0, its error in units of the tolerance is returned (NaN if it is not finite).
+    /// One step; the result is left in column 0, its error in units of the tolerance is returned (NaN if it is not
+    /// finite).
     fn attempt(&mut self, f: &mut dyn FnMut(&[f64], &mut [f64]), step: f64, y: &[f64], scale: &[f64]) -> f64 {
         let mut error = f64::NAN;
         for (j, &substeps) in SUBSTEPS.iter().enumerate() {

@@ -1,9 +1,10 @@
 //! Whether y tells the states of the box apart: numbers for the injectivity of T.
 //!
-//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: what noise in z costs in x is at most one over the
-//! former, and locally one over the latter. A singular value of zero is no proof against injectivity (x^3 is injective); two states with one
-//! image are, and they are searched: from the worst distant pairs, `T(x'') = T(x)` is solved for x'' beginning at x', first on the spline, then by
-//! Gauss-Newton steps on T itself.
+//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: what noise in z
+//! costs in x is at most one over the former, and locally one over the latter. A singular value of zero is no proof
+//! against injectivity (x^3 is injective); two states with one image are, and they are searched: from the worst distant
+//! pairs, `T(x'') = T(x)` is solved for x'' beginning at x', first on the spline, then by Gauss-Newton steps on T
+//! itself.
 
 use luenberger_observers::numerical_kkl::TensorSpline;
 use luenberger_observers::numerical_kkl::least_squares::nearest;

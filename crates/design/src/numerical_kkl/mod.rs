@@ -1,7 +1,8 @@
-//! The numerical Kazantzis-Kravaris-Luenberger observer: for a plant `x' = f(x)`, `y = h(x)` whose T has no closed form.
+//! The numerical Kazantzis-Kravaris-Luenberger observer: for a plant `x' = f(x)`, `y = h(x)` whose T has no closed
+//! form.
 //!
-//! `z' = D z + B y` ([`Target`]); T by simulation backward in time ([`Transform`]) over a box ([`Domain`]); T^-L in two forms, both
-//! of `luenberger-observers`:
+//! `z' = D z + B y` ([`Target`]); T by simulation backward in time ([`Transform`]) over a box ([`Domain`]); T^-L in two
+//! forms, both of `luenberger-observers`:
 //!
 //! - *embedded*: xhat straight from z by a tree of small polynomials, for a microcontroller;
 //! - *interpolated*: T by cubic splines, xhat by Gauss-Newton steps on `min |T(x) - z|`.
@@ -119,8 +120,9 @@ pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, co
 impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z> {
     /// The observers of `plant` at the constant input `input` on `domain`, with the target `target`.
     ///
-    /// `progress` is told how far it is after every trajectory and every few samples of the regression, and says whether it goes on: a design can take minutes,
-    /// and [`ControlFlow::Break`] ends it within a step. The result depends on the other arguments alone.
+    /// `progress` is told how far it is after every trajectory and every few samples of the regression, and says
+    /// whether it goes on: a design can take minutes, and [`ControlFlow::Break`] ends it within a step. The result
+    /// depends on the other arguments alone.
     ///
     /// The reverse Duffing oscillator, x1' = x2^3, x2' = -x1, of which x1 is measured:
     /// ```
@@ -142,11 +144,11 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`] for a plant whose past is unbounded
-    /// and not slowed; [`NumericalKklError::Stalled`], [`NumericalKklError::NotFinite`];
-    /// [`DesignError::Setting`](crate::DesignError::Setting) and
-    /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too coarse for T;
-    /// [`NumericalKklError::Stopped`] when `progress` says so.
+    /// [`NumericalKklError::NotInjective`] with two states that y does not tell apart; [`NumericalKklError::Escapes`]
+    /// for a plant whose past is unbounded and not slowed; [`NumericalKklError::Stalled`],
+    /// [`NumericalKklError::NotFinite`]; [`DesignError::Setting`](crate::DesignError::Setting) and
+    /// [`NumericalKklError::GridTooLarge`] for the settings; [`NumericalKklError::Unresolved`] when the grid is too
+    /// coarse for T; [`NumericalKklError::Stopped`] when `progress` says so.
     pub fn new<S>(
         plant: &S,
         target: &Target<P, Z>,
@@ -378,7 +380,8 @@ fn embedded_footprint<const N: usize, const Z: usize>(form: &Embedded<N, Z>) -> 
 fn interpolated_footprint<const N: usize, const Z: usize>(form: &Interpolated<N, Z>) -> Footprint {
     let start = embedded_footprint(form.start());
     let table = form.spline().coefficients().len();
-    // Value and gradient: for each of 4^N weights, N + 1 products of N factors and N + 1 times Z multiply-adds; then the normal equations.
+    // Value and gradient: for each of 4^N weights, N + 1 products of N factors and N + 1 times Z multiply-adds; then
+    // the normal equations.
     let search = form.search();
     let restarts = if search.fallback == 0 { 0 } else { RESTARTS };
     let evaluations = (1 + restarts) * search.max_evaluations + search.fallback.pow(N as u32);

@@ -1,13 +1,15 @@
 //! Regression of a map by polynomials on a tree of cells.
 //!
-//! Best first: of all leaves the one with the largest sum of squared errors is cut next, across the middle of its samples' bounding box, along the coordinate that
-//! leaves the smallest sum of the *roots* of the two sums: a cut that leaves all the trouble on one side is better than one that halves it,
-//! because that side can be cut again. Samples near the cut count on both sides. A leaf is fitted by ridge-regularised least squares on the normal equations, in coordinates that map the
-//! bounding box of its samples to [-1, 1]. The ridge bounds the coefficients along directions in which the samples of a leaf do not spread:
-//! T(box) is a surface, a leaf of it is nearly flat, and off the surface (noise, the transient) the polynomial must not run away.
+//! Best first: of all leaves the one with the largest sum of squared errors is cut next, across the middle of its
+//! samples' bounding box, along the coordinate that leaves the smallest sum of the *roots* of the two sums: a cut that
+//! leaves all the trouble on one side is better than one that halves it, because that side can be cut again. Samples
+//! near the cut count on both sides. A leaf is fitted by ridge-regularised least squares on the normal equations, in
+//! coordinates that map the bounding box of its samples to [-1, 1]. The ridge bounds the coefficients along directions
+//! in which the samples of a leaf do not spread: T(box) is a surface, a leaf of it is nearly flat, and off the surface
+//! (noise, the transient) the polynomial must not run away.
 //!
-//! Sources: L. Breiman et al., Classification and Regression Trees, Wadsworth 1984, for the tree; J. R. Quinlan, Learning with continuous classes, 1992, for models in
-//! its leaves.
+//! Sources: L. Breiman et al., Classification and Regression Trees, Wadsworth 1984, for the tree; J. R. Quinlan,
+//! Learning with continuous classes, 1992, for models in its leaves.
 
 use luenberger_observers::numerical_kkl::polynomial_tree::{monomial_count, monomials};
 use luenberger_observers::numerical_kkl::{Branch, Node, PolynomialTree};
@@ -43,7 +45,8 @@ struct Leaf {
 /// A tree on the heap.
 pub(crate) type Tree<const I: usize, const O: usize> = PolynomialTree<f64, Vec<Node<f64>>, Vec<f64>, I, O>;
 
-/// Samples of a leaf between two calls of the progress: the largest degree, 12 in four coordinates, costs a millisecond for each.
+/// Samples of a leaf between two calls of the progress: the largest degree, 12 in four coordinates, costs a millisecond
+/// for each.
 const BETWEEN_CALLS: usize = 256;
 
 /// Told the number of leaves again and again while one is fitted; its error ends the fit.
@@ -93,9 +96,10 @@ pub(crate) fn fit<const I: usize, const O: usize>(
     Ok(PolynomialTree::new(budget.degree, nodes, numbers)?)
 }
 
-/// Samples this far across a cut, in half-widths of the cell, count on both sides: polynomials are worst at the border of their
-/// samples, and so the border of the samples is not the border of the cell. Measured on the reverse Duffing oscillator (cut-off 1.5, 64 leaves): with less, 0.02, single
-/// estimates are off by 0.5 near the origin; with more, 0.1, all errors are three to ten times as large.
+/// Samples this far across a cut, in half-widths of the cell, count on both sides: polynomials are worst at the border
+/// of their samples, and so the border of the samples is not the border of the cell. Measured on the reverse Duffing
+/// oscillator (cut-off 1.5, 64 leaves): with less, 0.02, single estimates are off by 0.5 near the origin; with more, 0.1,
+/// all errors are three to ten times as large.
 const OVERLAP: f64 = 0.035;
 
 /// How far beyond the values of its samples a leaf may go, in parts of their range.

@@ -123,7 +123,8 @@ where
 /// What one form of the left inverse costs on the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Footprint {
-    /// Numbers stored, those of [`Coordinates`](crate::numerical_kkl::Coordinates) included; what only `initial` needs is not.
+    /// Numbers stored, those of [`Coordinates`](crate::numerical_kkl::Coordinates) included; what only `initial` needs
+    /// is not.
     pub numbers: usize,
     /// Bytes of them in single precision, with four bytes for the axis and the branches of each comparison.
     pub bytes_f32: usize,
@@ -138,9 +139,11 @@ pub struct Footprint {
 pub struct Report<const N: usize> {
     /// How far back T looks.
     pub horizon: f64,
-    /// Error of the interpolated T at the held-out points, in the coordinates in which T(box) is about one wide: root mean square and largest.
+    /// Error of the interpolated T at the held-out points, in the coordinates in which T(box) is about one wide: root
+    /// mean square and largest.
     pub spline: (f64, f64),
-    /// `DT f - D T - B h` of the interpolated T at the held-out points, relative to the largest `|B h|`: root mean square and largest.
+    /// `DT f - D T - B h` of the interpolated T at the held-out points, relative to the largest `|B h|`: root mean
+    /// square and largest.
     pub residual: (f64, f64),
     /// The same of T by simulation, largest at a few of the points: the accuracy of the simulation itself.
     pub simulated_residual: f64,

@@ -1,10 +1,11 @@
 //! The target `z' = D z + B y`: D Hurwitz, (D, B) controllable.
 //!
-//! Every output feeds a bank of filters of its own, with the same poles. A filter has the static gain 1, so that z is measured in units of y.
+//! Every output feeds a bank of filters of its own, with the same poles. A filter has the static gain 1, so that z is
+//! measured in units of y.
 //!
-//! How fast: z - T(x) dies with the slowest pole, which bounds it from above; the faster D is, the shorter its memory, and the closer T comes to the output
-//! and its derivatives, whose noise it then has. T is k times differentiable where the slowest pole is faster than k times the expansion
-//! rate of the plant *backward* in time.
+//! How fast: z - T(x) dies with the slowest pole, which bounds it from above; the faster D is, the shorter its memory,
+//! and the closer T comes to the output and its derivatives, whose noise it then has. T is k times differentiable where
+//! the slowest pole is faster than k times the expansion rate of the plant *backward* in time.
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, spectral_abscissa, symmetric_eigenvalues};
 use luenberger_plants::error::check_matrix;
@@ -52,7 +53,8 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
         Ok(target)
     }
 
-    /// Filters with these poles for each output: `poles.len() * P == Z`, closed under conjugation, in the open left half plane.
+    /// Filters with these poles for each output: `poles.len() * P == Z`, closed under conjugation, in the open left
+    /// half plane.
     ///
     /// In real modal form; a pole that is repeated feeds its repetition, as (D, B) is controllable only in this way.
     ///
@@ -95,9 +97,11 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
         Self::poles(&poles.iter().map(|&re| Complex::new(re, 0.0)).collect::<Vec<_>>())
     }
 
-    /// The poles of the Bessel low-pass filter of order `Z / P`, which halves the power at the angular frequency `cutoff` (radians per unit of time).
+    /// The poles of the Bessel low-pass filter of order `Z / P`, which halves the power at the angular frequency
+    /// `cutoff` (radians per unit of time).
     ///
-    /// Bessel's filter delays all frequencies below the cut-off by nearly the same time: one number says how fast the bank is.
+    /// Bessel's filter delays all frequencies below the cut-off by nearly the same time: one number says how fast the
+    /// bank is.
     ///
     /// # Errors
     /// [`DesignError::NotPositive`](crate::DesignError::NotPositive) for the cut-off,
@@ -203,7 +207,8 @@ mod tests {
 
     #[test]
     fn bessel_poles_are_the_tabulated_ones() {
-        // C. S. Lindquist, Active Network Design, 1977, table of Bessel filters normalised to 3 dB at 1 rad/s: 5 digits.
+        // C. S. Lindquist, Active Network Design, 1977, table of Bessel filters normalised to 3 dB at 1 rad/s: 5
+        // digits.
         let second = bessel_poles(2).unwrap();
         assert!(
             second.iter().all(|p| (p.re + 1.1016).abs() < 1e-4 && (p.im.abs() - 0.6360).abs() < 1e-4),

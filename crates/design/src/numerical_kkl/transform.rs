@@ -1,15 +1,15 @@
 //! The map `T(x) = int_0^inf e^{D s} B h(X(-s, x)) ds`: the state that the target has when the plant has come to x.
 //!
-//! One pass backward in time. With `E' = D E`, `E(0) = B` beside the plant, `w' = E h(x)` is a stable quadrature: nothing unstable is
-//! integrated, neither z backward nor a guess of it forward. The rest of the integral, `e^{D s} T(X(-s, x))`, is below the tolerance at the
-//! horizon. DT comes from the same pass with the variational equation along the n directions, derivatives of f and h by
-//! [`Differentiable`].
+//! One pass backward in time. With `E' = D E`, `E(0) = B` beside the plant, `w' = E h(x)` is a stable quadrature:
+//! nothing unstable is integrated, neither z backward nor a guess of it forward. The rest of the integral,
+//! `e^{D s} T(X(-s, x))`, is below the tolerance at the horizon. DT comes from the same pass with the variational
+//! equation along the n directions, derivatives of f and h by [`Differentiable`].
 //!
-//! That is what is cut off where the past is bounded; where it grows at the rate g, and e^{D s} falls at the rate lambda, it is about the power
-//! (lambda - g) / lambda of the tolerance.
+//! That is what is cut off where the past is bounded; where it grows at the rate g, and e^{D s} falls at the rate
+//! lambda, it is about the power (lambda - g) / lambda of the tolerance.
 //!
-//! T exists where h stays bounded along the past, or grows more slowly than e^{D s} decays; it is k times differentiable where e^{D s} beats k times the rate at which
-//! the backward flow pulls neighbours apart.
+//! T exists where h stays bounded along the past, or grows more slowly than e^{D s} decays; it is k times
+//! differentiable where e^{D s} beats k times the rate at which the backward flow pulls neighbours apart.
 
 use luenberger_linalg::expm;
 use luenberger_plants::Differentiable;
@@ -160,7 +160,8 @@ where
         jacobian * f - self.target.d() * z - self.target.b() * self.plant.output(0.0, x)
     }
 
-    /// From x backward over the horizon. State: x from the centre of the box, E by columns, w, and for each direction its tangent and its share of DT.
+    /// From x backward over the horizon. State: x from the centre of the box, E by columns, w, and for each direction
+    /// its tangent and its share of DT.
     fn past(&self, x: &SVector<f64, N>, directions: usize, state: &mut [f64]) -> Result<(), NumericalKklError> {
         let (e, w) = (N, N + Z * P);
         let tangents = w + Z;
@@ -225,8 +226,8 @@ where
 /// The time after which `|e^{D s} B| <= tolerance |D^-1 B|`.
 fn horizon<const P: usize, const Z: usize>(target: &Target<P, Z>, tolerance: f64) -> Result<f64, NumericalKklError> {
     let d = target.dynamics();
-    // In units of the fastest pole, doubled until the norm is small; D is Hurwitz, so that this ends: 2^200 is out of reach of any abscissa
-    // that is distinguishable from zero.
+    // In units of the fastest pole, doubled until the norm is small; D is Hurwitz, so that this ends: 2^200 is out of
+    // reach of any abscissa that is distinguishable from zero.
     let mut time = 1.0 / d.norm();
     let mut memory = expm(&(&d * time))?;
     for _ in 0..200 {

@@ -1,5 +1,5 @@
-//! The margins that need no inequality to be solved: (23), its exact form for a fixed P, the spectral abscissa, and what the error
-//! is bounded by when the plant is forced.
+//! The margins that need no inequality to be solved: (23), its exact form for a fixed P, the spectral abscissa, and
+//! what the error is bounded by when the plant is forced.
 
 use luenberger_linalg::{LinalgError, lambda_max, lambda_min, symmetric_part};
 use nalgebra::DMatrix;
@@ -12,14 +12,16 @@ use crate::error::DesignError;
 /// Sufficient for the P and Q at hand. Cost: two symmetric eigenproblems.
 ///
 /// # Errors
-/// [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite) and its kin when P or Q is not what (9) gives.
+/// [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite) and its kin when P or Q is
+/// not what (9) gives.
 pub fn theorem5_bound(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
     check::positive_definite("P", p, p.nrows())?;
     check::positive_definite("Q", q, p.nrows())?;
     Ok(lambda_min(q)? / (2.0 * lambda_max(p)?))
 }
 
-/// The exact margin for this P: the supremum of eps with `F'P + PF + 2 eps P < 0`, which is `lambda_min(P^-1/2 Q P^-1/2) / 2`.
+/// The exact margin for this P: the supremum of eps with `F'P + PF + 2 eps P < 0`, which is
+/// `lambda_min(P^-1/2 Q P^-1/2) / 2`.
 ///
 /// Equals [`theorem5_bound`] when Q is a multiple of I, and is never smaller.
 ///
@@ -34,7 +36,8 @@ pub fn fixed_lyapunov_margin(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, 
     }
 }
 
-/// The greatest r with `Q - 2 r P >= 0`, which is `lambda_min(P^-1/2 Q P^-1/2) / 2`, in floating point; `None` where P is not positive definite.
+/// The greatest r with `Q - 2 r P >= 0`, which is `lambda_min(P^-1/2 Q P^-1/2) / 2`, in floating point; `None` where P
+/// is not positive definite.
 pub(crate) fn greatest_rate(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<f64>, DesignError> {
     // G^-1 Q G^-T for P = G G' has the eigenvalues of P^-1/2 Q P^-1/2.
     let Some(g) = p.clone().cholesky().map(|cholesky| cholesky.l()) else { return Ok(None) };
@@ -46,7 +49,8 @@ pub(crate) fn greatest_rate(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option
 /// The margin when N is redesigned for every eps: minus the spectral abscissa of `F = A - L C`.
 ///
 /// # Errors
-/// [`DesignError::NotHurwitz`] when there is no margin at all, decided exactly; [`DesignError::StabilityUndecided`] when rounding hides it.
+/// [`DesignError::NotHurwitz`] when there is no margin at all, decided exactly; [`DesignError::StabilityUndecided`]
+/// when rounding hides it.
 pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
     let what = "A - L C";
     let nothing = (DMatrix::zeros(f.nrows(), 0), DMatrix::zeros(0, f.ncols()));
@@ -56,8 +60,9 @@ pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
 
 /// Ultimate bound of the error per unit of forcing: `limsup |e| <= gain * sup |(A(eps) - A) x|`.
 ///
-/// With `2 alpha = lambda_min(P^-1/2 Q P^-1/2)`, `V = e'Pe` obeys `(sqrt V)' <= -alpha sqrt V + |P^1/2 (A(eps) - A) x|`, hence
-/// `gain = sqrt(lambda_max(P) / lambda_min(P)) / alpha`. The same bound holds for the linear observer; the cubic term only helps in it.
+/// With `2 alpha = lambda_min(P^-1/2 Q P^-1/2)`, `V = e'Pe` obeys
+/// `(sqrt V)' <= -alpha sqrt V + |P^1/2 (A(eps) - A) x|`, hence `gain = sqrt(lambda_max(P) / lambda_min(P)) / alpha`.
+/// The same bound holds for the linear observer; the cubic term only helps in it.
 ///
 /// # Errors
 /// As [`theorem5_bound`].

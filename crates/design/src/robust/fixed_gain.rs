@@ -1,11 +1,13 @@
 //! Certificates for a cubic gain that came without a P, and the margin with N fixed and P free.
 //!
-//! `sup eps : P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0`, `F = A - L C`, a generalised eigenvalue problem. The equation is solved
-//! away: for C N invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0` (T of n - p rows) and `S = -G C N`, G and Y symmetric.
-//! What is left is linear in G and Y.
+//! `sup eps : P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0`, `F = A - L C`, a generalised eigenvalue
+//! problem. The equation is solved away: for C N invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0`
+//! (T of n - p rows) and `S = -G C N`, G and Y symmetric. What is left is linear in G and Y.
 //!
-//! F and C N are multiplied out exactly where it matters; T is exact for one output and for as many as states, and rounded in between. The answer carries what is then proved for A, L, C and N as stored; that
-//! there is no P is said only where all numbers of the inequality are exact and its multipliers are verified, or where exact arithmetic finds an unstable eigenvalue of C N.
+//! F and C N are multiplied out exactly where it matters; T is exact for one output and for as many as states, and
+//! rounded in between. The answer carries what is then proved for A, L, C and N as stored; that there is no P is said
+//! only where all numbers of the inequality are exact and its multipliers are verified, or where exact arithmetic finds
+//! an unstable eigenvalue of C N.
 
 use luenberger_linalg::{spectral_abscissa, symmetric_part};
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
@@ -36,33 +38,39 @@ pub struct GainCertificate {
     pub p: DMatrix<f64>,
     /// S, `P N = -C'S` up to rounding.
     pub s: DMatrix<f64>,
-    /// `P > 0` and (12) for A, L and C as stored, and from which errors the observer with N as stored converges (`theta = I`).
+    /// `P > 0` and (12) for A, L and C as stored, and from which errors the observer with N as stored converges
+    /// (`theta = I`).
     pub certificate: Certificate,
 }
 
 /// Where the proof of a cubic observer with given gains ends.
 ///
-/// The margin is one of the error dynamics `e' = (F + eps I) e + (y~'theta y~) N y~`. An observer that runs the nominal A on a plant with `A + eps I` has
-/// the forcing `eps x` besides: its error is input-to-state stable, and tends to zero only if x does.
+/// The margin is one of the error dynamics `e' = (F + eps I) e + (y~'theta y~) N y~`. An observer that runs the nominal
+/// A on a plant with `A + eps I` has the forcing `eps x` besides: its error is input-to-state stable, and tends to zero
+/// only if x does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedGainMargin {
     /// The greatest eps found feasible.
     pub margin: f64,
     /// The least eps tried that was not; the supremum lies between the two when `refuted`.
     pub stopped_at: Option<f64>,
-    /// Whether the inequality at `stopped_at` was refuted, by multipliers verified for the numbers as stored (else it stayed undecided).
+    /// Whether the inequality at `stopped_at` was refuted, by multipliers verified for the numbers as stored (else it
+    /// stayed undecided).
     pub refuted: bool,
     /// What proves it at `margin`: the certificate is for `A + margin I` as rounded.
     pub at_margin: GainCertificate,
 }
 
-/// The supremum of eps, to within `tolerance`, for which some `P > 0` proves the observer with gains L and N at `A + eps I`.
+/// The supremum of eps, to within `tolerance`, for which some `P > 0` proves the observer with gains L and N at
+/// `A + eps I`.
 ///
-/// L and N are n x p, C of full row rank. Cost: one SDP of about `n^2/2` unknowns for each of `log2(range / tolerance)` bisection steps.
+/// L and N are n x p, C of full row rank. Cost: one SDP of about `n^2/2` unknowns for each of `log2(range / tolerance)`
+/// bisection steps.
 ///
 /// # Errors
-/// [`DesignError::NotHurwitz`] when `A - L C` is not; [`DesignError::Infeasible`] when `C N` has an eigenvalue of positive real part, decided exactly, so that no P allows
-/// this N at any eps; [`DesignError::DegenerateGain`] when C N is not Hurwitz and that real part is zero up to rounding; [`DesignError::DependentOutputs`];
+/// [`DesignError::NotHurwitz`] when `A - L C` is not; [`DesignError::Infeasible`] when `C N` has an eigenvalue of
+/// positive real part, decided exactly, so that no P allows this N at any eps; [`DesignError::DegenerateGain`] when C N
+/// is not Hurwitz and that real part is zero up to rounding; [`DesignError::DependentOutputs`];
 /// [`DesignError::Undecided`] when no eps could be proved.
 pub fn fixed_gain_margin(
     plant: &StateSpace,
@@ -89,8 +97,8 @@ pub fn fixed_gain_margin(
 /// A `P > 0` that proves the observer with gains L and N: (12) and (13').
 ///
 /// # Errors
-/// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P; [`DesignError::RefutedAsRounded`] with such that exclude it only for
-/// T as rounded.
+/// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P;
+/// [`DesignError::RefutedAsRounded`] with such that exclude it only for T as rounded.
 pub fn certify_gain(
     plant: &StateSpace,
     l: &DMatrix<f64>,
@@ -169,8 +177,8 @@ impl<'a> Family<'a> {
         lmi
     }
 
-    /// Some eps at which the inequality is proved: any P of the form serves once F + eps I is dissipative enough, which can be far to the left
-    /// when C and N are nearly orthogonal.
+    /// Some eps at which the inequality is proved: any P of the form serves once F + eps I is dissipative enough, which
+    /// can be far to the left when C and N are nearly orthogonal.
     fn feasible_below(&self, high: f64) -> Result<f64, DesignError> {
         let scale = self.f.norm().max(high.abs()).max(f64::MIN_POSITIVE);
         let mut last = None;
@@ -213,7 +221,8 @@ fn has_eigenvalue_beyond(m: &Matrix<Exact>, bound: f64) -> bool {
     hurwitz_spectrum(&shifted) == Some(false)
 }
 
-/// T of full row rank with `T N = 0`, for N of full column rank. For a single column with entries of N itself, without rounding; else the last columns of the full Q factor of N.
+/// T of full row rank with `T N = 0`, for N of full column rank. For a single column with entries of N itself, without
+/// rounding; else the last columns of the full Q factor of N.
 fn orthogonal_rows(n_gain: &DMatrix<f64>) -> DMatrix<f64> {
     let (n, outputs) = n_gain.shape();
     if outputs == 1 {

@@ -1,8 +1,9 @@
 //! Theorem 4: one gain and one P for every plant of a polytope.
 //!
-//! If `A_k'P + P A_k - YC - C'Y' < 0` at every vertex, it holds on their convex hull, and the observer with `L = P^-1 Y` and any
-//! `N = -P^-1 C'S` decreases `V = e'Pe` for every `A(eps)` of the hull, as far as the error dynamics `e' = (A(eps) - LC) e + ..` go. The forcing
-//! `(A(eps) - A) x` of an observer that runs the nominal A is not covered by the theorem: see [`super`].
+//! If `A_k'P + P A_k - YC - C'Y' < 0` at every vertex, it holds on their convex hull, and the observer with
+//! `L = P^-1 Y` and any `N = -P^-1 C'S` decreases `V = e'Pe` for every `A(eps)` of the hull, as far as the error
+//! dynamics `e' = (A(eps) - LC) e + ..` go. The forcing `(A(eps) - A) x` of an observer that runs the nominal A is not
+//! covered by the theorem: see [`super`].
 
 use luenberger_lmi::{Problem, Settings};
 use luenberger_plants::StateSpace;
@@ -31,14 +32,15 @@ pub struct PolytopicDesign {
 }
 
 impl PolytopicDesign {
-    /// One L and P for `nominal` and for all of `vertices` (n x n each), every error decaying at least like `exp(-rate t)`.
+    /// One L and P for `nominal` and for all of `vertices` (n x n each), every error decaying at least like
+    /// `exp(-rate t)`.
     ///
-    /// Exists only if every vertex is detectable, and not always then. Cost: one SDP of `n(n+1)/2 + np` unknowns with one
-    /// inequality for each vertex.
+    /// Exists only if every vertex is detectable, and not always then. Cost: one SDP of `n(n+1)/2 + np` unknowns with
+    /// one inequality for each vertex.
     ///
     /// # Errors
-    /// `NotDetectable` in [`DesignError::Linalg`] for a vertex with a mode that no gain can move; [`DesignError::Infeasible`] names the
-    /// vertices that together exclude a common P.
+    /// `NotDetectable` in [`DesignError::Linalg`] for a vertex with a mode that no gain can move;
+    /// [`DesignError::Infeasible`] names the vertices that together exclude a common P.
     pub fn new(nominal: &StateSpace, vertices: &[DMatrix<f64>], rate: f64) -> Result<Self, DesignError> {
         let n = nominal.a.nrows();
         for a in vertices {

@@ -1,10 +1,10 @@
 //! The fixed-N margin for one output, without a solver: a strict-positive-real condition.
 //!
 //! For p = 1, `P N = -C's` with `s > 0` and `(F + eps I)'P + P(F + eps I) < 0` have a solution `P > 0` iff
-//! `G(s) = -C (s I - F - eps I)^-1 N` is strictly positive real (Kalman-Yakubovich-Popov lemma, strict form: A. Rantzer, Systems &
-//! Control Letters 28, 1996). On the imaginary axis `Re G(i w) = q(w^2) / |d(i w)|^2` with d the characteristic polynomial and q a
-//! polynomial of degree at most n - 1, so that the condition is: F + eps I Hurwitz, q > 0 on `w^2 >= 0`, and a positive leading
-//! coefficient `C (F + eps I) N` of q.
+//! `G(s) = -C (s I - F - eps I)^-1 N` is strictly positive real (Kalman-Yakubovich-Popov lemma, strict form: A.
+//! Rantzer, Systems & Control Letters 28, 1996). On the imaginary axis `Re G(i w) = q(w^2) / |d(i w)|^2` with d the
+//! characteristic polynomial and q a polynomial of degree at most n - 1, so that the condition is: F + eps I Hurwitz, q >
+//! 0 on `w^2 >= 0`, and a positive leading coefficient `C (F + eps I) N` of q.
 
 use luenberger_linalg::{eigenvalues, spectral_abscissa};
 use luenberger_proof::UndecidedReason;
@@ -15,13 +15,15 @@ use crate::error::{DesignError, InfeasibilityReason};
 
 /// The supremum of eps for which some `P > 0` proves the observer with gains L and N (p = 1) at `A + eps I`.
 ///
-/// `f = A - L C` is n x n, `c` 1 x n, `n_gain` n x 1. Bisection to the last bits between minus infinity and minus the spectral abscissa of
-/// F; feasibility is monotone in eps because P serves every smaller eps too. A floating-point result: what is *proved* comes from
-/// [`fixed_gain_margin`](super::fixed_gain_margin). Cost: `O(n^4)` once, `O(n^3)` per step.
+/// `f = A - L C` is n x n, `c` 1 x n, `n_gain` n x 1. Bisection to the last bits between minus infinity and minus the
+/// spectral abscissa of F; feasibility is monotone in eps because P serves every smaller eps too. A floating-point
+/// result: what is *proved* comes from [`fixed_gain_margin`](super::fixed_gain_margin). Cost: `O(n^4)` once, `O(n^3)`
+/// per step.
 ///
 /// # Errors
-/// [`DesignError::SeveralOutputs`] for p > 1; [`DesignError::Infeasible`] when `C N > 0`, which no P allows; [`DesignError::DegenerateGain`] when
-/// `C N = 0`; [`DesignError::Undecided`] when rounding hides every shift at which the function is positive real.
+/// [`DesignError::SeveralOutputs`] for p > 1; [`DesignError::Infeasible`] when `C N > 0`, which no P allows;
+/// [`DesignError::DegenerateGain`] when `C N = 0`; [`DesignError::Undecided`] when rounding hides every shift at which
+/// the function is positive real.
 pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix<f64>) -> Result<f64, DesignError> {
     let order = f.nrows();
     check::matrix("A - L C", f, (order, order))?;
@@ -159,8 +161,8 @@ mod tests {
         assert!((margin - 3.0).abs() < 1e-14, "{margin}");
     }
 
-    /// G(s) = (s + b) / ((s + 1)(s + 2)) shifted by eps is positive real iff its leading coefficient 3 - b - eps and its value at
-    /// zero stay positive: the margin is min(1, 3 - b) for 1 <= b < 3.
+    /// G(s) = (s + b) / ((s + 1)(s + 2)) shifted by eps is positive real iff its leading coefficient 3 - b - eps and
+    /// its value at zero stay positive: the margin is min(1, 3 - b) for 1 <= b < 3.
     #[test]
     fn a_second_order_example_has_the_textbook_margin() {
         for b in [1.0, 1.5, 2.0, 2.5, 2.9] {

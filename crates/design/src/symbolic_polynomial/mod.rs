@@ -1,13 +1,15 @@
 //! Polynomials with outward rounded coefficients: right-hand sides collected by their monomials, so that what cancels
 //! is gone before anything is enclosed.
 //!
-//! The two sides of `Dphi f = Lambda phi + B` are large and their difference is nothing: over a box, interval arithmetic forgets that both contain the same `x1^2 + sin x1` and returns
-//! twice its width. Here a value is a polynomial in atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded coefficients.
-//! Equal atoms are one atom, equal monomials are added, and the difference that is left is what a box is put into. For a phi that solves the equation, nothing is
-//! left but the rounding of coefficients.
+//! The two sides of `Dphi f = Lambda phi + B` are large and their difference is nothing: over a box, interval
+//! arithmetic forgets that both contain the same `x1^2 + sin x1` and returns twice its width. Here a value is a
+//! polynomial in atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded
+//! coefficients. Equal atoms are one atom, equal monomials are added, and the difference that is left is what a box is
+//! put into. For a phi that solves the equation, nothing is left but the rounding of coefficients.
 //!
-//! An interval coefficient stands for one unknown number in it, and two that look the same need not be the same number. Functions of polynomials that have such coefficients are
-//! therefore one atom only where they were computed by the same operations from the same values.
+//! An interval coefficient stands for one unknown number in it, and two that look the same need not be the same number.
+//! Functions of polynomials that have such coefficients are therefore one atom only where they were computed by the
+//! same operations from the same values.
 //!
 //! [`SymbolicPolynomial`] is a scalar, so that a map that is written once for every scalar is collected by evaluating
 //! it. What cannot be (a branch, an absolute value, too many terms) is noted, and there is no result. A polynomial
@@ -15,9 +17,9 @@
 //!
 //! The arena of an evaluation belongs to its thread, and every value carries the number of its arena. A value of
 //! another arena (kept from an earlier evaluation) or of none (made on another thread) has no polynomial here: an
-//! operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison
-//! cannot be answered, leaves the evaluation that it belongs to without a result. What is not noticed: a map that lets a thread work for it which is itself in the middle of
-//! another evaluation, if that thread compares constants only.
+//! operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison cannot be
+//! answered, leaves the evaluation that it belongs to without a result. What is not noticed: a map that lets a thread
+//! work for it which is itself in the middle of another evaluation, if that thread compares constants only.
 
 mod scalar;
 
@@ -218,8 +220,8 @@ pub(crate) fn fail(what: &'static str) -> SymbolicPolynomial {
     in_arena(None, &[], |arena| Some(arena.fail(what)))
 }
 
-/// An answer is asked for that these values do not have: a comparison that depends on more than constants, a conversion to a number. The evaluation has no result. Where
-/// the answer is a choice it alternates, so that loops end.
+/// An answer is asked for that these values do not have: a comparison that depends on more than constants, a conversion
+/// to a number. The evaluation has no result. Where the answer is a choice it alternates, so that loops end.
 pub(crate) fn open_question(what: &'static str, operands: &[SymbolicPolynomial]) -> bool {
     ARENA.with(|cell| {
         let mut cell = cell.borrow_mut();
@@ -389,7 +391,8 @@ impl Arena {
         values.iter().map(|value| self.value(*value)).collect::<Option<_>>().ok_or(ELSEWHERE)
     }
 
-    /// The variables that p depends on, through the arguments of functions too. Of others it does not depend, wherever the atoms are defined.
+    /// The variables that p depends on, through the arguments of functions too. Of others it does not depend, wherever
+    /// the atoms are defined.
     pub(crate) fn variables(&self, p: &Polynomial) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         for atom in p.iter().flat_map(|(monomial, _)| monomial.iter().map(|(atom, _)| *atom)) {
@@ -626,7 +629,8 @@ mod tests {
         ]
     }
 
-    /// Derivatives and values against the interval scalar, whose own are held against dual numbers: both enclose one number, so that they meet, and neither is wide.
+    /// Derivatives and values against the interval scalar, whose own are held against dual numbers: both enclose one
+    /// number, so that they meet, and neither is wide.
     #[test]
     fn derivatives_are_those_of_the_interval_scalar() {
         for at in [0.25, 0.5, 0.875] {

@@ -87,7 +87,8 @@ fn the_joint_design_is_proved_for_several_outputs() {
     assert!(spectral_abscissa(&design.error_matrix()).unwrap() < -0.25);
 }
 
-/// Example 2: (23) is 0.00135, the positive-real margin 4.1367864216 (scipy, by bisection on the minimum of the Nyquist plot), the abscissa 5.
+/// Example 2: (23) is 0.00135, the positive-real margin 4.1367864216 (scipy, by bisection on the minimum of the Nyquist
+/// plot), the abscissa 5.
 #[test]
 fn the_margins_of_example_2_are_ordered_and_right() {
     let plant = third_order::example2().to_dynamic();
@@ -144,7 +145,8 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
     assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
 }
 
-/// Theorem 6 for slow loops: both poles at -eps, so that P0 grows like 1/eps^3 and the share mu of P0 in (25) has to fall.
+/// Theorem 6 for slow loops: both poles at -eps, so that P0 grows like 1/eps^3 and the share mu of P0 in (25) has to
+/// fall.
 #[test]
 fn a_slow_loop_is_certified() {
     let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
@@ -166,8 +168,8 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     assert!(theta_from_cost_shares(&linear, Some(&dvector![0.0, 0.0]), 3.0).is_err());
 }
 
-/// F = [-1 1; 0 -2], C = I: e2 = exp(-2t) e2(0), and e1 gets exp(-t) - exp(-2t) of e2(0). From e(0) = (0, 1), J = (1/2 - 2/3 + 1/4, 1/4) = (1, 3)/12; over all directions
-/// trace M_1 = 1/2 + 1/12 and trace M_2 = 1/4.
+/// F = [-1 1; 0 -2], C = I: e2 = exp(-2t) e2(0), and e1 gets exp(-t) - exp(-2t) of e2(0). From e(0) = (0, 1), J = (1/2 -
+/// 2/3 + 1/4, 1/4) = (1, 3)/12; over all directions trace M_1 = 1/2 + 1/12 and trace M_2 = 1/4.
 #[test]
 fn shares_of_coupled_errors_are_those_along_the_error_equation() {
     let plant = StateSpace::new(dmatrix![-1.0, 1.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
@@ -178,7 +180,8 @@ fn shares_of_coupled_errors_are_those_along_the_error_equation() {
     assert!((theta - dmatrix![7.0, 0.0; 0.0, 3.0]).amax() < 1e-14);
 }
 
-/// With as many outputs as states (13) can hold as printed: C = I, P = I and N = -I give P N C + C'N'P = -2 I, and N = I the contrary.
+/// With as many outputs as states (13) can hold as printed: C = I, P = I and N = -I give P N C + C'N'P = -2 I, and N =
+/// I the contrary.
 #[test]
 fn the_strict_condition_holds_where_every_direction_is_seen() {
     let identity = DMatrix::identity(2, 2);
@@ -201,7 +204,8 @@ fn the_gain_from_forcing_to_error_is_the_root_of_the_condition_over_the_rate() {
     }
 }
 
-/// The double integrator, sampled: poles z1 and z2 take Ld = (2 - z1 - z2, (1 - z1)(1 - z2)/h), and Theorem C asks for z = exp(h s). P solves the Stein equation with Q = h I.
+/// The double integrator, sampled: poles z1 and z2 take Ld = (2 - z1 - z2, (1 - z1)(1 - z2)/h), and Theorem C asks for
+/// z = exp(h s). P solves the Stein equation with Q = h I.
 #[test]
 fn the_sampled_design_has_the_poles_and_the_strength_of_the_continuous_one() {
     let linear = example1();
@@ -219,7 +223,8 @@ fn the_sampled_design_has_the_poles_and_the_strength_of_the_continuous_one() {
     assert!(residual.amax() < 1e-13 * design.p.amax(), "{residual}");
 }
 
-/// C = I and N = -[1 10; 0 1]: Hurwitz, but N + N' is indefinite. P = I, which F = -5 I would like best, gives no S with S + S' > 0; P = diag(1, 30) does. S = -P N is not symmetric.
+/// C = I and N = -[1 10; 0 1]: Hurwitz, but N + N' is indefinite. P = I, which F = -5 I would like best, gives no S
+/// with S + S' > 0; P = diag(1, 30) does. S = -P N is not symmetric.
 #[test]
 fn a_gain_that_is_not_dissipative_gets_a_lyapunov_matrix_of_its_own() {
     let plant = StateSpace::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
@@ -231,7 +236,8 @@ fn a_gain_that_is_not_dissipative_gets_a_lyapunov_matrix_of_its_own() {
     assert!((s + s.transpose()).cholesky().is_some(), "{s}");
 }
 
-/// x1' = x2 needs L2 > 0 and x1' = -x2 needs L2 < 0: each alone has a gain, and the two have none in common, whichever is the nominal one.
+/// x1' = x2 needs L2 > 0 and x1' = -x2 needs L2 < 0: each alone has a gain, and the two have none in common, whichever
+/// is the nominal one.
 #[test]
 fn the_nominal_plant_is_a_vertex_of_its_polytope() {
     let at = |sign: f64| dmatrix![0.0, sign; 0.0, 0.0];
@@ -242,8 +248,8 @@ fn the_nominal_plant_is_a_vertex_of_its_polytope() {
     }
 }
 
-/// F = [0 1; -2 -3], C = [30 1], N = (0, -1): G(s) = (s + 30)/((s + 1)(s + 2)) is positive real only after a shift of -27, far to the left of
-/// the size of F.
+/// F = [0 1; -2 -3], C = [30 1], N = (0, -1): G(s) = (s + 30)/((s + 1)(s + 2)) is positive real only after a shift of -27,
+/// far to the left of the size of F.
 #[test]
 fn a_margin_far_to_the_left_is_found_by_both_methods() {
     let f = dmatrix![0.0, 1.0; -2.0, -3.0];
@@ -268,7 +274,8 @@ fn the_joint_design_of_twenty_states_and_three_outputs_is_proved() {
     assert!(design.certificate.converges_from_everywhere(), "{}", design.certificate);
 }
 
-/// `N = T J T^-1` with T of integers and determinant 1, J a Jordan block with the eigenvalue `eigenvalue`: no rounding. The plant is `x' = 0`, `y = x`.
+/// `N = T J T^-1` with T of integers and determinant 1, J a Jordan block with the eigenvalue `eigenvalue`: no rounding.
+/// The plant is `x' = 0`, `y = x`.
 fn defective(n: usize, seed: usize, eigenvalue: f64) -> (StateSpace, DMatrix<f64>, DMatrix<f64>) {
     let entry = |i: usize, j: usize| ((7919 * (i + 1) * (j + 2) + 104_729 * seed) % 5) as f64 - 2.0;
     let lower = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
@@ -299,7 +306,8 @@ fn defective(n: usize, seed: usize, eigenvalue: f64) -> (StateSpace, DMatrix<f64
     (plant, DMatrix::identity(n, n) * 5.0, &lower * &upper * j * inverse)
 }
 
-/// For the eigenvalue -2^-24 a P exists (a Lyapunov matrix of N, as F = -5 I serves every P), although the eigenvalues of N as computed have positive real parts; for 2^-24 none does.
+/// For the eigenvalue -2^-24 a P exists (a Lyapunov matrix of N, as F = -5 I serves every P), although the eigenvalues
+/// of N as computed have positive real parts; for 2^-24 none does.
 #[test]
 fn a_defective_gain_is_called_infeasible_only_where_it_is() {
     let mut misleading = 0;
@@ -319,7 +327,8 @@ fn a_defective_gain_is_called_infeasible_only_where_it_is() {
     assert!(misleading >= 3, "{misleading}");
 }
 
-/// An entry of 1e-30 or 1e-320 is no zero: what floating point calls hidden is not called undetectable, and where the output sees all of the rest a gain is found.
+/// An entry of 1e-30 or 1e-320 is no zero: what floating point calls hidden is not called undetectable, and where the
+/// output sees all of the rest a gain is found.
 #[test]
 fn tiny_entries_make_no_plant_undetectable() {
     for tiny in [1e-30, 1e-150, 1e-320] {

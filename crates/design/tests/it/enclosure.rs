@@ -7,7 +7,8 @@ use luenberger_plants::{Chaotic, Differentiable, Dimensions, Plant, flexible_joi
 use nalgebra::{DMatrix, DVector, RealField, RowVector2, SVector, Vector1, Vector2, convert};
 use proptest::prelude::*;
 
-/// `f_i` is a sum of terms `c g(x_a) k(z)` with z a state, the input or time; `h_i = x_i + c sin x_a`. Two inputs of the zoo are not smooth.
+/// `f_i` is a sum of terms `c g(x_a) k(z)` with z a state, the input or time; `h_i = x_i + c sin x_a`. Two inputs of
+/// the zoo are not smooth.
 #[derive(Debug, Clone)]
 struct Random {
     states: usize,
@@ -125,8 +126,8 @@ fn assert_inside(jacobian: &DMatrix<f64>, enclosure: &JacobianEnclosure, slack: 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The Jacobian at a point of the box lies in the enclosure, smooth or not. The dual numbers round: at most five terms below 2 * 27 * 27, each of a
-    /// dozen operations.
+    /// The Jacobian at a point of the box lies in the enclosure, smooth or not. The dual numbers round: at most five
+    /// terms below 2 * 27 * 27, each of a dozen operations.
     #[test]
     fn the_jacobian_at_a_point_is_inside(plant in prop_oneof![random(true), random(false)], boxes in boxes(), budget in prop_oneof![Just(0usize), Just(40)]) {
         let s = sampled(plant.states, &boxes, budget);
@@ -141,7 +142,8 @@ proptest! {
         }
     }
 
-    /// Every function that a scalar offers, against dual numbers; their derivatives here are below 2e4 and rounded a few times.
+    /// Every function that a scalar offers, against dual numbers; their derivatives here are below 2e4 and rounded a
+    /// few times.
     #[test]
     fn every_function_encloses_its_derivative(
         (a, b) in (0.05f64..0.95, 0.05f64..0.95), (c, d) in (1.05f64..3.0, 1.05f64..3.0), shares in prop::array::uniform2(0.0f64..=1.0),
@@ -169,7 +171,8 @@ proptest! {
         }
     }
 
-    /// So does the integral mean between two points of the box; its quadrature errs by far less than the two rules differ.
+    /// So does the integral mean between two points of the box; its quadrature errs by far less than the two rules
+    /// differ.
     #[test]
     fn the_mean_jacobian_is_inside(plant in random(true), boxes in boxes()) {
         let s = sampled(plant.states, &boxes, 20);
@@ -476,7 +479,8 @@ fn the_flexible_joint_is_bounded_everywhere() {
     );
 }
 
-// A kink at x1 = -0.5 and a jump of 0.5 at x1 = 0.5: a search that follows one place of change to its end finds the kink.
+// A kink at x1 = -0.5 and a jump of 0.5 at x1 = 0.5: a search that follows one place of change to its end finds the
+// kink.
 scalar_plant!(KinkAndJump, |x, _t| {
     let kink = if x[0] < convert(-0.5) { x[0] + convert(0.5) } else { T::zero() };
     let jump = if x[0] > convert(0.5) { convert(0.5) } else { T::zero() };
@@ -548,7 +552,8 @@ fn a_jump_beside_a_kink_is_found() {
     }
 }
 
-/// What is continuous stays without an error, with a bound of the jumps that were not found; what does not branch has no such hypothesis.
+/// What is continuous stays without an error, with a bound of the jumps that were not found; what does not branch has
+/// no such hypothesis.
 #[test]
 fn branches_that_meet_are_a_hypothesis_with_a_number() {
     let region = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]);

@@ -1,4 +1,5 @@
-//! KKL candidates over boxes, and Proposition 7's hypotheses along a run: known answers, both kinds of refutation, and bad input.
+//! KKL candidates over boxes, and Proposition 7's hypotheses along a run: known answers, both kinds of refutation, and
+//! bad input.
 
 use luenberger_design::enclosure::EnclosureError;
 use luenberger_design::kkl::{KklError, KklReport, KklSettings};
@@ -63,7 +64,8 @@ fn sixth() -> Region {
     Region::new(&[(-2.0, 2.0), (-3.0, 3.0), (-1.0, 1.0)]).inputs(&[(-2.0, 2.0)])
 }
 
-/// phi = (x2, x3), Lambda = diag(-1, 0) and the printed B: both sides of (4) are the same polynomials in the same atoms, and nothing is left.
+/// phi = (x2, x3), Lambda = diag(-1, 0) and the printed B: both sides of (4) are the same polynomials in the same
+/// atoms, and nothing is left.
 #[test]
 fn proposition_6_is_proved_on_a_box() {
     let report = KklCandidate::new(&ExponentialCascade, &SIXTH, &[1, 2]).unwrap().check(&sixth(), &settings()).unwrap();
@@ -95,7 +97,8 @@ fn a_wrong_sign_is_refuted_at_a_point() {
     let candidate = KklCandidate::new(&ExponentialCascade, &WRONG_SIGN, &[1, 2]).unwrap();
     let report = candidate.check(&sixth(), &settings()).unwrap();
     let Verdict::Refuted { witness } = &report.residual.verdict else { panic!("{report}") };
-    // The residual is 2 sin x1 in row 1, by hand; the enclosure of a point is a few roundings of the terms, 16 at most, wide.
+    // The residual is 2 sin x1 in row 1, by hand; the enclosure of a point is a few roundings of the terms, 16 at most,
+    // wide.
     let truth = 2.0 * witness.place.state[0].sin().abs();
     assert_eq!(witness.row, 0);
     assert!(witness.at_least <= truth * (1.0 + 1e-15) && witness.at_least > truth - 1e-13, "{truth} {witness}");
@@ -296,8 +299,9 @@ fn luenberger(a: &DMatrix<f64>, c: &DMatrix<f64>) -> LinearMap {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Luenberger, 1964: for spectra apart T exists, solves (4), and is invertible for one output if (A, C) is observable and (D, B) controllable. A in companion form is
-    /// observable from its last state, and its eigenvalues are within 1 + 3 of 0, away from -5.
+    /// Luenberger, 1964: for spectra apart T exists, solves (4), and is invertible for one output if (A, C) is
+    /// observable and (D, B) controllable. A in companion form is observable from its last state, and its eigenvalues
+    /// are within 1 + 3 of 0, away from -5.
     #[test]
     fn linear_plants_with_sylvesters_t_are_proved(last in prop::collection::vec(-1.0..1.0f64, 1..=3)) {
         let n = last.len();
@@ -318,8 +322,8 @@ proptest! {
         prop_assert!((sigma - expected).abs() <= 1e-9 * phi.norm(), "{sigma} {expected}");
     }
 
-    /// Whatever B is, the bound is above the residual `(1 - square) x1^2 + (1 - sine) sin x1` of the first row everywhere, and not above the sum of what its terms can be; what
-    /// is said to be attained at the worst point is.
+    /// Whatever B is, the bound is above the residual `(1 - square) x1^2 + (1 - sine) sin x1` of the first row
+    /// everywhere, and not above the sum of what its terms can be; what is said to be attained at the worst point is.
     #[test]
     fn no_point_exceeds_the_bound(square in -2.0..2.0f64, sine in -2.0..2.0f64, hi in 0.1..2.0f64, shares in prop::collection::vec(0.0..=1.0f64, 40)) {
         let slip = Sixth { square, sine };
@@ -339,7 +343,8 @@ proptest! {
         prop_assert!(worst.at_least <= truth(worst.place.state[0]) + rounding && worst.at_least <= residual.bounds[0]);
     }
 
-    /// The bound is one: a Lambda off by `delta` leaves the residual `delta phi`, whose largest value over the box is known, and samples are below it.
+    /// The bound is one: a Lambda off by `delta` leaves the residual `delta phi`, whose largest value over the box is
+    /// known, and samples are below it.
     #[test]
     fn the_bound_encloses_and_the_sample_is_attained(delta in 1e-6..1.0f64, hi in 0.2..3.0f64) {
         let map = LinearMap { d: dmatrix![-1.0 - delta], b: dmatrix![0.0], t: dmatrix![1.0] };
@@ -426,7 +431,8 @@ fn what_is_not_defined_is_named_and_a_point_is_a_box() {
     assert!(matches!(huge, Err(KklError::Undefined { .. })));
 }
 
-/// Proposition 7's class with blocks of 1, 1 and 2 states: `x1' = -x1 + x3 + u'x4`, `x2' = a x2 + sin x1`, `x3' = -3 x3 + x2 x1`, `x4' = -u x1/2`.
+/// Proposition 7's class with blocks of 1, 1 and 2 states: `x1' = -x1 + x3 + u'x4`, `x2' = a x2 + sin x1`,
+/// `x3' = -3 x3 + x2 x1`, `x4' = -u x1/2`.
 #[derive(Debug, Clone, Copy)]
 struct Seventh {
     a2: f64,
@@ -551,7 +557,8 @@ fn design(plant: Seventh, excite: &Excite) -> Result<luenberger_design::kkl_peb:
     Ok(KklPebDesign::new(&plant, plant, &run(plant), excite, gradient)?.report)
 }
 
-/// u = (sin 2t, 1) over T = pi: `int b b' = diag(pi/2, pi)`, because the sine has whole periods; delta is pi/2, along the first parameter.
+/// u = (sin 2t, 1) over T = pi: `int b b' = diag(pi/2, pi)`, because the sine has whole periods; delta is pi/2, along
+/// the first parameter.
 #[test]
 fn proposition_7_is_checked_and_runs() {
     let window = std::f64::consts::PI;

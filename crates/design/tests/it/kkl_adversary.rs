@@ -1,7 +1,8 @@
 //! KKL candidates whose answers are known by construction, seeded: no wrong `Proved`, no wrong `Refuted`.
 //!
-//! Plants and maps are polynomials with small dyadic coefficients, so that B is computed exactly from `B = Dphi f - Lambda phi` where y = x, and perturbed by a power of two.
-//! In a process of its own, one test at a time, because a comparison in another thread takes the result of every exploration that runs meanwhile.
+//! Plants and maps are polynomials with small dyadic coefficients, so that B is computed exactly from
+//! `B = Dphi f - Lambda phi` where y = x, and perturbed by a power of two. In a process of its own, one test at a time,
+//! because a comparison in another thread takes the result of every exploration that runs meanwhile.
 
 use std::any::{Any, TypeId};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -278,7 +279,8 @@ fn images(phi: Vec<Terms>, h: Vec<Terms>, n: usize) -> Verdict<luenberger_design
     found.verdict
 }
 
-/// `phi_k = c_k x_k + p(x_1 .. x_(k-1))` with c_k down to 2^-40 is injective; what depends on a coordinate by its square only, or on fewer directions than there are states, is not.
+/// `phi_k = c_k x_k + p(x_1 .. x_(k-1))` with c_k down to 2^-40 is injective; what depends on a coordinate by its
+/// square only, or on fewer directions than there are states, is not.
 #[test]
 fn injectivity_known_by_construction() {
     let _alone = alone();
@@ -369,7 +371,8 @@ fn readings_known_by_construction() {
         let coupling = report(&plant, &maps, 1.0).unwrap().coupling;
         let back = maps.lambda.nrows() > 1 && maps.lambda[(0, 1)] != 0.0;
         let itself = reads.iter().any(|(row, entry)| entry >= row);
-        // Of the entries before it, the second reads the first: the only way back there is; or through the third, which nothing leads back from.
+        // Of the entries before it, the second reads the first: the only way back there is; or through the third, which
+        // nothing leads back from.
         let allowed = !(itself || back && reads.contains(&(1, 0)));
         assert_eq!(coupling.verdict.is_refuted(), itself, "{coupling:?} {maps:?}");
         assert_eq!(coupling.verdict.is_proved(), allowed, "{coupling:?} {maps:?}");
@@ -547,7 +550,8 @@ fn a_jump_is_not_proved_injective() {
     assert!(!found.continuous && !found.verdict.is_proved(), "{found:?}");
 }
 
-/// An overdetermined Phi without a symmetry of signs: its common images are not verified, and are reported as what they are.
+/// An overdetermined Phi without a symmetry of signs: its common images are not verified, and are reported as what they
+/// are.
 #[test]
 fn a_near_collision_is_undecided_and_has_its_numbers() {
     let _alone = alone();

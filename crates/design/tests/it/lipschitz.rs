@@ -1,4 +1,5 @@
-//! Lipschitz observers against closed forms: the greatest constant for one unmeasured state, and for a fixed gain the H-infinity norm.
+//! Lipschitz observers against closed forms: the greatest constant for one unmeasured state, and for a fixed gain the
+//! H-infinity norm.
 
 use approx::assert_abs_diff_eq;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Split, greatest_factor};
@@ -34,7 +35,8 @@ fn distance(a: &DMatrix<f64>) -> f64 {
     (column.norm_squared() - along * along).max(0.0).sqrt()
 }
 
-/// `min over w of sigma_min(i w I - F)`, the reciprocal of the H-infinity norm of (sI - F)^-1, by a grid refined around its minimum.
+/// `min over w of sigma_min(i w I - F)`, the reciprocal of the H-infinity norm of (sI - F)^-1, by a grid refined around
+/// its minimum.
 fn distance_to_the_axis(f: &DMatrix<f64>) -> f64 {
     let n = f.nrows();
     let sigma = |w: f64| {
@@ -64,7 +66,8 @@ fn square(n: usize) -> impl Strategy<Value = DMatrix<f64>> {
     prop::collection::vec(-2.0f64..2.0, n * n).prop_map(move |entries| DMatrix::from_row_slice(n, n, &entries))
 }
 
-/// As [`square`], of order 3, with the unmeasured third state seen through the first two: their coupling has length 0.2 at least.
+/// As [`square`], of order 3, with the unmeasured third state seen through the first two: their coupling has length 0.2
+/// at least.
 fn coupled() -> impl Strategy<Value = DMatrix<f64>> {
     (square(3), 0.2f64..2.0, 0.0f64..std::f64::consts::TAU).prop_map(|(mut a, length, angle)| {
         (a[(0, 2)], a[(1, 2)]) = (length * angle.cos(), length * angle.sin());
@@ -75,7 +78,8 @@ fn coupled() -> impl Strategy<Value = DMatrix<f64>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// All states but one measured: the greatest constant over all gains is the distance, and one step beyond is refuted.
+    /// All states but one measured: the greatest constant over all gains is the distance, and one step beyond is
+    /// refuted.
     #[test]
     fn with_one_unmeasured_state_the_greatest_constant_has_a_closed_form(a in (2usize..=4).prop_flat_map(square)) {
         let (n, expected) = (a.nrows(), distance(&a));
@@ -83,7 +87,8 @@ proptest! {
         match greatest_factor(&plant, None, 0.0, 8.0, TOLERANCE) {
             Ok(greatest) => {
                 prop_assert!(greatest.design.certificate.is_proved());
-                // What is proved is true, and the threshold lies within the bracket; a step back at the edge is allowed for.
+                // What is proved is true, and the threshold lies within the bracket; a step back at the edge is allowed
+                // for.
                 prop_assert!(greatest.factor < expected && greatest.factor > expected - 4.0 * TOLERANCE,
                     "{} {expected}", greatest.factor);
                 // The closed form is rounded, and the threshold itself is infeasible.
@@ -111,7 +116,8 @@ proptest! {
         prop_assert!(greatest.factor > expected - 4.0 * TOLERANCE, "{} {expected}", greatest.factor);
     }
 
-    /// A slope in [low, high] is a Lipschitz condition about the middle: same P, same multiplier, same verdict, and the same greatest factor.
+    /// A slope in [low, high] is a Lipschitz condition about the middle: same P, same multiplier, same verdict, and the
+    /// same greatest factor.
     #[test]
     fn a_sector_is_a_lipschitz_condition_about_its_middle(a in coupled(), middle in -2.0f64..2.0, radius in 0.1f64..1.0) {
         let (c, g, h) = (dmatrix![1.0, 0.0, 0.0; 0.0, 1.0, 0.0], dmatrix![0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0]);
@@ -126,8 +132,9 @@ proptest! {
     }
 }
 
-/// NOTES: "unstructured with constant 3.33: infeasible". For both plants and both outputs, with the greatest constant beside it, which is 1:
-/// x4 enters x3' with the coefficient 1, and in units in which x4 weighs 1, adding 1 there hides x4.
+/// NOTES: "unstructured with constant 3.33: infeasible". For both plants and both outputs, with the greatest constant
+/// beside it, which is 1: x4 enters x3' with the coefficient 1, and in units in which x4 weighs 1, adding 1 there hides
+/// x4.
 #[test]
 fn the_flexible_joint_is_refuted_when_nothing_but_the_constant_is_used() {
     for (a44, outputs) in [(0.0, 2), (0.0, 3), (3.33, 2), (3.33, 3)] {
@@ -146,8 +153,8 @@ fn the_flexible_joint_is_refuted_when_nothing_but_the_constant_is_used() {
     }
 }
 
-/// With its structure it is proved, and with x4 in units s the constant is 3.33 / s against a greatest one of s (three outputs): s = 2 suffices,
-/// since 2 > sqrt 3.33.
+/// With its structure it is proved, and with x4 in units s the constant is 3.33 / s against a greatest one of s (three
+/// outputs): s = 2 suffices, since 2 > sqrt 3.33.
 #[test]
 fn the_flexible_joint_is_proved_with_structure_and_in_other_units() {
     for (a44, outputs) in [(0.0, 2), (0.0, 3), (3.33, 2), (3.33, 3)] {
@@ -177,7 +184,8 @@ fn the_flexible_joint_is_proved_with_structure_and_in_other_units() {
     }
 }
 
-/// x4 in units s, three outputs: the greatest constant in those units is s, whatever a44 > 0 is, since column 4 of A is (0, 0, s, a44) there.
+/// x4 in units s, three outputs: the greatest constant in those units is s, whatever a44 > 0 is, since column 4 of A is
+/// (0, 0, s, a44) there.
 #[test]
 fn in_other_units_the_greatest_constant_is_another() {
     for s in [0.5, 2.0, 4.0] {
@@ -188,8 +196,9 @@ fn in_other_units_the_greatest_constant_is_another() {
     }
 }
 
-/// With its structure there is no greatest constant: x3 is two integrations away from what is measured, and x4' another one (two outputs), or x3 is
-/// measured itself (three), so that a gain high enough serves any constant. Proved up to 10^4 times the plant's own.
+/// With its structure there is no greatest constant: x3 is two integrations away from what is measured, and x4' another
+/// one (two outputs), or x3 is measured itself (three), so that a gain high enough serves any constant. Proved up to
+/// 10^4 times the plant's own.
 #[test]
 fn with_structure_the_joint_bears_any_constant() {
     for (a44, outputs) in [(0.0, 2), (0.0, 3), (3.33, 2), (3.33, 3)] {

@@ -165,8 +165,8 @@ fn a_mode_of_its_own_limits_the_rate() {
     assert!(*rate - design.rate <= 1e-3 && matches!(**why, LpvError::HiddenMode(_)), "{design}");
 }
 
-/// Every spring between the two is stable, but switching between them pumps energy into a lightly damped one: no common P. For a damping d and
-/// stiffnesses between a and b there is one iff d > sqrt b - sqrt a (circle criterion).
+/// Every spring between the two is stable, but switching between them pumps energy into a lightly damped one: no common
+/// P. For a damping d and stiffnesses between a and b there is one iff d > sqrt b - sqrt a (circle criterion).
 #[test]
 fn vertices_that_exclude_each_other_are_named() {
     let (region, threshold) = (Region::everywhere(3), 3.5f64.sqrt() - 0.5f64.sqrt());
@@ -336,7 +336,8 @@ impl Random {
     }
 }
 
-/// `x' = M x + R sin x` in units `d`, component by component: entry (i, j) of Df is anything between `m - r` and `m + r`, times `d_i / d_j`. The first state is measured.
+/// `x' = M x + R sin x` in units `d`, component by component: entry (i, j) of Df is anything between `m - r` and
+/// `m + r`, times `d_i / d_j`. The first state is measured.
 #[derive(Debug, Clone)]
 struct Hull {
     m: DMatrix<f64>,
@@ -367,8 +368,9 @@ impl<T: RealField + Copy> Plant<T> for Hull {
     }
 }
 
-/// A hull whose unmeasured block decays by itself faster than `exp(-0.1 t)` for P = I, if `decays`: then a large gain on the measured state serves all of it. Else its last state is not seen where an entry is 0,
-/// and grows. Units between 1e-12 and 1e12, entries down to 1e-320.
+/// A hull whose unmeasured block decays by itself faster than `exp(-0.1 t)` for P = I, if `decays`: then a large gain
+/// on the measured state serves all of it. Else its last state is not seen where an entry is 0, and grows. Units
+/// between 1e-12 and 1e12, entries down to 1e-320.
 fn hull(random: &mut Random, decays: bool) -> Hull {
     let (mut m, mut r) = (DMatrix::zeros(3, 3), DMatrix::zeros(3, 3));
     for k in 0..9 {
@@ -400,7 +402,8 @@ fn hull(random: &mut Random, decays: bool) -> Hull {
     Hull { m: scaled(&m), r: scaled(&r) }
 }
 
-/// No gain is said not to exist where one does, and none is proved where a mode is hidden, whatever the units and however small the entries.
+/// No gain is said not to exist where one does, and none is proved where a mode is hidden, whatever the units and
+/// however small the entries.
 #[test]
 fn what_is_known_by_construction_is_not_contradicted() {
     let mut random = Random(20_260_101);
@@ -439,7 +442,8 @@ plant!(
     Vector1::new(x[0])
 );
 
-/// The bound holds for the plant without a jump, simulated from many starts; the plant with one, for which it fails, gets no bound.
+/// The bound holds for the plant without a jump, simulated from many starts; the plant with one, for which it fails,
+/// gets no bound.
 #[test]
 fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
     let region = Region::new(&[(-2.0, 2.0), (-2.0, 2.0)]);

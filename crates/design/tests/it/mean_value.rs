@@ -1,4 +1,5 @@
-//! beta by bounded nonlinear least squares beside the bracketed beta: where they agree, where least squares stops short, and what is refused.
+//! beta by bounded nonlinear least squares beside the bracketed beta: where they agree, where least squares stops
+//! short, and what is refused.
 
 use luenberger_design::DesignError;
 use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
@@ -56,8 +57,9 @@ impl<T: RealField + Copy> Plant<T> for Quadratic {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The logarithm's slope is monotone along a segment of the chaotic plant, so that its root is unique: both find it. The rows of
-    /// products are quadratic along e: X vanishes identically, and least squares stays where it started.
+    /// The logarithm's slope is monotone along a segment of the chaotic plant, so that its root is unique: both find
+    /// it. The rows of products are quadratic along e: X vanishes identically, and least squares stays where it
+    /// started.
     #[test]
     fn where_the_root_is_unique_both_find_it(
         xhat in prop::array::uniform3(-2.0f64..2.0), e in prop::array::uniform3(-1.0f64..1.0),
@@ -68,15 +70,18 @@ proptest! {
         prop_assert!(found.beta.iter().all(|beta| (0.0..=1.0).contains(beta)));
         // Values of f are below 12.
         prop_assert!(found.residual.rows(1, 2).amax() <= 64.0 * 12.0 * f64::EPSILON, "{found:?}");
-        // X is differenced to 1e-10 of its size and Newton's steps go on until the gradient is rounding: X falls below 1e-9 of the rise at least.
+        // X is differenced to 1e-10 of its size and Newton's steps go on until the gradient is rounding: X falls below
+        // 1e-9 of the rise at least.
         let rise = (Plant::<f64>::derivative(&Chaotic, 0.0, &(xhat + e), &u) - Plant::<f64>::derivative(&Chaotic, 0.0, &xhat, &u))[0].abs();
         prop_assert!(found.residual[0].abs() <= 1e-9 * rise.max(1e-3), "{found:?}");
-        // A root of X is known as well as X is steep; the gradient, which is what the observer uses, is not sensitive to it.
+        // A root of X is known as well as X is steep; the gradient, which is what the observer uses, is not sensitive
+        // to it.
         prop_assert!((found.jacobian - bracketed.jacobian).amax() <= 1e-3, "{found:?} {bracketed:?}");
     }
 }
 
-/// A local minimum of X^2 with X = -1/24: least squares started in the middle stays there, the bracket does not, nor do seven starts.
+/// A local minimum of X^2 with X = -1/24: least squares started in the middle stays there, the bracket does not, nor do
+/// seven starts.
 #[test]
 fn least_squares_can_stop_where_x_is_not_zero() {
     let (xhat, u, e) = (Vector1::new(0.0), SVector::zeros(), Vector1::new(1.0));
@@ -90,7 +95,8 @@ fn least_squares_can_stop_where_x_is_not_zero() {
     assert!(near(many.beta[0]) && many.residual[0].abs() < 1e-9, "{many:?}");
 }
 
-/// Where the Jacobian does not exist on the segment, the state is named: at 0 the slope of the root is infinite, below it there is none.
+/// Where the Jacobian does not exist on the segment, the state is named: at 0 the slope of the root is infinite, below
+/// it there is none.
 #[test]
 fn a_jacobian_that_is_not_finite_is_named() {
     let u = SVector::zeros();
@@ -131,7 +137,8 @@ fn bad_polytopes_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// C T = [I 0], with the least condition there is; the plant in those coordinates has its outputs first, and the same motion.
+    /// C T = [I 0], with the least condition there is; the plant in those coordinates has its outputs first, and the
+    /// same motion.
     #[test]
     fn every_linear_output_of_full_rank_becomes_the_first_states(
         a in prop::array::uniform16(-2.0f64..2.0), c in prop::array::uniform8(-2.0f64..2.0), z in prop::array::uniform4(-2.0f64..2.0),
@@ -206,7 +213,8 @@ fn what_no_coordinates_make_contracting_is_refuted() {
     let hidden = dmatrix![-1.0, 0.0; 1.0, 0.5];
     let refused = ContractingCoordinates::new(std::slice::from_ref(&hidden), 1, 0.0).unwrap_err();
     assert!(matches!(refused, DesignError::Infeasible { .. }), "{refused}");
-    // Two vertices that each can be, but not both by one K and Q: the unmeasured state enters the measured row with either sign.
+    // Two vertices that each can be, but not both by one K and Q: the unmeasured state enters the measured row with
+    // either sign.
     let signs = [dmatrix![0.0, 1.0; 0.0, 1.0], dmatrix![0.0, -1.0; 0.0, 1.0]];
     assert!(signs.iter().all(|vertex| ContractingCoordinates::new(std::slice::from_ref(vertex), 1, 0.0).is_ok()));
     assert!(matches!(ContractingCoordinates::new(&signs, 1, 0.0), Err(DesignError::Infeasible { .. })));

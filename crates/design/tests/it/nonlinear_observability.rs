@@ -59,8 +59,8 @@ fn oscillators_and_pendulums_need_as_many_derivatives_as_the_books_say() {
         assert_eq!(index(&VanDerPol::default(), x), Some(1));
         assert_eq!(index(&PendulumByAngle, x), Some(1));
     }
-    // y' = -sin x1 is stationary at the horizontal; y'' = -x2 cos x1 is not while the pendulum moves, and at rest y''' has
-    // d/dx1 (x2^2 sin x1 + sin x1 cos x1) = -1.
+    // y' = -sin x1 is stationary at the horizontal; y'' = -x2 cos x1 is not while the pendulum moves, and at rest y'''
+    // has d/dx1 (x2^2 sin x1 + sin x1 cos x1) = -1.
     let quarter = std::f64::consts::FRAC_PI_2;
     assert_eq!(index(&PendulumBySpeed, [0.3, 0.0]), Some(1));
     assert_eq!(index(&PendulumBySpeed, [quarter, 1.0]), Some(2));
@@ -169,7 +169,8 @@ fn pair() -> impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>, usize)> {
 }
 
 proptest! {
-    /// For a linear plant the rank is that of the observability matrix, wherever it is evaluated, and what is not seen is the unobservable subspace.
+    /// For a linear plant the rank is that of the observability matrix, wherever it is evaluated, and what is not seen
+    /// is the unobservable subspace.
     #[test]
     fn linear_plants_have_the_rank_of_their_observability_matrix(
         (a, c, r) in pair(), x in prop::collection::vec(1.0..2.0f64, 6), tau in -3i32..=3,
@@ -187,7 +188,8 @@ proptest! {
         for v in point.unseen.column_iter() {
             let mut w: DVector<f64> = v.into_owned();
             for _ in 0..n {
-                // Rounding over the gap to the smallest singular value that counts, which is above 1e-4 for these whole numbers.
+                // Rounding over the gap to the smallest singular value that counts, which is above 1e-4 for these whole
+                // numbers.
                 let bound = 1e4 * seen.tolerance * c.norm() * w.norm().max(v.norm());
                 prop_assert!((&c * &w).norm() <= bound, "{} of {}", &c * &w, bound);
                 w = &a * w / a.norm().max(f64::MIN_POSITIVE);

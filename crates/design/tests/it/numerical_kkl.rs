@@ -64,9 +64,11 @@ fn the_scalar_decay_has_its_closed_form() {
         for x in [-1.0, 0.0, 0.3, 1.0] {
             let (value, slope) = t.with_jacobian(&Vector1::new(x)).unwrap();
             let expected = lambda / (lambda - 1.0);
-            // The integrand decays at lambda - 1 while the horizon counts on lambda: what is cut off is tolerance^((lambda - 1)/lambda).
+            // The integrand decays at lambda - 1 while the horizon counts on lambda: what is cut off is
+            // tolerance^((lambda - 1)/lambda).
             let cut = expected * 1e-12f64.powf((lambda - 1.0) / lambda);
-            // A hundred steps, each within the tolerance of a state that has grown by e^horizon relative to ... its own size.
+            // A hundred steps, each within the tolerance of a state that has grown by e^horizon relative to ... its own
+            // size.
             let bound = 2.0 * cut + 1e-10 * expected;
             assert!((value[0] - expected * x).abs() <= bound, "{lambda} {x}: {}", value[0] - expected * x);
             assert!((slope[0] - expected).abs() <= bound, "{lambda} {x}: {}", slope[0] - expected);
@@ -104,7 +106,8 @@ fn plant3() -> impl Strategy<Value = StaticPlant<f64, 3, 0, 1>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// For a linear plant T is the matrix of the Sylvester equation `T A - D T = B C`, and D T + B C - T A = 0 is the PDE.
+    /// For a linear plant T is the matrix of the Sylvester equation `T A - D T = B C`, and D T + B C - T A = 0 is the
+    /// PDE.
     #[test]
     fn a_linear_plant_has_a_linear_t(plant in plant3(), cutoff in 6.0..12.0f64, x in prop::array::uniform3(-1.0..1.0f64)) {
         let target = Target::<1, 4>::bessel(cutoff).unwrap();
@@ -117,14 +120,16 @@ proptest! {
         let (value, slope) = t.with_jacobian(&x).unwrap();
         let slope = DMatrix::from_column_slice(4, 3, slope.as_slice());
         let value = DMatrix::from_column_slice(4, 1, value.as_slice());
-        // The past grows at most at the rate 1.2 = |A|, the weights fall at 4.8 and more: tolerance^(3/4) is cut off, 1e-9; T is of size 1.
+        // The past grows at most at the rate 1.2 = |A|, the weights fall at 4.8 and more: tolerance^(3/4) is cut off,
+        // 1e-9; T is of size 1.
         prop_assert!((&slope - &exact).amax() < 4e-9, "{}", (&slope - &exact).amax());
         prop_assert!((value - exact * DMatrix::from_column_slice(3, 1, x.as_slice())).amax() < 1.2e-8);
         prop_assert!(t.defect(&x).unwrap().norm() < 1e-6);
     }
 }
 
-/// Break at the k-th call ends the design at that call, whatever is being done: no stage is without calls, and none goes on after its break.
+/// Break at the k-th call ends the design at that call, whatever is being done: no stage is without calls, and none
+/// goes on after its break.
 #[test]
 fn a_design_ends_where_its_listener_says_so() {
     let plant = Power { power: 1, even: false };
@@ -178,7 +183,8 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
         Continue(())
     };
     let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &small(), &mut watch).unwrap();
-    // T is linear: the spline, and one polynomial, reproduce it up to the simulation (1e-11 per step) and the ridge (1e-8).
+    // T is linear: the spline, and one polynomial, reproduce it up to the simulation (1e-11 per step) and the ridge
+    // (1e-8).
     let report = &design.report;
     assert!(report.spline.1 < 1e-8 && report.residual.1 < 1e-8 && report.simulated_residual < 1e-9, "{report}");
     assert!(report.interpolated.max.amax() < 1e-8 && report.embedded.max.amax() < 1e-6, "{report}");

@@ -239,7 +239,8 @@ fn depth_and_length_are_bounded() {
     assert_eq!(*deep(" ", "x1", "", 8191).unwrap_err().kind(), ExpressionErrorKind::TooLong { length: 8193 });
 }
 
-/// Constants are joined where nothing is lost, and only there: 0.1 + 0.2 is rounded once more over the intervals of a box.
+/// Constants are joined where nothing is lost, and only there: 0.1 + 0.2 is rounded once more over the intervals of a
+/// box.
 #[test]
 fn integer_exponents_are_products_for_every_base() {
     for text in ["x2^3", "x2^(2+1)", "x2^(6/2)", "x2^(2^2 - 1)", "pow(x2, 3)", "x2^--3"] {
@@ -348,7 +349,8 @@ fn what_is_not_affine_is_named() {
     }
 }
 
-/// Names supplied by the user are the same columns; where they have no derivative it is said of them as they are written.
+/// Names supplied by the user are the same columns; where they have no derivative it is said of them as they are
+/// written.
 #[test]
 fn names_are_columns() {
     let (states, inputs) = (["angle", "x2", "wheel speed"].map(str::to_owned), ["torque".to_owned()]);

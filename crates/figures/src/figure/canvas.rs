@@ -1,7 +1,7 @@
 //! A page of lines, areas and upright words, as SVG and, drawn by tiny-skia, as PNG.
 //!
-//! Both forms have butt caps, round joins and the same dashes; the words of the PNG are set in DejaVu Sans, which the SVG
-//! asks its viewer for first.
+//! Both forms have butt caps, round joins and the same dashes; the words of the PNG are set in DejaVu Sans, which the
+//! SVG asks its viewer for first.
 
 use super::FigureError;
 use super::style::{Rgb, hex};

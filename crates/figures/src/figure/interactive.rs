@@ -1,7 +1,7 @@
 //! The picture for the report: what plotly draws, as the `data` and `layout` that its JavaScript takes.
 //!
-//! Seven digits are enough for a screen; the CSV beside the picture has them all. Colours of the page (text, grid) are left
-//! to the page, which knows whether the reader wants it light or dark.
+//! Seven digits are enough for a screen; the CSV beside the picture has them all. Colours of the page (text, grid) are
+//! left to the page, which knows whether the reader wants it light or dark.
 
 use super::style::{Resolved, hex, resolve};
 use super::ticks::Axis;

@@ -1,8 +1,9 @@
 //! A figure, described once and drawn three ways: SVG and PNG for a paper ([`still`]), interactive in the report
 //! ([`interactive`]).
 //!
-//! A figure has panels, a panel has curves or bars. Colours are those of Okabe and Ito (2008), which people with any kind
-//! of colour blindness tell apart, and each curve also gets its own dash, so that a figure survives black-and-white print.
+//! A figure has panels, a panel has curves or bars. Colours are those of Okabe and Ito (2008), which people with any
+//! kind of colour blindness tell apart, and each curve also gets its own dash, so that a figure survives
+//! black-and-white print.
 //!
 //! ```
 //! use luenberger_figures::{Figure, Mark, Panel, Series};

@@ -1,9 +1,9 @@
 //! The picture for a paper, as SVG and as PNG.
 //!
-//! One column of a journal is 8.8 cm, drawn here as 520 pixels, so that 17 pixels are 8 points; the PNG has three times as
-//! many. The legend stands above the axes, where it cannot cover data, and is shared by the panels. Panels stacked in one
-//! column that share their horizontal axis show its labels once. Nothing is drawn but plain strokes, areas and upright
-//! words, so that both forms are the same picture.
+//! One column of a journal is 8.8 cm, drawn here as 520 pixels, so that 17 pixels are 8 points; the PNG has three times
+//! as many. The legend stands above the axes, where it cannot cover data, and is shared by the panels. Panels stacked
+//! in one column that share their horizontal axis show its labels once. Nothing is drawn but plain strokes, areas and
+//! upright words, so that both forms are the same picture.
 
 use super::canvas::{Anchor, Canvas, Point};
 use super::stroke::{Rect, clip, thin};

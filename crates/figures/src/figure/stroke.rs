@@ -1,4 +1,5 @@
-//! Curves on a page: clipped to their axes, so that no ordinate is beyond what renderers take, and thinned to what can be seen.
+//! Curves on a page: clipped to their axes, so that no ordinate is beyond what renderers take, and thinned to what can
+//! be seen.
 
 use super::canvas::Point;
 
@@ -63,8 +64,8 @@ pub(crate) fn thin(points: &[Point], tolerance: f64) -> Vec<Point> {
             continue;
         };
         let is_end = i + 1 == points.len();
-        // Checking every skipped point against the new chord keeps the error bounded; chords are cut at 64 points so that
-        // the cost stays linear.
+        // Checking every skipped point against the new chord keeps the error bounded; chords are cut at 64 points so
+        // that the cost stays linear.
         let fits = !is_end
             && i - start < 64
             && points[start + 1..=i].iter().all(|&p| distance(p, last, points[i + 1]) <= tolerance);

@@ -95,8 +95,8 @@ pub(crate) struct Resolved {
     pub(crate) line: bool,
 }
 
-/// The looks of all series, panel by panel. A name has one look in the whole figure: the next free colour and dash where
-/// its series leave it open. Series without a name are grey and unbroken unless they say otherwise.
+/// The looks of all series, panel by panel. A name has one look in the whole figure: the next free colour and dash
+/// where its series leave it open. Series without a name are grey and unbroken unless they say otherwise.
 pub(crate) fn resolve(figure: &Figure) -> Vec<Vec<Resolved>> {
     let mut names: Vec<&str> = Vec::new();
     let mut looks = Vec::with_capacity(figure.panels.len());

@@ -1,7 +1,9 @@
 //! Eigenvectors closed under conjugation, in real columns.
 //!
-//! With `X = [.. x conj(x) ..]` and `W = [.. sqrt2 Re x, sqrt2 Im x ..]` it is `X = W U`, U block diagonal with the unitary blocks `[1 1; i -i] / sqrt2`. So X and W have the same singular values, and the
-//! left eigenvectors `X^-* = W^-T U` have the real columns `W^-T`: nothing here needs complex arithmetic. Where only directions count the factor `sqrt2` is left out.
+//! With `X = [.. x conj(x) ..]` and `W = [.. sqrt2 Re x, sqrt2 Im x ..]` it is `X = W U`, U block diagonal with the
+//! unitary blocks `[1 1; i -i] / sqrt2`. So X and W have the same singular values, and the left eigenvectors
+//! `X^-* = W^-T U` have the real columns `W^-T`: nothing here needs complex arithmetic. Where only directions count the
+//! factor `sqrt2` is left out.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -69,7 +71,8 @@ impl Eigenvectors {
         norms
     }
 
-    /// Vectors of norm one, and pairs times `sqrt2`: the columns W of the head of this file. A vector of zeros, or of no finite size, stays as it is.
+    /// Vectors of norm one, and pairs times `sqrt2`: the columns W of the head of this file. A vector of zeros, or of
+    /// no finite size, stays as it is.
     pub(super) fn normalised(mut self) -> Self {
         for (k, norm) in self.norms().into_iter().enumerate() {
             if norm > 0.0 && norm.is_finite() {

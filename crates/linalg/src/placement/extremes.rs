@@ -1,17 +1,21 @@
 //! The largest and the smallest singular value of a small square matrix, and nothing else of it.
 //!
-//! Householder bidiagonalisation `U'X V = B` (Golub and Van Loan, Matrix Computations, 5.4.8), then Laguerre's iteration for the extreme eigenvalues of `B'B`, which comes to them from outside, monotonically and
-//! cubically. The determinant of `B'B - x I` and its derivatives are those of the stationary qd transform (Parlett and Dhillon, Linear Algebra Appl. 309, 2000), which finds the smallest singular value of a bidiagonal
-//! matrix to its last digits, however small. `8/3 n^3` flops.
+//! Householder bidiagonalisation `U'X V = B` (Golub and Van Loan, Matrix Computations, 5.4.8), then Laguerre's
+//! iteration for the extreme eigenvalues of `B'B`, which comes to them from outside, monotonically and cubically. The
+//! determinant of `B'B - x I` and its derivatives are those of the stationary qd transform (Parlett and Dhillon, Linear
+//! Algebra Appl. 309, 2000), which finds the smallest singular value of a bidiagonal matrix to its last digits, however
+//! small. `8/3 n^3` flops.
 
 use nalgebra::DMatrix;
 
 use crate::staircase::{dot, subtract};
 
-/// Steps of Laguerre's iteration. A simple eigenvalue takes five or so; one that is double to working precision gains half a digit a step at least.
+/// Steps of Laguerre's iteration. A simple eigenvalue takes five or so; one that is double to working precision gains
+/// half a digit a step at least.
 const STEPS: usize = 100;
 
-/// `(largest, smallest)`, for finite entries not far from one; none if the iteration does not settle, which is not known to happen.
+/// `(largest, smallest)`, for finite entries not far from one; none if the iteration does not settle, which is not
+/// known to happen.
 pub(super) fn extreme_singular_values(x: DMatrix<f64>) -> Option<(f64, f64)> {
     let bidiagonal = Bidiagonal::of(x);
     let size: f64 = bidiagonal.diagonal.iter().chain(&bidiagonal.above).sum();
@@ -82,7 +86,8 @@ impl Bidiagonal {
         None
     }
 
-    /// The sums of `1/(lambda - x)` and `1/(lambda - x)^2` over the eigenvalues; none if x is one of them, or between them.
+    /// The sums of `1/(lambda - x)` and `1/(lambda - x)^2` over the eigenvalues; none if x is one of them, or between
+    /// them.
     fn sums(&self, x: f64) -> Option<(f64, f64)> {
         let (mut first, mut second) = (0.0, 0.0);
         // What is added to a pivot of B'B, with its derivatives.
@@ -104,7 +109,8 @@ impl Bidiagonal {
     }
 }
 
-/// Turns x, of the sum of squares given, into the v of `I - tau v v'` that maps it to a multiple of the first unit vector; none if it is one.
+/// Turns x, of the sum of squares given, into the v of `I - tau v v'` that maps it to a multiple of the first unit
+/// vector; none if it is one.
 fn reflector(x: &mut [f64], squares: f64) -> Option<f64> {
     if x.len() < 2 || squares == 0.0 {
         return None;
@@ -134,7 +140,8 @@ mod tests {
         }
     }
 
-    /// Singular values that are known because the matrix is made of them, `Q1 S Q2`: multiple ones, and ones decades apart.
+    /// Singular values that are known because the matrix is made of them, `Q1 S Q2`: multiple ones, and ones decades
+    /// apart.
     #[test]
     fn multiple_and_small_ones() {
         let (q1, q2) = (generic(6).qr().q(), (generic(6) + DMatrix::identity(6, 6) * 2.0).qr().q());

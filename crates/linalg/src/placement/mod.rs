@@ -1,8 +1,9 @@
 //! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the eigenvalues wished for.
 //!
-//! A gain for every set of n poles closed under conjugation exists iff the pair is controllable (for `L`: observable; Wonham 1967).
-//! With one independent input it is unique; with more, the freedom left is spent on well-conditioned eigenvectors `X`, because
-//! a change `E` of the closed loop moves its eigenvalues by `cond(X) |E|` at most (Bauer and Fike).
+//! A gain for every set of n poles closed under conjugation exists iff the pair is controllable (for `L`: observable;
+//! Wonham 1967). With one independent input it is unique; with more, the freedom left is spent on well-conditioned
+//! eigenvectors `X`, because a change `E` of the closed loop moves its eigenvalues by `cond(X) |E|` at most (Bauer and
+//! Fike).
 //!
 //! | independent inputs | method |
 //! |---|---|
@@ -38,38 +39,42 @@ pub use structured::{StructuredPlacement, place_observer_structured, place_struc
 pub struct Placement {
     /// `K`, m x n, for [`place`]; `L`, n x p, for [`place_observer`].
     pub gain: DMatrix<f64>,
-    /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the wished one it stands for, in the order
-    /// of the argument.
+    /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the wished one it stands
+    /// for, in the order of the argument.
     pub poles: Vec<Complex<f64>>,
     /// The distance of each achieved pole from its wish, in the units of the poles.
     pub errors: Vec<f64>,
-    /// The condition `|x| |y| / |y*x|` of each achieved pole, `x, y` its right and left eigenvectors in the units given: a small change E of the closed loop moves it
-    /// by this times `|E|` at most. 1 is best; beyond `1e8` the pole is defective to working precision.
+    /// The condition `|x| |y| / |y*x|` of each achieved pole, `x, y` its right and left eigenvectors in the units
+    /// given: a small change E of the closed loop moves it by this times `|E|` at most. 1 is best; beyond `1e8` the
+    /// pole is defective to working precision.
     pub sensitivities: Vec<f64>,
-    /// The largest distance between a wished and an achieved pole, relative to the largest wished pole or, if that is smaller, to
-    /// the norm of `A` in units that suit it. An ill-conditioned placement shows here.
+    /// The largest distance between a wished and an achieved pole, relative to the largest wished pole or, if that is
+    /// smaller, to the norm of `A` in units that suit it. An ill-conditioned placement shows here.
     pub deviation: f64,
-    /// `cond_2(X)`, X the eigenvectors (columns of norm one) of the closed loop that was aimed at, in the units given. Infinite if that loop is
-    /// defective: a pole repeated with one input.
+    /// `cond_2(X)`, X the eigenvectors (columns of norm one) of the closed loop that was aimed at, in the units given.
+    /// Infinite if that loop is defective: a pole repeated with one input.
     pub condition: f64,
 }
 
 /// State feedback gain `K`, m x n, that places the eigenvalues of `A - B K` at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, in any order. With rank(B) > 1 each may be repeated rank(B)
-/// times at most (more would make the loop defective); with rank(B) = 1 as often as one likes, since the loop has no choice.
-/// Note the sign: `u = -K x`.
+/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, in any order. With rank(B) > 1 each may be
+/// repeated rank(B) times at most (more would make the loop defective); with rank(B) = 1 as often as one likes, since
+/// the loop has no choice. Note the sign: `u = -K x`.
 ///
 /// # Errors
-/// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, and the direction that no input pushes.
-/// - [`LinalgError::PoleCount`], [`LinalgError::PoleNotFinite`], [`LinalgError::PoleUnpaired`], [`LinalgError::PoleMultiplicity`].
-/// - [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`];
-///   [`LinalgError::Overflow`] if the gain does not fit a double.
+/// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, and the direction that no input
+///   pushes.
+/// - [`LinalgError::PoleCount`], [`LinalgError::PoleNotFinite`], [`LinalgError::PoleUnpaired`],
+///   [`LinalgError::PoleMultiplicity`].
+/// - [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
+///   [`LinalgError::Empty`]; [`LinalgError::Overflow`] if the gain does not fit a double.
 ///
 /// An almost uncontrollable pair is no error: see [`Placement::deviation`] and [`Placement::condition`].
 ///
 /// # Cost
-/// One input: about `50 n^3` flops, half of them for the poles that the gain really gives. More: one QR of order n for each pole, n^4 in all.
+/// One input: about `50 n^3` flops, half of them for the poles that the gain really gives. More: one QR of order n for
+/// each pole, n^4 in all.
 ///
 /// # Example
 /// ```
@@ -85,8 +90,8 @@ pub struct Placement {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
-/// Source: Miminis and Paige, Int. J. Control 35, 1982; Kautsky, Nichols, Van Dooren, Int. J. Control 41, 1985; Tits and Yang, IEEE
-/// TAC 41, 1996.
+/// Source: Miminis and Paige, Int. J. Control 35, 1982; Kautsky, Nichols, Van Dooren, Int. J. Control 41, 1985; Tits
+/// and Yang, IEEE TAC 41, 1996.
 pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
     check(a)?;
     shaped("B", b, a.nrows(), b.ncols())?;
@@ -104,11 +109,12 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
 
 /// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
 ///
-/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, in any order. With rank(C) > 1 each may be repeated rank(C) times
-/// at most; with rank(C) = 1 as often as one likes. This is [`place`] of `(A', C')`, transposed.
+/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, in any order. With rank(C) > 1 each may be
+/// repeated rank(C) times at most; with rank(C) = 1 as often as one likes. This is [`place`] of `(A', C')`, transposed.
 ///
 /// # Errors
-/// As [`place`], with [`LinalgError::Unobservable`], which names the eigenvalue that no gain can move and the direction that no output sees.
+/// As [`place`], with [`LinalgError::Unobservable`], which names the eigenvalue that no gain can move and the direction
+/// that no output sees.
 ///
 /// # Cost
 /// As [`place`].
@@ -223,14 +229,16 @@ struct Assigned {
     size: f64,
 }
 
-/// Units that differ by less than this power of two are left as given: they cost three digits at most, and the conditioning that is
-/// optimised is then that of the user's own coordinates.
+/// Units that differ by less than this power of two are left as given: they cost three digits at most, and the
+/// conditioning that is optimised is then that of the user's own coordinates.
 const NEARBY: i32 = 10;
 
-/// Where the units differ by no more than this power of two, the poles of the closed loop are computed in those given: that costs a digit at most, and the conditions need no Q.
+/// Where the units differ by no more than this power of two, the poles of the closed loop are computed in those given:
+/// that costs a digit at most, and the conditions need no Q.
 const SLIGHT: i32 = 3;
 
-/// `units` are the dual pair's: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`; the staircase is that of `(As, Bs)` if it is there.
+/// `units` are the dual pair's: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`; the staircase is that of
+/// `(As, Bs)` if it is there.
 fn assign(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,

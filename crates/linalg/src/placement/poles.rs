@@ -16,7 +16,8 @@ pub(super) struct Wish {
     given: Vec<Complex<f64>>,
 }
 
-/// Two numbers that a root finder meant to be conjugate (or one it meant to be real) agree to this, relative to their size.
+/// Two numbers that a root finder meant to be conjugate (or one it meant to be real) agree to this, relative to their
+/// size.
 const CONJUGATE: f64 = 64.0 * f64::EPSILON;
 
 impl Wish {

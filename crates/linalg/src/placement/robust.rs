@@ -1,9 +1,10 @@
-//! Placement with several inputs: eigenvectors of the largest volume (Tits and Yang, IEEE TAC 41, 1996; from method 0 of Kautsky, Nichols and
-//! Van Dooren, Int. J. Control 41, 1985).
+//! Placement with several inputs: eigenvectors of the largest volume (Tits and Yang, IEEE TAC 41, 1996; from method 0
+//! of Kautsky, Nichols and Van Dooren, Int. J. Control 41, 1985).
 //!
-//! With `B = U1 Z`, `[U1 U0]` orthogonal, `x` can be made an eigenvector for `lambda` iff `U0'(A - lambda I) x = 0`: a subspace `S` of dimension
-//! rank(B). Unit vectors are chosen from these subspaces so as to make `|det X|` large, two at a time with the others fixed, each choice
-//! being optimal: with `w1, w2` an orthonormal basis of what is orthogonal to the others,
+//! With `B = U1 Z`, `[U1 U0]` orthogonal, `x` can be made an eigenvector for `lambda` iff `U0'(A - lambda I) x = 0`: a
+//! subspace `S` of dimension rank(B). Unit vectors are chosen from these subspaces so as to make `|det X|` large, two
+//! at a time with the others fixed, each choice being optimal: with `w1, w2` an orthonormal basis of what is orthogonal
+//! to the others,
 //!
 //! ```text
 //! two real poles     maximise | z1' S1'(w1 w2' - w2 w1') S2 z2 |        the largest singular vectors
@@ -11,7 +12,8 @@
 //! one real pole      maximise | w1'S z |                                a projection
 //! ```
 //!
-//! `|det X| <= 1` never decreases, so that the sweeps settle; their number is capped, and the starts are fixed. Then `K = U1'(A - X Lambda X^-1)`.
+//! `|det X| <= 1` never decreases, so that the sweeps settle; their number is capped, and the starts are fixed. Then
+//! `K = U1'(A - X Lambda X^-1)`.
 
 use faer::Mat;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -200,7 +202,8 @@ impl<'a> Ascent<'a> {
         Some((w1, w2))
     }
 
-    /// `X^-T` after these columns of X were replaced: `G = Y_P' X_P`, `Y_P <- Y_P G^-T`, and the others are made orthogonal to X_P again.
+    /// `X^-T` after these columns of X were replaced: `G = Y_P' X_P`, `Y_P <- Y_P G^-T`, and the others are made
+    /// orthogonal to X_P again.
     fn update(&mut self, columns: &[usize]) {
         let new = self.x.select_columns(columns);
         let products = self.y.tr_mul(&new);
@@ -222,7 +225,8 @@ fn set_pair(x: &mut DMatrix<f64>, j: usize, v: &DVector<Complex<f64>>) {
     x.set_column(j + 1, &v.map(|x| x.im));
 }
 
-/// The largest singular vectors of `a1 b1' + a2 b2'`, from the 2 x 2 matrix that it is between orthonormal bases of the two spans; none if it is zero.
+/// The largest singular vectors of `a1 b1' + a2 b2'`, from the 2 x 2 matrix that it is between orthonormal bases of the
+/// two spans; none if it is zero.
 fn largest_singular(a: [DVector<f64>; 2], b: [DVector<f64>; 2]) -> Option<(DVector<f64>, DVector<f64>)> {
     let ([p1, p2], ra) = orthonormal(a);
     let ([q1, q2], rb) = orthonormal(b);
@@ -252,8 +256,9 @@ fn orthonormal([mut v1, mut v2]: [DVector<f64>; 2]) -> ([DVector<f64>; 2], [f64;
     ([v1, v2], [r0, r1 + again, r2])
 }
 
-/// The unit z that maximises `|Im((alpha'z) conj(beta'z))|`: an eigenvector of `(b a* - a b*)/2i`, `a, b` the conjugates of alpha and beta, which between
-/// orthonormal vectors with `a = r0 q1`, `b = r1 q1 + r2 q2` is `[h ig; -ig 0]`, `h = r0 Im r1`, `g = r0 r2/2`. None if it is zero.
+/// The unit z that maximises `|Im((alpha'z) conj(beta'z))|`: an eigenvector of `(b a* - a b*)/2i`, `a, b` the
+/// conjugates of alpha and beta, which between orthonormal vectors with `a = r0 q1`, `b = r1 q1 + r2 q2` is
+/// `[h ig; -ig 0]`, `h = r0 Im r1`, `g = r0 r2/2`. None if it is zero.
 fn largest_pair(alpha: &DVector<Complex<f64>>, beta: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
     let (mut q1, mut q2) = (alpha.map(|x| x.conj()), beta.map(|x| x.conj()));
     let r0 = q1.norm();

@@ -1,9 +1,11 @@
 //! How far the eigenvalues of a closed loop move when the loop changes: their condition numbers, one by one.
 //!
-//! A change E of the matrix moves the simple eigenvalue lambda by `y*E x / y*x` to first order, `x, y` its right and left eigenvectors: by `|x| |y| / |y*x|` times `|E|` at most (Wilkinson, The Algebraic Eigenvalue
-//! Problem, 2.8). It is infinite for a defective eigenvalue, which moves like a root of `|E|`; in floating point, very large.
+//! A change E of the matrix moves the simple eigenvalue lambda by `y*E x / y*x` to first order, `x, y` its right and
+//! left eigenvectors: by `|x| |y| / |y*x|` times `|E|` at most (Wilkinson, The Algebraic Eigenvalue Problem, 2.8). It
+//! is infinite for a defective eigenvalue, which moves like a root of `|E|`; in floating point, very large.
 //!
-//! The vectors come by substitution in the quasi-triangular T, in real arithmetic for real eigenvalues (LAPACK dtrevc), `2/3 n^3` flops for both sides.
+//! The vectors come by substitution in the quasi-triangular T, in real arithmetic for real eigenvalues (LAPACK dtrevc),
+//! `2/3 n^3` flops for both sides.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -30,7 +32,8 @@ impl Eigen {
     }
 }
 
-/// The condition of each eigenvalue of `Q T Q'`, in the order of [`Schur::eigenvalues`], for vectors in units `x_given = 2^-powers x`. Without powers Q is not read.
+/// The condition of each eigenvalue of `Q T Q'`, in the order of [`Schur::eigenvalues`], for vectors in units
+/// `x_given = 2^-powers x`. Without powers Q is not read.
 pub(super) fn conditions(form: &Schur, powers: &[i32]) -> Vec<f64> {
     let (right, left) = if powers.iter().all(|power| *power == 0) {
         // Q keeps the norms.
@@ -60,7 +63,8 @@ fn in_schur_coordinates(t: &DMatrix<f64>) -> (Eigenvectors, Eigenvectors) {
             (x[k], y[k]) = (1.0, 1.0);
         } else {
             parts.extend([Part::Real, Part::Imaginary]);
-            // [a b; c a], b c < 0, lambda = a + i w: (b, i w) is a right eigenvector and (c, i w), transposed, a left one; their product is -2 w^2.
+            // [a b; c a], b c < 0, lambda = a + i w: (b, i w) is a right eigenvector and (c, i w), transposed, a left
+            // one; their product is -2 w^2.
             let (b, c) = (t[(k, k + 1)], t[(k + 1, k)]);
             shifted.lambda.im = b.abs().sqrt() * c.abs().sqrt();
             let w = shifted.lambda.im;
@@ -172,7 +176,8 @@ mod tests {
     use super::*;
     use crate::schur::schur;
 
-    /// The eigenvectors of a generic matrix with real and complex eigenvalues, by the inverse of a complex matrix of eigenvectors made by hand.
+    /// The eigenvectors of a generic matrix with real and complex eigenvalues, by the inverse of a complex matrix of
+    /// eigenvectors made by hand.
     #[test]
     fn conditions_are_those_of_known_eigenvectors() {
         let x = DMatrix::from_row_slice(
@@ -185,7 +190,8 @@ mod tests {
         (lambda[(2, 2)], lambda[(2, 3)], lambda[(3, 2)], lambda[(3, 3)]) = (0.5, 2.0, -2.0, 0.5);
         let inverse = x.clone().try_inverse().unwrap();
         let form = schur(&(&x * lambda * &inverse)).unwrap();
-        // Columns 2, 3 hold the real and the imaginary part of the pair's vector u + i v; its left one is (rows 2 - i row 3) / 2.
+        // Columns 2, 3 hold the real and the imaginary part of the pair's vector u + i v; its left one is (rows 2 - i
+        // row 3) / 2.
         let real = |j: usize| x.column(j).norm() * inverse.row(j).norm();
         let pair =
             x.column(2).norm().hypot(x.column(3).norm()) * inverse.row(2).norm().hypot(inverse.row(3).norm()) / 2.0;
@@ -201,7 +207,8 @@ mod tests {
         }
     }
 
-    /// Real eigenvalues and pairs above and below one another: `A x = lambda x`, `y*A = lambda y*`, `Y*X = I`, and the conditions in other units from these vectors.
+    /// Real eigenvalues and pairs above and below one another: `A x = lambda x`, `y*A = lambda y*`, `Y*X = I`, and the
+    /// conditions in other units from these vectors.
     #[test]
     fn vectors_of_both_sides_are_eigenvectors() {
         let n = 9;

@@ -1,16 +1,17 @@
 //! Placement with one input, by deflation of the Hessenberg form (Miminis and Paige, Int. J. Control 35, 1982).
 //!
-//! With `A` upper Hessenberg and `b = beta e1`, feedback reaches the first row only: the rows below decide the eigenvector `x` of
-//! `A - b k` for the pole `lambda`, as the null vector of the last n - 1 rows of `A - lambda I`. A unitary `Z` with first column `x`, found as n - 1
-//! rotations (the RQ step of the QR algorithm), takes the problem to
+//! With `A` upper Hessenberg and `b = beta e1`, feedback reaches the first row only: the rows below decide the
+//! eigenvector `x` of `A - b k` for the pole `lambda`, as the null vector of the last n - 1 rows of `A - lambda I`. A
+//! unitary `Z` with first column `x`, found as n - 1 rotations (the RQ step of the QR algorithm), takes the problem to
 //!
 //! ```text
 //! Z*(A - b k) Z = [lambda      *      ]     k Z = [kappa, k1],    kappa = e1'(A - lambda I) x / beta,
 //!                 [  0    A1 - b1 k1  ]     A1 Hessenberg, b1 = beta1 e1
 //! ```
 //!
-//! with one pole less. Nothing is inverted but the `beta`, and no power of `A` is formed, unlike Ackermann's formula. Real poles come first, in real arithmetic, then
-//! the pairs in complex; k is unique, and therefore real up to rounding. `2 n^3` flops if all poles are real, ten times that if none is.
+//! with one pole less. Nothing is inverted but the `beta`, and no power of `A` is formed, unlike Ackermann's formula.
+//! Real poles come first, in real arithmetic, then the pairs in complex; k is unique, and therefore real up to
+//! rounding. `2 n^3` flops if all poles are real, ten times that if none is.
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 
@@ -18,8 +19,8 @@ use super::eigenvectors::Eigenvectors;
 use super::poles::Wish;
 use crate::staircase::Staircase;
 
-/// The gain (1 x n) for the pair of which `hessenberg` is the staircase, every stair counting, and the eigenvectors aimed at: those of the real poles, then
-/// the pairs. Infinite or NaN if the gain does not fit a double.
+/// The gain (1 x n) for the pair of which `hessenberg` is the staircase, every stair counting, and the eigenvectors
+/// aimed at: those of the real poles, then the pairs. Infinite or NaN if the gain does not fit a double.
 pub(super) fn assign(hessenberg: &Staircase, wish: &Wish) -> (DMatrix<f64>, Eigenvectors) {
     let k = deflate(&hessenberg.f, hessenberg.g[(0, 0)], wish);
     let gain = DMatrix::from_row_slice(1, k.len(), (&hessenberg.q * &k).as_slice());
@@ -141,7 +142,8 @@ fn hypot<T: ComplexField<RealField = f64>>(x: T, y: T) -> f64 {
     if (1e-280..1e280).contains(&squares) { squares.sqrt() } else { x.modulus().hypot(y.modulus()) }
 }
 
-/// For each pole the vector annihilated by the last n - 1 rows of `H - lambda I`, as columns of [`Eigenvectors::reals_first`]; of any size up to a large one.
+/// For each pole the vector annihilated by the last n - 1 rows of `H - lambda I`, as columns of
+/// [`Eigenvectors::reals_first`]; of any size up to a large one.
 fn null_vectors(h: &DMatrix<f64>, wish: &Wish) -> DMatrix<f64> {
     /// Far from overflow after one more step of any reasonable size, and in other units.
     const LARGE: f64 = 1e50;

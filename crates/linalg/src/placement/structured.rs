@@ -1,14 +1,19 @@
 //! Placement with zeros asked for in the gain: "this output does not correct that state".
 //!
-//! *How many zeros are possible.* The coefficients of the characteristic polynomial of `A - L C` are n polynomials in the f entries of L left free. With `f < n` (n p less the zeros, less than n) they fill
-//! a surface only, and almost no set of poles can be had. With `f >= n` they fill an open set iff the derivative has rank n somewhere ([`StructuredPlacement::rank`]); complex gains then reach almost every
-//! set of poles, real ones possibly only some, as with static output feedback (Hermann and Martin, IEEE TAC 22, 1977). An eigenvalue that all gains of the pattern have in common is a fixed mode (Wang and Davison, IEEE TAC
-//! 18, 1973): it stays, and asking for another is an error.
+//! *How many zeros are possible.* The coefficients of the characteristic polynomial of `A - L C` are n polynomials in
+//! the f entries of L left free. With `f < n` (n p less the zeros, less than n) they fill a surface only, and almost no
+//! set of poles can be had. With `f >= n` they fill an open set iff the derivative has rank n somewhere
+//! ([`StructuredPlacement::rank`]); complex gains then reach almost every set of poles, real ones possibly only some,
+//! as with static output feedback (Hermann and Martin, IEEE TAC 22, 1977). An eigenvalue that all gains of the pattern
+//! have in common is a fixed mode (Wang and Davison, IEEE TAC 18, 1973): it stays, and asking for another is an error.
 //!
-//! *Method.* Levenberg and Marquardt, twice. First on `det(s_i I - A + L C) / prod_j (s_i - mu_j) - 1` at n points s_i of a circle around the wished poles mu: that is the difference of the two characteristic
-//! polynomials, in a basis that suits their size; it is smooth in L, repeated poles or not, with the derivative `C adj(s_i I - A + L C)`. Then on the distances of the poles themselves, with
-//! `d lambda = -y*(dL) C x / y*x`, which says what "nearest" means where the poles cannot be had. From twelve fixed starts: the unconstrained gain with its forbidden entries dropped, zero, and ten without pattern of their own;
-//! of the gains that place the poles, the one with the best-conditioned eigenvalues is kept. Nothing guarantees the global minimum.
+//! *Method.* Levenberg and Marquardt, twice. First on `det(s_i I - A + L C) / prod_j (s_i - mu_j) - 1` at n points s_i
+//! of a circle around the wished poles mu: that is the difference of the two characteristic polynomials, in a basis
+//! that suits their size; it is smooth in L, repeated poles or not, with the derivative `C adj(s_i I - A + L C)`. Then
+//! on the distances of the poles themselves, with `d lambda = -y*(dL) C x / y*x`, which says what "nearest" means where
+//! the poles cannot be had. From twelve fixed starts: the unconstrained gain with its forbidden entries dropped, zero,
+//! and ten without pattern of their own; of the gains that place the poles, the one with the best-conditioned
+//! eigenvalues is kept. Nothing guarantees the global minimum.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -25,13 +30,15 @@ use crate::{LinalgError, Result};
 /// A gain with zeros where they were asked for, and how near its poles come to the wish.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructuredPlacement {
-    /// The gain, its poles, their distances from the wish and their conditions. `condition` is that of the loop achieved.
+    /// The gain, its poles, their distances from the wish and their conditions. `condition` is that of the loop
+    /// achieved.
     pub placement: Placement,
     /// Whether every pole is where it was wished, up to what rounding does to a pole of its condition.
     pub is_placed: bool,
     /// f, the number of entries of the gain that are free.
     pub free: usize,
-    /// Rank of the derivative of the characteristic polynomial with respect to the free entries, at this gain: with n, small changes of the wish can be followed.
+    /// Rank of the derivative of the characteristic polynomial with respect to the free entries, at this gain: with n,
+    /// small changes of the wish can be followed.
     pub rank: usize,
     /// How many steps all starts together took.
     pub iterations: usize,
@@ -43,13 +50,15 @@ const ENOUGH: usize = 4;
 /// Steps of one Levenberg-Marquardt run.
 const STEPS: usize = 60;
 
-/// State feedback gain `K`, m x n, with `K(i, j) = 0` wherever `free(i, j)` is false, that brings the eigenvalues of `A - B K` to `poles` or as near as it finds.
+/// State feedback gain `K`, m x n, with `K(i, j) = 0` wherever `free(i, j)` is false, that brings the eigenvalues of
+/// `A - B K` to `poles` or as near as it finds.
 ///
-/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, `free` m x n. Poles may be repeated (the loop may then be defective). The pair need not be controllable if what
-/// cannot be moved is wished for.
+/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, `free` m x n. Poles may be repeated (the loop
+/// may then be defective). The pair need not be controllable if what cannot be moved is wished for.
 ///
 /// # Errors
-/// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not wished for. The errors of the arguments of [`super::place`]. Poles that are merely not reached are no error: see
+/// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not wished for. The
+/// errors of the arguments of [`super::place`]. Poles that are merely not reached are no error: see
 /// [`StructuredPlacement::is_placed`] and [`Placement::errors`].
 ///
 /// # Cost
@@ -74,7 +83,8 @@ const STEPS: usize = 60;
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
-/// Source: Wang and Davison, IEEE TAC 18, 1973, for the fixed modes; More, Lecture Notes in Mathematics 630, 1978, for the method.
+/// Source: Wang and Davison, IEEE TAC 18, 1973, for the fixed modes; More, Lecture Notes in Mathematics 630, 1978, for
+/// the method.
 pub fn place_structured(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -90,9 +100,11 @@ pub fn place_structured(
     solve(a, b, &Wish::new(poles, a.nrows())?, free)
 }
 
-/// Observer gain `L`, n x p, with `L(i, k) = 0` wherever `free(i, k)` is false, that brings the eigenvalues of `A - L C` to `poles` or as near as it finds.
+/// Observer gain `L`, n x p, with `L(i, k) = 0` wherever `free(i, k)` is false, that brings the eigenvalues of
+/// `A - L C` to `poles` or as near as it finds.
 ///
-/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, `free` n x p: false where output k must not correct state i. This is [`place_structured`] of `(A', C')`, transposed.
+/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, `free` n x p: false where output k must not
+/// correct state i. This is [`place_structured`] of `(A', C')`, transposed.
 ///
 /// # Errors
 /// As [`place_structured`].
@@ -101,7 +113,8 @@ pub fn place_structured(
 /// As [`place_structured`].
 ///
 /// # Example
-/// Position and velocity measured: the position's sensor is not to correct the velocity. Four entries less one zero are more than two poles need.
+/// Position and velocity measured: the position's sensor is not to correct the velocity. Four entries less one zero are
+/// more than two poles need.
 /// ```
 /// use luenberger_linalg::place_observer_structured;
 /// use nalgebra::{Complex, dmatrix};
@@ -259,7 +272,8 @@ impl Problem {
         self.a.norm() + self.b.norm() * x.norm()
     }
 
-    /// Difference of the characteristic polynomials at the points of a circle, and its derivative: real parts, then imaginary parts.
+    /// Difference of the characteristic polynomials at the points of a circle, and its derivative: real parts, then
+    /// imaginary parts.
     fn polynomials(&self, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.a.nrows();
         let poles = self.wish.poles();
@@ -334,7 +348,8 @@ impl Problem {
         Ok((missed <= f64::MAX).then_some(Candidate { x, is_placed, missed, condition }))
     }
 
-    /// An eigenvalue of A that generic gains of the pattern leave where it is, and that is not wished for, with its distance from the wish.
+    /// An eigenvalue of A that generic gains of the pattern leave where it is, and that is not wished for, with its
+    /// distance from the wish.
     fn fixed_modes(&self) -> Result<Option<(Complex<f64>, f64)>> {
         let n = self.a.nrows();
         let form = triangular_factor(&self.a)?;
@@ -350,7 +365,8 @@ impl Problem {
             let terms = self.terms(&x);
             let found: Vec<(Complex<f64>, f64)> =
                 moved.eigenvalues().into_iter().zip(conditions(&moved, &vec![0; n])).collect();
-            // Each eigenvalue of the moved plant stands for one of A: of a double one, one copy may be fixed and the other not.
+            // Each eigenvalue of the moved plant stands for one of A: of a double one, one copy may be fixed and the
+            // other not.
             let mut taken = vec![false; n];
             for (k, (value, condition)) in own.iter().enumerate() {
                 let tolerance =
@@ -406,7 +422,8 @@ fn finite(r: DVector<f64>, j: DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64
     all.then_some((r, j))
 }
 
-/// Least squares from `x`: steps `-J'(J J' + mu I)^-1 r`, the shortest ones where there are more unknowns than equations. Returns the best x and the number of steps.
+/// Least squares from `x`: steps `-J'(J J' + mu I)^-1 r`, the shortest ones where there are more unknowns than
+/// equations. Returns the best x and the number of steps.
 fn levenberg_marquardt(
     mut x: DVector<f64>,
     residual: impl Fn(&DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)>,

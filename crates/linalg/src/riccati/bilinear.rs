@@ -1,15 +1,18 @@
 //! The discrete equation as a Hamiltonian eigenproblem, around a gain that is there already.
 //!
-//! With `K = K0 + L` and `F = A - B K0` the equation is that of the plant `(F, B)` with the weights `Q + K0'R K0` of the state, `S = -K0'R` of state and input together, and R, and has the same X:
+//! With `K = K0 + L` and `F = A - B K0` the equation is that of the plant `(F, B)` with the weights `Q + K0'R K0` of
+//! the state, `S = -K0'R` of state and input together, and R, and has the same X:
 //!
 //! ```text
 //!     [F        0  B ]     [I  0   0]
 //! M = [-Q-K0'RK0 I -S],  N = [0  F'  0],       (M - z N) has the closed loop's poles z, their inverses, and m infinite eigenvalues.
 //!     [S'       0  R ]     [0 -B'  0]
 //! ```
-//! The bilinear map `w = (z - 1)/(z + 1)` makes of that the matrix `(M + N)^-1 (M - N)`, the leading 2n rows and columns of which are Hamiltonian, with the stable subspace `[I; X]`; the infinite
-//! eigenvalues become ones that belong to the last columns alone. `M + N` is regular iff no pole of the closed loop is -1: never for want of an `A + I` that is. Around a good K0 no entry is larger than the
-//! closed loop, where A itself, in coordinates in which X is near the identity, is as large as the plant is unstable.
+//! The bilinear map `w = (z - 1)/(z + 1)` makes of that the matrix `(M + N)^-1 (M - N)`, the leading 2n rows and
+//! columns of which are Hamiltonian, with the stable subspace `[I; X]`; the infinite eigenvalues become ones that
+//! belong to the last columns alone. `M + N` is regular iff no pole of the closed loop is -1: never for want of an
+//! `A + I` that is. Around a good K0 no entry is larger than the closed loop, where A itself, in coordinates in which X
+//! is near the identity, is as large as the plant is unstable.
 
 use super::hamiltonian;
 use nalgebra::{DMatrix, DVector};

@@ -1,17 +1,21 @@
-//! Condition of a Riccati equation, and a bound of the error of its solution (Kenney and Hewer, SIAM J. Control Optim. 28, 1990).
+//! Condition of a Riccati equation, and a bound of the error of its solution (Kenney and Hewer, SIAM J. Control Optim.
+//! 28, 1990).
 //!
-//! The derivative of the equation at X is the Lyapunov (Stein) operator of the closed loop F. With its solutions for two weights,
+//! The derivative of the equation at X is the Lyapunov (Stein) operator of the closed loop F. With its solutions for
+//! two weights,
 //!
 //! ```text
 //! continuous   F'H0 + H0 F + I = 0        F'H2 + H2 F + X^2 = 0
 //! discrete     F'H0 F - H0 + I = 0        F'H2 F - H2 + F'X^2 F = 0
 //! ```
-//! a change of Q, A and `G = B R^-1 B'` moves X by at most `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||` to first order, in the
-//! spectral norm, and the first and the last are attained.
+//! a change of Q, A and `G = B R^-1 B'` moves X by at most `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||`
+//! to first order, in the spectral norm, and the first and the last are attained.
 //!
-//! **Error.** A defect D with `-c I <= D <= c I` is that of an X off by E, `-2c H0 <= E <= 2c H0`, if `4 c ||H0|| tr(H0 G) <= 1`: the quadratic term `E G E` of such an E is at most
-//! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so that the map that takes E to the solution for `D + E G E` stays among them, and has a fixed point (Brouwer). Discrete, with `B (R + B'X B)^-1 B'` for G and
-//! `E G (I + E G)^-1 E` between two factors F, whence 8 for 4.
+//! **Error.** A defect D with `-c I <= D <= c I` is that of an X off by E, `-2c H0 <= E <= 2c H0`, if
+//! `4 c ||H0|| tr(H0 G) <= 1`: the quadratic term `E G E` of such an E is at most
+//! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so that the map that takes E to the solution for `D + E G E` stays among
+//! them, and has a fixed point (Brouwer). Discrete, with `B (R + B'X B)^-1 B'` for G and `E G (I + E G)^-1 E` between
+//! two factors F, whence 8 for 4.
 
 use super::coordinates::Frame;
 use super::scaled::Scaled;
@@ -19,8 +23,8 @@ use crate::schur_operator::SchurEquation;
 use crate::separation::{norm, relative};
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
-/// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed loop, whose `equation` it is, leaves none. `defect` is the norm
-/// of what is left of the equation.
+/// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed
+/// loop, whose `equation` it is, leaves none. `defect` is the norm of what is left of the equation.
 pub(super) fn condition(
     problem: &Scaled,
     x: &DMatrix<f64>,
@@ -36,7 +40,8 @@ pub(super) fn condition(
     };
     let (h0, size) = (norm(&h), norm(x));
     let condition = relative_change(problem, h0, norm(&h2), size);
-    // What is left of the equation, and the rounding with which that is known: three products, the quadratic one of large terms that may cancel.
+    // What is left of the equation, and the rounding with which that is known: three products, the quadratic one of
+    // large terms that may cancel.
     let a = norm(&problem.a);
     let (linear, steps) = if problem.discrete {
         ((a * a + 1.0) * size + norm(&problem.q), a)
@@ -66,8 +71,9 @@ pub(super) struct Local<'a> {
     pub(super) unknown: f64,
 }
 
-/// As [`condition`], from X^ and the closed loop in coordinates of their own: with `T'T` for I, and so on, the same numbers in the units of `problem`. `None` if a change of the closed loop as small as
-/// what is not known of it might make it unstable: with H0 as its Lyapunov function it cannot as long as `2 |dF| ||H0|| < 1`.
+/// As [`condition`], from X^ and the closed loop in coordinates of their own: with `T'T` for I, and so on, the same
+/// numbers in the units of `problem`. `None` if a change of the closed loop as small as what is not known of it might
+/// make it unstable: with H0 as its Lyapunov function it cannot as long as `2 |dF| ||H0|| < 1`.
 pub(super) fn in_frame(
     problem: &Scaled,
     local: &Local<'_>,

@@ -1,7 +1,8 @@
 //! Coordinates of the state, `x = T z`, in which the solution of a Riccati equation is near the identity.
 //!
-//! `S = T^-1` is what is kept, entry by entry; T is its inverse up to the rounding `E = S T - I`, which is as large as `eps cond(T)` and is taken out where it counts. Products that cancel down to the size of
-//! the closed loop are formed in twice the working precision.
+//! `S = T^-1` is what is kept, entry by entry; T is its inverse up to the rounding `E = S T - I`, which is as large as
+//! `eps cond(T)` and is taken out where it counts. Products that cancel down to the size of the closed loop are formed
+//! in twice the working precision.
 
 use super::scaled::Scaled;
 use crate::argument::symmetric_part;
@@ -29,8 +30,8 @@ impl Frame {
         }
     }
 
-    /// The frame in which `x`, in the coordinates of this one, becomes the identity, but for its eigenvalues below `floor` times the largest, which are taken as that. `None` for an
-    /// X that is zero or not finite.
+    /// The frame in which `x`, in the coordinates of this one, becomes the identity, but for its eigenvalues below
+    /// `floor` times the largest, which are taken as that. `None` for an X that is zero or not finite.
     pub(super) fn then(&self, x: &DMatrix<f64>, floor: f64) -> Option<Self> {
         let n = x.nrows();
         let (values, vectors) = hermitian_eigen(view(x))?;
@@ -70,7 +71,8 @@ impl Frame {
         &k - &k * &self.error
     }
 
-    /// `S (A - B K) S^-1`, where `A - B K` formed in the coordinates of the problem may have lost A beside B K; and a bound of its error.
+    /// `S (A - B K) S^-1`, where `A - B K` formed in the coordinates of the problem may have lost A beside B K; and a
+    /// bound of its error.
     pub(super) fn closed_loop(&self, problem: &Scaled, k: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
         let (n, m) = problem.b.shape();
         let (kt, kt_rest) = product(k, &self.t);

@@ -4,9 +4,10 @@
 //! W = I + G H        A+ = A W^-1 A        G+ = G + A W^-1 G A'        H+ = H + A'H W^-1 A        from (A, G, Q)
 //! ```
 //!
-//! Step k stands for 2^k steps of the Riccati recursion from zero, so that `H` grows monotonically to the smallest positive semidefinite solution, with
-//! the square of the error at each step. That is the stabilizing solution iff `(A, Q)` is detectable. Where it is not, the gain for a weight that sees every state
-//! stabilizes, and Newton's iteration (Hewer, IEEE TAC 16, 1971) descends from it to the stabilizing solution.
+//! Step k stands for 2^k steps of the Riccati recursion from zero, so that `H` grows monotonically to the smallest
+//! positive semidefinite solution, with the square of the error at each step. That is the stabilizing solution iff
+//! `(A, Q)` is detectable. Where it is not, the gain for a weight that sees every state stabilizes, and Newton's
+//! iteration (Hewer, IEEE TAC 16, 1971) descends from it to the stabilizing solution.
 
 use super::popov;
 use super::scaled::Scaled;

@@ -1,7 +1,8 @@
-//! The continuous equation by the stable invariant subspace of the Hamiltonian matrix `[A -G; -Q -A']` (Laub, IEEE TAC 24, 1979).
+//! The continuous equation by the stable invariant subspace of the Hamiltonian matrix `[A -G; -Q -A']` (Laub, IEEE TAC
+//! 24, 1979).
 //!
-//! Its eigenvalues lie symmetric to the imaginary axis. If none lies on it, the n stable ones have an invariant subspace spanned by
-//! `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable.
+//! Its eigenvalues lie symmetric to the imaginary axis. If none lies on it, the n stable ones have an invariant
+//! subspace spanned by `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable.
 
 use super::popov;
 use super::scaled::Scaled;
@@ -23,13 +24,15 @@ pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
     }
 }
 
-/// As [`solve`], from the n leftmost eigenvalues, on whichever side of the axis rounding has put them: where to begin, not a solution.
+/// As [`solve`], from the n leftmost eigenvalues, on whichever side of the axis rounding has put them: where to begin,
+/// not a solution.
 pub(super) fn guess(problem: &Scaled) -> Option<DMatrix<f64>> {
     leftmost(&matrix(problem))
 }
 
-/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n. Slow modes that rounding has thrown together about the axis, a complex pair of one eigenvalue from either side, are first
-/// taken apart: with `A - s I` in place of A they are at least s from it, and X has still the sizes that matter.
+/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n. Slow modes that rounding has thrown together
+/// about the axis, a complex pair of one eigenvalue from either side, are first taken apart: with `A - s I` in place of
+/// A they are at least s from it, and X has still the sizes that matter.
 pub(super) fn leftmost(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = h.nrows() / 2;
     split(h).or_else(|| {

@@ -33,12 +33,13 @@ pub struct Kalman {
 
 /// Continuous Kalman gain `L = P C'V^-1`, `A P + P A' - P C'V^-1 C P + W = 0`.
 ///
-/// `a` is n x n, `c` p x n, `w` n x n symmetric positive semidefinite (intensity of the process noise), `v` p x p symmetric positive definite
-/// (intensity of the measurement noise). Cost as [`care`].
+/// `a` is n x n, `c` p x n, `w` n x n symmetric positive semidefinite (intensity of the process noise), `v` p x p
+/// symmetric positive definite (intensity of the measurement noise). Cost as [`care`].
 ///
 /// # Errors
-/// Those of [`care`] in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`), [`LinalgError::NotPositiveSemidefinite`] (`w`),
-/// [`LinalgError::NotDetectable`] names an eigenvalue that no output sees, [`LinalgError::NotStabilizable`] one on the imaginary axis that no noise moves.
+/// Those of [`care`] in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
+/// [`LinalgError::NotPositiveSemidefinite`] (`w`), [`LinalgError::NotDetectable`] names an eigenvalue that no output
+/// sees, [`LinalgError::NotStabilizable`] one on the imaginary axis that no noise moves.
 ///
 /// # Example
 /// ```
@@ -59,8 +60,8 @@ pub fn kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMa
 
 /// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
 ///
-/// Shapes as [`kalman_gain`], `w` and `v` being covariances of each sample. The predictor is `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular.
-/// Cost as [`dare`].
+/// Shapes as [`kalman_gain`], `w` and `v` being covariances of each sample. The predictor is
+/// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`].
 ///
 /// # Errors
 /// As [`kalman_gain`], the stability boundary being the unit circle.

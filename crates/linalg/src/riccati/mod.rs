@@ -5,13 +5,15 @@
 //! discrete     A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0        K = (R + B'X B)^-1 B'X A      A - B K Schur stable
 //! ```
 //!
-//! For `Q >= 0`, `R > 0` a stabilizing solution exists iff `(A, B)` is stabilizable and no eigenvalue of `A` on the stability boundary is
-//! unobservable through `Q`; it is unique, symmetric and positive semidefinite.
+//! For `Q >= 0`, `R > 0` a stabilizing solution exists iff `(A, B)` is stabilizable and no eigenvalue of `A` on the
+//! stability boundary is unobservable through `Q`; it is unique, symmetric and positive semidefinite.
 //!
-//! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in `riccati/hamiltonian.rs`. Discrete: the
-//! structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`.
-//! Both are followed by Newton's iteration (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971; `riccati/settle.rs`) as long as it lowers the residual, and where that leaves more
-//! than rounding, or no stabilizing solution, the equation is solved in coordinates of the state in which `X` is near the identity (`riccati/normalized.rs`).
+//! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in
+//! `riccati/hamiltonian.rs`. Discrete: the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J.
+//! Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`. Both are followed by Newton's iteration
+//! (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971; `riccati/settle.rs`) as long as it lowers the residual, and
+//! where that leaves more than rounding, or no stabilizing solution, the equation is solved in coordinates of the state
+//! in which `X` is near the identity (`riccati/normalized.rs`).
 
 mod bilinear;
 mod condition;
@@ -34,37 +36,45 @@ pub use kalman::{Kalman, discrete_kalman_gain, kalman_gain};
 /// Stabilizing solution of a Riccati equation with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Riccati {
-    /// The solution, exactly symmetric: `x'X x` is the cost from the state `x`. Its entries are rounded: where its largest eigenvalue is beyond 1/eps times the smallest, the small ones, and
-    /// their signs, are lost, and `k` is not to be had from it.
+    /// The solution, exactly symmetric: `x'X x` is the cost from the state `x`. Its entries are rounded: where its
+    /// largest eigenvalue is beyond 1/eps times the smallest, the small ones, and their signs, are lost, and `k` is not
+    /// to be had from it.
     pub x: DMatrix<f64>,
-    /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is stored.
+    /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is
+    /// stored.
     pub k: DMatrix<f64>,
-    /// Eigenvalues of `A - B K`, all stable. Where K is so large that `A - B K`, formed entry by entry, loses A, they are those of the loop in which the input is computed from the state,
-    /// and those of the matrix formed in double precision may not be stable.
+    /// Eigenvalues of `A - B K`, all stable. Where K is so large that `A - B K`, formed entry by entry, loses A, they
+    /// are those of the loop in which the input is computed from the state, and those of the matrix formed in double
+    /// precision may not be stable.
     pub poles: Vec<Complex<f64>>,
-    /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of the state (powers of two)
-    /// that balance the plant and its weights.
+    /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of
+    /// the state (powers of two) that balance the plant and its weights.
     pub residual: f64,
-    /// About how much `X` changes, relative to its norm, for a unit relative change of `A`, `B R^-1 B'` and `Q` (Kenney and Hewer, SIAM J. Control
-    /// Optim. 28, 1990): the smaller the separation of the closed loop, the larger. In the units of `residual`.
+    /// About how much `X` changes, relative to its norm, for a unit relative change of `A`, `B R^-1 B'` and `Q` (Kenney
+    /// and Hewer, SIAM J. Control Optim. 28, 1990): the smaller the separation of the closed loop, the larger. In the
+    /// units of `residual`.
     pub condition: f64,
-    /// A bound of `||X - X*|| / ||X*||` in the Frobenius norm and the user's units, X* solving the equation for the data as given: the defect, with the rounding of
-    /// its own computation, times the norm of the inverse of the derivative. Infinite where the defect is too large for the derivative to tell, or no digit is known.
+    /// A bound of `||X - X*|| / ||X*||` in the Frobenius norm and the user's units, X* solving the equation for the
+    /// data as given: the defect, with the rounding of its own computation, times the norm of the inverse of the
+    /// derivative. Infinite where the defect is too large for the derivative to tell, or no digit is known.
     pub forward_error: f64,
 }
 
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input `u = -K x`, `K = R^-1 B'X`, minimises
-/// the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on a common factor of `q` and `r`. About 300 n^3 flops with the
-/// condition, up to 50 n^3 for each Newton step (three at most), and as much again for each change of coordinates (six at most) where the solution is so unequal that one is needed.
+/// `a` is n x n, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input
+/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on
+/// a common factor of `q` and `r`. About 300 n^3 flops with the condition, up to 50 n^3 for each Newton step (three at
+/// most), and as much again for each change of coordinates (six at most) where the solution is so unequal that one is
+/// needed.
 ///
 /// # Errors
-/// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`] (`q`);
-/// [`LinalgError::NotStabilizable`] names an eigenvalue that no input moves, [`LinalgError::NotDetectable`] one on the imaginary axis that the
-/// weight does not see; [`LinalgError::NotStabilizing`] if the closed loop is not stable for reasons of rounding alone, [`LinalgError::NotConverged`] if rounding
-/// leaves a residual beyond half of the digits and no bound of the error below 1;
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
+/// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`]
+/// (`q`); [`LinalgError::NotStabilizable`] names an eigenvalue that no input moves, [`LinalgError::NotDetectable`] one
+/// on the imaginary axis that the weight does not see; [`LinalgError::NotStabilizing`] if the closed loop is not stable
+/// for reasons of rounding alone, [`LinalgError::NotConverged`] if rounding leaves a residual beyond half of the digits
+/// and no bound of the error below 1; [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],
+/// [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
 ///
 /// # Example
 /// ```
@@ -87,12 +97,15 @@ pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
 
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input `u = -K x`,
-/// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u`. About 15 n^3 flops for each doubling (ten are common,
-/// 60 the cap), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of coordinates (six at most) where the solution is so unequal that one is needed.
+/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive
+/// definite. The input `u = -K x`, `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along
+/// `x+ = A x + B u`. About 15 n^3 flops for each doubling (ten are common, 60 the cap), up to 60 n^3 for each Newton
+/// step (three at most), and 400 n^3 for each change of coordinates (six at most) where the solution is so unequal that
+/// one is needed.
 ///
 /// # Errors
-/// As [`care`], the stability boundary being the unit circle; [`LinalgError::Overflow`] also if entries of `a` are beyond 2^100.
+/// As [`care`], the stability boundary being the unit circle; [`LinalgError::Overflow`] also if entries of `a` are
+/// beyond 2^100.
 ///
 /// # Example
 /// ```
@@ -147,7 +160,8 @@ struct Outcome {
     evidence: Evidence,
 }
 
-/// Solves by `method`, in other coordinates of the state if these leave too much, and lets nothing out that does not solve the equation and stabilize.
+/// Solves by `method`, in other coordinates of the state if these leave too much, and lets nothing out that does not
+/// solve the equation and stabilize.
 fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Result<Riccati> {
     // What a good method and a Newton step leave.
     let good = 10.0 * problem.a.nrows() as f64 * f64::EPSILON;

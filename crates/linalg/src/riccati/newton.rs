@@ -1,7 +1,9 @@
 //! From an approximate solution to one that is refined, stabilizes, and has its evidence.
 //!
-//! One Schur form of the closed loop `F = A - B K` serves everything: its eigenvalues are the poles, the Lyapunov (Stein) equation with it gives the correction of Newton's iteration
-//! `F'D + D F + defect = 0` (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971), and the condition. It is computed anew only where a correction moves F by more than rounding.
+//! One Schur form of the closed loop `F = A - B K` serves everything: its eigenvalues are the poles, the Lyapunov
+//! (Stein) equation with it gives the correction of Newton's iteration `F'D + D F + defect = 0` (Kleinman, IEEE TAC 13,
+//! 1968; Hewer, IEEE TAC 16, 1971), and the condition. It is computed anew only where a correction moves F by more than
+//! rounding.
 
 use super::scaled::Scaled;
 use super::{Evidence, Outcome, condition, popov};
@@ -12,7 +14,8 @@ use nalgebra::DMatrix;
 
 /// The invariant subspace and the doubling leave few digits to restore; each step doubles them.
 pub(super) const NEWTON_STEPS: usize = 3;
-/// In roundings: a residual of this size is what sums of this length leave of any solution, and a step would polish digits that the data do not have.
+/// In roundings: a residual of this size is what sums of this length leave of any solution, and a step would polish
+/// digits that the data do not have.
 const ROUNDINGS: f64 = 4.0;
 /// Costs of the states further apart than this: the residual is that of the largest, and says nothing of the others.
 const GRADED: f64 = 1024.0;

@@ -1,14 +1,19 @@
 //! A Riccati equation in coordinates of the state in which its solution is near the identity.
 //!
-//! Few inputs and many unstable states make `X` grow in some directions and not in others: by twelve decades for 100 states and three inputs, by twenty for 50 states and one. The invariant subspace, accurate
-//! beside the norm of the Hamiltonian matrix, then leaves few digits or none of what is small, and Newton's iteration starts too far away. With `X = V W V'`
-//! (eigenvalues W) and `T = V W^-1/2`, the equation of `A T = T A^`, `B = T B^`, `Q^ = T'Q T` has the solution `X^ = T'X T` near `I`: its closed
-//! loop satisfies `(A^ - B^ K^) + (A^ - B^ K^)' = -(Q^ + K^'R K^)`, is as large as these, and nothing in it is drowned. Solved there, the equation gives an X^ from which
-//! still better coordinates come, `T V^ W^^-1/2`, and so on: a pass finds what the one before had left below its rounding, sixteen decades of X at a time.
+//! Few inputs and many unstable states make `X` grow in some directions and not in others: by twelve decades for 100
+//! states and three inputs, by twenty for 50 states and one. The invariant subspace, accurate beside the norm of the
+//! Hamiltonian matrix, then leaves few digits or none of what is small, and Newton's iteration starts too far away.
+//! With `X = V W V'` (eigenvalues W) and `T = V W^-1/2`, the equation of `A T = T A^`, `B = T B^`, `Q^ = T'Q T` has the
+//! solution `X^ = T'X T` near `I`: its closed loop satisfies `(A^ - B^ K^) + (A^ - B^ K^)' = -(Q^ + K^'R K^)`, is as
+//! large as these, and nothing in it is drowned. Solved there, the equation gives an X^ from which still better
+//! coordinates come, `T V^ W^^-1/2`, and so on: a pass finds what the one before had left below its rounding, sixteen
+//! decades of X at a time.
 //!
-//! **What is found.** The entries of X, rounded, say little of the small directions of an X that is larger than 1/eps beside them; T, the root of X, loses as much at 1/eps^2 only, and with it the gain. So K is taken from
-//! X^ and these coordinates, and judged there as it is stored: the closed loop `T^-1 (A - B K) T`, formed in twice the working precision, has to be stable, and to stay so under
-//! any change as large as what is not known of it, by the Lyapunov function of its own equation.
+//! **What is found.** The entries of X, rounded, say little of the small directions of an X that is larger than 1/eps
+//! beside them; T, the root of X, loses as much at 1/eps^2 only, and with it the gain. So K is taken from X^ and these
+//! coordinates, and judged there as it is stored: the closed loop `T^-1 (A - B K) T`, formed in twice the working
+//! precision, has to be stable, and to stay so under any change as large as what is not known of it, by the Lyapunov
+//! function of its own equation.
 
 use super::bilinear::{self, Shifted};
 use super::condition::{self, Local};
@@ -25,7 +30,8 @@ const PASSES: usize = 6;
 /// Steps of Newton's iteration in the last coordinates.
 const POLISH: usize = 2;
 
-/// The solution from coordinates of its own, `x` being one in those of `problem` if there is any; `None` if no gain is found that stabilizes.
+/// The solution from coordinates of its own, `x` being one in those of `problem` if there is any; `None` if no gain is
+/// found that stabilizes.
 pub(super) fn solve(problem: &Scaled, x: Option<&DMatrix<f64>>) -> Result<Option<Outcome>> {
     let n = problem.a.nrows();
     let mut frame = Frame::identity(n);
@@ -39,7 +45,8 @@ pub(super) fn solve(problem: &Scaled, x: Option<&DMatrix<f64>>) -> Result<Option
         if let Some(better) = gain(problem, &frame, x, &k) {
             k = better;
         }
-        // At first what is below the rounding of X has no size. Later nothing is that small but where X vanishes, for which no coordinates are asked.
+        // At first what is below the rounding of X has no size. Later nothing is that small but where X vanishes, for
+        // which no coordinates are asked.
         let floor = if pass == 0 { f64::EPSILON } else { 2.0_f64.powi(-6) };
         let Some(next) = frame.then(x, floor) else { return Ok(None) };
         // As near to the identity as coordinates need to be.
@@ -72,7 +79,8 @@ fn weight(problem: &Scaled, frame: &Frame, k: &DMatrix<f64>) -> DMatrix<f64> {
     frame.form(&problem.q) + symmetric_part(&(k.tr_mul(&problem.r) * k))
 }
 
-/// The gain of X^, in the coordinates of the problem; the discrete one as a change of `k`, so that nothing as large as `A^` appears.
+/// The gain of X^, in the coordinates of the problem; the discrete one as a change of `k`, so that nothing as large as
+/// `A^` appears.
 fn gain(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, k: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let b = frame.driven(&problem.b);
     let found = if problem.discrete {

@@ -1,7 +1,7 @@
 //! Why there is no stabilizing solution: the test of Popov, Belevitch and Hautus at the eigenvalues of `A`.
 //!
-//! `lambda` cannot be moved iff `[A - lambda I, B]` loses rank, and is not weighted iff `[A - lambda I; Q]` does. The margin is the smallest singular
-//! value of that matrix, `B` and `Q` being scaled to the norm of `A`.
+//! `lambda` cannot be moved iff `[A - lambda I, B]` loses rank, and is not weighted iff `[A - lambda I; Q]` does. The
+//! margin is the smallest singular value of that matrix, `B` and `Q` being scaled to the norm of `A`.
 
 use super::scaled::Scaled;
 use crate::sequential::singular_values;
@@ -68,8 +68,8 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
 
 /// The error for an equation whose solution failed, `nearest` being the eigenvalue seen near or beyond the boundary.
 pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
-    // The margin of a defective eigenvalue stays at the level of rounding although the eigenvalue itself does not: no more than some
-    // digits are allowed, so that a plant that is merely stiff is not blamed.
+    // The margin of a defective eigenvalue stays at the level of rounding although the eigenvalue itself does not: no
+    // more than some digits are allowed, so that a plant that is merely stiff is not blamed.
     match offender(problem, 1e3 * f64::EPSILON * problem.a.nrows() as f64) {
         Ok(Some(found)) => found,
         Ok(None) => LinalgError::NotStabilizing {
@@ -80,7 +80,8 @@ pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
     }
 }
 
-/// Accepts the closed-loop `poles` (in the units of computation) if they are stable, beyond what rounding can make of an eigenvalue on the boundary.
+/// Accepts the closed-loop `poles` (in the units of computation) if they are stable, beyond what rounding can make of
+/// an eigenvalue on the boundary.
 pub(super) fn confirm(problem: &Scaled, poles: &[Complex<f64>]) -> Result<()> {
     let Some(nearest) = poles.iter().copied().min_by(|x, y| distance(problem, *x).total_cmp(&distance(problem, *y)))
     else {

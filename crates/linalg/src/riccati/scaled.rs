@@ -1,9 +1,9 @@
 //! A Riccati equation in units in which its terms are of comparable size.
 //!
-//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, inputs in other units and, in continuous time, time in units of
-//! `1/tau`, the equation keeps its form. `rho` is chosen so that
-//! `rho G` and `Q / rho` have equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales are
-//! powers of two, hence exact, and are kept as exponents: `R = 1e-300` is as good as any other unit.
+//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, inputs in other units and, in continuous
+//! time, time in units of `1/tau`, the equation keeps its form. `rho` is chosen so that `rho G` and `Q / rho` have
+//! equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales are powers
+//! of two, hence exact, and are kept as exponents: `R = 1e-300` is as good as any other unit.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};
@@ -100,8 +100,8 @@ impl Scaled {
         // Where Q or G vanishes, the other is made as large as A.
         let of_a = size(a).unwrap_or(0.0);
         let rho = match (size(&g), size(&q)) {
-            // Beside a dominant A the balanced terms would drown. X is then about A / G on the unstable modes, which must not be lost;
-            // on the stable ones it is about Q / A, which Newton's iteration restores.
+            // Beside a dominant A the balanced terms would drown. X is then about A / G on the unstable modes, which
+            // must not be lost; on the stable ones it is about Q / A, which Newton's iteration restores.
             (Some(g), Some(q)) if of_a - 0.5 * (q + of_q + g + of_g) > HALF_OF_THE_DIGITS => (of_a - g - of_g).round(),
             (Some(g), Some(q)) => (0.5 * (q + of_q - g - of_g)).round(),
             (Some(g), None) => (of_a - g - of_g).round(),
@@ -219,7 +219,8 @@ impl Scaled {
         }
     }
 
-    /// The sum of the norms of the terms, and what is left of the equation relative to it; NaN if the gain cannot be formed.
+    /// The sum of the norms of the terms, and what is left of the equation relative to it; NaN if the gain cannot be
+    /// formed.
     pub(super) fn residual(&self, x: &DMatrix<f64>) -> f64 {
         self.gain(x).map_or(f64::NAN, |k| {
             let (defect, size) = self.defect(x, &k);
@@ -237,8 +238,9 @@ impl Scaled {
     }
 }
 
-/// Whether the first cycle of [`Balance::of`] would move no state, without a logarithm per entry: in each, the largest entries of the row of `[A, G]` and of the column of `[A; Q]` are within
-/// a factor of four. The forms come with their exponents.
+/// Whether the first cycle of [`Balance::of`] would move no state, without a logarithm per entry: in each, the largest
+/// entries of the row of `[A, G]` and of the column of `[A; Q]` are within a factor of four. The forms come with their
+/// exponents.
 fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&DMatrix<f64>, f64)) -> bool {
     let n = a.nrows();
     // Beyond this the exponents are left to logarithms.
@@ -260,7 +262,8 @@ fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&D
     })
 }
 
-/// Whether `M + shift I` has a Cholesky factor, which costs a tenth of the eigenvalues: its least eigenvalue is then not below what rounding makes of `-shift`.
+/// Whether `M + shift I` has a Cholesky factor, which costs a tenth of the eigenvalues: its least eigenvalue is then
+/// not below what rounding makes of `-shift`.
 fn definite(m: &DMatrix<f64>, shift: f64) -> bool {
     let mut shifted = m.clone();
     for i in 0..m.nrows() {

@@ -1,9 +1,10 @@
-//! Balancing of a matrix before its eigenvalues are computed: a permutation that splits off eigenvalues that stand alone, and a diagonal
-//! scaling by powers of two that brings the norms of each row and column together.
+//! Balancing of a matrix before its eigenvalues are computed: a permutation that splits off eigenvalues that stand
+//! alone, and a diagonal scaling by powers of two that brings the norms of each row and column together.
 //!
-//! Osborne, J. ACM 7, 1960; Parlett and Reinsch, Numer. Math. 13, 1969; with the Euclidean norm, diagonal entries included, as James, Langou and
-//! Lowery (2014, "On matrix balancing and eigenvector computation") found necessary: with the 1-norm a matrix that is small off the diagonal can be
-//! made worse. Neither step rounds, but the scaling is no orthogonal similarity: it is an option, for eigenvalues, and not a part of the Schur form.
+//! Osborne, J. ACM 7, 1960; Parlett and Reinsch, Numer. Math. 13, 1969; with the Euclidean norm, diagonal entries
+//! included, as James, Langou and Lowery (2014, "On matrix balancing and eigenvector computation") found necessary:
+//! with the 1-norm a matrix that is small off the diagonal can be made worse. Neither step rounds, but the scaling is
+//! no orthogonal similarity: it is an option, for eigenvalues, and not a part of the Schur form.
 
 use crate::argument::square;
 use crate::{LinalgError, Result};
@@ -28,7 +29,8 @@ pub struct Balanced {
     pub scaling: Vec<f64>,
 }
 
-/// Balances a square matrix: see [`Balanced`]. Its eigenvalues are those of `a`, exactly, unless an entry underflows; a badly scaled matrix has them in far better condition.
+/// Balances a square matrix: see [`Balanced`]. Its eigenvalues are those of `a`, exactly, unless an entry underflows; a
+/// badly scaled matrix has them in far better condition.
 ///
 /// About `n^2` operations for each of a few cycles.
 ///
@@ -189,7 +191,8 @@ mod tests {
 
     #[test]
     fn small_couplings_are_not_made_worse() {
-        // James, Langou and Lowery: with norms that leave out the diagonal, the units of such a matrix would be torn apart.
+        // James, Langou and Lowery: with norms that leave out the diagonal, the units of such a matrix would be torn
+        // apart.
         let a = dmatrix![1.0, 1e-15, 1e-4; 1e-12, 1.0, 1e-15; 1e-15, 1e-13, 1.0];
         assert_eq!(check(&a).scaling, [1.0; 3]);
     }

@@ -1,6 +1,7 @@
 //! One bulge on its way down an upper Hessenberg matrix: the implicit QR step of Francis, Computer Journal 4, 1961-62.
 //!
-//! A few steps at a time are made on the diagonal, and the chain of reflectors they leave is then applied to the rest of the window: see `chain.rs`.
+//! A few steps at a time are made on the diagonal, and the chain of reflectors they leave is then applied to the rest
+//! of the window: see `chain.rs`.
 
 use super::chain::{Chain, Reflector, chain_on_columns, chain_on_rows, reflect2, reflect3};
 use crate::kernel::fma;
@@ -75,14 +76,16 @@ pub(super) fn chase<const FMA: bool>(h: &mut [f64], n: usize, way: Way, chain: &
     }
 }
 
-/// The steps from row `begin` on, as many as `part` has reflectors for, in the rows and columns that these reflectors meet on the diagonal: at most `R`.
+/// The steps from row `begin` on, as many as `part` has reflectors for, in the rows and columns that these reflectors
+/// meet on the diagonal: at most `R`.
 #[inline(always)]
 fn diagonal<const R: usize, const FMA: bool>(h: &mut [f64], n: usize, way: Way, begin: usize, part: &mut [Reflector]) {
     let Way { from, last, entry, .. } = way;
     let end = begin + part.len();
     let cols = (end + 2).min(last + 1) - begin;
     let rows = (end + 3).min(last + 1) - begin;
-    // A copy with columns of a length known to the compiler. What is copied below the rows that count is reflected, and forgotten.
+    // A copy with columns of a length known to the compiler. What is copied below the rows that count is reflected, and
+    // forgotten.
     let mut tile = [[0.0; R]; TILE];
     for (to, from) in tile.iter_mut().zip(h[begin * n..].chunks_exact(n)).take(cols) {
         if let Some(all) = from[begin..].first_chunk::<R>() {

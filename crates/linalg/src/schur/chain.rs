@@ -1,9 +1,11 @@
-//! Chains of reflectors of order three, each one row further down than the last: what a bulge leaves behind on its way down.
+//! Chains of reflectors of order three, each one row further down than the last: what a bulge leaves behind on its way
+//! down.
 //!
-//! The iteration needs a reflector at once only near the diagonal; everywhere else it can wait for the ones that follow. Applied together, each entry of a column is
-//! loaded and stored once for each bulge in place of three times, and stays in a register between (the restructuring of Van Zee, van de Geijn and
-//! Quintana-Orti, ACM TOMS 40, 2014, for reflectors). From the right a chain runs along columns, which lie in memory; from the left it runs on a transposed copy of a few
-//! columns.
+//! The iteration needs a reflector at once only near the diagonal; everywhere else it can wait for the ones that
+//! follow. Applied together, each entry of a column is loaded and stored once for each bulge in place of three times,
+//! and stays in a register between (the restructuring of Van Zee, van de Geijn and Quintana-Orti, ACM TOMS 40, 2014,
+//! for reflectors). From the right a chain runs along columns, which lie in memory; from the left it runs on a
+//! transposed copy of a few columns.
 
 use crate::kernel::fma;
 
@@ -145,7 +147,8 @@ pub(super) fn strip<const W: usize, const FMA: bool>(data: &mut [f64], ld: usize
     store(data, offset + ld, y);
 }
 
-/// Copies rows `at..at + span` of the columns in `columns` to `packed`, transposed: entry (i, l) at `i * W + l`. Columns that are missing become zero.
+/// Copies rows `at..at + span` of the columns in `columns` to `packed`, transposed: entry (i, l) at `i * W + l`.
+/// Columns that are missing become zero.
 #[inline(always)]
 pub(super) fn pack<const W: usize>(columns: &[f64], ld: usize, at: usize, span: usize, packed: &mut [f64]) {
     let count = columns.len() / ld;

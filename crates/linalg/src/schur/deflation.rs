@@ -1,8 +1,10 @@
-//! Aggressive early deflation (Braman, Byers, Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, part II; Byers, LAPACK Working Note 187, 2007).
+//! Aggressive early deflation (Braman, Byers, Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, part II; Byers, LAPACK
+//! Working Note 187, 2007).
 //!
-//! The Schur form of a window at the bottom of the active block turns the one entry that couples it to the rest into a spike, a column. Where
-//! the spike is negligible, the eigenvalue below it has converged, long before any subdiagonal entry says so. Those that have not are
-//! moved up, serve as shifts of the next sweep, and the window is brought back to Hessenberg form.
+//! The Schur form of a window at the bottom of the active block turns the one entry that couples it to the rest into a
+//! spike, a column. Where the spike is negligible, the eigenvalue below it has converged, long before any subdiagonal
+//! entry says so. Those that have not are moved up, serve as shifts of the next sweep, and the window is brought back
+//! to Hessenberg form.
 
 use super::francis::Francis;
 use super::hessenberg::{Reduction, reflector};
@@ -11,7 +13,8 @@ use crate::kernel::{Kernel, dispatch};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// The matrix under iteration: `h` of order `n`, the transformation `q` of `n` columns (or empty), and whether all of T is wanted.
+/// The matrix under iteration: `h` of order `n`, the transformation `q` of `n` columns (or empty), and whether all of T
+/// is wanted.
 pub(super) struct Iterate<'a> {
     pub(super) h: &'a mut [f64],
     pub(super) n: usize,
@@ -173,7 +176,8 @@ fn follow(m: &mut Iterate<'_>, first: usize, at: usize, order: usize, v: &[f64],
     }
 }
 
-/// Moves the eigenvalues whose spike is negligible to the bottom of the window `t`; the answer is how many rows are left above them.
+/// Moves the eigenvalues whose spike is negligible to the bottom of the window `t`; the answer is how many rows are
+/// left above them.
 struct Detection<'a> {
     t: &'a mut [f64],
     v: &'a mut [f64],

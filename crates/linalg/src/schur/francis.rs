@@ -1,11 +1,13 @@
-//! Implicit double-shift QR iteration on a small upper Hessenberg matrix (Francis, Computer Journal 4, 1961-62), as in LAPACK dlahqr.
+//! Implicit double-shift QR iteration on a small upper Hessenberg matrix (Francis, Computer Journal 4, 1961-62), as in
+//! LAPACK dlahqr.
 //!
-//! Deflation by Ahues and Tisseur (LAPACK Working Note 122, 1997), which keeps the small eigenvalues of graded matrices; an
-//! exceptional shift after every ten sweeps without deflation, for matrices that the ordinary shift maps to themselves (a cyclic
-//! permutation has no preferred eigenvalue); a hard cap on the number of sweeps. About 20 n^3 flops with the vectors.
+//! Deflation by Ahues and Tisseur (LAPACK Working Note 122, 1997), which keeps the small eigenvalues of graded
+//! matrices; an exceptional shift after every ten sweeps without deflation, for matrices that the ordinary shift maps
+//! to themselves (a cyclic permutation has no preferred eigenvalue); a hard cap on the number of sweeps. About 20 n^3
+//! flops with the vectors.
 //!
-//! The iteration waits for its reflectors, each of which needs the one before. As long as the matrices fit into the nearest caches everything else fits beside that wait, and each
-//! reflector is applied at once.
+//! The iteration waits for its reflectors, each of which needs the one before. As long as the matrices fit into the
+//! nearest caches everything else fits beside that wait, and each reflector is applied at once.
 
 use super::bulge::reflect_vector;
 use super::chain::{Reflector, reflect2, reflect3};
@@ -47,8 +49,8 @@ pub(super) struct Passage {
     pub(super) window: (usize, usize),
 }
 
-/// The iteration on a Hessenberg matrix of order `n`, which becomes the real Schur form T if `whole`, else only its diagonal blocks. The
-/// transformation is multiplied to Q from the right.
+/// The iteration on a Hessenberg matrix of order `n`, which becomes the real Schur form T if `whole`, else only its
+/// diagonal blocks. The transformation is multiplied to Q from the right.
 ///
 /// The answer is the number of leading rows that have not converged: zero, unless the cap on the sweeps was met.
 #[inline(always)]
@@ -311,8 +313,8 @@ pub(super) fn shifted_column(h: &[f64], n: usize, m: usize, shifts: Shifts) -> [
     if size > 0.0 { v.map(|e| e / size) } else { v }
 }
 
-/// Where the sweep may start: the lowest row at which two consecutive small subdiagonal entries let the bulge enter, and the
-/// first column of the shifted product there.
+/// Where the sweep may start: the lowest row at which two consecutive small subdiagonal entries let the bulge enter,
+/// and the first column of the shifted product there.
 #[inline(always)]
 fn start_of_bulge(h: &[f64], n: usize, first: usize, last: usize, shifts: Shifts) -> (usize, [f64; 3]) {
     let at = |i: usize, j: usize| h[j * n + i];

@@ -1,7 +1,7 @@
 //! Householder reduction to upper Hessenberg form, `A = Q H Q'` (Golub and Van Loan, Matrix Computations, 7.4.3).
 //!
-//! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. For small orders a loop of our own that works down columns and reads the matrix twice for each of them; from
-//! order [`BLOCKED`] on faer's, which is blocked.
+//! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. For small orders a loop of our own that works down columns and reads the
+//! matrix twice for each of them; from order [`BLOCKED`] on faer's, which is blocked.
 
 use crate::kernel::{Kernel, fma};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -16,8 +16,8 @@ use faer::{Conj, MatMut, MatRef, Par, Spec};
 /// Order from which faer's reduction is the faster one.
 pub(super) const BLOCKED: usize = 100;
 
-/// Overwrites `x` with the tail of `v`, where `I - tau v v'`, `v[0] = 1`, maps `(head, x)` to `beta e1`, and returns `(beta, tau)`.
-/// `tau = 0` (the identity) when `x` is zero already.
+/// Overwrites `x` with the tail of `v`, where `I - tau v v'`, `v[0] = 1`, maps `(head, x)` to `beta e1`, and returns
+/// `(beta, tau)`. `tau = 0` (the identity) when `x` is zero already.
 #[inline(always)]
 pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
     let largest = x.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
@@ -42,8 +42,9 @@ pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
     (beta * scale, -pivot / beta)
 }
 
-/// Reduces the leading block of order `order` of the matrix `h` of order `n`: its rows in full, its columns down to row `order`. The
-/// reflectors are multiplied to `q`, of `n` columns, from the right; the identity is expected where `fresh`, and taken for granted.
+/// Reduces the leading block of order `order` of the matrix `h` of order `n`: its rows in full, its columns down to row
+/// `order`. The reflectors are multiplied to `q`, of `n` columns, from the right; the identity is expected where
+/// `fresh`, and taken for granted.
 pub(super) struct Reduction<'a> {
     pub(super) h: &'a mut [f64],
     pub(super) n: usize,

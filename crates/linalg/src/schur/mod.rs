@@ -1,15 +1,19 @@
 //! Real Schur form `A = Q T Q'`: `Q` orthogonal, `T` upper quasi-triangular.
 //!
-//! `T` has 1 x 1 diagonal blocks for the real eigenvalues of `A` and standardised 2 x 2 blocks (equal diagonal entries, off-diagonal
-//! entries of opposite sign) for the complex pairs. It exists for every real matrix. Every dense equation of this crate is solved in it.
+//! `T` has 1 x 1 diagonal blocks for the real eigenvalues of `A` and standardised 2 x 2 blocks (equal diagonal entries,
+//! off-diagonal entries of opposite sign) for the complex pairs. It exists for every real matrix. Every dense equation
+//! of this crate is solved in it.
 //!
-//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`), then, up to order 75, the implicit double-shift QR iteration of Francis (`francis.rs`, up to order 8 on the stack: `small.rs`), and beyond it
-//! the small-bulge multishift iteration (`multishift.rs`) with aggressive early deflation (`deflation.rs`) of Braman, Byers and Mathias, whose bulges are chased with
-//! `bulge.rs` near the diagonal and leave the rest to chains of reflectors (`chain.rs`). Exceptional shifts break cycles, and the number of
-//! sweeps has a hard cap. About 25 n^3 flops for n small, and fewer than 15 n^3 for n large.
+//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`), then, up to order 75, the implicit double-shift
+//! QR iteration of Francis (`francis.rs`, up to order 8 on the stack: `small.rs`), and beyond it the small-bulge
+//! multishift iteration (`multishift.rs`) with aggressive early deflation (`deflation.rs`) of Braman, Byers and
+//! Mathias, whose bulges are chased with `bulge.rs` near the diagonal and leave the rest to chains of reflectors
+//! (`chain.rs`). Exceptional shifts break cycles, and the number of sweeps has a hard cap. About 25 n^3 flops for n
+//! small, and fewer than 15 n^3 for n large.
 //!
-//! A chosen set of eigenvalues is brought to the top by exchanges of neighbours (`swap.rs`, `reorder.rs`), with the condition of its invariant subspace
-//! (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues, no part of the form.
+//! A chosen set of eigenvalues is brought to the top by exchanges of neighbours (`swap.rs`, `reorder.rs`), with the
+//! condition of its invariant subspace (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues, no
+//! part of the form.
 
 mod balancing;
 mod bulge;
@@ -43,13 +47,14 @@ pub struct Schur {
 
 /// Real Schur form `A = Q T Q'` of a square matrix.
 ///
-/// Backward stable: `||A - Q T Q'||` and `||Q'Q - I||` are a small multiple of `n eps` (relative to `||A||`). Entries of any size are
-/// allowed; a matrix whose largest entry is beyond 2^+-300 is scaled by a power of two for the computation. A matrix of order zero
-/// has the Schur form of order zero. About 25 n^3 flops for n small, fewer than 15 n^3 for n large; nothing is shared between threads, and one thread is used.
+/// Backward stable: `||A - Q T Q'||` and `||Q'Q - I||` are a small multiple of `n eps` (relative to `||A||`). Entries
+/// of any size are allowed; a matrix whose largest entry is beyond 2^+-300 is scaled by a power of two for the
+/// computation. A matrix of order zero has the Schur form of order zero. About 25 n^3 flops for n small, fewer than 15
+/// n^3 for n large; nothing is shared between threads, and one thread is used.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotConverged`] after 30 n sweeps (none is known);
-/// [`LinalgError::Overflow`] if an eigenvalue is beyond the range of binary64.
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotConverged`] after 30 n sweeps (none is
+/// known); [`LinalgError::Overflow`] if an eigenvalue is beyond the range of binary64.
 ///
 /// # Example
 /// ```
@@ -62,15 +67,16 @@ pub struct Schur {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
-/// Source: Braman, Byers and Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, parts I and II; Byers, LAPACK Working Note 187, 2007; Golub and Van Loan, Matrix
-/// Computations, 4th ed., 7.5; LAPACK dlahqr, dlaqr0, dlanv2.
+/// Source: Braman, Byers and Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, parts I and II; Byers, LAPACK Working Note
+/// 187, 2007; Golub and Van Loan, Matrix Computations, 4th ed., 7.5; LAPACK dlahqr, dlaqr0, dlanv2.
 pub fn schur(a: &DMatrix<f64>) -> Result<Schur> {
     let mut found = Schur::default();
     schur_into(a, &mut found, &mut SchurWorkspace::new())?;
     Ok(found)
 }
 
-/// [`schur()`] into a factorisation and a workspace that are there already: from the second call of the same order on nothing is allocated.
+/// [`schur()`] into a factorisation and a workspace that are there already: from the second call of the same order on
+/// nothing is allocated.
 ///
 /// After an error the content of `into` means nothing.
 ///
@@ -163,7 +169,8 @@ impl SchurWorkspace {
         Self::default()
     }
 
-    /// The eigenvalues of `a`, to `into`, without T and Q: about 10 n^3 flops, and no allocation from the second call of the same order on.
+    /// The eigenvalues of `a`, to `into`, without T and Q: about 10 n^3 flops, and no allocation from the second call
+    /// of the same order on.
     ///
     /// # Errors
     /// Those of [`schur()`].
@@ -196,7 +203,8 @@ impl SchurWorkspace {
         Ok(())
     }
 
-    /// Overwrites the matrix `h` of order `n` with its Schur form (with the diagonal blocks of it unless `whole`) and `q`, unless it is empty, with the transformation.
+    /// Overwrites the matrix `h` of order `n` with its Schur form (with the diagonal blocks of it unless `whole`) and
+    /// `q`, unless it is empty, with the transformation.
     fn factor(&mut self, h: &mut [f64], n: usize, q: &mut [f64], whole: bool) -> Result<()> {
         if n == 0 {
             return Ok(());

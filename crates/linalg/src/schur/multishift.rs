@@ -1,9 +1,11 @@
-//! Small-bulge multishift QR iteration with aggressive early deflation, for Hessenberg matrices that are not small (Braman, Byers, Mathias, SIAM J. Matrix
-//! Anal. Appl. 23, 2002, part I; LAPACK dlaqr0 and dlaqr5; Granat, Kagstrom, Kressner, ACM TOMS 41, 2015).
+//! Small-bulge multishift QR iteration with aggressive early deflation, for Hessenberg matrices that are not small
+//! (Braman, Byers, Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, part I; LAPACK dlaqr0 and dlaqr5; Granat, Kagstrom,
+//! Kressner, ACM TOMS 41, 2015).
 //!
-//! A train of bulges, three rows apart, runs down the active block, a window at a time: inside, each bulge is chased; outside, their chains of
-//! reflectors follow, all of them on a few rows while those lie in the cache. No product of reflectors is formed: with the chains of `chain.rs` the 3 s^2
-//! multiply-adds for each row and 2 s columns run about as fast as the 4 s^2 of a matrix product with it.
+//! A train of bulges, three rows apart, runs down the active block, a window at a time: inside, each bulge is chased;
+//! outside, their chains of reflectors follow, all of them on a few rows while those lie in the cache. No product of
+//! reflectors is formed: with the chains of `chain.rs` the 3 s^2 multiply-adds for each row and 2 s columns run about
+//! as fast as the 4 s^2 of a matrix product with it.
 
 use super::bulge::{STEPS, Way, chase};
 use super::chain::{Chain, Reflector, WIDTH, chain_on_columns, pack, strip, unpack};
@@ -26,8 +28,9 @@ const SPACING: usize = 3;
 /// Rows that are copied and reflected together.
 const TALL: usize = 2 * WIDTH;
 
-/// Shifts of a sweep, for a matrix of this order: LAPACK's numbers. With 16 to 32 shifts and windows of 32 to 48 instead, order 100 takes 30 to 70 % longer and
-/// order 300 up to 6 %; with 48 to 80 and 72 to 128, order 1000 does as well or a little worse.
+/// Shifts of a sweep, for a matrix of this order: LAPACK's numbers. With 16 to 32 shifts and windows of 32 to 48
+/// instead, order 100 takes 30 to 70 % longer and order 300 up to 6 %; with 48 to 80 and 72 to 128, order 1000 does as
+/// well or a little worse.
 fn shift_count(order: usize) -> usize {
     match order {
         0..150 => 10,
@@ -52,8 +55,9 @@ pub(super) struct Space {
     packed: Vec<f64>,
 }
 
-/// The iteration on the Hessenberg matrix of `m`, which becomes its real Schur form (only the diagonal blocks of it unless `m.whole`). The answer is the
-/// number of leading rows that have not converged: zero, unless the cap on the sweeps was met.
+/// The iteration on the Hessenberg matrix of `m`, which becomes its real Schur form (only the diagonal blocks of it
+/// unless `m.whole`). The answer is the number of leading rows that have not converged: zero, unless the cap on the
+/// sweeps was met.
 pub(super) fn multishift(m: &mut Iterate<'_>, space: &mut Space) -> usize {
     let n = m.n;
     let largest = (n / 3).max(SMALL).min(n);
@@ -115,7 +119,8 @@ pub(super) fn multishift(m: &mut Iterate<'_>, space: &mut Space) -> usize {
     end
 }
 
-/// Shifts from the diagonal and subdiagonal alone, for matrices that the ordinary ones map to themselves; the numbers are LAPACK's.
+/// Shifts from the diagonal and subdiagonal alone, for matrices that the ordinary ones map to themselves; the numbers
+/// are LAPACK's.
 fn exceptional(m: &Iterate<'_>, first: usize, end: usize, count: usize, space: &mut Space) {
     let n = m.n;
     space.pairs.clear();
@@ -270,7 +275,8 @@ impl Kernel for Far<'_> {
                 unpack::<WIDTH>(columns, ld, low, span, packed);
                 k = end;
             } else if k + TALL <= range.end {
-                // Neighbouring columns lie on different pages: a copy of them does not, and more rows at once make it worth its while.
+                // Neighbouring columns lie on different pages: a copy of them does not, and more rows at once make it
+                // worth its while.
                 let block = &mut data[low * ld + k..];
                 for (row, column) in packed.chunks_exact_mut(TALL).zip(block.chunks(ld)).take(span) {
                     row.copy_from_slice(&column[..TALL]);

@@ -1,8 +1,8 @@
 //! Exchange of neighbouring diagonal blocks of a real Schur form (Bai and Demmel, Linear Algebra Appl. 186, 1993).
 //!
-//! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the invariant subspace
-//! of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the diagonal is compared with
-//! rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
+//! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the
+//! invariant subspace of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the
+//! diagonal is compared with rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
 
 use super::swap::swap;
 use super::{Schur, block_eigenvalues, blocks};
@@ -11,8 +11,8 @@ use crate::{LinalgError, Result};
 use nalgebra::Complex;
 
 impl Schur {
-    /// The same factorisation with the eigenvalues that `select` picks first: the leading columns of `Q` then span their
-    /// invariant subspace. Returns it with the dimension of that subspace.
+    /// The same factorisation with the eigenvalues that `select` picks first: the leading columns of `Q` then span
+    /// their invariant subspace. Returns it with the dimension of that subspace.
     ///
     /// `select` sees each eigenvalue once (of a conjugate pair, the one above the real axis), before anything is moved.
     ///

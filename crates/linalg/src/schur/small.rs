@@ -1,5 +1,6 @@
-//! The double-shift iteration of Francis (`francis.rs`) for orders up to [`LARGEST`], on the stack: reduction, sweeps and transformation in matrices whose columns have a
-//! length that the compiler knows. A reflector is applied to whole columns: what lies below the bulge is zero, and stays it.
+//! The double-shift iteration of Francis (`francis.rs`) for orders up to [`LARGEST`], on the stack: reduction, sweeps
+//! and transformation in matrices whose columns have a length that the compiler knows. A reflector is applied to whole
+//! columns: what lies below the bulge is zero, and stays it.
 
 use super::bulge::reflect_vector;
 use super::chain::{reflect2, reflect3};
@@ -10,7 +11,8 @@ use crate::kernel::Kernel;
 /// Beyond, the heap costs nothing beside the iteration.
 pub(super) const LARGEST: usize = 8;
 
-/// Overwrites the matrix `h` of order `n` with its real Schur form and `q` with the transformation. The answer is that of [`iterate`].
+/// Overwrites the matrix `h` of order `n` with its real Schur form and `q` with the transformation. The answer is that
+/// of [`iterate`].
 pub(super) struct Small<'a> {
     pub(super) h: &'a mut [f64],
     pub(super) n: usize,

@@ -83,8 +83,8 @@ pub(super) fn rotate_rows(m: &mut [f64], ld: usize, i: usize, cols: core::ops::R
     }
 }
 
-/// Standardises the diagonal block of the matrix `t` of order `n` at `k`, `k + 1`, and carries the rotation through the rows and columns of
-/// `t` in `within` and through `q`, of `rows` rows.
+/// Standardises the diagonal block of the matrix `t` of order `n` at `k`, `k + 1`, and carries the rotation through the
+/// rows and columns of `t` in `within` and through `q`, of `rows` rows.
 #[inline(always)]
 pub(super) fn standardise_block(t: &mut [f64], n: usize, q: &mut [f64], rows: usize, k: usize, within: (usize, usize)) {
     let (x, y) = (k * n + k, (k + 1) * n + k);

@@ -1,8 +1,9 @@
-//! The invariant subspace of chosen eigenvalues, and how far a perturbation can turn it (Stewart, SIAM Review 15, 1973; Bai, Demmel and McKenney, ACM TOMS 19,
-//! 1993; LAPACK dtrsen).
+//! The invariant subspace of chosen eigenvalues, and how far a perturbation can turn it (Stewart, SIAM Review 15, 1973;
+//! Bai, Demmel and McKenney, ACM TOMS 19, 1993; LAPACK dtrsen).
 //!
-//! With `T = [T11 T12; 0 T22]`, T11 holding the chosen eigenvalues, and `T11 R - R T22 = T12`, the spectral projector has the norm
-//! `sqrt(1 + ||R||^2)`; its inverse s bounds the error of the average of the eigenvalues, and `sep(T11, T22)` that of the subspace.
+//! With `T = [T11 T12; 0 T22]`, T11 holding the chosen eigenvalues, and `T11 R - R T22 = T12`, the spectral projector
+//! has the norm `sqrt(1 + ||R||^2)`; its inverse s bounds the error of the average of the eigenvalues, and
+//! `sep(T11, T22)` that of the subspace.
 
 use super::Schur;
 use crate::argument::unit_scale;
@@ -19,19 +20,23 @@ pub struct Reordered {
     pub schur: Schur,
     /// Dimension of the subspace: the number of chosen eigenvalues, conjugates counted.
     pub dimension: usize,
-    /// Reciprocal condition of the average of the chosen eigenvalues, `1 / sqrt(1 + ||R||_F^2)`, at most one: a change of `A` by `e` in norm moves the average by
-    /// `e` over this to first order. A lower bound, at most `sqrt(min(k, n - k))` too small.
+    /// Reciprocal condition of the average of the chosen eigenvalues, `1 / sqrt(1 + ||R||_F^2)`, at most one: a change
+    /// of `A` by `e` in norm moves the average by `e` over this to first order. A lower bound, at most
+    /// `sqrt(min(k, n - k))` too small.
     pub average: f64,
-    /// Estimate of `min ||T11 X - X T22||_1 / ||X||_1` (entries summed): a change of `A` by `e` turns the subspace by an angle of about `e` over this. It is an upper
-    /// bound, seldom more than three times too large, and within `sqrt(k (n - k))` of the separation in the Frobenius norm. `||T||_1` where the subspace is trivial.
+    /// Estimate of `min ||T11 X - X T22||_1 / ||X||_1` (entries summed): a change of `A` by `e` turns the subspace by
+    /// an angle of about `e` over this. It is an upper bound, seldom more than three times too large, and within
+    /// `sqrt(k (n - k))` of the separation in the Frobenius norm. `||T||_1` where the subspace is trivial.
     pub separation: f64,
 }
 
 impl Schur {
-    /// The same factorisation with the eigenvalues that `select` picks first, as [`Schur::ordered`], and the condition of their invariant subspace.
+    /// The same factorisation with the eigenvalues that `select` picks first, as [`Schur::ordered`], and the condition
+    /// of their invariant subspace.
     ///
-    /// `select` sees each eigenvalue once (of a conjugate pair, the one above the real axis), before anything is moved. Up to `6 n` flops for each
-    /// of the at most `n^2/4` exchanges, and about `6 k (n - k) n` for the condition of a subspace of dimension k.
+    /// `select` sees each eigenvalue once (of a conjugate pair, the one above the real axis), before anything is moved.
+    /// Up to `6 n` flops for each of the at most `n^2/4` exchanges, and about `6 k (n - k) n` for the condition of a
+    /// subspace of dimension k.
     ///
     /// # Errors
     /// [`LinalgError::SwapRejected`] names two eigenvalues that are too close to be separated.
@@ -56,7 +61,8 @@ impl Schur {
     }
 }
 
-/// The reciprocal condition of the average of the eigenvalues of the leading block of order `k`, and the separation of the block from the rest.
+/// The reciprocal condition of the average of the eigenvalues of the leading block of order `k`, and the separation of
+/// the block from the rest.
 fn condition(t: &DMatrix<f64>, k: usize) -> Result<(f64, f64)> {
     let n = t.nrows();
     let scale = unit_scale(t);

@@ -1,8 +1,8 @@
 //! Exchange of two neighbouring diagonal blocks of a real Schur form (Bai and Demmel, Linear Algebra Appl. 186, 1993).
 //!
-//! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the invariant subspace
-//! of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the diagonal is compared with
-//! rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
+//! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the
+//! invariant subspace of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the
+//! diagonal is compared with rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
 
 // (i, j) is an entry of a matrix of order four, and reads best so.
 #![allow(clippy::needless_range_loop)]
@@ -24,8 +24,8 @@ pub(super) fn block_order(t: &[f64], n: usize, k: usize) -> usize {
     if k + 1 < n && t[k * n + k + 1] != 0.0 { 2 } else { 1 }
 }
 
-/// Exchanges the diagonal block of order `p` at `k` with the one of order `s` that follows it, in the matrix `t` of order `n`; `q`, of
-/// `n` columns, follows.
+/// Exchanges the diagonal block of order `p` at `k` with the one of order `s` that follows it, in the matrix `t` of
+/// order `n`; `q`, of `n` columns, follows.
 #[inline(always)]
 pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s: usize) -> Result<(), Refused> {
     let rows = q.len() / n;
@@ -143,7 +143,8 @@ fn reflect<const M: usize>(column: &mut [f64; M], v: &[f64; M], tau: f64) {
     }
 }
 
-/// `Z`, of order M, on the rows and columns of `t` from `k` that are not in the block itself, and on those columns of `q`: once for all the reflectors and rotations of an exchange.
+/// `Z`, of order M, on the rows and columns of `t` from `k` that are not in the block itself, and on those columns of
+/// `q`: once for all the reflectors and rotations of an exchange.
 #[inline(always)]
 fn turn<const M: usize>(t: &mut [f64], n: usize, q: &mut [f64], rows: usize, k: usize, z: &[f64; 16]) {
     for column in t[(k + M) * n..].chunks_exact_mut(n) {

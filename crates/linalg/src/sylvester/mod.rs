@@ -1,12 +1,13 @@
 //! Sylvester equation `A X + X B = C`.
 //!
-//! `X` exists and is unique iff no eigenvalue of `A` is the negative of one of `B`. It is the change of coordinates that
-//! decouples a block-triangular system, and what turns a plant into the coordinates of a Luenberger observer with prescribed dynamics.
+//! `X` exists and is unique iff no eigenvalue of `A` is the negative of one of `B`. It is the change of coordinates
+//! that decouples a block-triangular system, and what turns a plant into the coordinates of a Luenberger observer with
+//! prescribed dynamics.
 //!
 //! Its discrete form `A X B - X + C = 0` is in `discrete.rs`, what both share in `pair.rs`.
 //!
-//! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y + Y T = U'C V` by recursive substitution (Bartels and Stewart, CACM 15, 1972;
-//! Jonsson and Kagstrom, ACM TOMS 28, 2002).
+//! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y + Y T = U'C V` by recursive substitution (Bartels and
+//! Stewart, CACM 15, 1972; Jonsson and Kagstrom, ACM TOMS 28, 2002).
 
 mod discrete;
 mod pair;
@@ -26,18 +27,21 @@ pub struct Sylvester {
     pub x: DMatrix<f64>,
     /// `||A X + X B - C|| / ((||A|| + ||B||) ||X|| + ||C||)` in the Frobenius norm.
     pub residual: f64,
-    /// Estimate of the separation of `A` and `-B`, `min ||A X + X B||_1 / ||X||_1` (entries summed, in the coordinates of the
-    /// Schur forms), by three substitutions; by at most eleven where it is so small that the equation may be singular. An upper bound, seldom more than three times too large.
+    /// Estimate of the separation of `A` and `-B`, `min ||A X + X B||_1 / ||X||_1` (entries summed, in the coordinates
+    /// of the Schur forms), by three substitutions; by at most eleven where it is so small that the equation may be
+    /// singular. An upper bound, seldom more than three times too large.
     pub separation: f64,
-    /// `(||A|| + ||B||) / separation`: about how much `X` may change, relative to its norm, for a unit relative change of `A` and `B`.
+    /// `(||A|| + ||B||) / separation`: about how much `X` may change, relative to its norm, for a unit relative change
+    /// of `A` and `B`.
     pub condition: f64,
     /// The error as refinement measured it, where rounding decides the separation.
     refined: Option<f64>,
 }
 
 impl Sylvester {
-    /// A bound of `||X - X*|| / ||X*||` (to first order) in the Frobenius norm, X* the solution for the data as given: as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error), as
-    /// far as the estimate of the separation is right to a factor of three.
+    /// A bound of `||X - X*|| / ||X*||` (to first order) in the Frobenius norm, X* the solution for the data as given:
+    /// as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error), as far as the estimate of the separation is
+    /// right to a factor of three.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -52,7 +56,8 @@ impl Sylvester {
     }
 }
 
-/// `A X + X B = C` for one pair `(A, B)` and any number of `C`: the Schur forms are computed once, each solution costs about `5 n m (n + m)`.
+/// `A X + X B = C` for one pair `(A, B)` and any number of `C`: the Schur forms are computed once, each solution costs
+/// about `5 n m (n + m)`.
 /// ```
 /// use luenberger_linalg::SylvesterEquation;
 /// use nalgebra::dmatrix;
@@ -76,9 +81,11 @@ impl SylvesterEquation {
 
     /// The solution for the n x m matrix `c`.
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
+    /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
     /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and refinement does not converge for this `c`.
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and
+    /// refinement does not converge for this `c`.
     pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<Sylvester> {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
@@ -91,22 +98,25 @@ impl SylvesterEquation {
         })
     }
 
-    /// As [`solve`](Self::solve), into `x`, and returns the relative residual. Allocates nothing if `x` is n x m already.
+    /// As [`solve`](Self::solve), into `x`, and returns the relative residual. Allocates nothing if `x` is n x m
+    /// already.
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn solve_into(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
         self.0.solve_into(c, x)
     }
 
-    /// One step of iterative refinement of `x`, in place, as [`LyapunovEquation::refine`](crate::LyapunovEquation::refine): returns the size of the correction
-    /// relative to `x`.
+    /// One step of iterative refinement of `x`, in place, as
+    /// [`LyapunovEquation::refine`](crate::LyapunovEquation::refine): returns the size of the correction relative to
+    /// `x`.
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn refine(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
         self.0.refine(c, x)
     }
 
-    /// The separation by the whole iteration of Hager and Higham, at most eleven substitutions where [`Sylvester::separation`] takes three (SLICOT SB03QD).
+    /// The separation by the whole iteration of Hager and Higham, at most eleven substitutions where
+    /// [`Sylvester::separation`] takes three (SLICOT SB03QD).
     pub fn separation_estimate(&self) -> f64 {
         self.0.separation_estimate()
     }
@@ -114,15 +124,18 @@ impl SylvesterEquation {
 
 /// Solves `A X + X B = C`.
 ///
-/// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) + lambda_j(B) != 0` for all i, j. The answer does not depend on the
-/// units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and `3 n m (n + m)` for the separation. For several `c` see [`SylvesterEquation`].
+/// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) + lambda_j(B) != 0` for all i, j. The
+/// answer does not depend on the units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and `3 n m (n + m)`
+/// for the separation. For several `c` see [`SylvesterEquation`].
 ///
 /// # Errors
-/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` that add to zero: the determinant of the equation is zero for the coefficients as stored, computed in integers;
-/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above `max(n, m) eps (||A|| + ||B||)` and refinement does not converge (see
-/// [`lyapunov()`](crate::lyapunov())); [`NotSquare`](crate::LinalgError::NotSquare),
-/// [`DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`NotFinite`](crate::LinalgError::NotFinite),
-/// [`Overflow`](crate::LinalgError::Overflow), and those of [`schur()`](crate::schur()).
+/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` that add to zero: the
+/// determinant of the equation is zero for the coefficients as stored, computed in integers;
+/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above
+/// `max(n, m) eps (||A|| + ||B||)` and refinement does not converge (see [`lyapunov()`](crate::lyapunov()));
+/// [`NotSquare`](crate::LinalgError::NotSquare), [`DimensionMismatch`](crate::LinalgError::DimensionMismatch),
+/// [`NotFinite`](crate::LinalgError::NotFinite), [`Overflow`](crate::LinalgError::Overflow), and those of
+/// [`schur()`](crate::schur()).
 ///
 /// # Example
 /// ```

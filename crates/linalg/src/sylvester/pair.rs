@@ -1,8 +1,8 @@
-//! What the Sylvester equation `A X + X B = C` and its discrete form `A X B - X + C = 0` share: with the real Schur forms `A = U S U'`, `B = V T V'` both become one substitution with S and T, for
-//! any number of right-hand sides.
+//! What the Sylvester equation `A X + X B = C` and its discrete form `A X B - X + C = 0` share: with the real Schur
+//! forms `A = U S U'`, `B = V T V'` both become one substitution with S and T, for any number of right-hand sides.
 //!
-//! **Separation.** Estimated by three substitutions, and where that comes near to what rounding makes of a singular equation by the whole iteration (`separation.rs`): the verdict is never that of the
-//! shorter one.
+//! **Separation.** Estimated by three substitutions, and where that comes near to what rounding makes of a singular
+//! equation by the whole iteration (`separation.rs`): the verdict is never that of the shorter one.
 
 use crate::argument::{finite, shaped, square, unit_scale};
 use crate::compensated;
@@ -18,14 +18,16 @@ use faer::Accum;
 use nalgebra::{Complex, DMatrix};
 use std::cell::{Cell, RefCell};
 
-/// The whole iteration is asked where three substitutions find a separation below this many times the one that counts as none. They have never been seen to be wrong by more than ten.
+/// The whole iteration is asked where three substitutions find a separation below this many times the one that counts
+/// as none. They have never been seen to be wrong by more than ten.
 const DOUBT: f64 = 1e3;
 
 /// The equation with its Schur forms.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SchurPair {
     equation: Equation,
-    /// A and B in the units of the computation: `A X + X B` with both in one unit, that of the larger; `A X B` with both of one size, their product as given.
+    /// A and B in the units of the computation: `A X + X B` with both in one unit, that of the larger; `A X B` with
+    /// both of one size, their product as given.
     a: DMatrix<f64>,
     b: DMatrix<f64>,
     /// `a` and `b` are these times the A and B given.
@@ -58,10 +60,12 @@ enum Side {
     Adjoint,
 }
 
-/// From the right-hand side in `x` to the solution of the equation of the Schur forms. Whether every pivot that it meets is regular.
+/// From the right-hand side in `x` to the solution of the equation of the Schur forms. Whether every pivot that it
+/// meets is regular.
 ///
-/// Where the lower rows and the left columns of the right-hand side are zero, so are those of the solution: what is left is the equation of the upper corner of S and the lower one of T. The unit matrices of the
-/// estimate of the separation cost a third of a substitution on average.
+/// Where the lower rows and the left columns of the right-hand side are zero, so are those of the solution: what is
+/// left is the equation of the upper corner of S and the lower one of T. The unit matrices of the estimate of the
+/// separation cost a third of a substitution on average.
 fn substitute(
     equation: Equation,
     left: &Schur,
@@ -315,8 +319,9 @@ impl SchurPair {
         multiply(view_mut(x), Accum::Replace, 1.0, view(half), v.transpose());
     }
 
-    /// One step of iterative refinement of `x`, the defect being computed in twice the working precision; returns the size of the correction, relative to
-    /// `x`. One that is as large as `x` is not applied: no digit of it would be right.
+    /// One step of iterative refinement of `x`, the defect being computed in twice the working precision; returns the
+    /// size of the correction, relative to `x`. One that is as large as `x` is not applied: no digit of it would be
+    /// right.
     pub(super) fn refine(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
         let (n, m) = self.shape();
         shaped("c", c, n, m)?;

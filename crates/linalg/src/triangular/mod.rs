@@ -1,8 +1,10 @@
-//! Sylvester, Stein and Lyapunov equations with quasi-triangular coefficients, by halves (Jonsson and Kagstrom, ACM TOMS 28, 2002, I and II).
+//! Sylvester, Stein and Lyapunov equations with quasi-triangular coefficients, by halves (Jonsson and Kagstrom, ACM
+//! TOMS 28, 2002, I and II).
 //!
-//! The longer side is cut in two; of the two smaller equations one is solved first, and enters the right-hand side of the other by a matrix
-//! product. Almost all of the `n m (n + m)` flops are products then; what is left at the bottom, tiles of order 16, is solved by
-//! substitution (`tile.rs`, `symmetric_tile.rs`). A cut never goes through a 2 x 2 block. Equations whose solution is symmetric touch the upper triangle only, and cost half.
+//! The longer side is cut in two; of the two smaller equations one is solved first, and enters the right-hand side of
+//! the other by a matrix product. Almost all of the `n m (n + m)` flops are products then; what is left at the bottom,
+//! tiles of order 16, is solved by substitution (`tile.rs`, `symmetric_tile.rs`). A cut never goes through a 2 x 2
+//! block. Equations whose solution is symmetric touch the upper triangle only, and cost half.
 
 mod pair;
 mod symmetric_tile;
@@ -57,7 +59,8 @@ impl<'a> Coefficient<'a> {
         if self.transposed { self.t.transpose() } else { self.t }
     }
 
-    /// The diagonal blocks of a cut at `k`, and `op` of what couples them, which stands above the diagonal if plain and below if transposed.
+    /// The diagonal blocks of a cut at `k`, and `op` of what couples them, which stands above the diagonal if plain and
+    /// below if transposed.
     fn cut(self, k: usize) -> (Self, MatRef<'a, f64>, Self) {
         let (first, coupling, _, second) = self.t.split_at(k, k);
         let coupling = if self.transposed { coupling.transpose() } else { coupling };
@@ -96,10 +99,11 @@ impl Sizes {
     }
 }
 
-/// Overwrites `d` (n x m) with the solution of the equation. `work` has room for n m numbers (Stein's equation alone reads it).
+/// Overwrites `d` (n x m) with the solution of the equation. `work` has room for n m numbers (Stein's equation alone
+/// reads it).
 ///
-/// Returns whether the equation is regular: every pivot is beyond the rounding of the coefficients. One that is not is raised to it, so that the
-/// answer stays finite where it can.
+/// Returns whether the equation is regular: every pivot is beyond the rounding of the coefficients. One that is not is
+/// raised to it, so that the answer stays finite where it can.
 pub(crate) fn solve(
     equation: Equation,
     s: Coefficient<'_>,
@@ -166,7 +170,8 @@ fn scratch(work: &mut [f64], rows: usize, cols: usize) -> MatMut<'_, f64> {
     MatMut::from_column_major_slice_mut(&mut work[..rows * cols], rows, cols)
 }
 
-/// `op(T)'Y + Y op(T) = D` or `op(T)'Y op(T) - Y = D` with symmetric `D`, of which the upper triangle is read; Y comes whole. Otherwise as [`solve`].
+/// `op(T)'Y + Y op(T) = D` or `op(T)'Y op(T) - Y = D` with symmetric `D`, of which the upper triangle is read; Y comes
+/// whole. Otherwise as [`solve`].
 pub(crate) fn solve_symmetric(
     equation: Equation,
     t: Coefficient<'_>,
@@ -259,7 +264,8 @@ mod tests {
     use crate::product::{view, view_mut};
     use nalgebra::DMatrix;
 
-    /// Upper quasi-triangular, about half of the diagonal in 2 x 2 blocks of standard form, eigenvalues between 0.2 and 0.9 in modulus.
+    /// Upper quasi-triangular, about half of the diagonal in 2 x 2 blocks of standard form, eigenvalues between 0.2 and 0.9
+    /// in modulus.
     fn quasi_triangular(n: usize, seed: usize) -> DMatrix<f64> {
         let entry = |i: usize, j: usize| (((seed + 1) * (1 + 31 * i + 17 * j * j + i * i * j)) as f64).sin();
         let mut t = DMatrix::from_fn(n, n, |i, j| if i < j { 0.3 * entry(i, j) / (n as f64).sqrt() } else { 0.0 });
@@ -292,7 +298,8 @@ mod tests {
         }
     }
 
-    /// Backward stable: a residual of a few n eps, for every transposition, for sides that are cut and sides that are not.
+    /// Backward stable: a residual of a few n eps, for every transposition, for sides that are cut and sides that are
+    /// not.
     #[test]
     fn every_form_of_the_equation_is_solved() {
         for (n, m) in [(1, 1), (3, 20), (16, 16), (17, 5), (17, 17), (40, 33), (33, 90), (70, 70)] {

@@ -1,10 +1,12 @@
 //! The smallest pieces of a substitution: equations between two diagonal blocks, of order one to four.
 //!
-//! A block in standard form, `[a b; c a]` with `b c < 0`, is `D (a I + w J) D^-1` with `D = diag(1, d)`, `d = sqrt(-c/b)`, `w = sqrt(-b c)` (signed as b) and `J = [0 1; -1 0]`, which
-//! behaves as the imaginary unit does. A matrix of order two is a sum of one that commutes with J, `x I + y J`, and one that anticommutes, `x K + y L` with
-//! `K = diag(1, -1)` and `L = [0 1; 1 0]`. Between two such blocks an equation therefore falls into two, each of which is a division of complex numbers: for
-//! Sylvester's the divisors are `lambda + mu` and `lambda + conj(mu)`. The divisions are exact to a few units in the last place; only the units D may cost something, and where
-//! these are far from one, the system of order four is solved with complete pivoting.
+//! A block in standard form, `[a b; c a]` with `b c < 0`, is `D (a I + w J) D^-1` with `D = diag(1, d)`,
+//! `d = sqrt(-c/b)`, `w = sqrt(-b c)` (signed as b) and `J = [0 1; -1 0]`, which behaves as the imaginary unit does. A
+//! matrix of order two is a sum of one that commutes with J, `x I + y J`, and one that anticommutes, `x K + y L` with
+//! `K = diag(1, -1)` and `L = [0 1; 1 0]`. Between two such blocks an equation therefore falls into two, each of which
+//! is a division of complex numbers: for Sylvester's the divisors are `lambda + mu` and `lambda + conj(mu)`. The
+//! divisions are exact to a few units in the last place; only the units D may cost something, and where these are far
+//! from one, the system of order four is solved with complete pivoting.
 
 use super::{Equation, Sizes};
 use crate::linear_block::LinearBlock;
@@ -73,7 +75,8 @@ fn quotient(z: [f64; 2], p: [f64; 2], floor: f64) -> ([f64; 2], bool) {
     ([(z[0] * p[0] + z[1] * p[1]) * inverse, (z[1] * p[0] - z[0] * p[1]) * inverse], true)
 }
 
-/// The unknowns `x[column][row]` of one pair of blocks, `l` on the left and `r` on the right; and whether no divisor is rounding.
+/// The unknowns `x[column][row]` of one pair of blocks, `l` on the left and `r` on the right; and whether no divisor is
+/// rounding.
 #[inline(always)]
 pub(super) fn solve(
     equation: Equation,
@@ -164,8 +167,9 @@ mod tests {
     }
 
     proptest! {
-        /// Two ways to one answer, which agree to the rounding of both. The real parts of the eigenvalues are below -0.2, and their moduli below 1.2, so that
-        /// the divisors of Sylvester's equation are at least 0.4; Stein's may come close to singular, and are compared by what they leave.
+        /// Two ways to one answer, which agree to the rounding of both. The real parts of the eigenvalues are below -0.2,
+        /// and their moduli below 1.2, so that the divisors of Sylvester's equation are at least 0.4; Stein's may come
+        /// close to singular, and are compared by what they leave.
         #[test]
         fn divisions_do_what_elimination_does(l in block(), r in block(), rhs in prop::array::uniform4(-1.0..1.0_f64)) {
             let rhs = [[rhs[0], rhs[1]], [rhs[2], rhs[3]]];
@@ -200,7 +204,8 @@ mod tests {
         }
     }
 
-    /// The divisions need no more than the entries themselves: what is scaled by a power of two gives the scaled answer.
+    /// The divisions need no more than the entries themselves: what is scaled by a power of two gives the scaled
+    /// answer.
     #[test]
     fn the_ends_of_the_range_change_nothing() {
         let unit = Block::two(0, [[-1.0, 2.0], [-0.5, -1.0]]);

@@ -1,4 +1,5 @@
-//! The bottom of the recursion for Lyapunov equations with a symmetric right-hand side: of each block column the rows down to the diagonal, the rest by symmetry.
+//! The bottom of the recursion for Lyapunov equations with a symmetric right-hand side: of each block column the rows
+//! down to the diagonal, the rest by symmetry.
 
 use super::pair;
 use super::tile::{ORDER, Tile, Triangle, axpy};
@@ -6,7 +7,8 @@ use super::{Coefficient, Equation, Sizes};
 use crate::kernel::{Kernel, dispatch};
 use faer::MatMut;
 
-/// Overwrites the symmetric `d`, whose upper triangle is read and written, with the solution of `op(T)'Y + Y op(T) = D`: half of the steps of [`solve`](super::tile::solve).
+/// Overwrites the symmetric `d`, whose upper triangle is read and written, with the solution of
+/// `op(T)'Y + Y op(T) = D`: half of the steps of [`solve`](super::tile::solve).
 pub(super) fn solve(t: Coefficient<'_>, d: MatMut<'_, f64>, sizes: Sizes) -> bool {
     dispatch(Half { t, d, sizes })
 }

@@ -1,8 +1,9 @@
 //! The bottom of the recursion: equations of order at most [`ORDER`], on the stack, in registers as far as they go.
 //!
-//! Block columns are solved from the left, block rows from below (Bartels and Stewart, CACM 15, 1972; LAPACK dtrsyl); each step is an equation between two diagonal blocks
-//! (`pair.rs`), everything else runs down whole columns. What stands beside the diagonal blocks is kept apart from them, with zeros in their place, so that no
-//! loop needs to know where a block ends.
+//! Block columns are solved from the left, block rows from below (Bartels and Stewart, CACM 15, 1972; LAPACK dtrsyl);
+//! each step is an equation between two diagonal blocks (`pair.rs`), everything else runs down whole columns. What
+//! stands beside the diagonal blocks is kept apart from them, with zeros in their place, so that no loop needs to know
+//! where a block ends.
 
 use super::pair::{self, Block};
 use super::{Coefficient, Equation, Sizes};

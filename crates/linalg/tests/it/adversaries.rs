@@ -1,4 +1,5 @@
-//! Every solver on every kind of bad input: no panic, no endless loop, and either an answer in which all numbers are finite or an error that carries them.
+//! Every solver on every kind of bad input: no panic, no endless loop, and either an answer in which all numbers are
+//! finite or an error that carries them.
 
 use luenberger_linalg::{
     DiscreteSylvesterEquation, LinalgError, LyapunovEquation, SteinEquation, SylvesterEquation, care, dare,
@@ -161,7 +162,8 @@ fn the_offending_entry_is_named_in_every_argument() {
     assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "q", asymmetry: 4.0, .. })), "{found:?}");
 }
 
-/// `lambda_i + lambda_j` from 1 down to 0: solved within its bound as long as the gap is not zero as stored (below 2^-52), and then refused, naming the pair.
+/// `lambda_i + lambda_j` from 1 down to 0: solved within its bound as long as the gap is not zero as stored (below
+/// 2^-52), and then refused, naming the pair.
 #[test]
 fn eigenvalues_that_approach_each_other() {
     let mut refused = 0;
@@ -189,7 +191,8 @@ fn eigenvalues_that_approach_each_other() {
     assert!(refused >= 8, "a gap below the rounding of the eigenvalues is none");
 }
 
-/// `1 - lambda_i mu_j` from 1 down to 0, the coefficients not symmetric to each other: as [`eigenvalues_that_approach_each_other`].
+/// `1 - lambda_i mu_j` from 1 down to 0, the coefficients not symmetric to each other: as
+/// [`eigenvalues_that_approach_each_other`].
 #[test]
 fn products_that_approach_one() {
     let mut refused = 0;
@@ -238,7 +241,8 @@ fn what_is_not_stable_is_refused_where_a_definite_solution_is_promised() {
     }
 }
 
-/// Entries from 1e-150 to 1e150: by the units of the state, which a balance undoes, and by time constants, which nothing does.
+/// Entries from 1e-150 to 1e150: by the units of the state, which a balance undoes, and by time constants, which
+/// nothing does.
 #[test]
 fn graded_matrices() {
     let entry = |i: usize, j: usize| ((1 + 5 * i + 3 * j * j + i * j) as f64).sin();
@@ -252,7 +256,8 @@ fn graded_matrices() {
         let back = DMatrix::from_fn(n, n, |i, j| found.p[(i, j)] / unit(i) / unit(j));
         let allowed = (found.forward_error() + plain.forward_error()) * plain.p.norm();
         assert!((back - &plain.p).norm() <= allowed && allowed <= 1e-9 * plain.p.norm(), "n = {n}");
-        // Rates from 1e-150 to 1e150: sums of rates below the rounding of the largest are zero for all that its Schur form can tell, and it says so.
+        // Rates from 1e-150 to 1e150: sums of rates below the rounding of the largest are zero for all that its Schur
+        // form can tell, and it says so.
         let rate = |i: usize| 10.0_f64.powf(-75.0 + 150.0 * i as f64 / (n - 1) as f64);
         let a = DMatrix::from_fn(n, n, |i, j| m[(i, j)] * rate(i) * rate(j));
         match lyapunov(&a, &identity(n)) {

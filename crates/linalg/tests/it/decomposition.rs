@@ -1,4 +1,5 @@
-//! The four parts have the orders they were built with, in any coordinates, and the first alone makes the transfer function.
+//! The four parts have the orders they were built with, in any coordinates, and the first alone makes the transfer
+//! function.
 
 use approx::assert_abs_diff_eq;
 use luenberger_linalg::{KalmanDecomposition, LinalgError, kalman_decomposition};
@@ -24,7 +25,8 @@ fn assert_similar(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, found: &
     }
 }
 
-/// SLICOT AB01ND's plant: the inputs move two of its three states, with the eigenvalues -3, -1; all are seen by its first and third states.
+/// SLICOT AB01ND's plant: the inputs move two of its three states, with the eigenvalues -3, -1; all are seen by its
+/// first and third states.
 #[test]
 fn the_plant_of_slicot_ab01nd() {
     let a = dmatrix![-1.0, 0.0, 0.0; -2.0, -2.0, -2.0; -1.0, 0.0, -3.0];
@@ -38,7 +40,8 @@ fn the_plant_of_slicot_ab01nd() {
     assert_similar(&a, &b, &DMatrix::identity(3, 3), &found, 1e-14);
 }
 
-/// SLICOT TB01PD, example program: `A = [1 2 0; 4 -1 0; 0 0 1], B = [1; 0; 1], C = [0 1 -1; 0 0 1]` is minimal, and is printed with order 3.
+/// SLICOT TB01PD, example program: `A = [1 2 0; 4 -1 0; 0 0 1], B = [1; 0; 1], C = [0 1 -1; 0 0 1]` is minimal, and is
+/// printed with order 3.
 #[test]
 fn the_example_of_slicot_tb01pd() {
     let a = dmatrix![1.0, 2.0, 0.0; 4.0, -1.0, 0.0; 0.0, 0.0, 1.0];
@@ -91,7 +94,8 @@ struct Built {
     units: Vec<i32>,
 }
 
-/// Kalman's form with parts of these orders (within each part of the first three every state drives the one before it, the first is seen and the last is moved), turned by two reflections.
+/// Kalman's form with parts of these orders (within each part of the first three every state drives the one before it,
+/// the first is seen and the last is moved), turned by two reflections.
 fn built(orders: impl Strategy<Value = [usize; 4]>) -> impl Strategy<Value = Built> {
     orders.prop_flat_map(|orders| {
         let n: usize = orders.iter().sum();
@@ -129,8 +133,9 @@ fn built(orders: impl Strategy<Value = [usize; 4]>) -> impl Strategy<Value = Bui
                 let c = DMatrix::from_fn(1, n, |_, i| {
                     if matches!(part[i], 0 | 2) && first(i) { 1.5 + x[n * n + n + i] } else { 0.0 }
                 });
-                // No entry near zero: a reflection that hardly turns a state leaves entries as small as its angle. Units are chosen in which these are as large as the others, and in them the
-                // rounding with which the coordinates were made may pass the tolerance (seen once in some 1e5 cases).
+                // No entry near zero: a reflection that hardly turns a state leaves entries as small as its angle.
+                // Units are chosen in which these are as large as the others, and in them the rounding with which the
+                // coordinates were made may pass the tolerance (seen once in some 1e5 cases).
                 let v = nalgebra::DVector::from_fn(n, |i, _| if i == 0 { 1.5 + v[0] } else { v[i] + v[i].signum() });
                 let q = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
                 Built { orders, a: &q * a * &q, b: &q * b, c: c * &q, units }
@@ -151,7 +156,8 @@ fn one_part() -> impl Strategy<Value = [usize; 4]> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Kalman 1963: the orders of the parts do not depend on the coordinates, and `C (s I - A)^-1 B` is that of the first part.
+    /// Kalman 1963: the orders of the parts do not depend on the coordinates, and `C (s I - A)^-1 B` is that of the
+    /// first part.
     #[test]
     fn the_parts_are_found_in_any_coordinates(p in built(four_parts())) {
         let found = kalman_decomposition(&p.a, &p.b, &p.c).unwrap();
@@ -174,8 +180,8 @@ proptest! {
         }
     }
 
-    /// States in units up to 18 decades apart: the same orders. One part only, because reflected coordinates of several have rounding where there should be zeros, and too much of it to
-    /// be outvoted once the units differ.
+    /// States in units up to 18 decades apart: the same orders. One part only, because reflected coordinates of several
+    /// have rounding where there should be zeros, and too much of it to be outvoted once the units differ.
     #[test]
     fn units_change_nothing(p in built(one_part())) {
         let n = p.a.nrows();

@@ -15,7 +15,8 @@ fn a_nilpotent_matrix_gives_its_polynomial() {
     assert!(relative(&expm(&a).unwrap(), &exact) < 1e-15);
 }
 
-/// No power of a nilpotent matrix grows: a method that looks at the norm alone would square 20 times and lose six digits of the ones.
+/// No power of a nilpotent matrix grows: a method that looks at the norm alone would square 20 times and lose six
+/// digits of the ones.
 #[test]
 fn nonnormality_costs_no_squarings() {
     let e = expm(&dmatrix![1.0, 1e6; 0.0, -1.0]).unwrap();

@@ -38,8 +38,9 @@ fn one_state() {
     assert!(d.lower > 0.2 && d.lower <= 0.25);
 }
 
-/// Two real modes 2h apart, seen alike: `sigma^2` of `[diag(h, -h) - i y; 1 1]`'s columns at the midpoint. The 2 x 2 normal matrix is `[h^2+1 1; 1 h^2+1]`, so sigma = h at
-/// lambda = 0, which is the minimum by symmetry; at the eigenvalues sigma is larger.
+/// Two real modes 2h apart, seen alike: `sigma^2` of `[diag(h, -h) - i y; 1 1]`'s columns at the midpoint. The 2 x 2
+/// normal matrix is `[h^2+1 1; 1 h^2+1]`, so sigma = h at lambda = 0, which is the minimum by symmetry; at the
+/// eigenvalues sigma is larger.
 #[test]
 fn the_minimum_may_lie_between_the_eigenvalues() {
     let h = 0.01;
@@ -51,7 +52,8 @@ fn the_minimum_may_lie_between_the_eigenvalues() {
     assert_perturbation(&a, &c, &d);
 }
 
-/// Far from normal: Kahan's triangle with its corner entry seen. Both bounds agree with a grid over the plane, which is far below the margins at the eigenvalues.
+/// Far from normal: Kahan's triangle with its corner entry seen. Both bounds agree with a grid over the plane, which is
+/// far below the margins at the eigenvalues.
 #[test]
 fn a_matrix_far_from_normal() {
     let n = 6;
@@ -116,8 +118,8 @@ fn bad_input_is_named() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// `d(A, C) = min sigma_min`: no point of the plane is below the lower bound, the perturbation is admissible and of the size of the upper one, and
-    /// perturbations smaller than the lower bound leave every lambda observable.
+    /// `d(A, C) = min sigma_min`: no point of the plane is below the lower bound, the perturbation is admissible and of
+    /// the size of the upper one, and perturbations smaller than the lower bound leave every lambda observable.
     #[test]
     fn the_bounds_hold(
         (n, p, entries) in (1..=5_usize, 1..=2_usize).prop_flat_map(|(n, p)| (Just(n), Just(p), prop::collection::vec(-1.0..1.0_f64, (n + p) * n))),

@@ -1,4 +1,5 @@
-//! Lyapunov, Stein and Sylvester equations, continuous and discrete: residuals, Kronecker products, published examples, and singular data.
+//! Lyapunov, Stein and Sylvester equations, continuous and discrete: residuals, Kronecker products, published examples,
+//! and singular data.
 
 use approx::assert_abs_diff_eq;
 use luenberger_linalg::{
@@ -64,7 +65,8 @@ proptest! {
         let operator = identity(n).kronecker(&at) + at.kronecker(&identity(n));
         let p = by_kronecker(&operator, &-&q);
         prop_assert!((&found.p - &p).norm() <= bound(n) * found.condition * p.norm(), "{} {p}", found.p);
-        // The estimate of the separation is never below it, up to rounding, in any norm equivalence: sigma_min <= sep_1 sqrt(N).
+        // The estimate of the separation is never below it, up to rounding, in any norm equivalence: sigma_min <= sep_1
+        // sqrt(N).
         let sigma = operator.singular_values().min();
         prop_assert!(found.separation >= sigma / (n as f64) * (1.0 - bound(n) * found.condition));
         prop_assert!(found.separation <= 3.0 * sigma * n as f64);
@@ -140,7 +142,8 @@ proptest! {
         prop_assert!((scaled.x / v - &found.x).norm() <= bound(n.max(m)) * found.condition * x.norm());
     }
 
-    /// With `A'` and A for coefficients and a symmetric C it is Stein's equation; with E for a coefficient of P, the generalised one.
+    /// With `A'` and A for coefficients and a symmetric C it is Stein's equation; with E for a coefficient of P, the
+    /// generalised one.
     #[test]
     fn the_discrete_equations_agree((a, q) in (1..=6_usize).prop_flat_map(|n| (schur_stable(n), symmetric(n)))) {
         let n = a.nrows();
@@ -159,8 +162,8 @@ proptest! {
     }
 }
 
-/// The exact solution of `op x = rhs` in rationals, `(numerators, denominator)`, by fraction-free elimination (Bareiss): every number on the way is a minor of the matrix, an
-/// integer. `None` for a singular one.
+/// The exact solution of `op x = rhs` in rationals, `(numerators, denominator)`, by fraction-free elimination
+/// (Bareiss): every number on the way is a minor of the matrix, an integer. `None` for a singular one.
 fn in_rationals(operator: Vec<Vec<i128>>, rhs: Vec<i128>) -> Option<(Vec<i128>, i128)> {
     let n = rhs.len();
     let mut rows: Vec<Vec<i128>> = operator
@@ -194,7 +197,8 @@ fn quarters(n: usize, m: usize) -> impl Strategy<Value = DMatrix<i128>> {
     prop::collection::vec(-3..=3_i128, n * m).prop_map(move |data| DMatrix::from_vec(n, m, data))
 }
 
-/// Up to order six, ten unknowns at most: minors of order ten of rows of norm below 40 are below 2^54, and products of two fit.
+/// Up to order six, ten unknowns at most: minors of order ten of rows of norm below 40 are below 2^54, and products of
+/// two fit.
 fn shapes() -> impl Strategy<Value = (usize, usize)> {
     prop::sample::select(vec![(1, 1), (1, 6), (6, 1), (2, 2), (2, 3), (3, 2), (3, 3), (2, 5), (5, 2), (2, 4), (4, 2)])
 }
@@ -202,7 +206,8 @@ fn shapes() -> impl Strategy<Value = (usize, usize)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// The error of both kinds against the rational solution of the Kronecker system; and an exactly singular equation is refused, or without a bound. Entries are multiples of 1/4, small ones: some one in ten is singular.
+    /// The error of both kinds against the rational solution of the Kronecker system; and an exactly singular equation
+    /// is refused, or without a bound. Entries are multiples of 1/4, small ones: some one in ten is singular.
     #[test]
     fn errors_against_the_exact_solution(
         (a, b, c) in shapes().prop_flat_map(|(n, m)| (quarters(n, n), quarters(m, m), quarters(n, m))),
@@ -264,7 +269,8 @@ fn larger_orders_keep_the_residual_small() {
     }
 }
 
-/// Quasi-triangular coefficients and one entry on the right: rows below and columns left of it stay zero, but for the partner of a complex pair, and the solutions add up to that for the sum.
+/// Quasi-triangular coefficients and one entry on the right: rows below and columns left of it stay zero, but for the
+/// partner of a complex pair, and the solutions add up to that for the sum.
 #[test]
 fn a_right_hand_side_of_one_entry() {
     let a = dmatrix![
@@ -374,7 +380,8 @@ fn eigenvalues_that_meet_are_named() {
     };
     assert!((first * second - 1.0).norm() <= bound(3) && gap <= bound(3) && separation <= bound(3), "{first} {second}");
     assert!((first.im.abs() / 1e200 - 2.0).abs() <= bound(3) && (second.im.abs() * 1e200 - 0.5).abs() <= bound(3));
-    // Nilpotent, hidden by an orthogonal similarity: the computed eigenvalues are near 1e-5, the separation still tells.
+    // Nilpotent, hidden by an orthogonal similarity: the computed eigenvalues are near 1e-5, the separation still
+    // tells.
     let w = DMatrix::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) - 2.0 / 3.0);
     let shift = dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0];
     // As rounded, it is regular.

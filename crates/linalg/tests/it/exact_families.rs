@@ -1,5 +1,6 @@
-//! Linear matrix equations with solutions known exactly, over the range of their conditioning: the families of CTLEX and DTLEX (Kressner, Mehrmann and Penzl, SLICOT
-//! Working Notes 1999-6 and 1999-7), built in integers. The data are exactly what binary64 holds, so that the error of a solution is a number and not an estimate.
+//! Linear matrix equations with solutions known exactly, over the range of their conditioning: the families of CTLEX
+//! and DTLEX (Kressner, Mehrmann and Penzl, SLICOT Working Notes 1999-6 and 1999-7), built in integers. The data are
+//! exactly what binary64 holds, so that the error of a solution is a number and not an estimate.
 
 use luenberger_linalg::{
     DiscreteSylvesterEquation, LinalgError, LyapunovEquation, SteinEquation, SylvesterEquation, discrete_sylvester,
@@ -15,7 +16,8 @@ fn exact(m: &Integers, exponent: i32) -> Option<DMatrix<f64>> {
     held.then(|| m.map(|v| v as f64 * 2.0_f64.powi(exponent)))
 }
 
-/// `T = H2 S H1` and its inverse times `2^bits`: reflections in `(1, 1, ..)` and `(1, -1, ..)` around `S = diag(1, s, .., s^(n-1))`, whose condition is that of T. `n` and `s` are powers of two.
+/// `T = H2 S H1` and its inverse times `2^bits`: reflections in `(1, 1, ..)` and `(1, -1, ..)` around
+/// `S = diag(1, s, .., s^(n-1))`, whose condition is that of T. `n` and `s` are powers of two.
 struct Similarity {
     t: Integers,
     inverse: Integers,
@@ -75,7 +77,8 @@ fn tridiagonal(n: usize) -> Integers {
     })
 }
 
-/// CTLEX 4.1 (eigenvalues -1, -r, .., -r^(n-1)) and 4.2 (a Jordan block at -1/r); DTLEX 4.1 (eigenvalues 1 - 1/r^i) and 4.2 (a Jordan block at 1 - 1/r).
+/// CTLEX 4.1 (eigenvalues -1, -r, .., -r^(n-1)) and 4.2 (a Jordan block at -1/r); DTLEX 4.1 (eigenvalues 1 - 1/r^i) and 4.2
+/// (a Jordan block at 1 - 1/r).
 fn families(discrete: bool) -> Vec<Known> {
     let mut found = Vec::new();
     for (n, s, r) in [2_usize, 4, 8]
@@ -210,7 +213,8 @@ fn sylvester_errors_are_bounded_and_refined_away() {
     assert!(refined >= 8 && worst >= 1e-13, "{refined} {worst:e}");
 }
 
-/// `A X B - X + C = 0` with the coefficients of two members of DTLEX 4.1 (eigenvalues 1 - 1/r^i), of unequal order; A grows and B shrinks, which changes nothing.
+/// `A X B - X + C = 0` with the coefficients of two members of DTLEX 4.1 (eigenvalues 1 - 1/r^i), of unequal order; A
+/// grows and B shrinks, which changes nothing.
 #[test]
 fn discrete_sylvester_errors_are_bounded_and_refined_away() {
     let (mut worst, mut refined) = (0.0_f64, 0);
@@ -266,7 +270,8 @@ fn the_generalised_family_has_the_matrix_of_ones() {
     }
 }
 
-/// DTLEX 4.3: `A = 2^-t I + diag(1, .., n) + U`, `E = I + 2^-t U'`, U the ones above the diagonal, all entries of the solution one. Eigenvalues from about one on.
+/// DTLEX 4.3: `A = 2^-t I + diag(1, .., n) + U`, `E = I + 2^-t U'`, U the ones above the diagonal, all entries of the
+/// solution one. Eigenvalues from about one on.
 #[test]
 fn the_discrete_generalised_family_has_the_matrix_of_ones() {
     let (mut bounded, mut solved) = (0, 0);
@@ -279,7 +284,8 @@ fn the_discrete_generalised_family_has_the_matrix_of_ones() {
         });
         let e = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { small * f64::from(u8::from(i > j)) });
         let p = DMatrix::from_element(n, n, 1.0);
-        // A sum of column j of A is 2j - 1 + 2^-t, one of E is 1 + (n - j) 2^-t: multiples of 4^-t below 2^10, exact, and what the collection prints.
+        // A sum of column j of A is 2j - 1 + 2^-t, one of E is 1 + (n - j) 2^-t: multiples of 4^-t below 2^10, exact,
+        // and what the collection prints.
         let q = e.transpose() * &p * &e - a.transpose() * &p * &a;
         let printed = DMatrix::from_fn(n, n, |i, j| {
             let (i, j, n) = ((i + 1) as f64, (j + 1) as f64, n as f64);
@@ -303,7 +309,8 @@ fn the_discrete_generalised_family_has_the_matrix_of_ones() {
     assert!(solved >= 10 && bounded >= 8, "{solved} {bounded}");
 }
 
-/// After DTLEX 4.4: `E = V W`, `A = V diag(D1, .., Dq) W` with V and W of zeros and ones, each D with an eigenvalue and a pair of modulus `1 - t^-i`. The collection's pairs stand at 135 degrees, where no binary fraction is, and its
+/// After DTLEX 4.4: `E = V W`, `A = V diag(D1, .., Dq) W` with V and W of zeros and ones, each D with an eigenvalue and
+/// a pair of modulus `1 - t^-i`. The collection's pairs stand at 135 degrees, where no binary fraction is, and its
 /// solution is not known; here they are the zeros of `x^2 - 3/2 m x + m^2`, and the solution is an integer matrix.
 #[test]
 fn pencils_with_pairs_near_the_unit_circle() {
@@ -344,7 +351,8 @@ fn pencils_with_pairs_near_the_unit_circle() {
     assert!(solved >= 8, "{solved}");
 }
 
-/// CTLEX 4.4: blocks of order three, with an eigenvalue `-t^i` and a pair `-t^i (1 +- i)` each, time constants from 1 to `t^-q`.
+/// CTLEX 4.4: blocks of order three, with an eigenvalue `-t^i` and a pair `-t^i (1 +- i)` each, time constants from 1
+/// to `t^-q`.
 #[test]
 fn blocks_with_pairs_over_many_time_constants() {
     for (q, t) in [1_usize, 2, 4].into_iter().flat_map(|q| [1_i128, 2, 4, 16].map(|t| (q, t))) {
@@ -432,7 +440,8 @@ fn companions_of_powers_and_cycles() {
     }
 }
 
-/// What refinement is for: entries decades below the largest. The coupling 128 gives a condition of 1e9, and P has entries of 1 beside 1e6.
+/// What refinement is for: entries decades below the largest. The coupling 128 gives a condition of 1e9, and P has
+/// entries of 1 beside 1e6.
 #[test]
 fn small_entries_come_back_by_refinement() {
     let l = dmatrix![1.0, 0.0, 0.0; 1.0, 1.0, 0.0; 1.0, 1.0, 1.0];

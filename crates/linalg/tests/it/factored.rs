@@ -63,7 +63,8 @@ proptest! {
     }
 }
 
-/// P has singular values down to 1e-24 of the largest, which no matrix P in binary64 can hold in general coordinates; its factor does.
+/// P has singular values down to 1e-24 of the largest, which no matrix P in binary64 can hold in general coordinates;
+/// its factor does.
 #[test]
 fn directions_that_are_hardly_seen_keep_their_digits() {
     let n = 4;

@@ -38,7 +38,8 @@ fn assert_poles(f: &DMatrix<f64>, wished: &[Complex<f64>], tolerance: f64) {
     }
 }
 
-/// By hand: chain of three integrators, position measured; the observer of the other two is that of the chain of two with the gain (3, 2) for -1, -2, thus `w' = [-3 1; -2 0] w + ..`.
+/// By hand: chain of three integrators, position measured; the observer of the other two is that of the chain of two
+/// with the gain (3, 2) for -1, -2, thus `w' = [-3 1; -2 0] w + ..`.
 #[test]
 fn the_chain_of_three() {
     let a = dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0];
@@ -165,7 +166,8 @@ struct Plant {
     units: Vec<i32>,
 }
 
-/// Observable by construction: each state drives the one before it, the first output sees the first; in mixed coordinates. Fewer outputs than states.
+/// Observable by construction: each state drives the one before it, the first output sees the first; in mixed
+/// coordinates. Fewer outputs than states.
 fn plant() -> impl Strategy<Value = Plant> {
     (2..=6_usize).prop_flat_map(|n| (Just(n), 1..n.min(4))).prop_flat_map(|(n, p)| {
         let entries = |k: usize| prop::collection::vec(-1.0..1.0_f64, k);

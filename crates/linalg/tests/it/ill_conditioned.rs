@@ -1,4 +1,5 @@
-//! Linear matrix equations that are regular and as ill-conditioned as double precision allows, or more; and those that are singular. Solutions are exact: integers by recursion, or chosen.
+//! Linear matrix equations that are regular and as ill-conditioned as double precision allows, or more; and those that
+//! are singular. Solutions are exact: integers by recursion, or chosen.
 
 use luenberger_linalg::{
     LinalgError, LyapunovEquation, discrete_sylvester, generalized_lyapunov, lyapunov, stein, sylvester,
@@ -27,7 +28,8 @@ fn jordan_solution(n: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| p[i][j] as f64)
 }
 
-/// Eigenvalues that are nowhere near to adding to zero (each two add to -1/2), a separation down to 1e-23: the substitution is right to the last digits, and the answer says so.
+/// Eigenvalues that are nowhere near to adding to zero (each two add to -1/2), a separation down to 1e-23: the
+/// substitution is right to the last digits, and the answer says so.
 #[test]
 fn jordan_blocks_whose_separation_is_rounding() {
     for n in [4, 8, 12, 14, 16, 20] {
@@ -38,7 +40,8 @@ fn jordan_blocks_whose_separation_is_rounding() {
         assert!(error <= found.forward_error(), "n = {n}: {error:e} > {:e}", found.forward_error());
         assert!(n < 12 || found.forward_error() <= 1e-10, "n = {n}: {:e}", found.forward_error());
         assert!(n < 14 || found.separation < 1e-15, "n = {n}: {:e}", found.separation);
-        // As an equation, too, and for a Q of which P has no large part: that has no digits, and the bound or the error says it.
+        // As an equation, too, and for a Q of which P has no large part: that has no digits, and the bound or the error
+        // says it.
         let mut equation = LyapunovEquation::new(&jordan_block(n)).unwrap();
         let q = -(jordan_block(n).transpose() + jordan_block(n));
         match equation.solve(&q) {
@@ -86,7 +89,8 @@ fn stein_and_its_sylvester_form_whose_separation_is_rounding() {
     }
 }
 
-/// Sums of eigenvalues far below the rounding of the largest, and matrices within a rounding of singular: what is stored decides.
+/// Sums of eigenvalues far below the rounding of the largest, and matrices within a rounding of singular: what is
+/// stored decides.
 #[test]
 fn one_unit_in_the_last_place_from_singular() {
     let up = 1.0 + f64::EPSILON;
@@ -112,7 +116,8 @@ fn one_unit_in_the_last_place_from_singular() {
     );
 }
 
-/// Of trace zero, or with a nilpotent part, full: singular for certain, though no computed eigenvalue adds to zero. A change of one entry in its last place, and it is not singular: then nobody may say so.
+/// Of trace zero, or with a nilpotent part, full: singular for certain, though no computed eigenvalue adds to zero. A
+/// change of one entry in its last place, and it is not singular: then nobody may say so.
 #[test]
 fn only_what_is_singular_is_called_so() {
     let w = DMatrix::from_fn(4, 4, |i, j| {
@@ -148,7 +153,8 @@ fn only_what_is_singular_is_called_so() {
     assert!(matches!(found, Err(LinalgError::UndecidedEquation { regular: false, .. })), "{found:?}");
 }
 
-/// Companion matrices of `(x + 1)(x + 2) .. (x + n)`: eigenvalues one apart, a separation below rounding from n = 8 on. No message may call them singular.
+/// Companion matrices of `(x + 1)(x + 2) .. (x + n)`: eigenvalues one apart, a separation below rounding from n = 8 on.
+/// No message may call them singular.
 #[test]
 fn companions_are_regular_or_undecided() {
     for n in 2..=14_usize {

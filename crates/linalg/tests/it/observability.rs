@@ -74,7 +74,8 @@ fn a_derogatory_plant_needs_as_many_outputs_as_copies() {
 
 #[test]
 fn margins_of_a_symmetric_pair_by_hand() {
-    // Time is read in halves, A = diag(0.5, 1): the columns of [A - lambda I; C] are orthogonal, the shortest of length one.
+    // Time is read in halves, A = diag(0.5, 1): the columns of [A - lambda I; C] are orthogonal, the shortest of length
+    // one.
     let seen = observability(&dmatrix![1.0, 0.0; 0.0, 2.0], &dmatrix![1.0, 0.0; 0.0, 1.0]).unwrap();
     let expected = 1.0 / (0.25f64 + 1.0 + 1.0 + 1.0).sqrt();
     for mode in &seen.modes {
@@ -133,7 +134,8 @@ fn a_chain_in_extreme_units_is_observable() {
     assert!(seen.weakest().unwrap().margin > 0.01, "{seen:?}");
 }
 
-/// Modal coordinates as an eigenvalue routine returns them: what should be zero is 1e-16, more often than not, and must not count.
+/// Modal coordinates as an eigenvalue routine returns them: what should be zero is 1e-16, more often than not, and must
+/// not count.
 #[test]
 fn rounding_noise_in_modal_coordinates_is_no_output() {
     let a = dmatrix![-1.0, 1e-16, -2e-16; 3e-16, -2.0, 1e-16; -1e-16, 2e-16, -3.0];
@@ -217,8 +219,8 @@ impl Pair {
     }
 }
 
-/// Observable by construction, in coordinates that do not show it: the first output sees the first state, each state drives the one before it.
-/// With `hidden` states more that drive nothing, their block given.
+/// Observable by construction, in coordinates that do not show it: the first output sees the first state, each state
+/// drives the one before it. With `hidden` states more that drive nothing, their block given.
 fn pair(hidden: Option<DMatrix<f64>>) -> impl Strategy<Value = Pair> {
     let h = hidden.as_ref().map_or(0, DMatrix::nrows);
     (1usize..=5, 1usize..=3).prop_flat_map(move |(seen, p)| {
@@ -268,7 +270,8 @@ proptest! {
         prop_assert_eq!(seen.subspace.ncols(), 0);
     }
 
-    /// A hidden pair of modes is found with its eigenvalues and directions, in all units; theorem of Popov, Belevitch, Hautus.
+    /// A hidden pair of modes is found with its eigenvalues and directions, in all units; theorem of Popov, Belevitch,
+    /// Hautus.
     #[test]
     fn hidden_modes_are_named_in_all_units(
         (pair, re, im) in (-2.0..1.0f64, 0.1..2.0f64).prop_flat_map(|(re, im)| {
@@ -317,8 +320,8 @@ proptest! {
         }
     }
 
-    /// The margin is the smallest singular value it is said to be: no larger than at the direction given, and no smaller than
-    /// what the other directions allow (a lower bound from the normal matrix).
+    /// The margin is the smallest singular value it is said to be: no larger than at the direction given, and no
+    /// smaller than what the other directions allow (a lower bound from the normal matrix).
     #[test]
     fn the_margins_are_smallest_singular_values(pair in pair(None)) {
         let seen = observability(&pair.a, &pair.c).unwrap();

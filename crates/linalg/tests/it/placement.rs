@@ -32,8 +32,8 @@ fn observer_terms(a: &DMatrix<f64>, c: &DMatrix<f64>, placed: &Placement) -> f64
     a.norm() + placed.gain.norm() * c.norm()
 }
 
-/// Example 2 of Share Pasand's cubic observer: A 3x3, C = [1 1 2], poles -30, -10, -5. The gain from the coefficients of the characteristic
-/// polynomial: with one output it is unique.
+/// Example 2 of Share Pasand's cubic observer: A 3x3, C = [1 1 2], poles -30, -10, -5. The gain from the coefficients
+/// of the characteristic polynomial: with one output it is unique.
 #[test]
 fn the_third_order_example() {
     let a = dmatrix![-0.1, -0.2, 0.0; 0.3, 0.0, 0.0; 0.1, 0.2, -3.0];
@@ -70,7 +70,8 @@ fn the_double_integrator_by_hand() {
     assert!((placed.poles[0] + 2.0).norm() < 1e-14 && (placed.poles[1] + 5.0).norm() < 1e-14, "the order of the wish");
 }
 
-/// SLICOT SB01BD, example data: n = 4, m = 2. The routine moves two eigenvalues only; here all four go where it was asked to move them.
+/// SLICOT SB01BD, example data: n = 4, m = 2. The routine moves two eigenvalues only; here all four go where it was
+/// asked to move them.
 #[test]
 fn the_plant_of_slicot_sb01bd() {
     let a = dmatrix![
@@ -91,15 +92,16 @@ fn the_plant_of_slicot_sb01bd() {
     assert_placed(&placed, &wished, a.norm() + b.norm() * placed.gain.norm());
     // scipy's Tits-Yang reaches 1.645 for these poles.
     assert!(placed.condition < 1.70, "condition {}", placed.condition);
-    // SLICOT's gain is F in A + B F: -K for its closed loop, another choice of the freedom left. Ours may not be worse conditioned.
+    // SLICOT's gain is F in A + B F: -K for its closed loop, another choice of the freedom left. Ours may not be worse
+    // conditioned.
     let f = dmatrix![-0.0876, -4.2138, 0.0837, -18.1412; -0.0233, 18.2483, -0.4259, -4.8120];
     let printed = eigenvalues(&(&a + &b * f)).unwrap();
     let near = |x: &Complex<f64>| printed.iter().map(|y| (x - y).norm()).fold(f64::INFINITY, f64::min);
     assert!(wished.iter().all(|x| near(x) < 0.02), "the printed gain places {printed:?}");
 }
 
-/// Kautsky, Nichols, Van Dooren 1985, example 1: a chemical reactor. The Tits-Yang method of scipy 1.x (`place_poles`, run to rtol 1e-8)
-/// reaches cond(X) = 4.27.
+/// Kautsky, Nichols, Van Dooren 1985, example 1: a chemical reactor. The Tits-Yang method of scipy 1.x (`place_poles`,
+/// run to rtol 1e-8) reaches cond(X) = 4.27.
 #[test]
 fn the_chemical_reactor_is_well_conditioned() {
     let a = dmatrix![
@@ -232,7 +234,8 @@ fn bad_input_is_named() {
     assert!(matches!(place(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[]), Err(LinalgError::Empty { what: "A" })));
 }
 
-/// A mode that no input moves is an error even if it is wished for, real or a pair, with one input or two: no gain places it, it merely happens to be there.
+/// A mode that no input moves is an error even if it is wished for, real or a pair, with one input or two: no gain
+/// places it, it merely happens to be there.
 #[test]
 fn a_mode_that_stays_is_named_even_if_it_is_wished_for() {
     let a = dmatrix![-1.0, 0.0, 0.0; 0.3, 2.0, 1.0; 0.2, 0.0, -3.0];
@@ -254,7 +257,8 @@ fn a_mode_that_stays_is_named_even_if_it_is_wished_for() {
     assert!((found.im.abs() - 2.0).abs() < 1e-14 && found.re.abs() < 1e-14, "{found}");
 }
 
-/// A chain of integrators wants the coefficients of the polynomial itself: `(s + 1)^4 (s + 2)^4` and, in real arithmetic, then complex, `(s + 1)^2 (s^2 + 2 s + 5)^3`.
+/// A chain of integrators wants the coefficients of the polynomial itself: `(s + 1)^4 (s + 2)^4` and, in real
+/// arithmetic, then complex, `(s + 1)^2 (s^2 + 2 s + 5)^3`.
 #[test]
 fn a_chain_of_integrators_takes_the_coefficients() {
     let double = [c(-1.0, 0.0); 4].into_iter().chain([c(-2.0, 0.0); 4]).collect::<Vec<_>>();
@@ -280,7 +284,8 @@ fn a_chain_of_integrators_takes_the_coefficients() {
     }
 }
 
-/// A plant in other units of everything: `s A` with poles s times as fast is the same plant in another unit of time, `s B` has an input in another unit.
+/// A plant in other units of everything: `s A` with poles s times as fast is the same plant in another unit of time,
+/// `s B` has an input in another unit.
 #[test]
 fn the_size_of_the_plant_does_not_matter() {
     let a = dmatrix![0.2, 1.0, -0.3, 0.1; -0.7, 0.4, 0.9, 0.0; 0.5, -0.2, -1.0, 0.8; 0.3, 0.6, 0.1, -0.5];
@@ -335,8 +340,8 @@ struct Problem {
     units: Vec<i32>,
 }
 
-/// Observable by construction (each state drives the one before it, the first output sees the first), in mixed coordinates; distinct poles,
-/// some in pairs.
+/// Observable by construction (each state drives the one before it, the first output sees the first), in mixed
+/// coordinates; distinct poles, some in pairs.
 fn problem(
     order: std::ops::RangeInclusive<usize>,
     outputs: std::ops::RangeInclusive<usize>,
@@ -390,8 +395,8 @@ proptest! {
         let placed = place_observer(&problem.a, &problem.c, &problem.poles).unwrap();
         assert_placed(&placed, &problem.poles, observer_terms(&problem.a, &problem.c, &placed));
         prop_assert!(placed.condition.is_finite());
-        // With columns of norm one, `|X| <= sqrt n` and `|X^-1| <= |X^-1|_F`, whose rows have the conditions for norms; and none of these exceeds `|X^-1|`. The slack is for
-        // the loop achieved not being the one aimed at.
+        // With columns of norm one, `|X| <= sqrt n` and `|X^-1| <= |X^-1|_F`, whose rows have the conditions for norms;
+        // and none of these exceeds `|X^-1|`. The slack is for the loop achieved not being the one aimed at.
         let worst = placed.sensitivities.iter().copied().fold(1.0, f64::max);
         prop_assert!(placed.sensitivities.iter().all(|s| *s >= 1.0 - 1e-12) && worst <= placed.condition * 1.001);
         let all = placed.sensitivities.iter().map(|s| s * s).sum::<f64>();
@@ -428,7 +433,8 @@ proptest! {
         prop_assert!(scaled.deviation < 1e-7, "{:e}", scaled.deviation);
     }
 
-    /// Whether a pair is placed is what `observability` says of it, however weak one coupling is made: the short way of `place` to a yes is no other verdict.
+    /// Whether a pair is placed is what `observability` says of it, however weak one coupling is made: the short way of
+    /// `place` to a yes is no other verdict.
     #[test]
     fn the_verdict_is_that_of_observability(problem in problem(2..=8, 1..=3), at in 0usize..7, weak in 0i32..=22) {
         let n = problem.a.nrows();

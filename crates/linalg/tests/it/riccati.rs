@@ -1,4 +1,5 @@
-//! Riccati equations: residuals, stability and optimality of the gains, published examples, and plants without an answer.
+//! Riccati equations: residuals, stability and optimality of the gains, published examples, and plants without an
+//! answer.
 
 use luenberger_linalg::{
     LinalgError, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lambda_min, lqr, lyapunov, spectral_abscissa,
@@ -203,7 +204,8 @@ fn units_of_any_size() {
         assert!(found.residual <= bound(2), "{ua:e} {ub:e} {uq:e} {ur:e}: {:e}", found.residual);
         assert!(found.poles.iter().all(|l| l.re < 0.0));
     }
-    // Closed-loop poles near -1e-9 and -1e21: beyond double precision, which is an error that blames no eigenvalue of the plant.
+    // Closed-loop poles near -1e-9 and -1e21: beyond double precision, which is an error that blames no eigenvalue of
+    // the plant.
     let found = care(&(&a * 1e-9), &(&b * 1e12), &(identity(2) * 1e6), &dmatrix![1e-12]);
     assert!(matches!(found, Err(LinalgError::NotStabilizing { .. } | LinalgError::NotConverged { .. })), "{found:?}");
     for (ub, uq, ur) in [(1e-140, 1.0, 1e-280), (1.0, 1e200, 1e200), (1e6, 1e-3, 1e-6)] {

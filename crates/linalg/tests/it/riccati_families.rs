@@ -1,5 +1,6 @@
-//! Riccati equations with solutions in closed form over the range of their conditioning: CAREX and DAREX (Benner, Laub and Mehrmann, Chemnitz SPC 95_22 and 95_23; SLICOT BB01AD,
-//! BB02AD), and plants with few inputs, where others lose the digits. Every error has to stay within the bound that comes with the answer.
+//! Riccati equations with solutions in closed form over the range of their conditioning: CAREX and DAREX (Benner, Laub
+//! and Mehrmann, Chemnitz SPC 95_22 and 95_23; SLICOT BB01AD, BB02AD), and plants with few inputs, where others lose
+//! the digits. Every error has to stay within the bound that comes with the answer.
 
 use luenberger_linalg::{LinalgError, Riccati, care, dare, spectral_abscissa, spectral_radius};
 use nalgebra::{DMatrix, dmatrix};
@@ -111,14 +112,16 @@ fn discrete_chains() {
     }
 }
 
-/// `W D W`, W the reflection at the plane across (1, 1, 1): what CAREX 2.6 and DAREX 2.4 hide their diagonal matrices behind.
+/// `W D W`, W the reflection at the plane across (1, 1, 1): what CAREX 2.6 and DAREX 2.4 hide their diagonal matrices
+/// behind.
 fn reflected(d: [f64; 3]) -> DMatrix<f64> {
     let w = DMatrix::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) - 2.0 / 3.0);
     let d = &w * DMatrix::from_diagonal(&nalgebra::dvector![d[0], d[1], d[2]]) * w;
     (&d + d.transpose()) * 0.5
 }
 
-/// CAREX 2.6 (Petkov, Christov and Konstantinov): diagonal but for a reflection, with entries of size e, 1 and 1/e. Each state has an equation `2 a x - g x^2 + q = 0` of its own.
+/// CAREX 2.6 (Petkov, Christov and Konstantinov): diagonal but for a reflection, with entries of size e, 1 and 1/e.
+/// Each state has an equation `2 a x - g x^2 + q = 0` of its own.
 #[test]
 fn diagonal_behind_a_reflection() {
     for k in 0..=6 {
@@ -132,7 +135,8 @@ fn diagonal_behind_a_reflection() {
     }
 }
 
-/// DAREX 2.4 (Petkov, Christov and Konstantinov): the same for the discrete equation, `X = e W diag(1, (1 + sqrt 5)/2, (9 + sqrt 85)/2) W`, and DAREX 2.1: `X = (1 + sqrt(1 + 4 r))/2 Q`.
+/// DAREX 2.4 (Petkov, Christov and Konstantinov): the same for the discrete equation,
+/// `X = e W diag(1, (1 + sqrt 5)/2, (9 + sqrt 85)/2) W`, and DAREX 2.1: `X = (1 + sqrt(1 + 4 r))/2 Q`.
 #[test]
 fn discrete_families_in_closed_form() {
     for k in -6..=6 {
@@ -149,7 +153,8 @@ fn discrete_families_in_closed_form() {
     }
 }
 
-/// DAREX 2.5 (Pappas, Laub and Sandell): a pole at `1 - 1/t` before three delays; `X = diag(x, 1, 1, 1)` with the x of a scalar equation.
+/// DAREX 2.5 (Pappas, Laub and Sandell): a pole at `1 - 1/t` before three delays; `X = diag(x, 1, 1, 1)` with the x of
+/// a scalar equation.
 #[test]
 fn a_slow_pole_before_delays() {
     for k in 0..=8 {
@@ -167,7 +172,8 @@ fn a_slow_pole_before_delays() {
     }
 }
 
-/// CAREX 2.2 (R nears a singular matrix) and 2.8 (the closed loop nears the axis), for which nothing is published but where they lead: residual, stability and definiteness.
+/// CAREX 2.2 (R nears a singular matrix) and 2.8 (the closed loop nears the axis), for which nothing is published but
+/// where they lead: residual, stability and definiteness.
 #[test]
 fn families_without_a_closed_form() {
     for k in 0..=8 {
@@ -180,7 +186,8 @@ fn families_without_a_closed_form() {
         assert!(found.poles.iter().all(|l| l.re < 0.0) && found.x.clone().cholesky().is_some());
         let a = dmatrix![-e, 1.0, 0.0, 0.0; -1.0, -e, 0.0, 0.0; 0.0, 0.0, e, 1.0; 0.0, 0.0, -1.0, e];
         let found = care(&a, &DMatrix::from_element(4, 1, 1.0), &DMatrix::from_element(4, 4, 1.0), &dmatrix![1.0]);
-        // Two pairs of poles 2 e apart, and the closed loop e from the axis: by 1e-8 that is below the root of rounding, and the answer may be that it is on it.
+        // Two pairs of poles 2 e apart, and the closed loop e from the axis: by 1e-8 that is below the root of
+        // rounding, and the answer may be that it is on it.
         match found {
             Ok(found) => {
                 assert!(found.residual <= 200.0 * f64::EPSILON, "2.8, e = {e:e}: {:e}", found.residual);
@@ -198,7 +205,8 @@ fn families_without_a_closed_form() {
     }
 }
 
-/// CAREX 3.1 (Athans, Levine and Levis; Laub): a string of vehicles, speeds and distances in turn. Behind each its neighbours count alone: the gains are those of the string read backwards.
+/// CAREX 3.1 (Athans, Levine and Levis; Laub): a string of vehicles, speeds and distances in turn. Behind each its
+/// neighbours count alone: the gains are those of the string read backwards.
 #[test]
 fn strings_of_vehicles() {
     for vehicles in [2, 5, 20] {
@@ -222,7 +230,8 @@ fn strings_of_vehicles() {
     }
 }
 
-/// CAREX 4.1 (Laub): a chain of n integrators, of which the last is driven and the first is weighted. `A - B K` has Butterworth's polynomial, hence K its coefficients, and `X_1n = sqrt(q r)`.
+/// CAREX 4.1 (Laub): a chain of n integrators, of which the last is driven and the first is weighted. `A - B K` has
+/// Butterworth's polynomial, hence K its coefficients, and `X_1n = sqrt(q r)`.
 #[test]
 fn chains_of_integrators() {
     for n in [1_usize, 2, 5, 10, 21] {
@@ -251,8 +260,8 @@ fn chains_of_integrators() {
     }
 }
 
-/// One input and n unstable states without a weight: `X^-1` is a Cauchy matrix, X and K are products, and the poles are mirrored. X grows like 1e3^(n/2), beyond what its own entries can tell of
-/// its small directions, and K with its root.
+/// One input and n unstable states without a weight: `X^-1` is a Cauchy matrix, X and K are products, and the poles are
+/// mirrored. X grows like 1e3^(n/2), beyond what its own entries can tell of its small directions, and K with its root.
 #[test]
 fn one_input_for_many_unstable_states() {
     let mut beyond = 0;
@@ -279,7 +288,8 @@ fn one_input_for_many_unstable_states() {
             assert!(error <= found.forward_error, "n = {n}, discrete {discrete}: K is off by {error:e}");
             assert!(found.poles.iter().all(|l| if discrete { l.norm() < 1.0 } else { l.re < 0.0 }));
             assert!(found.poles.iter().all(|l| if discrete { l.norm() < 1.0 } else { l.re < 0.0 }));
-            // The coordinates of the solution are the root of X: as K is stored, its digits in them are fewer by that. One pole has a sensitivity of its own on top; their sum has none.
+            // The coordinates of the solution are the root of X: as K is stored, its digits in them are fewer by that.
+            // One pole has a sensitivity of its own on top; their sum has none.
             let root = (x.norm() * inverse.norm()).sqrt();
             let allowed = 1e3 * n as f64 * f64::EPSILON * root;
             let (sum, expected) = (found.poles.iter().map(|l| l.re).sum::<f64>(), (0..n).map(mirrored).sum::<f64>());
@@ -290,7 +300,8 @@ fn one_input_for_many_unstable_states() {
     assert!(beyond >= 2, "no X beyond 1/eps: {beyond}");
 }
 
-/// The condition bounds what relative changes of A, Q and G do, and is not beside the point: some change comes within three decades of it.
+/// The condition bounds what relative changes of A, Q and G do, and is not beside the point: some change comes within
+/// three decades of it.
 #[test]
 fn the_condition_bounds_perturbations() {
     let mut state = 11;
@@ -320,7 +331,8 @@ fn the_condition_bounds_perturbations() {
     }
 }
 
-/// Cheap control: inputs so strong that some modes are 1e8 and more times faster than the others, which rounding throws together with their mirror images about the axis.
+/// Cheap control: inputs so strong that some modes are 1e8 and more times faster than the others, which rounding throws
+/// together with their mirror images about the axis.
 #[test]
 fn inputs_that_cost_nothing() {
     let (a, b) = (
@@ -353,8 +365,9 @@ fn random(rows: usize, cols: usize, state: &mut u64) -> DMatrix<f64> {
     })
 }
 
-/// About half of 50 states unstable, two or three inputs: X is 1e7 to 1e12 in some directions and 1 in others. The stable subspace of the Hamiltonian matrix alone
-/// leaves residuals of 1e-5 to 1e-9 (as scipy's and SLICOT's solvers do, and closed loops that are not stable); in the coordinates of the solution they are rounding of the gain.
+/// About half of 50 states unstable, two or three inputs: X is 1e7 to 1e12 in some directions and 1 in others. The
+/// stable subspace of the Hamiltonian matrix alone leaves residuals of 1e-5 to 1e-9 (as scipy's and SLICOT's solvers
+/// do, and closed loops that are not stable); in the coordinates of the solution they are rounding of the gain.
 #[test]
 fn many_states_and_few_inputs() {
     for (seed, inputs) in [(1, 3), (2, 3), (3, 2), (4, 2)] {
@@ -379,7 +392,8 @@ fn many_states_and_few_inputs() {
     }
 }
 
-/// Beyond what any entry of X can tell: one input for half of 50 states makes X about 1e20, and `A - B K`, formed entry by entry, has lost A. In the loop, where the input is computed from the state, K stabilizes.
+/// Beyond what any entry of X can tell: one input for half of 50 states makes X about 1e20, and `A - B K`, formed entry
+/// by entry, has lost A. In the loop, where the input is computed from the state, K stabilizes.
 #[test]
 fn a_gain_that_outlives_its_solution() {
     let n = 50;

@@ -6,8 +6,8 @@ use luenberger_linalg::{LinalgError, Schur, SchurWorkspace, balanced, eigenvalue
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
 
-/// Householder reductions and a few sweeps per eigenvalue, each committing a small multiple of `eps` in norm: the backward error
-/// grows like `n eps`; 20 covers the constants (LAPACK's own tests allow 30).
+/// Householder reductions and a few sweeps per eigenvalue, each committing a small multiple of `eps` in norm: the
+/// backward error grows like `n eps`; 20 covers the constants (LAPACK's own tests allow 30).
 fn bound(n: usize) -> f64 {
     20.0 * n.max(1) as f64 * f64::EPSILON
 }
@@ -251,7 +251,8 @@ fn normal(n: usize, seed: u64) -> (DMatrix<f64>, Vec<Complex<f64>>) {
 
 #[test]
 fn eigenvalues_of_normal_matrices_are_as_good_as_the_backward_error() {
-    // Bauer and Fike: an eigenvalue of a normal matrix moves by no more than the perturbation. Orders on every path, and those at which other iterations stall.
+    // Bauer and Fike: an eigenvalue of a normal matrix moves by no more than the perturbation. Orders on every path,
+    // and those at which other iterations stall.
     for n in [1, 2, 5, 12, 17, 40, 75, 76, 77, 83, 90, 99, 100, 101, 200] {
         let (a, known) = normal(n, n as u64);
         let allowed = 2.0 * bound(n) * a.norm();
@@ -363,7 +364,8 @@ fn balancing_saves_the_eigenvalues_of_a_badly_scaled_matrix() {
     let b = balanced(&scaled).unwrap();
     for l in eigenvalues(&b.matrix).unwrap() {
         let error = known.iter().map(|x| (x - l).norm()).fold(f64::MAX, f64::min);
-        // The balanced matrix is nearly the normal one: its rows and columns have comparable norms, and its eigenvalues a condition of a few.
+        // The balanced matrix is nearly the normal one: its rows and columns have comparable norms, and its eigenvalues
+        // a condition of a few.
         assert!(error <= 10.0 * bound(n) * a.norm(), "{error:e}");
     }
 }

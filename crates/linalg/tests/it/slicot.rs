@@ -1,6 +1,7 @@
 //! Published examples of SLICOT's routines: data and results as printed there, with the number of digits they print.
 //!
-//! SB03MD, SB03QD, SB04MD and SB04QD are beside the equations they belong to (`equations.rs`), SB02MD and BB01AD 1.3 in `riccati.rs`, SB01BD in `placement.rs`.
+//! SB03MD, SB03QD, SB04MD and SB04QD are beside the equations they belong to (`equations.rs`), SB02MD and BB01AD 1.3 in
+//! `riccati.rs`, SB01BD in `placement.rs`.
 
 use approx::assert_abs_diff_eq;
 use luenberger_linalg::{generalized_lyapunov, lyapunov_factor};

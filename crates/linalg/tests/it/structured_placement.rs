@@ -50,8 +50,9 @@ fn a_full_pattern_gives_the_unconstrained_gain() {
     assert_honest(&a, &outputs, &free, &found);
 }
 
-/// SLICOT SB01BD's plant, decentralised: the first input sees the first two states, the second the other two. By hand the characteristic polynomial with K = [k1 k2 0 0; 0 0 k3 k4] has four free
-/// coefficients; the derivative has rank four.
+/// SLICOT SB01BD's plant, decentralised: the first input sees the first two states, the second the other two. By hand
+/// the characteristic polynomial with K = [k1 k2 0 0; 0 0 k3 k4] has four free coefficients; the derivative has rank
+/// four.
 #[test]
 fn the_plant_of_slicot_sb01bd_decentralised() {
     let a = dmatrix![-6.8, 0.0, -207.0, 0.0; 1.0, 0.0, 0.0, 0.0; 43.2, 0.0, 0.0, -4.2; 0.0, 0.0, 1.0, 0.0];
@@ -74,8 +75,8 @@ fn the_plant_of_slicot_sb01bd_decentralised() {
     );
 }
 
-/// One free entry for two poles: with l2 = 0 the loop of the double integrator is `s^2 + l1 s`, so one pole is 0 whatever l1. Wished -1, -1 the nearest is
-/// `l1 = 1`, at the distance 1; but 0 is a fixed mode, and is named.
+/// One free entry for two poles: with l2 = 0 the loop of the double integrator is `s^2 + l1 s`, so one pole is 0
+/// whatever l1. Wished -1, -1 the nearest is `l1 = 1`, at the distance 1; but 0 is a fixed mode, and is named.
 #[test]
 fn a_fixed_mode_is_named() {
     let (a, outputs) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![1.0, 0.0]);
@@ -105,8 +106,9 @@ fn a_fixed_mode_is_named() {
     assert!(place_observer_structured(&hidden, &outputs, &real(&[-4.0, -2.0]), &all).unwrap().is_placed);
 }
 
-/// Freedom one short and no fixed mode: `s^2 + l s + 1` with only l free. Wished -1, -4 (product 4, not 1): with the poles p and 1/p, `(p + 4)^2 + (1/p + 1)^2` is least where
-/// `(p + 4) p^3 = p + 1`..., found here by a scan of p. The answer says that it is not placed, and how near it is.
+/// Freedom one short and no fixed mode: `s^2 + l s + 1` with only l free. Wished -1, -4 (product 4, not 1): with the
+/// poles p and 1/p, `(p + 4)^2 + (1/p + 1)^2` is least where `(p + 4) p^3 = p + 1`..., found here by a scan of p. The
+/// answer says that it is not placed, and how near it is.
 #[test]
 fn the_nearest_is_found_and_said_to_be_no_more() {
     let (a, outputs) = (dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![0.0, 1.0]);
@@ -217,7 +219,8 @@ fn reachable() -> impl Strategy<Value = Reachable> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Where a gain of the pattern exists, the poles are found: to six digits of the plant's size, for poles that may be anything but far from defective.
+    /// Where a gain of the pattern exists, the poles are found: to six digits of the plant's size, for poles that may
+    /// be anything but far from defective.
     #[test]
     fn what_is_reachable_is_reached(r in reachable()) {
         let found = place_observer_structured(&r.a, &r.c, &r.poles, &r.free).unwrap();

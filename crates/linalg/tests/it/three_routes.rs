@@ -1,5 +1,6 @@
-//! One equation, three independent routes: the solvers of the crate, Gaussian elimination on the Kronecker product in double-double arithmetic, and the matrix sign function (in discrete time, the sum of a series).
-//! What the second finds is exact for our purposes; the bounds reported by the first must cover the difference.
+//! One equation, three independent routes: the solvers of the crate, Gaussian elimination on the Kronecker product in
+//! double-double arithmetic, and the matrix sign function (in discrete time, the sum of a series). What the second
+//! finds is exact for our purposes; the bounds reported by the first must cover the difference.
 
 use luenberger_linalg::{care, dare, discrete_sylvester, generalized_stein, lyapunov, stein, sylvester};
 use nalgebra::{DMatrix, DVector};
@@ -136,7 +137,8 @@ fn relative_error(found: &DMatrix<f64>, exact: &Precise) -> f64 {
     (found - &exact).norm() / exact.norm()
 }
 
-/// `I - 2 v v'/v'v` applied from both sides to an upper triangular matrix with the given diagonal and couplings up to `size`.
+/// `I - 2 v v'/v'v` applied from both sides to an upper triangular matrix with the given diagonal and couplings up to
+/// `size`.
 fn similar(diagonal: &[f64], couplings: &[f64], v: &[f64], size: f64) -> DMatrix<f64> {
     let n = diagonal.len();
     let t = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
@@ -149,7 +151,8 @@ fn similar(diagonal: &[f64], couplings: &[f64], v: &[f64], size: f64) -> DMatrix
     &h * t * &h
 }
 
-/// Diagonal given by `spectrum`, couplings up to 10^decades: conditions from 1 to 1e10, short of where rounding decides.
+/// Diagonal given by `spectrum`, couplings up to 10^decades: conditions from 1 to 1e10, short of where rounding
+/// decides.
 fn plant(n: usize, spectrum: fn(usize, f64) -> f64, decades: f64) -> impl Strategy<Value = DMatrix<f64>> {
     (
         prop::collection::vec(0.0..1.0_f64, n),
@@ -192,7 +195,8 @@ fn rectangle(n: usize, m: usize) -> impl Strategy<Value = DMatrix<f64>> {
     prop::collection::vec(-1.0..1.0_f64, n * m).prop_map(move |data| DMatrix::from_vec(n, m, data))
 }
 
-/// `A'P + PA + Q = 0` for Hurwitz A by Newton's iteration for the sign of `[A' Q; 0 -A]`, which is `[-I 2P; 0 I]` (Roberts, Int. J. Control 32, 1980).
+/// `A'P + PA + Q = 0` for Hurwitz A by Newton's iteration for the sign of `[A' Q; 0 -A]`, which is `[-I 2P; 0 I]`
+/// (Roberts, Int. J. Control 32, 1980).
 fn lyapunov_by_sign(a: &DMatrix<f64>, q: &DMatrix<f64>) -> DMatrix<f64> {
     let (mut a, mut q) = (a.clone(), q.clone());
     for _ in 0..60 {
@@ -251,7 +255,8 @@ proptest! {
         let exact = kronecker(&[(&at, &one), (&one, &at.transpose())], &negative(&Precise::of(&q)));
         let error = relative_error(&found.p, &exact);
         prop_assert!(error <= found.forward_error(), "{error:e} > {:e}, condition {:e}", found.forward_error(), found.condition);
-        // The third route has no bound of its own: rounding of each of its steps meets the condition of the equation once more.
+        // The third route has no bound of its own: rounding of each of its steps meets the condition of the equation
+        // once more.
         let sign = lyapunov_by_sign(&a, &q);
         let allowed = 100.0 * found.forward_error();
         prop_assert!(relative_error(&sign, &exact) <= allowed, "{:e} > {allowed:e}", relative_error(&sign, &exact));
@@ -312,7 +317,8 @@ proptest! {
     fn generalized_stein_inside_and_outside((a, e, q) in (1..=5_usize, any::<bool>()).prop_flat_map(|(n, inside)| {
         (plant(n, if inside { contraction } else { mixed_discrete }, 0.0), plant(n, stable, 0.0), symmetric(n))
     })) {
-        // The pencil of A E and E has the eigenvalues of A but for the rounding of the product; all three are data then.
+        // The pencil of A E and E has the eigenvalues of A but for the rounding of the product; all three are data
+        // then.
         let a = &a * &e;
         let found = generalized_stein(&a, &e, &q).unwrap();
         let (at, et) = (Precise::of(&a).transpose(), Precise::of(&e).transpose());
@@ -343,7 +349,8 @@ proptest! {
         prop_assert!(found.forward_error <= 1e-6, "of these plants a bound is known: {:e}", found.forward_error);
         prop_assert!(error <= found.forward_error, "{error:e} > {:e}", found.forward_error);
         let sign = care_by_sign(&a, &(&b * b.transpose()), &q);
-        // It has no bound of its own (its steps meet the condition of the sign); Newton's iteration from it ends at the same matrix, to the last bit but one.
+        // It has no bound of its own (its steps meet the condition of the sign); Newton's iteration from it ends at the
+        // same matrix, to the last bit but one.
         prop_assert!(relative_error(&sign, &x) <= 1e-5, "{:e}", relative_error(&sign, &x));
         let polished = newton(&sign).rounded();
         prop_assert!(relative_error(&polished, &x) <= 2.0 * f64::EPSILON, "{:e}", relative_error(&polished, &x));

@@ -20,7 +20,8 @@ fn real(zeros: &[f64]) -> Vec<Complex<f64>> {
     zeros.iter().map(|z| Complex::from(*z)).collect()
 }
 
-/// SLICOT AB08ND, example program: normal rank 2, zeros 2 and -1 (one of them a hidden mode). slycot's `ab08nd` gives the same.
+/// SLICOT AB08ND, example program: normal rank 2, zeros 2 and -1 (one of them a hidden mode). slycot's `ab08nd` gives
+/// the same.
 #[test]
 fn the_example_of_slicot_ab08nd() {
     let a = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 1.0, 3.0, -4.0, -1.0, 3.0]);
@@ -52,7 +53,8 @@ fn the_chemical_reactor() {
     let found = invariant_zeros(&a, &b, &c, &DMatrix::zeros(2, 2)).unwrap();
     assert_zeros(&found, &real(&[-1.191594350597, -5.039429421194]), 1e-12);
     assert!(found.residuals.iter().all(|r| *r < 1e-14), "{:?}", found.residuals);
-    // C B is 1.136 - 1.136 for the first input and output, and C A B is small: one of the two zeros is far out, and known to fewer digits.
+    // C B is 1.136 - 1.136 for the first input and output, and C A B is small: one of the two zeros is far out, and
+    // known to fewer digits.
     let (b1, c1) = (b.columns(0, 1).into_owned(), c.rows(0, 1).into_owned());
     let one = invariant_zeros(&a, &b1, &c1, &dmatrix![0.0]).unwrap();
     assert_zeros(&one, &real(&[-3.766839509698e4, -9.016]), 1e-9);
@@ -93,7 +95,8 @@ fn one_state_and_static_gains() {
     assert!(invariant_zeros(&chain, &b, &c, &dmatrix![0.0]).unwrap().zeros.is_empty());
 }
 
-/// Orders at which faer's blocked QZ does not converge: with D = 1 the zeros are the eigenvalues of `A - B C`, here of the companion kind with all of modulus near one.
+/// Orders at which faer's blocked QZ does not converge: with D = 1 the zeros are the eigenvalues of `A - B C`, here of
+/// the companion kind with all of modulus near one.
 #[test]
 fn ninety_zeros() {
     let n = 90;
@@ -155,8 +158,9 @@ fn square_plant() -> impl Strategy<Value = Plant> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// With D regular the zeros are the eigenvalues of `A - B D^-1 C`: the plant run backwards. They are compared through the characteristic polynomial's value,
-    /// `det(z I - A + B D^-1 C)`, which is insensitive to how ill-conditioned a single eigenvalue is.
+    /// With D regular the zeros are the eigenvalues of `A - B D^-1 C`: the plant run backwards. They are compared
+    /// through the characteristic polynomial's value, `det(z I - A + B D^-1 C)`, which is insensitive to how
+    /// ill-conditioned a single eigenvalue is.
     #[test]
     fn a_regular_feedthrough_gives_the_poles_of_the_inverse(p in square_plant()) {
         let found = invariant_zeros(&p.a, &p.b, &p.c, &p.d).unwrap();
@@ -173,7 +177,8 @@ proptest! {
         }
     }
 
-    /// State feedback and output injection leave the zeros where they are, and so do other units of states, inputs and outputs.
+    /// State feedback and output injection leave the zeros where they are, and so do other units of states, inputs and
+    /// outputs.
     #[test]
     fn no_gain_moves_a_zero(p in square_plant()) {
         let zero = DMatrix::zeros(p.d.nrows(), p.d.ncols());

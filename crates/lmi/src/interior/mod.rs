@@ -5,19 +5,22 @@
 //! ```
 //! in the notation of [`conic`](crate::conic), where the constant comes with a plus sign.
 //!
-//! Each iteration solves for the direction of Helmberg, Rendl, Vanderbei and Wolkowicz, Kojima, Shindoh and Hara, and Monteiro (HKM): with V = X^-1,
+//! Each iteration solves for the direction of Helmberg, Rendl, Vanderbei and Wolkowicz, Kojima, Shindoh and Hara, and
+//! Monteiro (HKM): with V = X^-1,
 //! ```text
 //! dX = R + sum dx_i F_i,   dY = mu V - Y - sym(V dX Y),   tr(F_i dY) = c_i - tr(F_i Y)   =>   B dx = tr(F_i (mu V - V R Y)) - c_i,   B_ij = tr(F_i V F_j Y),
 //! ```
-//! by Mehrotra's predictor and corrector. Cost per iteration: a Cholesky factorisation of order m, a dozen operations of n^3 per block, and the
-//! assembly of B, which takes for each pair of constraints a number of operations that follows their entries. A general conic solver factors
-//! a matrix of order n (n + 1)/2 per block instead: n^6 operations where these are n^3.
+//! by Mehrotra's predictor and corrector. Cost per iteration: a Cholesky factorisation of order m, a dozen operations
+//! of n^3 per block, and the assembly of B, which takes for each pair of constraints a number of operations that
+//! follows their entries. A general conic solver factors a matrix of order n (n + 1)/2 per block instead: n^6
+//! operations where these are n^3.
 //!
-//! The iterates stay positive definite, and once the equations hold they are strictly feasible: what a proof needs. All of the last ones are handed
-//! out, since the last of all is the one nearest the boundary.
+//! The iterates stay positive definite, and once the equations hold they are strictly feasible: what a proof needs. All
+//! of the last ones are handed out, since the last of all is the one nearest the boundary.
 //!
-//! Sources: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, An interior-point method for semidefinite programming, SIAM J. Optim. 6, 1996;
-//! K. Fujisawa, M. Kojima, K. Nakata, Exploiting sparsity in primal-dual interior-point methods for semidefinite programming, Math. Program. 79, 1997.
+//! Sources: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, An interior-point method for semidefinite
+//! programming, SIAM J. Optim. 6, 1996; K. Fujisawa, M. Kojima, K. Nakata, Exploiting sparsity in primal-dual
+//! interior-point methods for semidefinite programming, Math. Program. 79, 1997.
 
 mod program;
 mod schur;
@@ -54,7 +57,8 @@ const PRECISE: f64 = 1e-12;
 /// Below this, an iteration that gains nothing is followed by more of them; above, by better ones.
 const FINE: f64 = 1e-8;
 
-/// Runs the method, with no iteration begun after `end`. `None` for a program without unknowns or constraints, or if not one step could be taken.
+/// Runs the method, with no iteration begun after `end`. `None` for a program without unknowns or constraints, or if
+/// not one step could be taken.
 pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<Instant>) -> Option<Path> {
     if program.cost.is_empty() || program.blocks.is_empty() {
         return None;
@@ -121,8 +125,9 @@ impl Path {
         self.iterates.last()
     }
 
-    /// The multipliers of an iterate, moved onto their equations `tr(F_i Y) = c_i` (or = 0, of a ray) within the cone: `Y + Y (sum l_i F_i) Y` changes no
-    /// eigenvalue by more than a share of itself, where a plain projection may leave the cone at the small ones.
+    /// The multipliers of an iterate, moved onto their equations `tr(F_i Y) = c_i` (or = 0, of a ray) within the cone:
+    /// `Y + Y (sum l_i F_i) Y` changes no eigenvalue by more than a share of itself, where a plain projection may leave
+    /// the cone at the small ones.
     pub(crate) fn on_equations(&self, iterate: &Iterate, is_ray: bool) -> Vec<DMatrix<f64>> {
         let scaled = &self.scaled;
         let mut y = scaled.multipliers(iterate);
@@ -161,8 +166,8 @@ mod tests {
         solve_until(program, iterations, None)
     }
 
-    /// min x s.t. [[x, c], [c, y]] >= 0 and y <= 1: the optimum is c^2; with x <= 1 too, c = 2 is impossible; without y <= 1 the infimum
-    /// 0 is not attained.
+    /// min x s.t. [[x, c], [c, y]] >= 0 and y <= 1: the optimum is c^2; with x <= 1 too, c = 2 is impossible; without y
+    /// <= 1 the infimum 0 is not attained.
     #[test]
     fn a_two_by_two_program() {
         let entry = |row, column, constant, terms| BlockEntry { row, column, constant, terms };

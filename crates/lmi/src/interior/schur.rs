@@ -1,4 +1,5 @@
-//! The Schur complement `B_ij = tr(F_i V F_j Y)`: assembled by the entries of the constraints, factored, and solved with.
+//! The Schur complement `B_ij = tr(F_i V F_j Y)`: assembled by the entries of the constraints, factored, and solved
+//! with.
 
 use faer::{Mat, MatRef};
 
@@ -43,7 +44,8 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
         let mut rows: Vec<usize> = entries.iter().flat_map(|e| [e.row, e.column]).collect();
         rows.sort_unstable();
         rows.dedup();
-        // Columns of (F_j Y)' that are not zero: (F_j Y)(r, :) = sum_c F_j(r, c) Y(c, :), stored as columns, like those of V.
+        // Columns of (F_j Y)' that are not zero: (F_j Y)(r, :) = sum_c F_j(r, c) Y(c, :), stored as columns, like those
+        // of V.
         let place = |row: usize| rows.binary_search(&row).unwrap_or(0);
         let both = entries.iter().flat_map(|e| {
             let mirrored = if e.row == e.column { None } else { Some((e.column, e.row, e.value)) };
@@ -62,7 +64,8 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
             }
         }
         let selected = Mat::from_fn(n, rows.len(), |i, c| v[(i, rows[c])]);
-        // The whole product costs n^2 a row, at the speed of a matrix product; single entries cost one operation a row each.
+        // The whole product costs n^2 a row, at the speed of a matrix product; single entries cost one operation a row
+        // each.
         let is_whole = 2 * rest[k] * 4 > n * n;
         let whole = if is_whole { folded(&product(selected.as_ref(), g.transpose())) } else { Vec::new() };
         // Rows of the two factors side by side in memory.
@@ -84,7 +87,8 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
     }
 }
 
-/// The upper triangle of `U + U'`, with the diagonal of U, column by column: what an entry and its mirror image take from U, in one number.
+/// The upper triangle of `U + U'`, with the diagonal of U, column by column: what an entry and its mirror image take
+/// from U, in one number.
 fn folded(u: &Mat<f64>) -> Vec<f64> {
     let n = u.nrows();
     let mut folded = vec![0.0; n * n];
@@ -97,8 +101,8 @@ fn folded(u: &Mat<f64>) -> Vec<f64> {
     folded
 }
 
-/// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or the optimum is near, a
-/// touch of regularisation, which refinement takes back.
+/// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or
+/// the optimum is near, a touch of regularisation, which refinement takes back.
 pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Cholesky> {
     let largest = (0..matrix.nrows()).map(|i| matrix[(i, i)]).fold(0.0, f64::max);
     [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {

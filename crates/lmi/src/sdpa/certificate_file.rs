@@ -1,6 +1,8 @@
-//! What was proved of a program, as a certificate file: the program, the points behind its bounds or the ray of its infeasibility.
+//! What was proved of a program, as a certificate file: the program, the points behind its bounds or the ray of its
+//! infeasibility.
 //!
-//! A decimal of the SDPA file that binary64 does not have stands there as the interval around it, so that what the file proves holds for the decimal.
+//! A decimal of the SDPA file that binary64 does not have stands there as the interval around it, so that what the file
+//! proves holds for the decimal.
 
 use luenberger_proof::certificate::{CertificateFile, SemidefiniteEvidence, SemidefiniteProgram};
 use luenberger_proof::semidefinite::Program;
@@ -9,7 +11,8 @@ use super::{Outcome, Status};
 use crate::error::LmiError;
 
 impl Outcome {
-    /// The certificate file of what is proved of `program`, the one that was [solved](super::solve): both bounds, the one that is finite, or the infeasibility.
+    /// The certificate file of what is proved of `program`, the one that was [solved](super::solve): both bounds, the
+    /// one that is finite, or the infeasibility.
     ///
     /// Checking it needs neither this crate nor a solver, and costs what proving the final points once costs.
     ///
@@ -24,7 +27,8 @@ impl Outcome {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`LmiError::CertificateFile`] where nothing is proved, for another program, and for one that is larger than a file may be: blocks of order 512, 8 MiB of text.
+    /// [`LmiError::CertificateFile`] where nothing is proved, for another program, and for one that is larger than a
+    /// file may be: blocks of order 512, 8 MiB of text.
     pub fn certificate_file(&self, program: &Program, title: &str) -> Result<CertificateFile, LmiError> {
         let evidence = match self.status {
             Status::PrimalInfeasible => SemidefiniteEvidence::PrimalInfeasible(self.y.clone()),

@@ -1,5 +1,6 @@
-//! Constraints that leave (D) no interior: `tr(F_k Y) = 0` with `F_k >= 0` confines Y to a face of the cone, where `Y > 0` is impossible, and with it a proof
-//! that a feasible Y is near. Partitions of graphs (`e e'`) and quadratic assignments are of this kind.
+//! Constraints that leave (D) no interior: `tr(F_k Y) = 0` with `F_k >= 0` confines Y to a face of the cone, where
+//! `Y > 0` is impossible, and with it a proof that a feasible Y is near. Partitions of graphs (`e e'`) and quadratic
+//! assignments are of this kind.
 //!
 //! Nothing is claimed from this: it saves looking for what cannot be found.
 
@@ -10,7 +11,8 @@ use luenberger_proof::semidefinite::{Entry, Program};
 use super::dual::middle;
 use crate::sequential::Cholesky;
 
-/// Whether a constraint with zero on the right has a matrix that is semidefinite, to rounding. Cost: a Cholesky factorisation of its rows that are not zero.
+/// Whether a constraint with zero on the right has a matrix that is semidefinite, to rounding. Cost: a Cholesky
+/// factorisation of its rows that are not zero.
 pub(super) fn confines_dual(program: &Program) -> bool {
     program.costs().iter().enumerate().any(|(k, c)| {
         let entries = program.matrix(k + 1);

@@ -1,17 +1,18 @@
-//! Semidefinite programs in SDPA's form, with bounds of their optimum that are proved: the whole field's instances, run by the solver behind
-//! this crate and judged outside it.
+//! Semidefinite programs in SDPA's form, with bounds of their optimum that are proved: the whole field's instances, run
+//! by the solver behind this crate and judged outside it.
 //!
 //! ```text
 //! (P)  minimise  c'x          subject to  X = x_1 F_1 + ... + x_m F_m - F_0 >= 0
 //! (D)  maximise  tr(F_0 Y)    subject to  tr(F_i Y) = c_i,  Y >= 0
 //! ```
-//! [`read`] takes a file, [`solve`] returns a lower and an upper bound of the optimum, or a proof that (P) or (D) has no feasible point. A
-//! bound is infinite where no feasible point of the other program could be *proved*: where that program has none in its interior, no binary64
-//! computation can find one, and rigorous bounds from points do not exist.
+//! [`read`] takes a file, [`solve`] returns a lower and an upper bound of the optimum, or a proof that (P) or (D) has
+//! no feasible point. A bound is infinite where no feasible point of the other program could be *proved*: where that
+//! program has none in its interior, no binary64 computation can find one, and rigorous bounds from points do not
+//! exist.
 //!
-//! The way: the solver proposes x and Y near the optimum. Y is moved onto the equations, and where a proposal is not quite feasible it
-//! is drawn towards a well-centred point just as far as it takes (`centre.rs`). What is proved of the result, and by which inequality, stands in
-//! [`luenberger_proof::semidefinite`], which alone decides.
+//! The way: the solver proposes x and Y near the optimum. Y is moved onto the equations, and where a proposal is not
+//! quite feasible it is drawn towards a well-centred point just as far as it takes (`centre.rs`). What is proved of the
+//! result, and by which inequality, stands in [`luenberger_proof::semidefinite`], which alone decides.
 
 mod centre;
 mod certificate_file;
@@ -84,7 +85,8 @@ pub enum NoBoundReason {
 pub struct Outcome {
     /// What is proved.
     pub status: Status,
-    /// The optimum of (P), where (P) has feasible points, is at least this; minus infinity if no feasible point of (D) could be proved.
+    /// The optimum of (P), where (P) has feasible points, is at least this; minus infinity if no feasible point of (D)
+    /// could be proved.
     pub lower: f64,
     /// It is at most this; infinity if no feasible point of (P) could be proved.
     pub upper: f64,
@@ -92,7 +94,8 @@ pub struct Outcome {
     pub primal_margin: Option<f64>,
     /// The point that gives `upper`, or the ray that shows (D) infeasible; else the solver's last.
     pub x: Vec<f64>,
-    /// The matrix near which a feasible point of (D) gives `lower`, or a ray of (D) shows (P) infeasible; empty where neither is proved.
+    /// The matrix near which a feasible point of (D) gives `lower`, or a ray of (D) shows (P) infeasible; empty where
+    /// neither is proved.
     pub y: Vec<DualBlock>,
     /// The solver's own word for how its first run ended. Nothing rests on it.
     pub word: &'static str,
@@ -129,8 +132,8 @@ pub struct Settings {
     pub iterations: u32,
     /// The largest memory, in bytes, that the solver may be expected to take; it is not started beyond.
     pub memory: usize,
-    /// No iteration of the solver and no attempt at a proof is begun after this time; what is proved by then stands. Without it, what is found does not depend on
-    /// the machine.
+    /// No iteration of the solver and no attempt at a proof is begun after this time; what is proved by then stands.
+    /// Without it, what is found does not depend on the machine.
     pub time: Option<Duration>,
 }
 
@@ -232,7 +235,8 @@ impl Run<'_> {
             outcome.status = Status::Bounds;
             return outcome;
         }
-        // A solver that gave up near a point may have met an infeasible program all the same. A feasible point excludes the one kind.
+        // A solver that gave up near a point may have met an infeasible program all the same. A feasible point excludes
+        // the one kind.
         for ending in [Ending::NoPoint, Ending::Unbounded] {
             let excluded = match ending {
                 Ending::NoPoint => outcome.upper.is_finite(),
@@ -255,8 +259,8 @@ impl Run<'_> {
         }
     }
 
-    /// An upper bound from the last iterate that is proved feasible, from a point between it and the last of all where the two are far apart; if none is, from the last
-    /// of all, drawn towards a centre as far as it takes.
+    /// An upper bound from the last iterate that is proved feasible, from a point between it and the last of all where
+    /// the two are far apart; if none is, from the last of all, drawn towards a centre as far as it takes.
     fn bound_above(&mut self, path: &Path, outcome: &mut Outcome) {
         let program = self.program;
         let mut accept = |x: &[f64]| {

@@ -1,14 +1,16 @@
-//! The conic programs that propose points: the program itself, and where its proposals lie too near the boundary, its centres.
+//! The conic programs that propose points: the program itself, and where its proposals lie too near the boundary, its
+//! centres.
 //!
-//! With S the size of what is sought, and the cost kept within `g = room (1 + |value|)` of the proposal's (the margin is a concave function of g, so that a small
-//! g gives more of it for the cost, and a large one more of it),
+//! With S the size of what is sought, and the cost kept within `g = room (1 + |value|)` of the proposal's (the margin
+//! is a concave function of g, so that a small g gives more of it for the cost, and a large one more of it),
 //! ```text
 //! centre of (P):  maximise s   subject to  X(x) >= s I,  s <= S,  c'x <= value + g
 //! centre of (D):  maximise s   subject to  tr(F_i Y) = c_i,  Y >= s I,  s <= S,  tr(F_0 Y) >= value - g
 //! ray of (P):     maximise s   subject to  x_1 F_1 + ... >= s I,  c'x <= -s |c|,  |x_i| <= 1/|F_i|
 //! ray of (D):     maximise s   subject to  tr(F_i Y) = 0,  Y >= s I,  tr(F_0 Y) >= s |F_0|,  tr Y <= 1
 //! ```
-//! Those of (D) are posed as their duals, in the unknowns x and mu, so that each has as few unknowns as (P): with `Z = x_1 F_1 + ... - mu F_0`,
+//! Those of (D) are posed as their duals, in the unknowns x and mu, so that each has as few unknowns as (P): with
+//! `Z = x_1 F_1 + ... - mu F_0`,
 //! ```text
 //! centre:  minimise  c'x - mu (value - g) + S (1 - tr Z)   subject to  Z >= 0, tr Z <= 1, mu >= 0:   Y = W + (S - eta) I
 //! ray:     minimise  tau   subject to  Z + tau I >= 0,  tr(Z + tau I) + mu |F_0| >= 1,  mu, tau >= 0:           Y = W + eta I
@@ -30,8 +32,8 @@ pub(super) fn value(program: &Program, x: &[f64]) -> f64 {
     costs(program).iter().zip(x).map(|(c, x)| c * x).sum()
 }
 
-/// The blocks of `sum_k x_k F_k` over the matrices listed with their unknowns and factors, a diagonal block as many of order one; `constant` times
-/// F_0 is the constant part, and `identity` the unknown that multiplies I.
+/// The blocks of `sum_k x_k F_k` over the matrices listed with their unknowns and factors, a diagonal block as many of
+/// order one; `constant` times F_0 is the constant part, and `identity` the unknown that multiplies I.
 fn pencil(
     program: &Program,
     constant: f64,

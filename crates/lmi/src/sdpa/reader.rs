@@ -8,8 +8,9 @@
 //! 10.0                    the costs c, and perhaps words
 //! 0 1 1 2 -1.0            matrix (0 for F_0), block, row, column, value: of the upper triangle, numbers from 1
 //! ```
-//! Commas, parentheses and braces count as blanks, an entry below the diagonal for its mirror image, entries at one position add up. The numbers are read
-//! as the decimals they are: as a single binary64 number where that is exact, as an interval of the two neighbours otherwise.
+//! Commas, parentheses and braces count as blanks, an entry below the diagonal for its mirror image, entries at one
+//! position add up. The numbers are read as the decimals they are: as a single binary64 number where that is exact, as
+//! an interval of the two neighbours otherwise.
 //!
 //! Memory is bounded by the length of the text, whatever sizes it announces.
 
@@ -288,7 +289,8 @@ fn decimal(token: &str) -> Result<Interval, String> {
     Interval::new(value.next_down(), value.next_up()).ok_or_else(|| shorten(token))
 }
 
-/// Whether a decimal is known to be exactly the binary64 number nearest to it: D 10^k with |D| < 2^53 and |k| <= 22, tested by one fused operation.
+/// Whether a decimal is known to be exactly the binary64 number nearest to it: D 10^k with |D| < 2^53 and |k| <= 22,
+/// tested by one fused operation.
 fn is_exact(token: &str, value: f64) -> bool {
     let (mantissa, exponent) = token.split_once(['e', 'E']).unwrap_or((token, "0"));
     let Ok(exponent) = exponent.parse::<i32>() else { return false };

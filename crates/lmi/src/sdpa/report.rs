@@ -15,7 +15,8 @@ impl Status {
 }
 
 impl Outcome {
-    /// Two lines for people, and one that says why where the optimum stays undecided. `seconds` is the time of the whole, with that of reading the file.
+    /// Two lines for people, and one that says why where the optimum stays undecided. `seconds` is the time of the
+    /// whole, with that of reading the file.
     pub fn sentence(&self, seconds: f64) -> String {
         let why = self.why.map_or(String::new(), |why| format!("{why}\n"));
         format!(
@@ -28,8 +29,9 @@ impl Outcome {
         )
     }
 
-    /// One JSON object on one line, with `seconds` as in [`sentence`](Self::sentence): `status`, `lower`, `upper`, `primal_margin`, `seconds`, `solve_seconds`, `verify_seconds`, `runs`, `reason`. A bound
-    /// that is infinite is null, and so is the reason of what is decided.
+    /// One JSON object on one line, with `seconds` as in [`sentence`](Self::sentence): `status`, `lower`, `upper`,
+    /// `primal_margin`, `seconds`, `solve_seconds`, `verify_seconds`, `runs`, `reason`. A bound that is infinite is
+    /// null, and so is the reason of what is decided.
     ///
     /// ```
     /// use luenberger_lmi::sdpa;

@@ -22,7 +22,8 @@ fn plant(n: usize, p: usize, seed: u64) -> (DMatrix<f64>, DMatrix<f64>) {
     (DMatrix::from_fn(n, n, |_, _| next()), DMatrix::from_fn(p, n, |_, _| next()))
 }
 
-/// P > 0, P < I, A'P + PA - YC - C'Y' < 0, and Z = -C'S with S + S' > 0, which is what `Z C + C'Z' <= 0` means for C of full row rank.
+/// P > 0, P < I, A'P + PA - YC - C'Y' < 0, and Z = -C'S with S + S' > 0, which is what `Z C + C'Z' <= 0` means for C of
+/// full row rank.
 fn design(a: &DMatrix<f64>, c: &DMatrix<f64>) -> (Problem, Variable, Variable, Variable) {
     let (n, m) = (a.nrows(), c.nrows());
     let mut lmi = Problem::new();
@@ -63,7 +64,8 @@ proptest! {
         prop_assert_eq!(check(&a, &c, &solution, &p, &y), Ok(()));
     }
 
-    /// Strictly, `Z C + C'Z' < 0` is impossible as soon as C has a kernel: v in ker C gives v'(..)v = 0. The witness lives there.
+    /// Strictly, `Z C + C'Z' < 0` is impossible as soon as C has a kernel: v in ker C gives v'(..)v = 0. The witness
+    /// lives there.
     #[test]
     fn the_strict_form_is_refuted(seed: u64, n in 2usize..=5, m in 1usize..=2) {
         let m = m.min(n - 1);

@@ -1,5 +1,5 @@
-//! SDPA's files and the bounds proved of them: closed forms, programs whose optimum is known by construction, programs without one, and texts that
-//! are no programs.
+//! SDPA's files and the bounds proved of them: closed forms, programs whose optimum is known by construction, programs
+//! without one, and texts that are no programs.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -28,7 +28,8 @@ fn cycle(n: usize) -> String {
     text
 }
 
-/// L. Lovasz, On the Shannon capacity of a graph, IEEE Transactions on Information Theory 25, 1979: n cos(pi/n)/(1 + cos(pi/n)), n odd.
+/// L. Lovasz, On the Shannon capacity of a graph, IEEE Transactions on Information Theory 25, 1979: n cos(pi/n)/(1 +
+/// cos(pi/n)), n odd.
 #[test]
 fn the_lovasz_number_of_odd_cycles() {
     for n in [3, 5, 7, 15, 31] {
@@ -107,7 +108,8 @@ fn goes_into_a_file(text: &str) -> Outcome {
     found
 }
 
-/// Bounds in dense and diagonal blocks, with decimals that binary64 does not have; infeasible programs of both kinds; and a bound of one side alone.
+/// Bounds in dense and diagonal blocks, with decimals that binary64 does not have; infeasible programs of both kinds;
+/// and a bound of one side alone.
 #[test]
 fn what_is_proved_goes_into_a_file() {
     for n in [3, 15] {
@@ -195,8 +197,8 @@ fn a_program_too_large_for_the_memory_allowed_is_not_started() {
     assert_eq!((found.status, found.runs), (Status::Undecided, 0));
 }
 
-/// A program and its optimum: with integers v, `Y = v v'` and `X = |v|^2 I - v v'` are complementary, whatever the F_i; the first is I, so that (P) has
-/// an interior.
+/// A program and its optimum: with integers v, `Y = v v'` and `X = |v|^2 I - v v'` are complementary, whatever the F_i;
+/// the first is I, so that (P) has an interior.
 #[derive(Debug, Clone)]
 struct Known {
     program: Program,
@@ -246,7 +248,8 @@ fn build(n: usize, rest: &[Vec<i32>], v: &[i32], x: &[i32]) -> Known {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever is claimed of a program encloses its optimum; and since (P) has an interior, the upper bound is finite and near.
+    /// Whatever is claimed of a program encloses its optimum; and since (P) has an interior, the upper bound is finite
+    /// and near.
     #[test]
     fn the_bounds_enclose_the_optimum(case in known()) {
         let found = solve(&case.program, &Settings::default());

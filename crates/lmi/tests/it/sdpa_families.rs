@@ -1,4 +1,5 @@
-//! Families of programs like SDPLIB's, small: every bound encloses what is known of the optimum, and is finite where the programs have an interior.
+//! Families of programs like SDPLIB's, small: every bound encloses what is known of the optimum, and is finite where
+//! the programs have an interior.
 
 use crate::families;
 
@@ -29,7 +30,8 @@ fn what_is_known_of_each_family_comes_out() {
             Known::DualInfeasible => assert_eq!(found.status, Status::DualInfeasible, "{name}: {found:?}"),
             Known::Bounded(optimum) => {
                 assert_eq!(found.status, Status::Bounds, "{name}: {found:?}");
-                // The solver stops at a relative gap of 1e-12, and loses a few digits of it to the margins that a proof asks for.
+                // The solver stops at a relative gap of 1e-12, and loses a few digits of it to the margins that a proof
+                // asks for.
                 assert!(found.upper - found.lower <= 1e-6 * (1.0 + found.upper.abs()), "{name}: {found:?}");
                 assert!(optimum.is_none_or(|optimum| encloses(&found, optimum)), "{name}: {found:?}");
             }

@@ -7,7 +7,8 @@ use luenberger_proof::Interval;
 use luenberger_proof::semidefinite::{Block, Entry, Program};
 use proptest::prelude::*;
 
-/// The first example of SDPA's manual (K. Fujisawa and others, SDPA User's Manual), with its comments and separators; its optimum is -41.9.
+/// The first example of SDPA's manual (K. Fujisawa and others, SDPA User's Manual), with its comments and separators;
+/// its optimum is -41.9.
 #[test]
 fn the_manuals_own_example() {
     let text = "\"Example 1: mDim = 3, nBLOCK = 1, {2}\"\n   3  =  mDIM\n   1  =  nBLOCK\n   2  = bLOCKsTRUCT\n{48, -8, 20}\n\
@@ -130,7 +131,8 @@ impl Written {
         text
     }
 
-    /// The program as it is meant. Tenths that binary64 does not have are no single number, so that positions with several entries are compared by what they contain.
+    /// The program as it is meant. Tenths that binary64 does not have are no single number, so that positions with
+    /// several entries are compared by what they contain.
     fn contains(&self, program: &Program) -> bool {
         let blocks: Vec<Block> = self
             .blocks
@@ -173,7 +175,8 @@ proptest! {
         }
     }
 
-    /// Cut, overwritten or torn, it is a program or an error that names a line of the text, and what is read can be solved or not, but ends.
+    /// Cut, overwritten or torn, it is a program or an error that names a line of the text, and what is read can be
+    /// solved or not, but ends.
     #[test]
     fn damage_is_an_error_or_another_program(
         case in written(), cut in 0_usize..600, at in 0_usize..600, bytes in prop::collection::vec(any::<u8>(), 0..6), digits in "[0-9eE.+ -]{0,6}",

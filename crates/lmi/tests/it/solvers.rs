@@ -91,8 +91,9 @@ mod clarabel {
         prop::collection::vec(-1.0..1.0, rows * columns).prop_map(move |x| DMatrix::from_vec(rows, columns, x))
     }
 
-    /// A plant of 1 to 5 states and 1 or 2 outputs of which the last `hidden` states have no trace in the outputs; as the second number, the largest real part of a
-    /// hidden eigenvalue, where there is one: A is block triangular, and the hidden block lower triangular.
+    /// A plant of 1 to 5 states and 1 or 2 outputs of which the last `hidden` states have no trace in the outputs; as
+    /// the second number, the largest real part of a hidden eigenvalue, where there is one: A is block triangular, and
+    /// the hidden block lower triangular.
     fn plant() -> impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>, Option<f64>)> {
         (1usize..=5, 1usize..=2, 0usize..=2).prop_flat_map(|(n, outputs, hidden)| {
             let seen = n.saturating_sub(hidden).max(1);
@@ -109,7 +110,8 @@ mod clarabel {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Feasible iff every hidden mode decays faster than the rate: both solvers may say so, or that they do not know, and neither the contrary.
+        /// Feasible iff every hidden mode decays faster than the rate: both solvers may say so, or that they do not
+        /// know, and neither the contrary.
         #[test]
         fn no_plant_has_opposite_verdicts((a, c, slowest) in plant(), rate in 0.0..1.0f64) {
             let found = agree(&gain(&a, &c, rate))?;

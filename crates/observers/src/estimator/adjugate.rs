@@ -1,11 +1,12 @@
 //! The adjugate and the determinant, `adj(A) A = A adj(A) = det(A) I`, without an inverse.
 //!
-//! Both exist for every square matrix, also a singular one, for which there is nothing to divide by: adj A has rank 1 when A has rank n - 1, and is 0
-//! below that.
+//! Both exist for every square matrix, also a singular one, for which there is nothing to divide by: adj A has rank 1
+//! when A has rank n - 1, and is 0 below that.
 //!
-//! Method: elimination with complete pivoting, `A = P L U Q`, and `adj A = det(PQ) Q' adj(U) L^-1 P'`. The recursion for adj U divides by all pivots but
-//! the last, and complete pivoting leaves a zero before the last one only where adj A = 0. n^3 operations, bounded.
-//! Source: G. W. Stewart, On the adjugate matrix, Linear Algebra and its Applications 283, 1998.
+//! Method: elimination with complete pivoting, `A = P L U Q`, and `adj A = det(PQ) Q' adj(U) L^-1 P'`. The recursion
+//! for adj U divides by all pivots but the last, and complete pivoting leaves a zero before the last one only where adj
+//! A = 0. n^3 operations, bounded. Source: G. W. Stewart, On the adjugate matrix, Linear Algebra and its Applications
+//! 283, 1998.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
@@ -22,7 +23,8 @@ where
     pub determinant: T,
 }
 
-/// `adj A` and `det A` of a square matrix. The matrix of no rows has determinant 1; an entry that is not finite gives a determinant that is NaN.
+/// `adj A` and `det A` of a square matrix. The matrix of no rows has determinant 1; an entry that is not finite gives a
+/// determinant that is NaN.
 ///
 /// ```
 /// use luenberger_observers::estimator::adjugate::adjugate;
@@ -88,7 +90,8 @@ where
         }
     }
     let determinant = (0..n).fold(sign, |product, k| product * u[(k, k)]);
-    // adj U: upper triangular, its diagonal the products of the other pivots; rows above the diagonal by U adj(U) = det(U) I.
+    // adj U: upper triangular, its diagonal the products of the other pivots; rows above the diagonal by U adj(U) =
+    // det(U) I.
     let mut middle = OMatrix::<T, Q, Q>::zeros_generic(order, order);
     for j in 0..n {
         middle[(j, j)] = (0..n).filter(|&k| k != j).fold(sign, |product, k| product * u[(k, k)]);
@@ -122,7 +125,8 @@ mod tests {
     fn check(a: &DMatrix<f64>) -> Result<(), TestCaseError> {
         let (answer, n) = (adjugate(a), a.nrows());
         let deviation = a * &answer.adjugate - DMatrix::identity(n, n) * answer.determinant;
-        // Backward stable elimination with complete pivoting (growth below 2 at these orders), and n products of n factors.
+        // Backward stable elimination with complete pivoting (growth below 2 at these orders), and n products of n
+        // factors.
         let size = answer.adjugate.norm().max((1..n).fold(1.0, |power, _| power * a.norm()));
         let bound = 64.0 * (n * n * n) as f64 * f64::EPSILON * a.norm() * size;
         prop_assert!(deviation.amax() <= bound, "{deviation} {bound:e}");
@@ -139,7 +143,8 @@ mod tests {
             check(&DMatrix::from_element(1, 1, entries[0]))?;
         }
 
-        /// Rank 2 and rank 1 of order 3: the adjugate is a matrix of rank 1, and 0, up to rounding of the entries' products.
+        /// Rank 2 and rank 1 of order 3: the adjugate is a matrix of rank 1, and 0, up to rounding of the entries'
+        /// products.
         #[test]
         fn singular_matrices_have_an_adjugate(v in prop::array::uniform6(-3i32..=3), w in prop::array::uniform6(-3i32..=3)) {
             let rows = SMatrix::<f64, 3, 2>::from_fn(|i, j| f64::from(v[i + 3 * j]));

@@ -1,24 +1,28 @@
 //! Dynamic regressor extension and mixing: q scalar regressions instead of one of q parameters.
 //!
-//! Extension makes of `Y = M theta` a square regression `Z = Phi theta` (q equations), mixing multiplies it by the adjugate, `adj(Phi) Z = Delta theta` with
-//! `Delta = det Phi`, and every parameter has an equation of its own:
+//! Extension makes of `Y = M theta` a square regression `Z = Phi theta` (q equations), mixing multiplies it by the
+//! adjugate, `adj(Phi) Z = Delta theta` with `Delta = det Phi`, and every parameter has an equation of its own:
 //!
 //! ```text
 //! theta_hat_i' = gamma_i Delta (v_i - Delta theta_hat_i),  v = adj(Phi) Z
 //! ```
 //!
-//! For an exact regression `theta~_i' = -gamma_i Delta^2 theta~_i`: **each entry of the error decreases monotonically in magnitude**, and tends to 0 if and only if
-//! Delta is not square integrable, which can be so without persistent excitation of M.
+//! For an exact regression `theta~_i' = -gamma_i Delta^2 theta~_i`: **each entry of the error decreases monotonically
+//! in magnitude**, and tends to 0 if and only if Delta is not square integrable, which can be so without persistent
+//! excitation of M.
 //!
 //! Two extensions:
-//! - [`Kreisselmeier`]: `Phi' = -a Phi + M'M`, `Z' = -a Z + M'Y`, from zero. Any number of rows, q (q + 1) states, Phi is positive semidefinite.
-//! - [`LtiFilters`]: k stable filters `beta_i/(p + beta_i)` of Y and M, beside Y and M themselves: r (k + 1) equations. If these are q, they are the square
-//!   regression; if they are more, their normal equations are (`Phi = Me'Me`, whose determinant is the square of that of a square Me).
+//! - [`Kreisselmeier`]: `Phi' = -a Phi + M'M`, `Z' = -a Z + M'Y`, from zero. Any number of rows, q (q + 1) states, Phi
+//!   is positive semidefinite.
+//! - [`LtiFilters`]: k stable filters `beta_i/(p + beta_i)` of Y and M, beside Y and M themselves: r (k + 1) equations.
+//!   If these are q, they are the square regression; if they are more, their normal equations are (`Phi = Me'Me`, whose
+//!   determinant is the square of that of a square Me).
 //!
-//! The scale of Delta is that of M to the power q (2q for normal equations), and gamma has to make up for it: look at the excitation, which is `|Delta|`.
+//! The scale of Delta is that of M to the power q (2q for normal equations), and gamma has to make up for it: look at
+//! the excitation, which is `|Delta|`.
 //!
-//! Sources: S. Aranovskiy, A. Bobtsov, R. Ortega and A. Pyrkin, IEEE Transactions on Automatic Control 62, 2017; G. Kreisselmeier, IEEE
-//! Transactions on Automatic Control 22, 1977.
+//! Sources: S. Aranovskiy, A. Bobtsov, R. Ortega and A. Pyrkin, IEEE Transactions on Automatic Control 62, 2017; G.
+//! Kreisselmeier, IEEE Transactions on Automatic Control 22, 1977.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, OVector, RealField, U1};
@@ -108,7 +112,8 @@ impl<T: RealField + Copy, K: Dim> LtiFilters<T, K>
 where
     DefaultAllocator: Allocator<K>,
 {
-    /// Filters with poles `-beta_i`, in 1/s, which should differ from each other; q/r - 1 of them for a square regression.
+    /// Filters with poles `-beta_i`, in 1/s, which should differ from each other; q/r - 1 of them for a square
+    /// regression.
     ///
     /// # Errors
     /// [`ObserverError::NotPositive`] unless every beta is positive and finite, [`ObserverError::Matrix`] for none.

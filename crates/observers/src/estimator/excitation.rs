@@ -1,8 +1,9 @@
 //! How exciting a regression has been.
 //!
-//! `E(t) = int_0^t exp(-mu (t - s)) M(s)'M(s) ds` is the Gramian of the regressor with forgetting factor mu (mu = 0: all of the past). theta is determined by Y and
-//! M if and only if E is definite; what is reported is a bound below its smallest eigenvalue that is 0 exactly when that is:
-//! `det E ((q - 1)/trace E)^(q - 1) <= lambda_min(E)`, from the inequality of arithmetic and geometric means for the other eigenvalues.
+//! `E(t) = int_0^t exp(-mu (t - s)) M(s)'M(s) ds` is the Gramian of the regressor with forgetting factor mu (mu = 0:
+//! all of the past). theta is determined by Y and M if and only if E is definite; what is reported is a bound below its
+//! smallest eigenvalue that is 0 exactly when that is: `det E ((q - 1)/trace E)^(q - 1) <= lambda_min(E)`, from the
+//! inequality of arithmetic and geometric means for the other eigenvalues.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, OVector, RealField};
@@ -74,7 +75,8 @@ where
     }
 }
 
-/// A bound below the smallest eigenvalue of a positive semidefinite matrix: `det E ((q - 1)/trace E)^(q - 1)`, and not below 0.
+/// A bound below the smallest eigenvalue of a positive semidefinite matrix: `det E ((q - 1)/trace E)^(q - 1)`, and not
+/// below 0.
 ///
 /// ```
 /// use luenberger_observers::estimator::excitation::least_eigenvalue;

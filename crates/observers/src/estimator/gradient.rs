@@ -1,8 +1,9 @@
 //! The gradient estimator `theta_hat' = Gamma M'(Y - M theta_hat)`, eq. (47) of the [KKL+PEB] paper.
 //!
-//! For an exact regression the error obeys `theta~' = -Gamma M'M theta~`, `theta~ = theta_hat - theta` (the paper's proof prints it without the minus sign), and
-//! `theta~' Gamma^-1 theta~` never grows. It tends to 0, exponentially, if and only if M is persistently exciting. The entries of theta~ one
-//! by one may overshoot; [`drem`](crate::estimator::drem) is the cure.
+//! For an exact regression the error obeys `theta~' = -Gamma M'M theta~`, `theta~ = theta_hat - theta` (the paper's
+//! proof prints it without the minus sign), and `theta~' Gamma^-1 theta~` never grows. It tends to 0, exponentially, if
+//! and only if M is persistently exciting. The entries of theta~ one by one may overshoot;
+//! [`drem`](crate::estimator::drem) is the cure.
 //!
 //! Source: K. S. Narendra and A. M. Annaswamy, Stable Adaptive Systems, Prentice Hall 1989, section 2.
 
@@ -40,7 +41,8 @@ where
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::Matrix`] unless Gamma is square and finite, [`ObserverError::NotSymmetric`], [`ObserverError::NotDefinite`].
+    /// [`ObserverError::Matrix`] unless Gamma is square and finite, [`ObserverError::NotSymmetric`],
+    /// [`ObserverError::NotDefinite`].
     pub fn new(gain: OMatrix<T, Q, Q>) -> Result<Self, ObserverError> {
         let order = gain.nrows();
         Ok(Self { gain: covariance("Gamma", gain, order, true)? })

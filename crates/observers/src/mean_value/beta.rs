@@ -1,11 +1,13 @@
 //! The mean value theorem row by row: `f_i(xhat + e) - f_i(xhat) = Df_i(xhat + beta_i e) e` with beta_i in [0, 1].
 //!
-//! The paper solves its eq. (11) for all beta at once by bounded nonlinear least squares, (12). But equation i contains beta_i
-//! alone: with `phi_i(s) = f_i(xhat + s e)` it is `X_i(s) = phi_i(1) - phi_i(0) - phi_i'(s) = 0`, n scalar equations. The
-//! integral of X_i over [0, 1] is zero, so that X_i vanishes identically or changes its sign: a bracket is all that is needed.
+//! The paper solves its eq. (11) for all beta at once by bounded nonlinear least squares, (12). But equation i contains
+//! beta_i alone: with `phi_i(s) = f_i(xhat + s e)` it is `X_i(s) = phi_i(1) - phi_i(0) - phi_i'(s) = 0`, n scalar
+//! equations. The integral of X_i over [0, 1] is zero, so that X_i vanishes identically or changes its sign: a bracket
+//! is all that is needed.
 //!
-//! The root need not be unique, and it jumps when xhat and e move. Taken is the one whose bracket is nearest to 1/2, which is
-//! the limit for small e, and 1/2 itself where `X_i(1/2)` is zero to rounding: rows that are affine or quadratic along e.
+//! The root need not be unique, and it jumps when xhat and e move. Taken is the one whose bracket is nearest to 1/2,
+//! which is the limit for small e, and 1/2 itself where `X_i(1/2)` is zero to rounding: rows that are affine or
+//! quadratic along e.
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
@@ -16,7 +18,8 @@ use crate::mean_value::{Mean, MeanJacobian};
 /// Cells on either side of 1/2 that are searched for a change of sign.
 const CELLS: usize = 8;
 
-/// Steps of refinement; every third one halves the bracket, 1/16 wide, so that these leave less than the spacing of f64.
+/// Steps of refinement; every third one halves the bracket, 1/16 wide, so that these leave less than the spacing of
+/// f64.
 const STEPS: usize = 150;
 
 /// As the paper: row i of D is the gradient of f_i at `xhat + beta_i e`, with beta_i bracketed.
@@ -55,14 +58,16 @@ where
 
 /// beta, residual and Jacobian for the segment from `xhat` to `xhat + e`.
 ///
-/// Per row: a search for the change of sign of X_i outward from 1/2 on a grid of spacing 1/16, then false position (Illinois)
-/// with a bisection at every third step, until X_i is rounding or the bracket cannot be divided, at most 150 steps. Where no
-/// change of sign is found (two roots in one cell, or an f that is not finite) beta_i is the grid point of least `|X_i|`, the
-/// ends 0 and 1 among them, and the residual says so.
+/// Per row: a search for the change of sign of X_i outward from 1/2 on a grid of spacing 1/16, then false position
+/// (Illinois) with a bisection at every third step, until X_i is rounding or the bracket cannot be divided, at most 150
+/// steps. Where no change of sign is found (two roots in one cell, or an f that is not finite) beta_i is the grid point
+/// of least `|X_i|`, the ends 0 and 1 among them, and the residual says so.
 ///
-/// `X_i(1/2)` counts as zero below the rounding of f at a rounded point, `|Df| |x|` times a few epsilon: so close to e = 0 the sign of X_i is noise.
+/// `X_i(1/2)` counts as zero below the rounding of f at a rounded point, `|Df| |x|` times a few epsilon: so close to e =
+/// 0 the sign of X_i is noise.
 ///
-/// Costs 17 derivatives along e for the grid at most, about 10 per row for its root, and n for the Jacobian at 1/2 and at each other beta.
+/// Costs 17 derivatives along e for the grid at most, about 10 per row for its root, and n for the Jacobian at 1/2 and
+/// at each other beta.
 ///
 /// ```
 /// use luenberger_observers::mean_value::beta::mean_value;
@@ -105,8 +110,8 @@ where
         (start[i].abs() + end[i].abs() + (rise[i] - middle[i]).abs()) * four_epsilon
     });
 
-    // The ends of the segment are rounded themselves, and with them every term of f: |Df| |x| says how much that is, also where the terms cancel. Below
-    // it X(1/2) has no sign to be believed.
+    // The ends of the segment are rounded themselves, and with them every term of f: |Df| |x| says how much that is,
+    // also where the terms cancel. Below it X(1/2) has no sign to be believed.
     let centre = plant.state_jacobian(t, &(xhat + e * half), u);
     let negligible = OVector::from_fn_generic(order, U1, |i, _| {
         (0..n).fold(rounding[i], |sum, j| sum + centre[(i, j)].abs() * (xhat[j].abs() + e[j].abs()) * four_epsilon)

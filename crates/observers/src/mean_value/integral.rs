@@ -1,10 +1,10 @@
 //! The integral mean of the Jacobian, `Dbar = int_0^1 Df(xhat + s e) ds`.
 //!
-//! `Dbar e = f(xhat + e) - f(xhat)` exactly, for every continuously differentiable f: that is the fundamental theorem of calculus
-//! along the segment. Dbar depends continuously on xhat and e, and nothing has to be solved for.
+//! `Dbar e = f(xhat + e) - f(xhat)` exactly, for every continuously differentiable f: that is the fundamental theorem
+//! of calculus along the segment. Dbar depends continuously on xhat and e, and nothing has to be solved for.
 //!
-//! Method: Gauss and Legendre with eight points, exact for polynomials of degree 15 in s. The error is estimated twice: by
-//! the difference from five points (degree 9), and, along e, by the identity itself.
+//! Method: Gauss and Legendre with eight points, exact for polynomials of degree 15 in s. The error is estimated twice:
+//! by the difference from five points (degree 9), and, along e, by the identity itself.
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
@@ -63,8 +63,8 @@ where
 {
     /// Dbar, n x n.
     pub jacobian: OMatrix<T, N, N>,
-    /// Largest entry of the difference between eight and five points: for a smooth f the error of five points, which the error
-    /// of eight is far below; where the two rules disagree much, neither is to be believed.
+    /// Largest entry of the difference between eight and five points: for a smooth f the error of five points, which
+    /// the error of eight is far below; where the two rules disagree much, neither is to be believed.
     pub difference: T,
     /// Largest entry of `|Dbar e - (f(xhat + e) - f(xhat))|`: the true error along e, with rounding.
     pub residual: T,
@@ -84,7 +84,8 @@ where
 /// # Ok::<(), luenberger_observers::ObserverError>(())
 /// ```
 /// # Errors
-/// [`ObserverError::JacobianNotFinite`] names the point of the segment, as the fraction s of the way and as a state, and the entry.
+/// [`ObserverError::JacobianNotFinite`] names the point of the segment, as the fraction s of the way and as a state,
+/// and the entry.
 ///
 /// Source: P. J. Davis and P. Rabinowitz, Methods of Numerical Integration, 2nd ed., 1984, section 2.7.
 pub fn integral_mean<S, T, N, M, P>(

@@ -6,24 +6,24 @@
 //! e'    = (D - G) e + (L - [G_m; 0]) (y - C xhat - C e)          repaired
 //! ```
 //!
-//! C = [I 0]: the first p states are measured. e is the observer's *internal* error, a state of its own; e1 holds the measured
-//! errors `y - C xhat` in its first p rows and the internal ones in the rest. D is a mean of `Df` over the segment from xhat to
-//! `xhat + e`, by rows ([`beta`]) or as an integral ([`integral`]), and `G = eta diag(alpha)`, alpha_k the sum of row k and of
-//! column k of |D|, the diagonal counted twice: eq. (5), (6).
+//! C = [I 0]: the first p states are measured. e is the observer's *internal* error, a state of its own; e1 holds the
+//! measured errors `y - C xhat` in its first p rows and the internal ones in the rest. D is a mean of `Df` over the
+//! segment from xhat to `xhat + e`, by rows ([`beta`]) or as an integral ([`integral`]), and `G = eta diag(alpha)`,
+//! alpha_k the sum of row k and of column k of |D|, the diagonal counted twice: eq. (5), (6).
 //!
-//! **What holds.** `e'De <= sum alpha_k e_k^2 / 2`, so that as printed the internal error never grows when `eta > 1/2`, and
-//! `|e|^2 / 2` falls at least at the rate `(eta - 1/2) sum alpha_k e_k^2`.
+//! **What holds.** `e'De <= sum alpha_k e_k^2 / 2`, so that as printed the internal error never grows when `eta > 1/2`,
+//! and `|e|^2 / 2` falls at least at the rate `(eta - 1/2) sum alpha_k e_k^2`.
 //!
 //! **What does not.** That is the internal error, not `x - xhat`. With `z = xhat + e` the printed observer says
-//! `z' = f(z, u) + [G_m; 0] (y - C z)`: the error x - z, which decides convergence, is injected into the measured states only, and
-//! where that is not enough the observer does not converge: it has to be told x(0) through e(0). The repair turns the
-//! equation of z into `z' = f(z, u) + L (y - C z)`, so that `d = x - z` obeys `d' = (Dbar - L C) d` with the mean Jacobian between z
-//! and x; where L makes that contract (one Lyapunov matrix for all mean Jacobians), d tends to 0 from *any* e(0), and with
-//! it e and x - xhat.
+//! `z' = f(z, u) + [G_m; 0] (y - C z)`: the error x - z, which decides convergence, is injected into the measured
+//! states only, and where that is not enough the observer does not converge: it has to be told x(0) through e(0). The
+//! repair turns the equation of z into `z' = f(z, u) + L (y - C z)`, so that `d = x - z` obeys `d' = (Dbar - L C) d`
+//! with the mean Jacobian between z and x; where L makes that contract (one Lyapunov matrix for all mean Jacobians), d
+//! tends to 0 from *any* e(0), and with it e and x - xhat.
 //!
-//! **Where it does after all.** As the injection grows, the unmeasured block of the Jacobian is what is left of the equation of x - z. In coordinates
-//! `x_u - K x_m` in which that block contracts, the observer converges as printed from any e(0); [`mapped`] gives its estimate in the plant's coordinates,
-//! and `luenberger-design` finds K.
+//! **Where it does after all.** As the injection grows, the unmeasured block of the Jacobian is what is left of the
+//! equation of x - z. In coordinates `x_u - K x_m` in which that block contracts, the observer converges as printed
+//! from any e(0); [`mapped`] gives its estimate in the plant's coordinates, and `luenberger-design` finds K.
 //!
 //! Source: R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018.
 
@@ -60,7 +60,8 @@ where
 
 /// A mean of `Df` over the segment from xhat to xhat + e: a matrix D with `D e = f(xhat + e) - f(xhat)`.
 ///
-/// Here are [`Beta`] and [`Integral`]; `luenberger-design` has `LeastSquares`, the paper's own way to beta, which needs `std`.
+/// Here are [`Beta`] and [`Integral`]; `luenberger-design` has `LeastSquares`, the paper's own way to beta, which needs
+/// `std`.
 pub trait Mean<S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
@@ -70,10 +71,12 @@ where
     P: Dim,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// D and `D e`. Where Df is not finite on the segment, neither are they; [`examine`](Self::examine) says where that is.
+    /// D and `D e`. Where Df is not finite on the segment, neither are they; [`examine`](Self::examine) says where that
+    /// is.
     fn mean(&self, plant: &S, t: T, xhat: &OVector<T, N>, u: &OVector<T, M>, e: &OVector<T, N>) -> MeanJacobian<T, N>;
 
-    /// Whether D and `D e` exist on this segment: found by evaluating f and Df at its ends and at eight points between, and D itself.
+    /// Whether D and `D e` exist on this segment: found by evaluating f and Df at its ends and at eight points between,
+    /// and D itself.
     ///
     /// # Errors
     /// [`ObserverError::JacobianNotFinite`] and [`ObserverError::SlopeNotFinite`] name the point.
@@ -191,8 +194,8 @@ where
 {
     /// The observer as printed, whose internal error starts at `internal_error`.
     ///
-    /// The plant's outputs must be its first p states. An `internal_error` that is x(0) - xhat(0) tells the observer the plant's
-    /// state; the estimate is then exact up to that error's decay, whatever the plant.
+    /// The plant's outputs must be its first p states. An `internal_error` that is x(0) - xhat(0) tells the observer
+    /// the plant's state; the estimate is then exact up to that error's decay, whatever the plant.
     ///
     /// ```
     /// use luenberger_observers::{EstimateAndError, Integral, MeanValueObserver, Observer, ObserverError};
@@ -213,8 +216,8 @@ where
     /// # Ok::<(), ObserverError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::Eta`] unless eta > 1/2, [`ObserverError::Matrix`] for the length and the entries of `internal_error`,
-    /// [`ObserverError::OutputNotState`] when y is not the first p states (tested at two points).
+    /// [`ObserverError::Eta`] unless eta > 1/2, [`ObserverError::Matrix`] for the length and the entries of
+    /// `internal_error`, [`ObserverError::OutputNotState`] when y is not the first p states (tested at two points).
     pub fn new(plant: S, eta: T, mean: D, internal_error: OVector<T, N>) -> Result<Self, ObserverError> {
         if !(eta.is_finite() && eta + eta > T::one()) {
             return Err(ObserverError::Eta { eta: eta.to_subset_unchecked() });
@@ -285,8 +288,8 @@ where
         &self.mean
     }
 
-    /// Whether the right-hand side exists at this estimate and internal error: [`derivative`](Observer::derivative) itself returns no error, and
-    /// where Df is not finite on the segment its result is not either.
+    /// Whether the right-hand side exists at this estimate and internal error: [`derivative`](Observer::derivative)
+    /// itself returns no error, and where Df is not finite on the segment its result is not either.
     ///
     /// # Errors
     /// [`ObserverError::JacobianNotFinite`] and [`ObserverError::SlopeNotFinite`] name the point.

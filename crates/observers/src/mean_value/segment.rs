@@ -1,6 +1,7 @@
 //! Whether f and Df exist along the segment from xhat to xhat + e, and where they do not.
 //!
-//! The right-hand side of an observer returns no error; before a run, or after one that ended, this says which state was to blame.
+//! The right-hand side of an observer returns no error; before a run, or after one that ended, this says which state
+//! was to blame.
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
@@ -19,7 +20,8 @@ use crate::mean_value::integral::EIGHT;
 /// assert!(error.to_string().contains("at the state [1e200, 0.0, 1e200]"), "{error}");
 /// ```
 /// # Errors
-/// [`ObserverError::SlopeNotFinite`] and [`ObserverError::JacobianNotFinite`] name the first such state. A pole between the points is not seen.
+/// [`ObserverError::SlopeNotFinite`] and [`ObserverError::JacobianNotFinite`] name the first such state. A pole between
+/// the points is not seen.
 pub fn examine<S, T, N, M, P>(
     plant: &S,
     t: T,

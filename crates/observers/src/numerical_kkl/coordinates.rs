@@ -1,9 +1,9 @@
 //! Coordinates of the target space in which every direction of T(box) counts.
 //!
-//! The entries of z are low-pass filters of the same output and hence nearly the same signal: T(box) is thin, and what tells the
-//! unmeasured states is in its thin directions. `w = W (z - m)`, m and W from the mean and the covariance of T over the box, makes all
-//! directions about one wide. Directions of no width at all (a linear plant with more target states than states) hold nothing but noise; the
-//! design gives them no weight.
+//! The entries of z are low-pass filters of the same output and hence nearly the same signal: T(box) is thin, and what
+//! tells the unmeasured states is in its thin directions. `w = W (z - m)`, m and W from the mean and the covariance of
+//! T over the box, makes all directions about one wide. Directions of no width at all (a linear plant with more target
+//! states than states) hold nothing but noise; the design gives them no weight.
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::{RealField, SMatrix, SVector};

@@ -1,10 +1,11 @@
 //! The interpolated form of a left inverse: `min |W (T(x) - z)|` over the box.
 //!
-//! T is a [`TensorSpline`] in [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton steps with Levenberg's damping where a step does not reduce the
-//! residual, projected on the box, and bounded in number. The start is the embedded form's estimate, a function of z alone, so that the
-//! estimate is one too; who steps it in a loop can start from the last estimate instead ([`InterpolatedInverse::solve`]). Where the iteration ends with
-//! a residual that the accuracy of the spline does not explain, it begins again at the best points of a coarse grid, one after the other, and
-//! the best end is taken: the result is never farther from z, in T, than the start was.
+//! T is a [`TensorSpline`] in [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton
+//! steps with Levenberg's damping where a step does not reduce the residual, projected on the box, and bounded in
+//! number. The start is the embedded form's estimate, a function of z alone, so that the estimate is one too; who steps
+//! it in a loop can start from the last estimate instead ([`InterpolatedInverse::solve`]). Where the iteration ends
+//! with a residual that the accuracy of the spline does not explain, it begins again at the best points of a coarse
+//! grid, one after the other, and the best end is taken: the result is never farther from z, in T, than the start was.
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -133,7 +134,8 @@ where
         LeastSquares { evaluations, ..best }
     }
 
-    /// The centres of the cells of a coarse grid whose images are nearest to w, nearest first, and how many were looked at.
+    /// The centres of the cells of a coarse grid whose images are nearest to w, nearest first, and how many were looked
+    /// at.
     fn best_of_grid(&self, w: &SVector<T, Z>) -> (Seeds<T, N>, usize) {
         let (lower, upper) = self.spline.bounds();
         let count = self.search.fallback.pow(N as u32);
@@ -200,7 +202,8 @@ where
     }
 }
 
-/// The point x of the spline's box whose value is nearest to w, from `guess` on, by projected Levenberg-Marquardt steps.
+/// The point x of the spline's box whose value is nearest to w, from `guess` on, by projected Levenberg-Marquardt
+/// steps.
 ///
 /// A local minimum; bounded by `max_evaluations` evaluations of the spline, `4^N Z (N + 1)` multiply-adds each.
 pub fn nearest<T, V, const N: usize, const Z: usize>(

@@ -1,9 +1,10 @@
-//! The numerical Kazantzis-Kravaris-Luenberger observer: `z' = D z + B y`, `xhat = T^-L(z)`, for a plant without a closed form of T.
+//! The numerical Kazantzis-Kravaris-Luenberger observer: `z' = D z + B y`, `xhat = T^-L(z)`, for a plant without a
+//! closed form of T.
 //!
-//! D is Hurwitz (n_z x n_z), (D, B) controllable, and T maps states to target states: `DT(x) f(x) = D T(x) + B h(x)`. Then
-//! `z - T(x)` obeys `e' = D e`, whatever the plant: the convergence of z is *linear*, and all that is left to do is to undo T. T and its left
-//! inverse are computed beforehand (`luenberger-design`, `numerical_kkl`); here are the left inverses that then run, as
-//! [`LeftInverse`](crate::kkl::LeftInverse) of [`LinearKkl`].
+//! D is Hurwitz (n_z x n_z), (D, B) controllable, and T maps states to target states: `DT(x) f(x) = D T(x) + B h(x)`.
+//! Then `z - T(x)` obeys `e' = D e`, whatever the plant: the convergence of z is *linear*, and all that is left to do
+//! is to undo T. T and its left inverse are computed beforehand (`luenberger-design`, `numerical_kkl`); here are the
+//! left inverses that then run, as [`LeftInverse`](crate::kkl::LeftInverse) of [`LinearKkl`].
 //!
 //! | file | subject |
 //! |---|---|
@@ -12,11 +13,12 @@
 //! | [`spline`] | T itself, interpolated by tensor cubic splines |
 //! | [`least_squares`] | the interpolated form: `min |T(x) - z|` over the box by damped Gauss-Newton steps |
 //!
-//! Sizes are compile-time constants and coefficients are anything that lends a slice (`&'static [f32]` in flash, a `Vec` on a workstation): nothing
-//! allocates, nothing panics, and a target state that is far away or overflows gives an estimate in the box.
+//! Sizes are compile-time constants and coefficients are anything that lends a slice (`&'static [f32]` in flash, a
+//! `Vec` on a workstation): nothing allocates, nothing panics, and a target state that is far away or overflows gives
+//! an estimate in the box.
 //!
-//! Sources: N. Kazantzis and C. Kravaris, Systems & Control Letters 34, 1998; V. Andrieu and L. Praly, SIAM Journal on Control and
-//! Optimization 45, 2006.
+//! Sources: N. Kazantzis and C. Kravaris, Systems & Control Letters 34, 1998; V. Andrieu and L. Praly, SIAM Journal on
+//! Control and Optimization 45, 2006.
 
 pub mod coordinates;
 pub mod least_squares;
@@ -32,8 +34,8 @@ pub use least_squares::{InterpolatedInverse, LeastSquares, Search};
 pub use polynomial_tree::{Branch, Node, PolynomialInverse, PolynomialTree};
 pub use spline::TensorSpline;
 
-/// `z' = D z + B y`, `xhat = T^-L(z)` for a plant of N states, M inputs, P outputs, with Z target states and the left inverse `I`
-/// ([`PolynomialInverse`] or [`InterpolatedInverse`]).
+/// `z' = D z + B y`, `xhat = T^-L(z)` for a plant of N states, M inputs, P outputs, with Z target states and the left
+/// inverse `I` ([`PolynomialInverse`] or [`InterpolatedInverse`]).
 ///
 /// The input is not used: T belongs to the plant at one constant input u0. With another, `e = z - T(x)` obeys
 /// `e' = D e - DT(x) (f(x, u) - f(x, u0))`, and does not tend to zero.

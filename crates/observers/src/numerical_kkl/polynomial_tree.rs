@@ -1,11 +1,13 @@
 //! Piecewise polynomials on a tree of cells: the embedded form of a left inverse.
 //!
-//! A binary tree of comparisons of one coordinate with a threshold leads to a leaf; the leaf is a polynomial of small total degree
-//! in its own local coordinates, one per output, evaluated by nested Horner: one multiply-add per coefficient. Cells are small where the map bends (a
-//! cube root at an unobservable equilibrium) and large where it does not. A tree of one leaf is the ordinary polynomial regression.
+//! A binary tree of comparisons of one coordinate with a threshold leads to a leaf; the leaf is a polynomial of small
+//! total degree in its own local coordinates, one per output, evaluated by nested Horner: one multiply-add per
+//! coefficient. Cells are small where the map bends (a cube root at an unobservable equilibrium) and large where it
+//! does not. A tree of one leaf is the ordinary polynomial regression.
 //!
-//! Between leaves the map jumps by as much as the two polynomials differ, which is of the size of the fit's error. Beyond the samples
-//! of a leaf its polynomial is held at the border, and its values at about those of the samples: bounded, whatever the input.
+//! Between leaves the map jumps by as much as the two polynomials differ, which is of the size of the fit's error.
+//! Beyond the samples of a leaf its polynomial is held at the border, and its values at about those of the samples:
+//! bounded, whatever the input.
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -40,10 +42,11 @@ pub struct Node<T> {
     pub above: Branch,
 }
 
-/// A map from I coordinates to O, piecewise polynomial of total degree `degree`; `V` lends the coefficients, `K` the comparisons.
+/// A map from I coordinates to O, piecewise polynomial of total degree `degree`; `V` lends the coefficients, `K` the
+/// comparisons.
 ///
-/// A leaf holds, one after the other, the centre (I), the inverse half-widths (I), the least values (O) and the largest (O) that it may give,
-/// and for each output its coefficients in the order in which [`monomials`] names them.
+/// A leaf holds, one after the other, the centre (I), the inverse half-widths (I), the least values (O) and the largest
+/// (O) that it may give, and for each output its coefficients in the order in which [`monomials`] names them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolynomialTree<T, K, V, const I: usize, const O: usize> {
     degree: usize,
@@ -73,8 +76,9 @@ where
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::Table`] when the number of coefficients is not a whole number of leaves, when a comparison leads to a leaf that does not exist or to a
-    /// comparison that does not come after it (so that every walk ends), and for degrees above 16; [`ObserverError::TableNotFinite`].
+    /// [`ObserverError::Table`] when the number of coefficients is not a whole number of leaves, when a comparison
+    /// leads to a leaf that does not exist or to a comparison that does not come after it (so that every walk ends),
+    /// and for degrees above 16; [`ObserverError::TableNotFinite`].
     pub fn new(degree: usize, nodes: K, leaves: V) -> Result<Self, ObserverError> {
         if degree > MOST_DEGREE {
             return Err(ObserverError::Table { what: "the degree", expected: MOST_DEGREE, found: degree });
@@ -269,7 +273,8 @@ where
     K: AsRef<[Node<T>]>,
     V: AsRef<[T]>,
 {
-    /// From `w = W (z - m)` to the state by `inverse`, from the state to w by `forward`; estimates stay between `lower` and `upper`.
+    /// From `w = W (z - m)` to the state by `inverse`, from the state to w by `forward`; estimates stay between `lower`
+    /// and `upper`.
     ///
     /// # Errors
     /// [`ObserverError::Box`] unless `lower < upper` in every entry, all finite.

@@ -1,7 +1,8 @@
 //! A map on a box by tensor products of cubic splines.
 //!
-//! `s(x) = sum c_k B_k1(x_1) ... B_kn(x_n)` with uniform cubic B-splines: twice continuously differentiable, local (4^n coefficients per value), and an error of
-//! order h^4 in the spacing h of the grid. The table has `(points + 2)` coefficients per axis and output.
+//! `s(x) = sum c_k B_k1(x_1) ... B_kn(x_n)` with uniform cubic B-splines: twice continuously differentiable, local (4^n
+//! coefficients per value), and an error of order h^4 in the spacing h of the grid. The table has `(points + 2)`
+//! coefficients per axis and output.
 //!
 //! Source: C. de Boor, A Practical Guide to Splines, rev. ed., Springer 2001, ch. XVII.
 
@@ -30,8 +31,8 @@ where
     T: RealField + Copy,
     V: AsRef<[T]>,
 {
-    /// The spline on `points[i]` uniformly spaced points of axis i, ends included, with `points[i] + 2` coefficients per axis; the last axis runs fastest, the
-    /// outputs of one coefficient stand together.
+    /// The spline on `points[i]` uniformly spaced points of axis i, ends included, with `points[i] + 2` coefficients
+    /// per axis; the last axis runs fastest, the outputs of one coefficient stand together.
     ///
     /// The cubic B-splines add to one, so that equal coefficients give a constant:
     /// ```
@@ -43,8 +44,8 @@ where
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::Box`]; [`ObserverError::Table`] for fewer than two points on an axis or another number of coefficients;
-    /// [`ObserverError::TableNotFinite`].
+    /// [`ObserverError::Box`]; [`ObserverError::Table`] for fewer than two points on an axis or another number of
+    /// coefficients; [`ObserverError::TableNotFinite`].
     pub fn new(
         lower: SVector<T, N>,
         upper: SVector<T, N>,

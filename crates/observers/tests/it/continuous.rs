@@ -1,5 +1,5 @@
-//! The right-hand sides (2) and (5): error dynamics (4) and (7) over random plants, sizes known at compile time and at run
-//! time, `f32`, and data that overflow.
+//! The right-hand sides (2) and (5): error dynamics (4) and (7) over random plants, sizes known at compile time and at
+//! run time, `f32`, and data that overflow.
 #![cfg(feature = "alloc")]
 
 use luenberger_observers::{CubicObserver, LinearObserver, NonlinearLuenbergerObserver, Observer, cubic};
@@ -73,7 +73,8 @@ proptest! {
         prop_assert_eq!(cubic.estimate(0.0, &cubic.initial(0.0, &xhat, &u, &y), &u, &y), xhat);
     }
 
-    /// Sizes known at compile time and at run time give the same numbers up to the order of summation, and so does `f32`.
+    /// Sizes known at compile time and at run time give the same numbers up to the order of summation, and so does
+    /// `f32`.
     #[test]
     fn static_dynamic_and_single_precision_agree(
         a in prop::array::uniform9(-3.0f64..3.0), b in prop::array::uniform6(-3.0f64..3.0),
@@ -146,7 +147,8 @@ fn saturation_does_not_touch_ordinary_numbers_of_single_precision() {
     assert!(slope[0].is_finite());
 }
 
-/// Beyond MAX^(1/4) the weight is that of the innovation shortened to it: continuous there, and the same for all that lie beyond on one ray.
+/// Beyond MAX^(1/4) the weight is that of the innovation shortened to it: continuous there, and the same for all that
+/// lie beyond on one ray.
 #[test]
 fn the_weight_stops_growing_without_a_jump() {
     let (theta, ray) = (Matrix2::new(2.0, 0.5, 0.25, 1.0), Vector2::new(1.0, -0.5));

@@ -18,12 +18,13 @@ fn matrix<const R: usize, const C: usize>(size: f64) -> impl Strategy<Value = SM
     prop::collection::vec(-size..size, R * C).prop_map(|entries| SMatrix::from_column_slice(&entries))
 }
 
-/// Checks `theta_hat_i' = -gamma_i Delta^2 theta~_i`, which makes every |theta~_i| decrease: `delta` is the determinant, and `size` bounds the terms of which
-/// `v = adj(Phi) Z` is the sum.
+/// Checks `theta_hat_i' = -gamma_i Delta^2 theta~_i`, which makes every |theta~_i| decrease: `delta` is the
+/// determinant, and `size` bounds the terms of which `v = adj(Phi) Z` is the sum.
 fn assert_monotone(rate: &[f64], error: &[f64], gain: &[f64], delta: f64, size: f64) -> Result<(), TestCaseError> {
     for i in 0..error.len() {
         let claimed = -gain[i] * delta * delta * error[i];
-        // v - Delta theta_hat: sums of products of q^2 numbers, and the adjugate's own rounding, in front of gamma Delta.
+        // v - Delta theta_hat: sums of products of q^2 numbers, and the adjugate's own rounding, in front of gamma
+        // Delta.
         let rounding = 1024.0 * f64::EPSILON * gain[i] * delta.abs() * size;
         prop_assert!((rate[i] - claimed).abs() <= rounding, "{i}: {} {claimed} {rounding:e}", rate[i]);
         // No entry moves away from its parameter by more than rounding.
@@ -106,7 +107,8 @@ proptest! {
         assert_monotone(&rate[..2], (guess - theta).as_slice(), &[1.0; 2], minors, 4.0 * 4.0 * 16.0)?;
     }
 
-    /// The gradient estimator: `theta~' Gamma^-1 theta~` changes at the rate `-2 |M theta~|^2`, for any number of rows and any Gamma.
+    /// The gradient estimator: `theta~' Gamma^-1 theta~` changes at the rate `-2 |M theta~|^2`, for any number of rows
+    /// and any Gamma.
     #[test]
     fn the_gradient_never_increases_its_energy(
         theta in vector::<3>(2.0), guess in vector::<3>(5.0), m in matrix::<2, 3>(1.0), root in matrix::<3, 3>(1.0),
@@ -122,7 +124,8 @@ proptest! {
         prop_assert!((change - claimed).abs() <= 256.0 * f64::EPSILON * 10.0 * 420.0 * 7.0, "{change} {claimed}");
     }
 
-    /// The bound is below the smallest eigenvalue, and not by more than the means allow: equal for order 1, at least half of it for order 2.
+    /// The bound is below the smallest eigenvalue, and not by more than the means allow: equal for order 1, at least
+    /// half of it for order 2.
     #[test]
     fn the_measure_of_excitation_is_a_bound(m in matrix::<4, 3>(1.0)) {
         let gram: Matrix3<f64> = m.transpose() * m;
@@ -179,7 +182,8 @@ where
     state
 }
 
-/// Along a run, from zero: each entry of DREM's error decreases, with both extensions, while an entry of the gradient's overshoots.
+/// Along a run, from zero: each entry of DREM's error decreases, with both extensions, while an entry of the gradient's
+/// overshoots.
 #[test]
 fn along_a_run_drem_is_monotone_and_the_gradient_is_not() {
     let theta = Vector2::new(1.0, 3.0);

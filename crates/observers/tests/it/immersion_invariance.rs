@@ -8,7 +8,8 @@ use luenberger_plants::{Chaotic, Plant};
 use nalgebra::{RealField, SVector, U0, U1, U2, U3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
-/// `phi = x3 + x1^2` and `beta = chi1 + chi2 y1 + sin chi3 + y2^2` for the chaotic plant: an extension longer than the manifold, nonlinear in everything, with a Q and a rho.
+/// `phi = x3 + x1^2` and `beta = chi1 + chi2 y1 + sin chi3 + y2^2` for the chaotic plant: an extension longer than the
+/// manifold, nonlinear in everything, with a Q and a rho.
 #[derive(Clone, Copy, Debug)]
 struct Winding;
 
@@ -47,8 +48,9 @@ impl<T: RealField + Copy> Immersion<T> for Winding {
 }
 
 proptest! {
-    /// Proposition 4, eq. (16), with every derivative taken by hand: the distance from the manifold moves with what x and xhat differ in, with rho, and with nothing else, whatever
-    /// Q. In the directions of chi that beta does not see, chi' is Q.
+    /// Proposition 4, eq. (16), with every derivative taken by hand: the distance from the manifold moves with what x
+    /// and xhat differ in, with rho, and with nothing else, whatever Q. In the directions of chi that beta does not
+    /// see, chi' is Q.
     #[test]
     fn the_distance_from_the_manifold_obeys_16(x in prop::array::uniform3(-2.0..2.0f64), chi in prop::array::uniform3(-2.0..2.0f64)) {
         let (x, chi, u) = (Vector3::from(x), Vector3::from(chi), SVector::<f64, 0>::zeros());

@@ -20,8 +20,9 @@ fn joseph(p: Matrix2<f64>, c: RowVector2<f64>, v: f64) -> (Vector2<f64>, Matrix2
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// For the double integrator everything is a polynomial of degree at most 3 in h, which one Runge-Kutta step has exactly:
-    /// Phi = [[1, h], [0, 1]], P+ = Phi P Phi' + int_0^h Phi(s) W Phi(s)' ds. So this is the Kalman filter itself.
+    /// For the double integrator everything is a polynomial of degree at most 3 in h, which one Runge-Kutta step has
+    /// exactly: Phi = [[1, h], [0, 1]], P+ = Phi P Phi' + int_0^h Phi(s) W Phi(s)' ds. So this is the Kalman filter
+    /// itself.
     #[test]
     fn the_filter_of_a_linear_plant_is_kalmans(
         h in 0.01f64..1.0, root in prop::array::uniform4(-1.0f64..1.0), intensity in 0.0f64..2.0, v in 0.01f64..1.0,
@@ -68,8 +69,8 @@ proptest! {
     }
 }
 
-/// On a chain of four integrators with a constant input the estimate moves by a polynomial of degree 4 in time, which the classical Runge-Kutta method has exactly. With
-/// P(0) = 0 and W = 0 there is no correction.
+/// On a chain of four integrators with a constant input the estimate moves by a polynomial of degree 4 in time, which
+/// the classical Runge-Kutta method has exactly. With P(0) = 0 and W = 0 there is no correction.
 #[test]
 fn a_chain_of_integrators_is_propagated_exactly() {
     let a = Matrix4::from_fn(|i, j| if j == i + 1 { 1.0 } else { 0.0 });
@@ -109,8 +110,8 @@ fn the_unmeasured_state_is_found() {
     assert_abs_diff_eq!(x, belief.estimate(), epsilon = 1e-4);
 }
 
-/// A belief that is no covariance has no gain, and the sample is passed over. A sample that is not a number is not swallowed:
-/// the estimate is no number from then on.
+/// A belief that is no covariance has no gain, and the sample is passed over. A sample that is not a number is not
+/// swallowed: the estimate is no number from then on.
 #[test]
 fn samples_without_a_gain() {
     let noises = NoiseModel { w: Matrix2::zeros(), v: Matrix1::new(1.0), p0: Matrix2::identity() };

@@ -1,4 +1,5 @@
-//! KKL, [KKL+PEB] and high-gain observers over maps supplied by the user: constructors, sizes known at run time, states taken apart.
+//! KKL, [KKL+PEB] and high-gain observers over maps supplied by the user: constructors, sizes known at run time, states
+//! taken apart.
 #![cfg(feature = "alloc")]
 
 use luenberger_observers::cascade::{Cascade, CascadeMap};
@@ -30,7 +31,8 @@ impl LeftInverse<f64, Dyn, Dyn, Dyn> for Linear {
     }
 }
 
-/// Luenberger's own: for the double integrator with `D = diag(-1, -2)`, `B = (1, 1)`, `V = [1 -1; 1/2 -1/4]` and the error of z has the poles -1 and -2.
+/// Luenberger's own: for the double integrator with `D = diag(-1, -2)`, `B = (1, 1)`, `V = [1 -1; 1/2 -1/4]` and the
+/// error of z has the poles -1 and -2.
 #[test]
 fn a_linear_kkl_observer_of_dynamic_size() {
     let v = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, 0.5, -0.25]);
@@ -125,7 +127,8 @@ impl HighGainMap<f64> for Doubled {
     }
 }
 
-/// A pure chain of three: the error matrix has the roots of `s^3 + a1 s^2 + a2 s + a3` divided by r; and chains that are none.
+/// A pure chain of three: the error matrix has the roots of `s^3 + a1 s^2 + a2 s + a3` divided by r; and chains that
+/// are none.
 #[test]
 fn a_chain_of_three_has_its_poles() {
     let chain = Chain { places: [(0, 1), (0, 2), (0, 3)] };
@@ -137,7 +140,8 @@ fn a_chain_of_three_has_its_poles() {
     let shifted = matrix + SMatrix::<f64, 3, 3>::identity() * 4.0;
     assert_eq!(shifted * shifted * shifted, SMatrix::<f64, 3, 3>::zeros());
 
-    // x1' = 2 x2: the state that enters with the factor 2 gets the shape 1/2, and the poles are those of the pure chain.
+    // x1' = 2 x2: the state that enters with the factor 2 gets the shape 1/2, and the poles are those of the pure
+    // chain.
     let observer = HighGainObserver::new(Doubled, Vector2::new(2.0, 1.0), 0.25).unwrap();
     let column = |e: Vector2<f64>| observer.derivative(0.0, &e, &SVector::zeros(), &Vector1::zeros());
     let shifted = Matrix2::from_columns(&[column(Vector2::x()), column(Vector2::y())]) + Matrix2::identity() * 4.0;
@@ -208,7 +212,8 @@ fn a_cascade_is_put_together() {
 }
 
 proptest! {
-    /// Proposition 1 for constant matrices: with phi = V x and y = x, `B = V A - D V` and `E = V B_plant` solve (4) for every V and D, and the error of z obeys D.
+    /// Proposition 1 for constant matrices: with phi = V x and y = x, `B = V A - D V` and `E = V B_plant` solve (4) for
+    /// every V and D, and the error of z obeys D.
     #[test]
     fn the_error_of_a_linear_kkl_observer_obeys_its_matrix(entries in prop::collection::vec(-2.0..2.0f64, 3 * 9 + 3 * 3)) {
         let matrix = |k: usize| DMatrix::from_column_slice(3, 3, &entries[9 * k..9 * (k + 1)]);

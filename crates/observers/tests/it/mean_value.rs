@@ -126,7 +126,8 @@ proptest! {
         }
     }
 
-    /// In coordinates x = T z the observer of z is the observer of x: it starts where it is told, and its estimate moves by T z'.
+    /// In coordinates x = T z the observer of z is the observer of x: it starts where it is told, and its estimate
+    /// moves by T z'.
     #[test]
     fn a_mapped_observer_estimates_in_the_coordinates_of_its_plant(turn in prop::array::uniform4(-1.0f64..1.0), xhat in prop::array::uniform2(-2.0f64..2.0)) {
         // y = x1 is z1 for a T of this form; it is no involution.
@@ -141,8 +142,8 @@ proptest! {
         prop_assert!((mapped.estimate(0.0, &state, &u, &y) - xhat).amax() <= rounding);
     }
 
-    /// Along the printed observer the internal error falls at least as fast as the theorem says; the factor 1/2 is what the
-    /// proof of the paper drops.
+    /// Along the printed observer the internal error falls at least as fast as the theorem says; the factor 1/2 is what
+    /// the proof of the paper drops.
     #[test]
     fn the_internal_error_falls(xhat in vector3(3.0), e in vector3(3.0), eta in 0.500001f64..2.0) {
         let (u, y) = (SVector::zeros(), Vector2::zeros());

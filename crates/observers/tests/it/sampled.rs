@@ -198,7 +198,8 @@ fn bad_data_are_errors() {
     assert!(matches!(make(indefinite, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
     let hollow = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 1.0, 1.0);
     assert!(matches!(make(hollow, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 0, .. })));
-    // v'theta v is that of the symmetric part, and v1^2 + 4 v1 v2 + v2^2 is indefinite: no pivot of theta itself says so.
+    // v'theta v is that of the symmetric part, and v1^2 + 4 v1 v2 + v2^2 is indefinite: no pivot of theta itself says
+    // so.
     let triangular = SMatrix::<f64, 2, 2>::new(1.0, 4.0, 0.0, 1.0);
     assert!(matches!(make(triangular, -identity, 1.0, 0.1), Err(ObserverError::ThetaIndefinite { row: 1, .. })));
     // Semidefinite, and definite only in its symmetric part, are fine.
@@ -208,7 +209,8 @@ fn bad_data_are_errors() {
 }
 
 proptest! {
-    /// theta = D D' >= 0 of every rank and in every order of its rows is admissible, and D D' - v v' with a v outside the range of D is not.
+    /// theta = D D' >= 0 of every rank and in every order of its rows is admissible, and D D' - v v' with a v outside
+    /// the range of D is not.
     #[test]
     fn every_semidefinite_theta_is_admissible(entries in prop::array::uniform16(-4..=4_i32), rank in 0..=4_usize, unit in -300..=300_i32) {
         // In sixteenths: D D' is not rounded. The last row of D is that of an output nobody weighs.
@@ -259,7 +261,8 @@ proptest! {
         h in -20..10_i32,
     ) {
         let scaled = |(x, k): (f32, i32)| x * 2.0_f32.powi(k);
-        // The impulse is at most |z|/w < 2^62: beyond the root of the largest number the code caps it, which certificates exclude.
+        // The impulse is at most |z|/w < 2^62: beyond the root of the largest number the code caps it, which
+        // certificates exclude.
         let z = z.map(|(x, below)| (x, 30.min(w + 62) - below));
         let (theta, z, w, h) = (theta.map(scaled), z.map(scaled), 2.0_f32.powi(w), 2.0_f32.powi(h));
         let after = flow(&Matrix2::new(theta[0], theta[1], theta[2], theta[3]), w, &Vector2::new(z[0], z[1]), h);

@@ -130,7 +130,8 @@ pub enum Fault {
     /// A text that is no number.
     #[error("{0}")]
     Number(#[from] NumberError),
-    /// A fraction where the theorem takes the numbers that are stored, or multipliers that must satisfy equations exactly.
+    /// A fraction where the theorem takes the numbers that are stored, or multipliers that must satisfy equations
+    /// exactly.
     #[error("{number} is no {needed}: this quantity is not enclosed, it must be exact")]
     NotExact {
         /// The number, or its beginning.

@@ -6,7 +6,8 @@ use super::number::Number;
 use super::{CertificateFile, Claim, Fact, Region, Rejection, Theorem};
 use crate::error::ProofError;
 
-/// A theorem with its data, all of whose inequalities are proved. There is no way to one but the proof, and none to change it.
+/// A theorem with its data, all of whose inequalities are proved. There is no way to one but the proof, and none to
+/// change it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProvedTheorem {
     theorem: Theorem,
@@ -40,8 +41,8 @@ pub trait Certified {
     /// The first theorem as a certificate file, which `luenberger-verify` checks without this program.
     ///
     /// # Errors
-    /// [`Rejection::NotProved`] names the inequality that is not proved; [`Rejection::File`] for data beyond the limits of a file, [`Rejection::Nothing`] for a
-    /// design that claims nothing.
+    /// [`Rejection::NotProved`] names the inequality that is not proved; [`Rejection::File`] for data beyond the limits
+    /// of a file, [`Rejection::Nothing`] for a design that claims nothing.
     fn certificate_file(&self, title: &str) -> Result<CertificateFile, Rejection> {
         self.certificate().file(title)
     }

@@ -1,9 +1,10 @@
 //! JSON as certificate files use it: a tree in which every value knows its line.
 //!
-//! A reader of its own, because everything that can be wrong with a certificate has to name its line, long after the text was parsed; because the
-//! numbers of a general reader are rounded; and because the checker is to be trusted, so that every line of it should be short reading. It is strict: no duplicate
-//! names, no control characters in strings (escaped or not), no escapes of halves of surrogate pairs, no depth beyond [`DEEPEST`], no text after the end, no byte order mark, no size beyond [`LARGEST_FILE`] and
-//! [`MOST_VALUES`].
+//! A reader of its own, because everything that can be wrong with a certificate has to name its line, long after the
+//! text was parsed; because the numbers of a general reader are rounded; and because the checker is to be trusted, so
+//! that every line of it should be short reading. It is strict: no duplicate names, no control characters in strings
+//! (escaped or not), no escapes of halves of surrogate pairs, no depth beyond [`DEEPEST`], no text after the end, no
+//! byte order mark, no size beyond [`LARGEST_FILE`] and [`MOST_VALUES`].
 
 use super::error::{Fault, FileError};
 use super::number::quoted;
@@ -271,8 +272,8 @@ fn is_number(text: &str) -> bool {
         && exponent.is_none_or(|rest| digits(rest.strip_prefix(['+', '-']).unwrap_or(rest)))
 }
 
-/// The canonical form: no white space between tokens, the members of each object in the order of their names, and those of the whole document without
-/// `left_out`.
+/// The canonical form: no white space between tokens, the members of each object in the order of their names, and those
+/// of the whole document without `left_out`.
 pub(super) fn canonical(node: &Node, left_out: &str) -> String {
     let mut text = String::new();
     write_canonical(node, left_out, &mut text);

@@ -1,11 +1,12 @@
 //! Certificate files: a statement, the exact numbers that prove it, and a checker that believes neither.
 //!
-//! A [`CertificateFile`] is a JSON document with the plant, the observer, a [`Theorem`], the matrices that prove it, a margin for each of its inequalities, and the
-//! statement in words. [`verify`] derives all of that again from the plant's data: every inequality is evaluated by [`statement`](crate::statement) in arithmetic
-//! without rounding errors, the words are generated anew and compared, and a margin that is claimed to be larger than the one
-//! proved, by one unit in the last place, is rejected. A digest over the [canonical form](CertificateFile#canonical-form) detects accidents, also in what
-//! the mathematics would not miss; it is no signature, and nothing rests on it. `docs/certificates.md` of the repository shows a file and says
-//! what one must trust.
+//! A [`CertificateFile`] is a JSON document with the plant, the observer, a [`Theorem`], the matrices that prove it, a
+//! margin for each of its inequalities, and the statement in words. [`verify`] derives all of that again from the
+//! plant's data: every inequality is evaluated by [`statement`](crate::statement) in arithmetic without rounding
+//! errors, the words are generated anew and compared, and a margin that is claimed to be larger than the one proved, by
+//! one unit in the last place, is rejected. A digest over the [canonical form](CertificateFile#canonical-form) detects
+//! accidents, also in what the mathematics would not miss; it is no signature, and nothing rests on it.
+//! `docs/certificates.md` of the repository shows a file and says what one must trust.
 //!
 //! ```
 //! use luenberger_proof::Matrix;
@@ -71,7 +72,8 @@ pub struct Fact {
     pub inequality: String,
     /// The vertex at which it is stated, from 0, where the theorem has a list of them.
     pub vertex: Option<usize>,
-    /// Proved, refuted or undecided. A margin of 0 is that of an equation, or of a statement that has no room or no measure of it.
+    /// Proved, refuted or undecided. A margin of 0 is that of an equation, or of a statement that has no room or no
+    /// measure of it.
     pub verdict: Verdict<Witness>,
 }
 
@@ -170,8 +172,9 @@ pub struct Proved {
 /// A certificate as a file has it.
 ///
 /// # Canonical form
-/// The JSON document without white space between tokens, the members of each object in the order of their names, without the member `sha256`, in UTF-8, with no escapes in
-/// strings but `\"` and `\\`. The digest is that of this text: `jq -cjS 'del(.sha256)' FILE | sha256sum`.
+/// The JSON document without white space between tokens, the members of each object in the order of their names,
+/// without the member `sha256`, in UTF-8, with no escapes in strings but `\"` and `\\`. The digest is that of this
+/// text: `jq -cjS 'del(.sha256)' FILE | sha256sum`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CertificateFile {
     title: String,
@@ -201,7 +204,8 @@ pub fn verify(bytes: &[u8]) -> Result<Proved, Rejection> {
 }
 
 impl CertificateFile {
-    /// The certificate of a theorem with these data, if it is one: every inequality is proved here, and claimed with the margin that is.
+    /// The certificate of a theorem with these data, if it is one: every inequality is proved here, and claimed with
+    /// the margin that is.
     ///
     /// # Errors
     /// [`Rejection::NotProved`] names the inequality that fails; [`Rejection::File`] what the data lack.
@@ -213,7 +217,8 @@ impl CertificateFile {
         Self::read(sealed(title, theorem, &theorem.words(), claims)?.as_bytes())
     }
 
-    /// The certificate in the bytes of a file, as far as it is one; [`check`](Self::check) says whether it proves anything.
+    /// The certificate in the bytes of a file, as far as it is one; [`check`](Self::check) says whether it proves
+    /// anything.
     ///
     /// # Errors
     /// [`FileError`] with the line and the field.
@@ -281,8 +286,8 @@ impl CertificateFile {
         &self.statement
     }
 
-    /// The same certificate with other claims, and a digest that agrees: smaller margins are true as well, larger ones are not, and [`check`](Self::check) tells
-    /// them apart.
+    /// The same certificate with other claims, and a digest that agrees: smaller margins are true as well, larger ones
+    /// are not, and [`check`](Self::check) tells them apart.
     ///
     /// # Errors
     /// [`FileError`] for an inequality or margin that cannot be written.
@@ -324,7 +329,8 @@ impl CertificateFile {
             else {
                 return Err(Rejection::NotProved { inequality, verdict: Box::new(fact.verdict.clone()) });
             };
-            // The least number that the claim may be is compared with what is proved: a claim between two binary64 numbers counts as the upper one.
+            // The least number that the claim may be is compared with what is proved: a claim between two binary64
+            // numbers counts as the upper one.
             let claimed_decimal = claim.margin.enclosure().hi();
             if claimed_decimal > proved_decimal || claim.margin.enclosure().lo() < 0.0 {
                 let (claimed, proved) = (Box::new(claim.margin.clone()), Box::new(proved));

@@ -1,8 +1,9 @@
 //! Exact numbers as certificate files write them: hexadecimal floats for what binary64 has, fractions for the rest.
 //!
-//! `"0x1.8p-3"` is 1.5 times 2 to the power -3. The digits are hexadecimal, the exponent of two is decimal, and the number must be one that binary64 has, to the
-//! last digit: nothing is rounded on reading. `"7"` and `"42/85"` are integers and fractions of any length. A fraction that binary64 does not
-//! have is enclosed between its two neighbours where an interval will do.
+//! `"0x1.8p-3"` is 1.5 times 2 to the power -3. The digits are hexadecimal, the exponent of two is decimal, and the
+//! number must be one that binary64 has, to the last digit: nothing is rounded on reading. `"7"` and `"42/85"` are
+//! integers and fractions of any length. A fraction that binary64 does not have is enclosed between its two neighbours
+//! where an interval will do.
 
 use core::fmt;
 use core::str::FromStr;
@@ -129,8 +130,8 @@ impl Number {
         match self {
             Self::Dyadic(exact) => exact.enclosure(),
             Self::Fraction { numerator, denominator } => {
-                // The quotient cut off after at least 64 bits, and one unit more: the binary64 numbers are a coarser grid, so that they are rounded
-                // as the quotient itself would be.
+                // The quotient cut off after at least 64 bits, and one unit more: the binary64 numbers are a coarser
+                // grid, so that they are rounded as the quotient itself would be.
                 let (sign, numerator) = numerator.clone().into_parts();
                 let places = (64 + denominator.bit_len()).saturating_sub(numerator.bit_len()).max(1100);
                 let cut = IBig::from((numerator << places) / denominator);

@@ -1,37 +1,41 @@
-//! The quick yes: a floating-point Cholesky factorisation that runs to completion proves positive definiteness, once its
-//! rounding errors are paid for by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46, 2006; the
-//! bound below is derived here).
+//! The quick yes: a floating-point Cholesky factorisation that runs to completion proves positive definiteness, once
+//! its rounding errors are paid for by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46,
+//! 2006; the bound below is derived here).
 //!
 //! **Setting.** u = 2^-53, eta = 2^-1075 (half the smallest subnormal). For floats, `fl(x + y) = (x + y)/(1 + e)`,
-//! `fl(xy) = xy(1 + e) + f`, `fl(x/y) = (x/y)/(1 + e) + f`, `fl(sqrt x) = sqrt(x)/(1 + e)`, with |e| <= u and |f| <= eta, f other than 0 only when the
-//! result underflows. Products of k factors (1 + e)^(+-1) are 1 + t with |t| <= g_k := k u/(1 - k u).
+//! `fl(xy) = xy(1 + e) + f`, `fl(x/y) = (x/y)/(1 + e) + f`, `fl(sqrt x) = sqrt(x)/(1 + e)`, with |e| <= u and |f| <=
+//! eta, f other than 0 only when the result underflows. Products of k factors (1 + e)^(+-1) are 1 + t with |t| <= g_k
+//! := k u/(1 - k u).
 //!
 //! **One entry.** Cholesky computes from symmetric B an upper triangular R by
-//! `s_0 = b_ij, s_k = fl(s_{k-1} - fl(r_ki r_kj))` for k = 1..m (m = i - 1 <= n - 1, counted from 1), then `r_ij = fl(s_m / r_ii)` for j > i, and
-//! `r_ii = fl(sqrt(s_m))`, which needs s_m > 0. From `s_{k-1} = fl(r_ki r_kj) + (1 + e_k) s_k`, unrolled,
+//! `s_0 = b_ij, s_k = fl(s_{k-1} - fl(r_ki r_kj))` for k = 1..m (m = i - 1 <= n - 1, counted from 1), then
+//! `r_ij = fl(s_m / r_ii)` for j > i, and `r_ii = fl(sqrt(s_m))`, which needs s_m > 0. From
+//! `s_{k-1} = fl(r_ki r_kj) + (1 + e_k) s_k`, unrolled,
 //! ```text
 //! b_ij = sum_k r_ki r_kj (1 + t_k) + r_ii r_ij (1 + t) + f_ij,
 //! |t_k| <= g_k,  |t| <= g_{m+2},  |f_ij| <= (1 + g_n)(m + r_ii) eta:
 //! ```
-//! the k-th product has its own factor and k - 1 of the sums; the last has m of the sums and one of the quotient, or two of the root.
-//! With g = g_{n+1} and `|r|_i` the Euclidean norm of column i of R this is, by Cauchy and Schwarz,
+//! the k-th product has its own factor and k - 1 of the sums; the last has m of the sums and one of the quotient, or
+//! two of the root. With g = g_{n+1} and `|r|_i` the Euclidean norm of column i of R this is, by Cauchy and Schwarz,
 //! ```text
 //! R'R = B + D,  |d_ij| <= g |r|_i |r|_j + f,    f = 2 (n + max_i r_ii) eta.
 //! ```
-//! **All entries.** For i = j the first bound says `|r|_i^2 <= (b_ii + f)/(1 - g)`. So `|d_ij| <= g/(1-g) sqrt((b_ii + f)(b_jj + f)) + f`, and as the matrix
-//! `x x'` has the norm `x'x`,
+//! **All entries.** For i = j the first bound says `|r|_i^2 <= (b_ii + f)/(1 - g)`. So
+//! `|d_ij| <= g/(1-g) sqrt((b_ii + f)(b_jj + f)) + f`, and as the matrix `x x'` has the norm `x'x`,
 //! ```text
 //! |D|_2 <= h := g/(1 - g) (trace B + n f) + n f.
 //! ```
-//! R has positive diagonal, so `B + D = R'R > 0` and **`B + h I > 0`, strictly**. NaN and infinities cannot hide: an entry of a column that is
-//! not finite makes that column's s_m for the diagonal NaN or -inf, which is not > 0.
+//! R has positive diagonal, so `B + D = R'R > 0` and **`B + h I > 0`, strictly**. NaN and infinities cannot hide: an
+//! entry of a column that is not finite makes that column's s_m for the diagonal NaN or -inf, which is not > 0.
 //!
 //! **Use.** To prove `M - c I > 0` for all M with `|M - mid| <= rad` entrywise:
-//! 1. `a_ii`, a lower bound of `mid_ii - rad_ii - c`, must be positive (lowering a diagonal only makes the task harder);
-//! 2. scale rows and columns by powers of two so that the diagonal lies in [1, 4); this is exact but for entries off the
-//!    diagonal that underflow, by at most 2^-1074 each, which joins the radius. Then r_ii <= 2 (1 + g) and the bound h is near its best for
-//!    matrices of any scaling;
-//! 3. by `2 |x_i x_j| <= x_i^2 + x_j^2`, uncertainty `rad_ij` off the diagonal costs at most `rho_i = sum_j rad_ij` on the diagonal;
+//! 1. `a_ii`, a lower bound of `mid_ii - rad_ii - c`, must be positive (lowering a diagonal only makes the task
+//!    harder);
+//! 2. scale rows and columns by powers of two so that the diagonal lies in [1, 4); this is exact but for entries off
+//!    the diagonal that underflow, by at most 2^-1074 each, which joins the radius. Then r_ii <= 2 (1 + g) and the
+//!    bound h is near its best for matrices of any scaling;
+//! 3. by `2 |x_i x_j| <= x_i^2 + x_j^2`, uncertainty `rad_ij` off the diagonal costs at most `rho_i = sum_j rad_ij` on
+//!    the diagonal;
 //! 4. factor B = scaled - diag(rho_i + h), with the diagonal rounded down.
 
 use crate::exact::power_of_two;
@@ -60,7 +64,8 @@ pub(super) struct Factor {
 pub(super) enum Completion {
     /// It ran to the end, and the shift paid for its errors.
     Certified(Factor),
-    /// It met a pivot that is not positive. `row` is that pivot's, and the rows of `r` before it are those of the factor.
+    /// It met a pivot that is not positive. `row` is that pivot's, and the rows of `r` before it are those of the
+    /// factor.
     Stopped { r: Matrix<f64>, exponent: Vec<i64>, row: usize },
     /// A diagonal entry less its radius is not positive, or the range of binary64 was left.
     NotTried,
@@ -130,8 +135,9 @@ fn down(value: f64, term: f64) -> f64 {
     if term == 0.0 { value } else { value.next_down() }
 }
 
-/// The bound h of the head of this file, for a diagonal in [1, 4): then `2 (n + max r_ii) eta <= (n + 3) 2^-1074`. The result is far
-/// above the underflow range, where a few floats of slack dominate the rounding of this function's own dozen operations.
+/// The bound h of the head of this file, for a diagonal in [1, 4): then `2 (n + max r_ii) eta <= (n + 3) 2^-1074`. The
+/// result is far above the underflow range, where a few floats of slack dominate the rounding of this function's own
+/// dozen operations.
 pub(super) fn rounding_bound(n: usize, b: &Matrix<f64>) -> f64 {
     let slack = 1.0 + 64.0 * f64::EPSILON;
     let ratio = relative_rounding_bound(n);
@@ -147,9 +153,9 @@ pub(super) fn relative_rounding_bound(n: usize) -> f64 {
     k_u / (1.0 - 2.0 * k_u)
 }
 
-/// Upper triangular R with `R'R ~ B`, from the upper triangle of B; or what was done of it and the row that stopped it. Each entry undergoes the operations of
-/// the head of this file in their order: the products of one row after the other are subtracted from it, whether rows come singly or, so that a large matrix is read less
-/// often, [`PANEL`] at a time.
+/// Upper triangular R with `R'R ~ B`, from the upper triangle of B; or what was done of it and the row that stopped it.
+/// Each entry undergoes the operations of the head of this file in their order: the products of one row after the other
+/// are subtracted from it, whether rows come singly or, so that a large matrix is read less often, [`PANEL`] at a time.
 pub(super) fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, usize)> {
     let n = b.rows();
     for first in (0..n).step_by(PANEL) {
@@ -189,7 +195,8 @@ const STRIP: usize = 64;
 /// Rows and columns of a tile whose entries stay in registers.
 const TILE: usize = 4;
 
-/// `b_ij -= r_ki r_kj` for the rows k of the panel, one after the other, and i, j from `first` on, j not below i. `rest` begins with the row `first`.
+/// `b_ij -= r_ki r_kj` for the rows k of the panel, one after the other, and i, j from `first` on, j not below i.
+/// `rest` begins with the row `first`.
 fn subtract_products(panel: &[f64], rest: &mut [f64], n: usize, first: usize) {
     for strip in (first..n).step_by(STRIP) {
         let end = (strip + STRIP).min(n);
@@ -238,8 +245,8 @@ fn tile(panel: &[f64], rest: &mut [f64], n: usize, (i, j, first): (usize, usize,
 }
 
 impl Factor {
-    /// An estimate of the smallest eigenvalue of the matrix factored, from above up to rounding, and its vector, by inverse
-    /// iteration. `None` when the range of binary64 is left. It proves nothing.
+    /// An estimate of the smallest eigenvalue of the matrix factored, from above up to rounding, and its vector, by
+    /// inverse iteration. `None` when the range of binary64 is left. It proves nothing.
     pub(super) fn smallest_eigenvalue(&self) -> Option<(f64, Vec<f64>)> {
         let n = self.order.len();
         let least = self.exponent.iter().copied().min()?;
@@ -307,8 +314,8 @@ fn normalise(x: &mut [f64]) -> Option<f64> {
 /// Shares of the estimate that are tried as margins, the most ambitious first.
 const SHARES: [f64; 9] = [1.0 - 1e-12, 1.0 - 1e-9, 1.0 - 1e-6, 1.0 - 1e-3, 0.97, 0.75, 0.25, 1e-2, 1e-5];
 
-/// A proven lower bound of the smallest eigenvalue over the ball, of which `factor` has shown that it is positive; 0 if none
-/// better is found, and an estimate of the eigenvalue. At most a dozen factorisations.
+/// A proven lower bound of the smallest eigenvalue over the ball, of which `factor` has shown that it is positive; 0 if
+/// none better is found, and an estimate of the eigenvalue. At most a dozen factorisations.
 pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
     let Some((estimate, _)) = factor.smallest_eigenvalue() else { return (0.0, 0.0) };
     let proves = |c: f64| c > 0.0 && matches!(certify(ball, c), Completion::Certified(_));
@@ -340,8 +347,8 @@ pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Gram matrices of n vectors in n - 1 dimensions with small integer entries: exactly singular, and at these orders some of
-    /// them survive an unshifted Cholesky, since rounding decides the sign of the last pivot.
+    /// Gram matrices of n vectors in n - 1 dimensions with small integer entries: exactly singular, and at these orders
+    /// some of them survive an unshifted Cholesky, since rounding decides the sign of the last pivot.
     #[test]
     fn a_singular_matrix_is_never_certified() {
         let mut state = 1_u64;

@@ -1,8 +1,8 @@
 //! The quick no: a direction `v` with `v'Mv` provably of the wrong sign.
 //!
-//! Where the candidate comes from proves nothing and need not: the diagonal, a 2 x 2 minor, the pivot at which Cholesky stopped, or
-//! an approximate eigenvector. The quadratic form is then enclosed with outward rounding, and computed exactly when the enclosure
-//! does not tell and the entries are known exactly.
+//! Where the candidate comes from proves nothing and need not: the diagonal, a 2 x 2 minor, the pivot at which Cholesky
+//! stopped, or an approximate eigenvector. The quadratic form is then enclosed with outward rounding, and computed
+//! exactly when the enclosure does not tell and the entries are known exactly.
 
 use super::Direction;
 use super::cholesky::{Ball, Factor, factor, half_exponent, rounding_bound, times_power_of_two};
@@ -22,7 +22,8 @@ pub(super) fn verify(
     if !(largest > 0.0 && largest.is_finite()) || v.iter().any(|x| x.is_nan()) {
         return None;
     }
-    // Largest entry in [1, 4). Whatever the rounding of this makes of v, v is what is verified; its largest entry stays.
+    // Largest entry in [1, 4). Whatever the rounding of this makes of v, v is what is verified; its largest entry
+    // stays.
     let scale = power_of_two(-half_exponent(largest));
     for x in &mut v {
         *x = *x * scale * scale;
@@ -64,7 +65,8 @@ fn unit(n: usize, i: usize) -> Vec<f64> {
     v
 }
 
-/// The direction of the 2 x 2 principal minor that is most negative beside its diagonal: where `|m_ij| > sqrt(m_ii m_jj)`.
+/// The direction of the 2 x 2 principal minor that is most negative beside its diagonal: where
+/// `|m_ij| > sqrt(m_ii m_jj)`.
 pub(super) fn from_minor(ball: &Ball) -> Option<Vec<f64>> {
     let n = ball.mid.rows();
     let mut worst: Option<(f64, usize, usize)> = None;
@@ -95,7 +97,8 @@ pub(super) fn from_minor(ball: &Ball) -> Option<Vec<f64>> {
     Some(v)
 }
 
-/// The direction that the stopping of Cholesky at `row` shows: `R z = -r_row` above it, 1 at it, 0 below. Its form is the pivot.
+/// The direction that the stopping of Cholesky at `row` shows: `R z = -r_row` above it, 1 at it, 0 below. Its form is
+/// the pivot.
 pub(super) fn from_stopped(r: &Matrix<f64>, exponent: &[i64], row: usize) -> Vec<f64> {
     let n = exponent.len();
     let mut z = vec![0.0; n];
@@ -112,8 +115,9 @@ pub(super) fn from_stopped(r: &Matrix<f64>, exponent: &[i64], row: usize) -> Vec
     z
 }
 
-/// The approximate eigenvector of the least eigenvalue of the equilibrated midpoint: inverse iteration with the smallest
-/// shift on a geometric ladder that makes it factorable. `None` when the diagonal is not positive or the range is left.
+/// The approximate eigenvector of the least eigenvalue of the equilibrated midpoint: inverse iteration with the
+/// smallest shift on a geometric ladder that makes it factorable. `None` when the diagonal is not positive or the range
+/// is left.
 pub(super) fn from_eigenvector(ball: &Ball) -> Option<Vec<f64>> {
     let n = ball.mid.rows();
     if (0..n).any(|i| ball.mid[(i, i)] <= 0.0) {

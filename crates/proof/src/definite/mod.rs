@@ -1,13 +1,14 @@
 //! Whether a symmetric matrix is positive or negative (semi)definite: proved, refuted, or undecided.
 //!
 //! Three judges, the cheap ones first:
-//! 1. a floating-point Cholesky factorisation of a shifted, equilibrated matrix with a proven bound of its rounding error
-//!    says yes (`cholesky.rs`);
+//! 1. a floating-point Cholesky factorisation of a shifted, equilibrated matrix with a proven bound of its rounding
+//!    error says yes (`cholesky.rs`);
 //! 2. a direction `v` whose quadratic form `v'Mv`, enclosed or computed exactly, is negative says no (`direction.rs`);
-//! 3. where both are silent, exact elimination without fractions says which, up to order [`REFEREE_ORDER`] (`referee.rs`).
+//! 3. where both are silent, exact elimination without fractions says which, up to order [`REFEREE_ORDER`]
+//!    (`referee.rs`).
 //!
-//! A matrix of intervals stands for all symmetric matrices within: `Proved` holds for every one of them, and `Refuted` gives
-//! one direction that refutes every one of them. Anything between is `Undecided`.
+//! A matrix of intervals stands for all symmetric matrices within: `Proved` holds for every one of them, and `Refuted`
+//! gives one direction that refutes every one of them. Anything between is `Undecided`.
 //!
 //! The matrix of order 0 is definite and semidefinite of both signs (there is no direction to refute it), with the
 //! margin infinity (the minimum over no direction).
@@ -35,11 +36,11 @@ use referee::Finding;
 pub struct Direction {
     /// The direction, not zero, largest entry about 1.
     pub v: Vec<f64>,
-    /// A rigorous upper bound of `v'Mv` (of `v'(-M)v` where negative definiteness was asked): at most 0 where definiteness
-    /// is refuted, below 0 where semidefiniteness is.
+    /// A rigorous upper bound of `v'Mv` (of `v'(-M)v` where negative definiteness was asked): at most 0 where
+    /// definiteness is refuted, below 0 where semidefiniteness is.
     pub value: f64,
-    /// Where binary64 has no such direction (the null vector of a singular matrix, say), the exact one. Then `v` is only its
-    /// rounding, and `value` bounds the form along the exact one.
+    /// Where binary64 has no such direction (the null vector of a singular matrix, say), the exact one. Then `v` is
+    /// only its rounding, and `value` bounds the form along the exact one.
     pub exact: Option<Vec<Exact>>,
 }
 
@@ -169,8 +170,8 @@ pub(crate) fn smallest_eigenvalue_above(m: &Matrix<f64>, c: f64) -> bool {
     ball(&enclosed).is_some_and(|ball| matches!(cholesky::certify(&ball, c), Completion::Certified(_)))
 }
 
-/// A proved positive lower bound of the smallest eigenvalue, within a factor of two where that comes easily: cheaper than the margin of
-/// [`positive_definite`].
+/// A proved positive lower bound of the smallest eigenvalue, within a factor of two where that comes easily: cheaper
+/// than the margin of [`positive_definite`].
 pub(crate) fn proved_eigenvalue_bound(m: &Matrix<Interval>) -> Option<f64> {
     let ball = ball(m)?;
     let Completion::Certified(factor) = cholesky::certify(&ball, 0.0) else { return None };

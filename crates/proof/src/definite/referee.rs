@@ -1,15 +1,18 @@
-//! The referee: exact elimination without fractions (Bareiss, Math. Comp. 22, 1968), with diagonal pivoting, on integers.
+//! The referee: exact elimination without fractions (Bareiss, Math. Comp. 22, 1968), with diagonal pivoting, on
+//! integers.
 //!
-//! For positive diagonal D of powers of two, `D M D` and M are definite together, and `D M D` times a power of two is an integer matrix
-//! A. After k steps of Bareiss' elimination with pivots on the diagonal, the entry (i, j) of what remains is the minor
-//! of A with the k rows and columns of the pivots bordered by i and j: an integer, and the Schur complement times the minor of the
-//! pivots, which is positive while all pivots are. So the signs of what remains are those of the Schur complement S, and:
+//! For positive diagonal D of powers of two, `D M D` and M are definite together, and `D M D` times a power of two is
+//! an integer matrix A. After k steps of Bareiss' elimination with pivots on the diagonal, the entry (i, j) of what
+//! remains is the minor of A with the k rows and columns of the pivots bordered by i and j: an integer, and the Schur
+//! complement times the minor of the pivots, which is positive while all pivots are. So the signs of what remains are
+//! those of the Schur complement S, and:
 //! - a negative diagonal entry of S refutes semidefiniteness, and so does a zero diagonal entry whose row is not zero;
 //! - a zero row of S is a null vector, which refutes definiteness alone, and is left out of what follows;
 //! - when nothing remains M is semidefinite, and definite if no row was left out.
 //!
-//! A direction w for S is lifted to `v = (-A_II^-1 A_IJ w, w)`, for which `v'Av = w'Sw`; by Cramer's rule v times the minor of the pivots is
-//! an integer vector, found by back substitution without fractions. Every witness is verified against M before it leaves.
+//! A direction w for S is lifted to `v = (-A_II^-1 A_IJ w, w)`, for which `v'Av = w'Sw`; by Cramer's rule v times the
+//! minor of the pivots is an integer vector, found by back substitution without fractions. Every witness is verified
+//! against M before it leaves.
 
 use std::cell::Cell;
 
@@ -30,7 +33,8 @@ thread_local! {
     static ALLOWANCE: Cell<f64> = const { Cell::new(f64::INFINITY) };
 }
 
-/// Runs `work`, in which the referee may spend so much altogether, on this thread; what it is asked beyond stays undecided. The same each time.
+/// Runs `work`, in which the referee may spend so much altogether, on this thread; what it is asked beyond stays
+/// undecided. The same each time.
 pub(super) fn within<T>(allowance: f64, work: impl FnOnce() -> T) -> T {
     struct Restore(f64);
     impl Drop for Restore {
@@ -64,8 +68,8 @@ fn is_negative(x: &IBig) -> bool {
     x.sign() == Sign::Negative
 }
 
-/// A witness that needs no elimination: a diagonal entry or a 2 x 2 minor. It also keeps off-diagonal entries that would make long
-/// integers of the rest from getting there.
+/// A witness that needs no elimination: a diagonal entry or a 2 x 2 minor. It also keeps off-diagonal entries that
+/// would make long integers of the rest from getting there.
 fn obvious(m: &Matrix<Exact>) -> Option<Vec<Exact>> {
     let n = m.rows();
     let vector = |entries: &[(usize, Exact)]| {
@@ -127,8 +131,8 @@ fn integers(m: &Matrix<Exact>) -> Integers {
     Integers { a, exponent }
 }
 
-/// A rough count of the work of eliminating an n x n matrix of integers of so many bits: minors of order k have k times the
-/// bits (and log k more for each), and long products cost the power 1.6 of their length.
+/// A rough count of the work of eliminating an n x n matrix of integers of so many bits: minors of order k have k times
+/// the bits (and log k more for each), and long products cost the power 1.6 of their length.
 fn work(n: usize, bits: usize) -> f64 {
     let order = n as f64;
     let words = 1.0 + order * (bits as f64 + order.log2().max(0.0)) / 128.0;
@@ -294,8 +298,8 @@ pub(super) fn bettered_margin(m: &Matrix<Exact>, proved: f64) -> f64 {
     }
 }
 
-/// A proven lower bound of the smallest eigenvalue of M, which the factor has shown to be positive: above `proved`, or `proved`,
-/// which is known to be one.
+/// A proven lower bound of the smallest eigenvalue of M, which the factor has shown to be positive: above `proved`, or
+/// `proved`, which is known to be one.
 pub(super) fn margin(m: &Matrix<Exact>, factor: &Factor, proved: f64) -> f64 {
     let n = m.rows();
     let estimate = factor.smallest_eigenvalue().map_or(0.0, |(estimate, _)| estimate);

@@ -1,15 +1,16 @@
 //! Elementary functions of intervals, outward rounded.
 //!
-//! Each function returns an interval that contains the function's value at every point of its argument, and `None` where the
-//! function is not defined, or has no bound that an interval could carry, at some point of it (`ln` at 0, `1/x` across 0, `tan` across a pole): nothing is
-//! ever cut off in silence.
+//! Each function returns an interval that contains the function's value at every point of its argument, and `None`
+//! where the function is not defined, or has no bound that an interval could carry, at some point of it (`ln` at 0,
+//! `1/x` across 0, `tan` across a pole): nothing is ever cut off in silence.
 //!
 //! # What is assumed
-//! `sqrt` is correctly rounded, as IEEE 754 prescribes. The other functions are those of the platform's mathematical library, of
-//! which it is assumed that they err by at most [`LIBM_ULPS`] units in the last place; every bound is moved outwards by that
-//! much. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos and of at most 3 for expm1, log1p, tan, sinh, cosh, tanh
-//! (manual, section Errors in Math Functions, x86_64 and aarch64); musl, derived from FreeBSD's library, has errors below 2. The places of
-//! the extrema of sine and cosine and of the poles of the tangent are decided with an enclosure of pi, not with a rounded pi.
+//! `sqrt` is correctly rounded, as IEEE 754 prescribes. The other functions are those of the platform's mathematical
+//! library, of which it is assumed that they err by at most [`LIBM_ULPS`] units in the last place; every bound is moved
+//! outwards by that much. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos
+//! and of at most 3 for expm1, log1p, tan, sinh, cosh, tanh (manual, section Errors in Math Functions, x86_64 and
+//! aarch64); musl, derived from FreeBSD's library, has errors below 2. The places of the extrema of sine and cosine and
+//! of the poles of the tangent are decided with an enclosure of pi, not with a rounded pi.
 
 use core::f64::consts;
 
@@ -192,8 +193,9 @@ impl Interval {
         values
     }
 
-    /// The first and the last integer k for which `(shift + k) pi` may be inside, the first greater than the last when there is none; `None` where
-    /// arguments are so large that many periods are between neighbouring numbers, or infinite.
+    /// The first and the last integer k for which `(shift + k) pi` may be inside, the first greater than the last when
+    /// there is none; `None` where arguments are so large that many periods are between neighbouring numbers, or
+    /// infinite.
     fn multiples_of_pi(&self, shift: &Self) -> Option<(f64, f64)> {
         if self.magnitude() > 2f64.powi(40) {
             return None;

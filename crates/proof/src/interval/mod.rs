@@ -1,8 +1,9 @@
 //! Intervals with outward rounding.
 //!
 //! Each operation rounds to nearest and then steps one float outwards (`next_down`, `next_up`), which costs at most one
-//! ulp more than directed rounding and needs no control register. Sums know their rounding error and step only when it is not 0. Overflow leaves an infinite bound, which is true; NaN does not
-//! occur, because a bound that is infinite times an operand that is exactly 0 counts as 0 (the product of a real and 0).
+//! ulp more than directed rounding and needs no control register. Sums know their rounding error and step only when it
+//! is not 0. Overflow leaves an infinite bound, which is true; NaN does not occur, because a bound that is infinite
+//! times an operand that is exactly 0 counts as 0 (the product of a real and 0).
 
 mod elementary;
 
@@ -36,8 +37,8 @@ impl Interval {
         (lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY).then_some(Self { lo, hi })
     }
 
-    /// `x` known up to `radius`: an interval that contains `[x - radius, x + radius]`; `None` for NaN, infinite `x`, or a
-    /// negative radius.
+    /// `x` known up to `radius`: an interval that contains `[x - radius, x + radius]`; `None` for NaN, infinite `x`, or
+    /// a negative radius.
     pub fn around(x: f64, radius: f64) -> Option<Self> {
         if radius == 0.0 {
             return Self::from_f64(x);
@@ -130,8 +131,8 @@ impl Ring for Interval {
         x.is_finite().then_some(Self { lo: x, hi: x })
     }
 
-    // A lower bound is never +inf and an upper never -inf, so that neither sum below is inf - inf. A sum of lower bounds that
-    // overflows upwards exceeds MAX, which is what next_down(+inf) is.
+    // A lower bound is never +inf and an upper never -inf, so that neither sum below is inf - inf. A sum of lower
+    // bounds that overflows upwards exceeds MAX, which is what next_down(+inf) is.
     fn add(&self, rhs: &Self) -> Self {
         if self.is_zero() {
             return *rhs;

@@ -27,7 +27,8 @@ pub struct DualBound {
 }
 
 impl Program {
-    /// The optimum of (P) is at most c'x, if X(x) >= 0 can be proved. Cost: a dozen Cholesky factorisations of the blocks.
+    /// The optimum of (P) is at most c'x, if X(x) >= 0 can be proved. Cost: a dozen Cholesky factorisations of the
+    /// blocks.
     pub fn upper_bound(&self, x: &[f64]) -> Option<PrimalBound> {
         let (slack, value) = (self.combination(x, true)?, self.cost(x)?);
         Some(PrimalBound { value: value.hi(), margin: smallest_eigenvalue(&slack)? }).filter(|b| b.value.is_finite())
@@ -35,19 +36,20 @@ impl Program {
 
     /// The optimum of (P) is at least `tr(F_0 Y) - error`, if a feasible point of (D) near Y can be proved to exist.
     ///
-    /// The blocks of Y must be symmetric. Cost: one Cholesky factorisation of each block; at the first call a few of order m, if the constraints ask for them.
+    /// The blocks of Y must be symmetric. Cost: one Cholesky factorisation of each block; at the first call a few of
+    /// order m, if the constraints ask for them.
     pub fn lower_bound(&self, y: &[DualBlock]) -> Option<DualBound> {
         self.dual(y, |i| self.costs()[i]).filter(|bound| bound.value.is_finite())
     }
 
-    /// (P) has no feasible point: a ray Y* >= 0 of (D) with `tr(F_i Y*) = 0` and `tr(F_0 Y*) > 0` is near Y, and the bound says how much. For
-    /// `0 <= tr(X Y*) = -tr(F_0 Y*) < 0` would hold at such a point.
+    /// (P) has no feasible point: a ray Y* >= 0 of (D) with `tr(F_i Y*) = 0` and `tr(F_0 Y*) > 0` is near Y, and the
+    /// bound says how much. For `0 <= tr(X Y*) = -tr(F_0 Y*) < 0` would hold at such a point.
     pub fn is_primal_infeasible(&self, y: &[DualBlock]) -> Option<DualBound> {
         self.dual(y, |_| Interval::zero()).filter(|bound| bound.value > 0.0)
     }
 
-    /// (D) has no feasible point: `x_1 F_1 + ... + x_m F_m >= 0` and c'x < 0, and the bound says how much. For every Y that is feasible would
-    /// make `0 > c'x = tr((x_1 F_1 + ...) Y) >= 0`.
+    /// (D) has no feasible point: `x_1 F_1 + ... + x_m F_m >= 0` and c'x < 0, and the bound says how much. For every Y
+    /// that is feasible would make `0 > c'x = tr((x_1 F_1 + ...) Y) >= 0`.
     pub fn is_dual_infeasible(&self, x: &[f64]) -> Option<PrimalBound> {
         let (combination, value) = (self.combination(x, false)?, self.cost(x)?);
         (value.hi() < 0.0)

@@ -1,4 +1,5 @@
-//! The Gram matrix of the constraints, `G_ij = tr(F_i F_j)`, and the distance from a matrix to the solutions of the equations.
+//! The Gram matrix of the constraints, `G_ij = tr(F_i F_j)`, and the distance from a matrix to the solutions of the
+//! equations.
 
 use super::{Block, DualBlock, Entry, Program, position};
 use crate::definite::{proved_eigenvalue_bound, smallest_eigenvalue_above};
@@ -40,7 +41,8 @@ fn scales(program: &Program) -> Vec<f64> {
         .map(|i| {
             let size = norm(program.matrix(i));
             if size > 0.0 && size.is_finite() {
-                // Between 2^-1023 and 2^1000: neither this nor its products with the entries leave the range where it matters.
+                // Between 2^-1023 and 2^1000: neither this nor its products with the entries leave the range where it
+                // matters.
                 power_of_two(-(size.log2().round() as i64).clamp(-1000, 1000))
             } else {
                 1.0
@@ -57,9 +59,10 @@ fn by_position(program: &Program) -> Vec<(usize, Entry)> {
     all
 }
 
-/// A lower bound of the smallest eigenvalue of the Gram matrix, possibly negative, from Gershgorin's circles of `D^-1 G D`: its eigenvalues are those of G, and
-/// `g_ii - sum_(j != i) |g_ij| d_j / d_i` bounds them from below for every positive d. Each `|g_ij|` is taken as the sum of the absolute values of its
-/// terms, so that G itself is not needed. Cost: a few passes over the entries.
+/// A lower bound of the smallest eigenvalue of the Gram matrix, possibly negative, from Gershgorin's circles of
+/// `D^-1 G D`: its eigenvalues are those of G, and `g_ii - sum_(j != i) |g_ij| d_j / d_i` bounds them from below for
+/// every positive d. Each `|g_ij|` is taken as the sum of the absolute values of its terms, so that G itself is not
+/// needed. Cost: a few passes over the entries.
 fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f64 {
     let m = program.unknowns();
     let size = |i: usize, entry: &Entry| (scales[i] * entry.value.magnitude()).next_up();
@@ -143,8 +146,9 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// `None` where the constraints are dependent, or too nearly so. Cost: a few Cholesky factorisations of order m, and 48 bytes for each entry of the Gram matrix.
-    /// An error before any of it where m exceeds [`LARGEST_GRAM`] and the circles do not decide.
+    /// `None` where the constraints are dependent, or too nearly so. Cost: a few Cholesky factorisations of order m,
+    /// and 48 bytes for each entry of the Gram matrix. An error before any of it where m exceeds [`LARGEST_GRAM`] and
+    /// the circles do not decide.
     pub(super) fn of(program: &Program) -> Result<Option<Self>, ProofError> {
         let scales = scales(program);
         let all = by_position(program);
@@ -215,7 +219,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the circles say is below the smallest eigenvalue of the exact Gram matrix, and so is what is used in the end.
+        /// Whatever the circles say is below the smallest eigenvalue of the exact Gram matrix, and so is what is used
+        /// in the end.
         #[test]
         fn the_bounds_of_the_gram_matrix_hold(program in program()) {
             let (scales, all) = (scales(&program), by_position(&program));

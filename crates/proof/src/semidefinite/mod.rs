@@ -4,8 +4,8 @@
 //! (P)  minimise  c'x          subject to  X = x_1 F_1 + ... + x_m F_m - F_0 >= 0
 //! (D)  maximise  tr(F_0 Y)    subject to  tr(F_i Y) = c_i,  Y >= 0
 //! ```
-//! in the sign convention of SDPA. The data are intervals, so that a statement proved holds for the decimal numbers of a file and not
-//! only for their binary64 neighbours. Four statements, each about *every* program within the intervals:
+//! in the sign convention of SDPA. The data are intervals, so that a statement proved holds for the decimal numbers of
+//! a file and not only for their binary64 neighbours. Four statements, each about *every* program within the intervals:
 //!
 //! | given | when | then |
 //! |---|---|---|
@@ -14,14 +14,16 @@
 //! | Y | tr(F_i Y) = 0, tr(F_0 Y) > 0, Y >= 0 | (P) has no feasible point: [`Program::is_primal_infeasible`] |
 //! | x | x_1 F_1 + .. >= 0, c'x < 0 | (D) has no feasible point: [`Program::is_dual_infeasible`] |
 //!
-//! **Equations.** No binary64 matrix Y satisfies `tr(F_i Y) = c_i` exactly, but one is near: with the residuals `r_i = c_i - tr(F_i Y)` and the Gram
-//! matrix `G_ij = tr(F_i F_j)`, the matrix `Y* = Y + sum_i (G^-1 r)_i F_i` does, and its distance in the Frobenius norm is `sqrt(r'G^-1 r) <= |r| / sqrt(lambda_min(G)) =: delta`.
-//! Hence `Y >= delta I` proves that a feasible Y* >= 0 exists, and `tr(F_0 Y*) >= tr(F_0 Y) - delta |F_0|`. Every quantity is bounded with outward rounding, after the
-//! constraints are scaled by powers of two, which changes no statement. Where constraints meet in few entries, `lambda_min(G)` is bounded from the sums of their rows
-//! (Gershgorin), else by Cholesky. Dependent constraints (a singular G) prove nothing.
+//! **Equations.** No binary64 matrix Y satisfies `tr(F_i Y) = c_i` exactly, but one is near: with the residuals
+//! `r_i = c_i - tr(F_i Y)` and the Gram matrix `G_ij = tr(F_i F_j)`, the matrix `Y* = Y + sum_i (G^-1 r)_i F_i` does,
+//! and its distance in the Frobenius norm is `sqrt(r'G^-1 r) <= |r| / sqrt(lambda_min(G)) =: delta`. Hence
+//! `Y >= delta I` proves that a feasible Y* >= 0 exists, and `tr(F_0 Y*) >= tr(F_0 Y) - delta |F_0|`. Every quantity is
+//! bounded with outward rounding, after the constraints are scaled by powers of two, which changes no statement. Where
+//! constraints meet in few entries, `lambda_min(G)` is bounded from the sums of their rows (Gershgorin), else by
+//! Cholesky. Dependent constraints (a singular G) prove nothing.
 //!
-//! Sources: C. Jansson, D. Chaykin, C. Keil, Rigorous error bounds for the optimal value in semidefinite programming, SIAM J. Numer. Anal. 46,
-//! 2007, for what can be bounded; the distance above is derived here.
+//! Sources: C. Jansson, D. Chaykin, C. Keil, Rigorous error bounds for the optimal value in semidefinite programming,
+//! SIAM J. Numer. Anal. 46, 2007, for what can be bounded; the distance above is derived here.
 
 mod bounds;
 mod gram;
@@ -232,8 +234,8 @@ impl Program {
         &self.costs
     }
 
-    /// The entries of F_k in the upper triangles, sorted by block, row and column. F_0 for a k that is too large by far is an error
-    /// of the caller, answered by no entries.
+    /// The entries of F_k in the upper triangles, sorted by block, row and column. F_0 for a k that is too large by far
+    /// is an error of the caller, answered by no entries.
     pub fn matrix(&self, k: usize) -> &[Entry] {
         self.matrices.get(k).map_or(&[], Vec::as_slice)
     }
@@ -249,7 +251,8 @@ impl Program {
     /// Whether bounds by a Y can be had of a program of this size: all that follows from one is `None` otherwise.
     ///
     /// # Errors
-    /// [`ProofError::TooLarge`] for more unknowns than [`LARGEST_GRAM`], unless the constraints meet in so few entries that their Gram matrix is not needed.
+    /// [`ProofError::TooLarge`] for more unknowns than [`LARGEST_GRAM`], unless the constraints meet in so few entries
+    /// that their Gram matrix is not needed.
     pub fn within_limits(&self) -> Result<(), ProofError> {
         self.solved_equations().as_ref().map(|_| ()).map_err(Clone::clone)
     }

@@ -1,8 +1,10 @@
-//! Measured rows injected, unmeasured rows contracting by themselves: the error of an observer in the coordinates `(x_m, x_u - K x_m)`.
+//! Measured rows injected, unmeasured rows contracting by themselves: the error of an observer in the coordinates
+//! `(x_m, x_u - K x_m)`.
 //!
-//! With `T = [I 0; K I]` the Jacobian J becomes `T^-1 J T`, whose unmeasured block is `J_uu - K J_mu`. An injection of the measured error into the
-//! measured rows, `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and `G_m >= g I`, is judged by `V = |d_m|^2 + d_w' Q d_w`: the term of
-//! the injection is `-2 d_m' G_m d_m`, so that what holds for `g I` holds for every larger G_m.
+//! With `T = [I 0; K I]` the Jacobian J becomes `T^-1 J T`, whose unmeasured block is `J_uu - K J_mu`. An injection of
+//! the measured error into the measured rows, `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and `G_m >= g I`, is
+//! judged by `V = |d_m|^2 + d_w' Q d_w`: the term of the injection is `-2 d_m' G_m d_m`, so that what holds for `g I`
+//! holds for every larger G_m.
 
 use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{Direction, Sense};
@@ -50,10 +52,12 @@ impl Expression for Cascade<'_> {
     }
 }
 
-/// `He(P (T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `T = [I 0; K I]`, `P = [I 0; 0 Q]`, for all numbers exactly as given.
+/// `He(P (T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `T = [I 0; K I]`, `P = [I 0; 0 Q]`, for all numbers exactly as
+/// given.
 ///
-/// J is n x n, K (n - p) x p, Q symmetric of order n - p. With [`positive`](super::positive) of Q it proves that the error of an observer whose
-/// injection into the p measured rows is diagonal and at least g decays faster than `exp(-rate t)`.
+/// J is n x n, K (n - p) x p, Q symmetric of order n - p. With [`positive`](super::positive) of Q it proves that the
+/// error of an observer whose injection into the p measured rows is diagonal and at least g decays faster than
+/// `exp(-rate t)`.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::cascade_decrease};

@@ -1,8 +1,9 @@
 //! The cubic term of the cubic observer: condition (13') of Share Pasand, `P N C + C'N'P <= 0`.
 //!
-//! Where rank C < n the inequality is never strict, and it says more than it seems: it holds if and only if `P N = -C'S` with
-//! `S + S' >= 0` (C of full row rank). A gain `N` rounded to binary64 misses `P N = -C'S` in the last digit, and then the
-//! inequality for the data as given is false, by about 1e-17. Three statements tell the truth about that:
+//! Where rank C < n the inequality is never strict, and it says more than it seems: it holds if and only if
+//! `P N = -C'S` with `S + S' >= 0` (C of full row rank). A gain `N` rounded to binary64 misses `P N = -C'S` in the last
+//! digit, and then the inequality for the data as given is false, by about 1e-17. Three statements tell the truth about
+//! that:
 //! - [`cubic_dissipation`] decides the inequality for `N` as given, to the last bit;
 //! - [`cubic_dissipation_structured`] decides it for the real gain `N = -P^-1 C'S`, which is defined by `S`;
 //! - [`deployed_cubic`](super::deployed_cubic) proves convergence with `N` as given by other means.
@@ -33,9 +34,9 @@ impl Expression for Dissipation<'_> {
 
 /// `P N C + C'N'P <= 0` (13'), for the numbers exactly as given.
 ///
-/// `P` is n x n symmetric, `N` n x p, `C` p x n. With rank C < n the statement lies on the boundary: expect `Proved` with margin
-/// 0 where `P N = -C'S` holds to the last bit (integers, say), and `Refuted` by a value of the order of the rounding of
-/// `N` where it does not. That refutation is true and seldom what is wanted: see the head of this module.
+/// `P` is n x n symmetric, `N` n x p, `C` p x n. With rank C < n the statement lies on the boundary: expect `Proved`
+/// with margin 0 where `P N = -C'S` holds to the last bit (integers, say), and `Refuted` by a value of the order of the
+/// rounding of `N` where it does not. That refutation is true and seldom what is wanted: see the head of this module.
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
 pub fn cubic_dissipation(p: &Matrix<f64>, n: &Matrix<f64>, c: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
@@ -57,12 +58,12 @@ impl Expression for Structured<'_> {
 
 /// `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`, of which a stored gain is a rounding.
 ///
-/// `P` is n x n symmetric, `S` p x p, `C` p x n. Then `P N C + C'N'P = -C'(S + S')C`, whatever `P > 0` is: the inequality is proved by
-/// `P > 0` and `S + S' >= 0`. The margin is that of `S + S' >= 0`, in the units of `S`: the cubic term contributes at
-/// most `-margin (y'theta y) |y|^2` to `V'`.
+/// `P` is n x n symmetric, `S` p x p, `C` p x n. Then `P N C + C'N'P = -C'(S + S')C`, whatever `P > 0` is: the
+/// inequality is proved by `P > 0` and `S + S' >= 0`. The margin is that of `S + S' >= 0`, in the units of `S`: the
+/// cubic term contributes at most `-margin (y'theta y) |y|^2` to `V'`.
 ///
-/// Refuted when `P > 0` is (the gain is not defined), or when `C'(S + S')C >= 0` is, with the direction as witness. That
-/// is also what decides where C lacks rank and `S + S' >= 0` alone is false; the margin is then 0.
+/// Refuted when `P > 0` is (the gain is not defined), or when `C'(S + S')C >= 0` is, with the direction as witness.
+/// That is also what decides where C lacks rank and `S + S' >= 0` alone is false; the margin is then 0.
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
 pub fn cubic_dissipation_structured(

@@ -1,29 +1,33 @@
 //! Convergence of the cubic observer with the gain that is stored, `N` rounded to binary64 and all.
 //!
-//! `e' = F e + (y'theta y) N y`, `y = Ce`, `F = A - LC` (Share Pasand, eq. 7). The design has `N0 = -P^-1 C'S`; what is stored is `N`, with
-//! the residual `R = P N + C'S`, some 1e-16 of its terms. With `V = e'Pe` and `F'P + PF <= -q I`,
+//! `e' = F e + (y'theta y) N y`, `y = Ce`, `F = A - LC` (Share Pasand, eq. 7). The design has `N0 = -P^-1 C'S`; what is
+//! stored is `N`, with the residual `R = P N + C'S`, some 1e-16 of its terms. With `V = e'Pe` and `F'P + PF <= -q I`,
 //! ```text
 //! V' <= -q |e|^2 + (y'theta y) (-2 y'Sy + 2 e'R y),                                                     (*)
 //! ```
-//! and the last term has no sign where |e| is huge and |y| small: `V` itself cannot prove convergence from everywhere. Two ways out.
+//! and the last term has no sign where |e| is huge and |y| small: `V` itself cannot prove convergence from everywhere.
+//! Two ways out.
 //!
-//! **Another Lyapunov matrix, for which the stored gain is exact.** For symmetric X (p x p) and the orthogonal projector
-//! `T = N (N'N)^-1 N'` put
+//! **Another Lyapunov matrix, for which the stored gain is exact.** For symmetric X (p x p) and the orthogonal
+//! projector `T = N (N'N)^-1 N'` put
 //! ```text
 //! P~ = C'XC + (I - T)(P - C'XC)(I - T),    S~ = -X C N.
 //! ```
-//! Since `(I - T)N = 0`, `P~ N = C'X C N = -C'S~` **exactly**: the structure holds for `N` as stored, and `V~ = e'P~e` proves global
-//! exponential convergence if `P~ > 0`, `F'P~ + P~F < 0`, `S~ + S~' >= 0` and `theta >= 0`. With X near `(C P^-1 C')^-1`, `P~` differs from P
-//! and `S~` from S by rounding only, so that the strict inequalities survive. `P~` is not a matrix of floats: it is enclosed,
-//! and the inequalities are proved for all matrices within. This needs `N` of full column rank, hence S nonsingular, and `S + S' > 0` with room.
+//! Since `(I - T)N = 0`, `P~ N = C'X C N = -C'S~` **exactly**: the structure holds for `N` as stored, and `V~ = e'P~e`
+//! proves global exponential convergence if `P~ > 0`, `F'P~ + P~F < 0`, `S~ + S~' >= 0` and `theta >= 0`. With X near
+//! `(C P^-1 C')^-1`, `P~` differs from P and `S~` from S by rounding only, so that the strict inequalities survive.
+//! `P~` is not a matrix of floats: it is enclosed, and the inequalities are proved for all matrices within. This needs
+//! `N` of full column rank, hence S nonsingular, and `S + S' > 0` with room.
 //!
-//! **An ellipsoid.** Let `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa` (spectral norms). With s = |y|, (*) gives
-//! `V' <= -q |e|^2 + t s^2 max(0, 2 rho |e| s - mu s^2)`. Over s >= 0 the last term is at most `27 t rho^4 |e|^4 / (16 mu^3)`, attained at
-//! `s = 3 rho |e| / (2 mu)`; and since `s <= kappa |e|` it is at most `2 t rho kappa^3 |e|^4` even for mu = 0. So `V' < 0` for
+//! **An ellipsoid.** Let `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa` (spectral norms). With s = |y|,
+//! (*) gives `V' <= -q |e|^2 + t s^2 max(0, 2 rho |e| s - mu s^2)`. Over s >= 0 the last term is at most
+//! `27 t rho^4 |e|^4 / (16 mu^3)`, attained at `s = 3 rho |e| / (2 mu)`; and since `s <= kappa |e|` it is at most
+//! `2 t rho kappa^3 |e|^4` even for mu = 0. So `V' < 0` for
 //! ```text
 //! 0 < |e| < r,    r^2 = max(16 q mu^3 / (27 t rho^4), q / (2 t rho kappa^3)),
 //! ```
-//! and every error with `e'Pe < lambda_min(P) r^2` tends to 0. With rho = 1e-15 and the rest about 1, r is about 1e29 by the first term, 1e7 by the second.
+//! and every error with `e'Pe < lambda_min(P) r^2` tends to 0. With rho = 1e-15 and the rest about 1, r is about 1e29
+//! by the first term, 1e7 by the second.
 
 use super::lyapunov::{error_matrix, largest_eigenvalue_bound};
 use super::{Expression, accretive, embed, embed_symmetric, lyapunov_decrease, norm_bound, positive};
@@ -48,7 +52,8 @@ pub struct DeployedCubic {
     pub accretive: Verdict<Direction>,
     /// A rigorous upper bound of the spectral norm of `R = P N + C'S`, by which the stored gain misses the structure.
     pub residual: f64,
-    /// From which errors the observer is proved to converge. [`Reach::Unproved`] unless the four verdicts above are `Proved`.
+    /// From which errors the observer is proved to converge. [`Reach::Unproved`] unless the four verdicts above are
+    /// `Proved`.
     pub reach: Reach,
 }
 
@@ -57,7 +62,8 @@ pub struct DeployedCubic {
 pub enum Reach {
     /// From all, exponentially.
     Everywhere {
-        /// How far the entries of the Lyapunov matrix that proves it are from those of P, at most; 0 when P itself does.
+        /// How far the entries of the Lyapunov matrix that proves it are from those of P, at most; 0 when P itself
+        /// does.
         moved: f64,
     },
     /// From all in an ellipsoid.
@@ -79,8 +85,8 @@ pub struct Ellipsoid {
 
 /// Convergence of `e' = (A - LC)e + (y'theta y) N y`, `y = Ce`, for the numbers exactly as stored.
 ///
-/// `A` n x n, `L` and `N` n x p, `C` p x n, `theta` symmetric p x p. `P` (symmetric n x n) and `S` (p x p) are what `N` was designed from: `N` is
-/// some rounding of `-P^-1 C'S`. The head of this module says what is proved and how.
+/// `A` n x n, `L` and `N` n x p, `C` p x n, `theta` symmetric p x p. `P` (symmetric n x n) and `S` (p x p) are what `N`
+/// was designed from: `N` is some rounding of `-P^-1 C'S`. The head of this module says what is proved and how.
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` or `theta` that is not symmetric.
 /// ```
@@ -222,8 +228,8 @@ fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
 
 /// An enclosure of `N (N'N)^-1 N'`; `None` when N has not been shown to have full column rank.
 ///
-/// With K near `(N'N)^-1` and `E = I - K N'N`, `h = |E|_inf < 1`: `(N'N)^-1 = (I - E)^-1 K = K + E (I - E)^-1 K`, each entry of the second
-/// term at most `h/(1 - h) |K|_inf`.
+/// With K near `(N'N)^-1` and `E = I - K N'N`, `h = |E|_inf < 1`: `(N'N)^-1 = (I - E)^-1 K = K + E (I - E)^-1 K`, each
+/// entry of the second term at most `h/(1 - h) |K|_inf`.
 fn projector(n: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let columns = n.cols();
     // The projector does not change when columns are scaled; powers of two within range do that exactly.
@@ -300,7 +306,8 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// `P~ N = C'X C N`, for an N that is far from any design: the identity owes nothing to P, C and N being close to it.
+        /// `P~ N = C'X C N`, for an N that is far from any design: the identity owes nothing to P, C and N being close
+        /// to it.
         #[test]
         fn the_repaired_matrix_has_the_structure_for_any_gain(
             (n, outputs, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {

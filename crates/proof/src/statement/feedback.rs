@@ -32,8 +32,9 @@ impl Expression for Block<'_> {
     }
 }
 
-/// `[[(A-BK)'P1 + P1(A-BK), P1 B K], [K'B'P1, (A-LC)'P + P(A-LC)]] < 0` (Share Pasand, eq. 25): `x'P1 x + e'Pe` decreases along the
-/// plant under `u = -K xhat` and the error of its observer. A witness is the stacked direction `(x, e)`.
+/// `[[(A-BK)'P1 + P1(A-BK), P1 B K], [K'B'P1, (A-LC)'P + P(A-LC)]] < 0` (Share Pasand, eq. 25): `x'P1 x + e'Pe`
+/// decreases along the plant under `u = -K xhat` and the error of its observer. A witness is the stacked direction
+/// `(x, e)`.
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` or `P1` that is not symmetric.
 pub fn feedback_block(

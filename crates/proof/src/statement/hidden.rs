@@ -1,11 +1,14 @@
 //! Motions that leave no trace in the outputs, found and judged in exact arithmetic.
 //!
-//! The unobservable subspace of `(A, C)` is the kernel of the observability matrix `[C; CA; ..; CA^(n-1)]`. For binary64 data it has a basis of integers, found by
-//! elimination without rounding: `C V = 0`, `A V d = V M` with an integer d > 0. An error in that subspace obeys `z' = (M / d) z` whatever the gain is, so that no gain gives
-//! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. That is decided exactly as well: the characteristic polynomial by the
-//! method of Faddeev and Leverrier, in integers, and Routh's scheme, whose first column is positive iff all roots lie in the open left half plane.
+//! The unobservable subspace of `(A, C)` is the kernel of the observability matrix `[C; CA; ..; CA^(n-1)]`. For
+//! binary64 data it has a basis of integers, found by elimination without rounding: `C V = 0`, `A V d = V M` with an
+//! integer d > 0. An error in that subspace obeys `z' = (M / d) z` whatever the gain is, so that no gain gives
+//! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. That is decided exactly as well: the
+//! characteristic polynomial by the method of Faddeev and Leverrier, in integers, and Routh's scheme, whose first
+//! column is positive iff all roots lie in the open left half plane.
 //!
-//! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus, 1969 (the subspace and its modes).
+//! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus,
+//! 1969 (the subspace and its modes).
 
 use dashu_int::IBig;
 use dashu_int::ops::{Gcd, UnsignedAbs};
@@ -15,10 +18,12 @@ use crate::exact::Exact;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// The largest order that is examined: the characteristic polynomial costs n^4 multiplications of numbers of about 60 n bits, seconds here.
+/// The largest order that is examined: the characteristic polynomial costs n^4 multiplications of numbers of about 60 n
+/// bits, seconds here.
 pub const HIDDEN_ORDER: usize = 48;
 
-/// What no output sees of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and the motion in it, `C V = 0`, `A V d = V M`.
+/// What no output sees of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and the motion in it,
+/// `C V = 0`, `A V d = V M`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenMotion {
     /// V, n x k with k > 0, of full column rank.
@@ -30,7 +35,8 @@ pub struct HiddenMotion {
 }
 
 impl HiddenMotion {
-    /// Whether every hidden motion decays faster than `exp(-rate t)`: all eigenvalues of `M / d` have real parts below `-rate`. Exact; `None` for a rate that is not finite.
+    /// Whether every hidden motion decays faster than `exp(-rate t)`: all eigenvalues of `M / d` have real parts below
+    /// `-rate`. Exact; `None` for a rate that is not finite.
     pub fn decays_at(&self, rate: f64) -> Option<bool> {
         let shift = Exact::from_f64(rate)?.mul(&self.divisor);
         let m = &self.motion;
@@ -39,7 +45,8 @@ impl HiddenMotion {
         }))
     }
 
-    /// Whether this is a hidden motion of this pair: `C V = 0`, `A V d = V M` and V of full rank, checked exactly from the data.
+    /// Whether this is a hidden motion of this pair: `C V = 0`, `A V d = V M` and V of full rank, checked exactly from
+    /// the data.
     ///
     /// # Errors
     /// [`ProofError`] for shapes that do not fit and entries that are not finite.
@@ -62,7 +69,8 @@ impl HiddenMotion {
     }
 }
 
-/// The hidden motion of a pair `(A, C)`, A n x n and C p x n, in exact arithmetic; `None` where the pair is observable, and above [`HIDDEN_ORDER`].
+/// The hidden motion of a pair `(A, C)`, A n x n and C p x n, in exact arithmetic; `None` where the pair is observable,
+/// and above [`HIDDEN_ORDER`].
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::hidden_motion};
@@ -104,7 +112,8 @@ pub fn hidden_motion(a: &Matrix<f64>, c: &Matrix<f64>) -> Result<Option<HiddenMo
     Ok(Some(HiddenMotion { basis, motion, divisor }))
 }
 
-/// Whether all eigenvalues of a square matrix lie in the open left half plane, decided exactly. `None` for a matrix that is not square, and above [`HIDDEN_ORDER`].
+/// Whether all eigenvalues of a square matrix lie in the open left half plane, decided exactly. `None` for a matrix
+/// that is not square, and above [`HIDDEN_ORDER`].
 ///
 /// ```
 /// use luenberger_proof::{Exact, Matrix, Ring, statement::hurwitz_spectrum};
@@ -212,7 +221,8 @@ fn eliminate(row: &mut [IBig], pivot: usize, other: &[IBig]) {
     make_primitive(row);
 }
 
-/// The coefficients of `det(s I - A)`, highest power first, by `A_1 = A`, `c_k = -tr(A_k)/k`, `A_(k+1) = A (A_k + c_k I)`. The divisions leave no remainder.
+/// The coefficients of `det(s I - A)`, highest power first, by `A_1 = A`, `c_k = -tr(A_k)/k`,
+/// `A_(k+1) = A (A_k + c_k I)`. The divisions leave no remainder.
 fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
     let mut coefficients = vec![IBig::ONE];
     let mut power = a.to_vec();
@@ -271,7 +281,8 @@ mod tests {
 
     #[test]
     fn a_jordan_block_beside_the_axis() {
-        // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows it: T = I + N with N nilpotent has an integer inverse.
+        // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows it: T = I + N with N
+        // nilpotent has an integer inverse.
         let t = Matrix::from_fn(4, 4, |i, j| match i.cmp(&j) {
             Ordering::Equal => 1.0,
             Ordering::Less => (1 + i + j) as f64,
@@ -303,7 +314,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Block triangular by construction, the hidden block `-d I + skew`, turned by an integer matrix of determinant 1: hidden, and decaying exactly below the rate d.
+        /// Block triangular by construction, the hidden block `-d I + skew`, turned by an integer matrix of determinant
+        /// 1: hidden, and decaying exactly below the rate d.
         #[test]
         fn what_is_hidden_by_construction_is_found(
             entries in prop::collection::vec(-9i32..=9, 40), d in 1i32..20, scale in -300i32..300,

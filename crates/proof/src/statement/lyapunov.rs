@@ -51,7 +51,8 @@ fn left_hand_side<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, alpha: &R) -> Result<Ma
     p.product(&f.sum(&Matrix::scalar(f.rows(), alpha))?)?.plus_transpose()
 }
 
-/// `(A - LC)'P + P(A - LC) < 0` (Share Pasand, eq. 12): `V = e'Pe` decreases along the error of the observer with gain `L`.
+/// `(A - LC)'P + P(A - LC) < 0` (Share Pasand, eq. 12): `V = e'Pe` decreases along the error of the observer with gain
+/// `L`.
 ///
 /// Proved with margin q: `V' <= -q |e|^2`. Together with [`positive`] of `P` it proves `A - LC` Hurwitz.
 /// # Errors
@@ -78,8 +79,8 @@ pub fn lyapunov_decrease(
     decay_rate(a, l, c, p, 0.0)
 }
 
-/// `F'P + PF + 2 alpha P < 0` with `F = A - LC`: `V = e'Pe` decreases faster than `exp(-2 alpha t)`, so that with `P > 0` the
-/// spectral abscissa of `F` is below `-alpha`. The margin is in the units of the left-hand side.
+/// `F'P + PF + 2 alpha P < 0` with `F = A - LC`: `V = e'Pe` decreases faster than `exp(-2 alpha t)`, so that with
+/// `P > 0` the spectral abscissa of `F` is below `-alpha`. The margin is in the units of the left-hand side.
 /// # Errors
 /// As [`lyapunov_decrease`], and for an `alpha` that is not finite.
 pub fn decay_rate(
@@ -92,10 +93,11 @@ pub fn decay_rate(
     Decrease { a, output_injection: Some((l, c)), p, alpha, what_p: "P" }.decide(Sense::NegativeDefinite)
 }
 
-/// [`decay_rate`] for every `A` and every `C` between the bounds: `(A - LC)'P + P(A - LC) + 2 alpha P < 0`, with the gain and `P` as stored.
+/// [`decay_rate`] for every `A` and every `C` between the bounds: `(A - LC)'P + P(A - LC) + 2 alpha P < 0`, with the
+/// gain and `P` as stored.
 ///
-/// The inequality is linear in `(A, C)`: proved at boxes around the vertices of a polytope, it holds on their convex hull. Data that are single numbers throughout are
-/// decided as [`decay_rate`] decides them, exactly if need be.
+/// The inequality is linear in `(A, C)`: proved at boxes around the vertices of a polytope, it holds on their convex
+/// hull. Data that are single numbers throughout are decided as [`decay_rate`] decides them, exactly if need be.
 /// # Errors
 /// As [`decay_rate`].
 /// ```
@@ -151,8 +153,8 @@ impl Expression for Stein<'_> {
     }
 }
 
-/// `(A - LC)'P(A - LC) - P < 0`: in discrete time, `V = e'Pe` decreases at each step. With [`positive`] of `P` it proves that all
-/// eigenvalues of `A - LC` lie inside the unit circle.
+/// `(A - LC)'P(A - LC) - P < 0`: in discrete time, `V = e'Pe` decreases at each step. With [`positive`] of `P` it
+/// proves that all eigenvalues of `A - LC` lie inside the unit circle.
 /// # Errors
 /// As [`lyapunov_decrease`].
 pub fn stein_decrease(
@@ -168,8 +170,8 @@ pub fn stein_decrease(
 ///
 /// - Proved when `A'P + PA < 0` and `P > 0` are. The margin is a lower bound of minus the spectral abscissa:
 ///   `lambda_min(-(A'P + PA)) / (2 lambda_max(P))`.
-/// - Refuted when `A'P + PA < 0` is proved and `P > 0` refuted: the motion that starts at the witness `v` has `V = v'Pv <= 0`
-///   and decreasing, so that it cannot tend to 0.
+/// - Refuted when `A'P + PA < 0` is proved and `P > 0` refuted: the motion that starts at the witness `v` has
+///   `V = v'Pv <= 0` and decreasing, so that it cannot tend to 0.
 /// - Undecided otherwise, since another `P` may do better.
 /// # Errors
 /// As [`lyapunov_decrease`].
@@ -179,7 +181,8 @@ pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, P
     stable_by(decrease, p, |margin| (margin / (2.0 * largest_eigenvalue_bound(p))).next_down().max(0.0))
 }
 
-/// Whether every motion tends to 0, from the verdict on the decrease of `V = x'Px` and that on P; `margin` makes that of the stability of that of a proved decrease.
+/// Whether every motion tends to 0, from the verdict on the decrease of `V = x'Px` and that on P; `margin` makes that
+/// of the stability of that of a proved decrease.
 pub(super) fn stable_by(
     decrease: Verdict<Direction>,
     p: &Matrix<f64>,
@@ -199,7 +202,8 @@ pub(super) fn stable_by(
     })
 }
 
-/// An upper bound of `sqrt(cond P)`: with `V = e'Pe <= exp(-2 rate t) V(0)`, `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`. Infinite where `P > 0` is not proved.
+/// An upper bound of `sqrt(cond P)`: with `V = e'Pe <= exp(-2 rate t) V(0)`,
+/// `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`. Infinite where `P > 0` is not proved.
 ///
 /// # Errors
 /// [`ProofError`] for a `P` that is not square, symmetric and finite.
@@ -218,8 +222,8 @@ pub fn overshoot_bound(p: &Matrix<f64>) -> Result<f64, ProofError> {
     })
 }
 
-/// An upper bound of the largest eigenvalue of a symmetric matrix, tight to about 1e-9 where a proof of that can be had:
-/// the largest sum of absolute values of a row is always one.
+/// An upper bound of the largest eigenvalue of a symmetric matrix, tight to about 1e-9 where a proof of that can be
+/// had: the largest sum of absolute values of a row is always one.
 pub(crate) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
     let n = p.rows();
     let mut bound = 0.0_f64;

@@ -1,8 +1,10 @@
-//! Observers of plants with nonlinearities in sectors: the matrix inequality of Thau, Rajamani and the circle criterion.
+//! Observers of plants with nonlinearities in sectors: the matrix inequality of Thau, Rajamani and the circle
+//! criterion.
 //!
-//! Plant `x' = A x + sum_k G_k phi_k(H_k x)`, observer `xhat' = A xhat + sum_k G_k phi_k(H_k xhat) + L (y - C xhat)`. With `e = x - xhat` and
-//! `w_k = phi_k(H_k x) - phi_k(H_k xhat)`, the incremental sector `[low, high]` is `(w_k - low H_k e)'(high H_k e - w_k) >= 0`: for a scalar
-//! phi_k a bound of its slope, for `low = -high` the Lipschitz condition `|w_k| <= high |H_k e|`. By the S-procedure,
+//! Plant `x' = A x + sum_k G_k phi_k(H_k x)`, observer `xhat' = A xhat + sum_k G_k phi_k(H_k xhat) + L (y - C xhat)`.
+//! With `e = x - xhat` and `w_k = phi_k(H_k x) - phi_k(H_k xhat)`, the incremental sector `[low, high]` is
+//! `(w_k - low H_k e)'(high H_k e - w_k) >= 0`: for a scalar phi_k a bound of its slope, for `low = -high` the
+//! Lipschitz condition `|w_k| <= high |H_k e|`. By the S-procedure,
 //! ```text
 //! [ F'P + PF + 2 alpha P - sum tau_k low_k high_k H_k'H_k     P G_k + tau_k (low_k + high_k)/2 H_k' ]
 //! [ its transpose                                                          -tau_k I                 ]  < 0,   F = A - LC,
@@ -72,11 +74,12 @@ impl Expression for SectorDecrease<'_> {
     }
 }
 
-/// The block inequality above, for L, P and the multipliers exactly as given: with [`positive`](super::positive) of P it proves that the error
-/// of the observer tends to 0 like `exp(-alpha t)`, whatever the nonlinearities in their sectors are.
+/// The block inequality above, for L, P and the multipliers exactly as given: with [`positive`](super::positive) of P
+/// it proves that the error of the observer tends to 0 like `exp(-alpha t)`, whatever the nonlinearities in their
+/// sectors are.
 ///
-/// Proved with margin q: `V' <= -2 alpha V - q (|e|^2 + |w|^2)`. A witness is the stacked direction `(e, w_1, w_2, ..)`; it refutes this P and these
-/// multipliers, not the observer.
+/// Proved with margin q: `V' <= -2 alpha V - q (|e|^2 + |w|^2)`. A witness is the stacked direction
+/// `(e, w_1, w_2, ..)`; it refutes this P and these multipliers, not the observer.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::{SectorTerm, sector_decrease}};
@@ -94,8 +97,8 @@ impl Expression for SectorDecrease<'_> {
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
 ///
-/// Sources: R. Rajamani, Observers for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998; M. Arcak and P. Kokotovic,
-/// Nonlinear observers: a circle criterion design and robustness analysis, Automatica 37, 2001.
+/// Sources: R. Rajamani, Observers for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998; M.
+/// Arcak and P. Kokotovic, Nonlinear observers: a circle criterion design and robustness analysis, Automatica 37, 2001.
 pub fn sector_decrease(
     a: &Matrix<f64>,
     l: &Matrix<f64>,

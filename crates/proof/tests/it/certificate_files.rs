@@ -1,4 +1,5 @@
-//! Certificate files that are wrong: every way is an error that names line and field, in bounded time and memory, without a panic; and the program that checks files.
+//! Certificate files that are wrong: every way is an error that names line and field, in bounded time and memory,
+//! without a panic; and the program that checks files.
 
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
@@ -181,7 +182,8 @@ fn fractions_of_plant_data_are_enclosed() {
     assert!(proved.statement.ends_with("the statement holds for every choice of them."), "{}", proved.statement);
 }
 
-/// 2^-1100, which binary64 does not have, stands for all numbers between its neighbours 0 and 2^-1074: 0 is not positive.
+/// 2^-1100, which binary64 does not have, stands for all numbers between its neighbours 0 and 2^-1074: 0 is not
+/// positive.
 #[test]
 fn a_power_of_two_below_the_range_of_binary64_is_enclosed_too() {
     let one = Definiteness::new(&Matrix::from_rows([[1.0]]), Sign::PositiveDefinite).expect("finite");
@@ -627,7 +629,8 @@ fn members(text: &str) -> Vec<(String, usize, usize, usize)> {
     found
 }
 
-/// Each field of each kind of certificate in turn emptied, of another type, taken out, given twice, no number: the file is rejected with a reason, though its words and its digest agree with it.
+/// Each field of each kind of certificate in turn emptied, of another type, taken out, given twice, no number: the file
+/// is rejected with a reason, though its words and its digest agree with it.
 #[test]
 fn every_field_of_every_kind_is_missed_and_nothing_is_proved_of_nothing() {
     for file in every_kind() {
@@ -697,7 +700,8 @@ fn broken_texts_of_every_kind_are_rejected() {
     }
 }
 
-/// RFC 8259, section 6: what begins as a number and is none is no JSON; a number that is no index is an error of its field.
+/// RFC 8259, section 6: what begins as a number and is none is no JSON; a number that is no index is an error of its
+/// field.
 #[test]
 fn numbers_are_those_of_json() {
     let version = |token: &str| {
@@ -815,8 +819,9 @@ proptest! {
         prop_assert!(verify(pieces.concat().as_bytes()).is_err());
     }
 
-    /// A valid file with bytes replaced, removed, doubled: never a panic, and never proved unless nothing but white space or the case of a
-    /// digit changed. With the digest made to agree, what is proved is still what the checker derives.
+    /// A valid file with bytes replaced, removed, doubled: never a panic, and never proved unless nothing but white
+    /// space or the case of a digit changed. With the digest made to agree, what is proved is still what the checker
+    /// derives.
     #[test]
     fn mutated_files_never_panic(
         which in 0..10_usize, edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 1..4),
@@ -930,7 +935,8 @@ fn the_file_of_the_documentation_is_proved() {
     }
 }
 
-/// The words of a deployed observer have the operations that run, and no number but counts and powers of two; where a formula has no maximum, an indefinite weight is refused.
+/// The words of a deployed observer have the operations that run, and no number but counts and powers of two; where a
+/// formula has no maximum, an indefinite weight is refused.
 #[test]
 fn weights_and_words_are_those_of_the_formula() {
     let number = |x: f64| Matrix::from_rows([[x]]);

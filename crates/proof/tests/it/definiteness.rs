@@ -258,7 +258,8 @@ fn condition_1e16_is_decided_and_never_wrongly() {
 
 #[test]
 fn hilbert_matrices_stay_definite_until_their_rounding_says_otherwise() {
-    // The least eigenvalues of the exact matrices are 3.3e-6 (n = 5), 1.1e-13 (n = 10), 3e-21 (n = 15); rounding moves entries by 1e-17.
+    // The least eigenvalues of the exact matrices are 3.3e-6 (n = 5), 1.1e-13 (n = 10), 3e-21 (n = 15); rounding moves
+    // entries by 1e-17.
     for n in 1..=20 {
         let m = Matrix::from_fn(n, n, |i, j| 1.0 / (i + j + 1) as f64);
         let verdict = pd(&m);
@@ -307,7 +308,8 @@ fn an_exactly_singular_matrix_is_semidefinite_with_no_room() {
 
 #[test]
 fn a_null_vector_that_binary64_cannot_hold_is_given_exactly() {
-    // The null vector (b, -a) of [[a^2, ab], [ab, b^2]] is exact; that of a rank-2 matrix of 53-bit products needs more digits.
+    // The null vector (b, -a) of [[a^2, ab], [ab, b^2]] is exact; that of a rank-2 matrix of 53-bit products needs more
+    // digits.
     let (a, b) = (Exact::from_f64(0.1).expect("finite"), Exact::from_f64(0.7).expect("finite"));
     let c = Exact::from_f64(0.3).expect("finite");
     let x = Matrix::from_rows([[a.clone(), b.clone()], [b, c.clone()], [c, a]]);

@@ -1,4 +1,5 @@
-//! Deployed observers: the proved ball against the arithmetic itself, in every order of summation, and stored gains that stop stabilising.
+//! Deployed observers: the proved ball against the arithmetic itself, in every order of summation, and stored gains
+//! that stop stabilising.
 
 use luenberger_proof::statement::{
     CubicGains, Deployed, Format, Formats, NoErrorBallReason, Operation, Running, SampledPlant, Step, deployed_linear,
@@ -53,7 +54,8 @@ fn dot_fixed(terms: &[(i64, i64)], fraction_bits: u32, wide: bool) -> i64 {
     if wide { nearest(terms.iter().map(|(a, b)| a * b).sum()) } else { terms.iter().map(|(a, b)| nearest(a * b)).sum() }
 }
 
-/// A plant whose states stay within `bound` for inputs within it, and a gain with `|A - LC|_2 < 0.95`: both by the size of the entries.
+/// A plant whose states stay within `bound` for inputs within it, and a gain with `|A - LC|_2 < 0.95`: both by the size
+/// of the entries.
 fn system() -> impl Strategy<Value = (SampledPlant, Matrix<f64>, f64, u64)> {
     (1..=6_usize, 1..=2_usize, 1..=2_usize).prop_flat_map(|(n, m, p)| {
         (prop::collection::vec(-1.0..1.0_f64, n * (n + m + 2 * p)), -2.0..6.0_f64, any::<u64>()).prop_map(
@@ -99,7 +101,8 @@ fn promise(plant: &SampledPlant, bound: f64) -> Operation {
 /// A step of an observer from (estimate, input, measurement), all as numbers of the format.
 type Stepper<'a> = dyn Fn(&[f64], &[f64], &[f64]) -> Vec<f64> + 'a;
 
-/// Runs the plant in binary64 and the observer in its own arithmetic; the largest `|e_i|` of the second half as a share of its bound.
+/// Runs the plant in binary64 and the observer in its own arithmetic; the largest `|e_i|` of the second half as a share
+/// of its bound.
 fn run(
     plant: &SampledPlant,
     deployed: &Deployed,
@@ -137,7 +140,8 @@ fn run(
     Ok(share)
 }
 
-/// The step in f32, products and sums in the given order: the innovation form sums each product apart or all terms in one sum.
+/// The step in f32, products and sums in the given order: the innovation form sums each product apart or all terms in
+/// one sum.
 fn single(deployed: &Deployed, step: Step, order: Order, xhat: &[f64], u: &[f64], y: &[f64]) -> Vec<f64> {
     let s = &deployed.stored;
     let row = |m: &Matrix<f64>, i: usize, x: &[f64]| -> Vec<(f32, f32)> {
@@ -201,7 +205,8 @@ proptest! {
         }
     }
 
-    /// Q4.4 and a double integrator: what is called stable has its eigenvalues inside the circle, by the closed form for order 2.
+    /// Q4.4 and a double integrator: what is called stable has its eigenvalues inside the circle, by the closed form
+    /// for order 2.
     #[test]
     fn a_gain_in_a_byte_is_never_proved_where_it_does_not_stabilise(h in 0.05..1.0_f64, l1 in 0.0..2.5_f64, l2 in 0.0..4.0_f64) {
         let plant = SampledPlant {
@@ -372,7 +377,8 @@ fn more_digits_make_the_ball_smaller_in_proportion() {
         deployed.expect("fits").ball().expect("proved").entries[0]
     };
     let ratio = radius(Format::Binary32) / radius(Format::Binary64);
-    // The stored matrices are exact in binary64, and not in binary32: the units differ by 2^29, and mismatch comes on top.
+    // The stored matrices are exact in binary64, and not in binary32: the units differ by 2^29, and mismatch comes on
+    // top.
     assert!((2.0_f64.powi(28)..2.0_f64.powi(31)).contains(&ratio), "{ratio:e}");
     let fixed = |fraction_bits| radius(Format::Fixed { integer_bits: 8, fraction_bits });
     assert!((100.0..1000.0).contains(&(fixed(8) / fixed(16))), "{}", fixed(8) / fixed(16));
@@ -473,7 +479,8 @@ fn nearest(x: i128, scale: u32, quantum: i32) -> f64 {
 
 #[test]
 fn the_joined_matrix_is_rounded_once() {
-    // A - LC = (1/2 + 2^-tie) + k 2^-scale with L = -1, C = k 2^-scale: just below, at and above the ties of each format, closer than binary64 can tell.
+    // A - LC = (1/2 + 2^-tie) + k 2^-scale with L = -1, C = k 2^-scale: just below, at and above the ties of each
+    // format, closer than binary64 can tell.
     let fixed = |integer_bits, fraction_bits| Format::Fixed { integer_bits, fraction_bits };
     let formats = [
         (Format::Binary64, -53),

@@ -1,6 +1,7 @@
 //! Elementary functions of intervals against values from multiple precision, and as properties.
 //!
-//! The table is from mpmath 1.3 at 400 bits: f(x) is the sum of the last two columns to about 1e-32 of it, x being the binary64 number itself.
+//! The table is from mpmath 1.3 at 400 bits: f(x) is the sum of the last two columns to about 1e-32 of it, x being the
+//! binary64 number itself.
 
 // Some of the values are well known.
 #![allow(clippy::approx_constant)]
@@ -175,7 +176,8 @@ fn pair() -> impl Strategy<Value = (f64, f64)> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever the argument, the value at a point of it is inside. The value is the library's, which errs by less than the bounds are moved.
+    /// Whatever the argument, the value at a point of it is inside. The value is the library's, which errs by less than
+    /// the bounds are moved.
     #[test]
     fn values_inside_are_inside((lo, hi) in pair(), share in 0.0f64..1.0) {
         let x = between(lo, hi);
@@ -202,7 +204,8 @@ proptest! {
         for (name, f, _) in FUNCTIONS {
             if let Some(whole) = f(&x) {
                 let y = f(&part).unwrap();
-                // The bounds of neighbouring arguments are moved alike, so that their order is that of the library: off by a few units.
+                // The bounds of neighbouring arguments are moved alike, so that their order is that of the library: off
+                // by a few units.
                 let slack = 32.0 * f64::EPSILON * y.magnitude();
                 prop_assert!(whole.lo() <= y.lo() + slack && y.hi() - slack <= whole.hi(), "{name}: {part:?} {x:?}");
             }

@@ -21,7 +21,8 @@ struct Rational {
     n: usize,
 }
 
-/// All n^2 unknowns, A and Q in multiples of 2^-scale: Gauss and Jordan without fractions (Bareiss). `None` where the equation is singular.
+/// All n^2 unknowns, A and Q in multiples of 2^-scale: Gauss and Jordan without fractions (Bareiss). `None` where the
+/// equation is singular.
 fn rational(kind: Kind, a: &Matrix<f64>, q: &Matrix<f64>, scale: i64) -> Option<Rational> {
     let n = a.rows();
     let order = n * n;
@@ -143,8 +144,8 @@ fn symmetric(n: usize, entries: &[i32]) -> Matrix<f64> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A stable by diagonal dominance: the comparison with the solution for Q = I encloses the exact solution, and the distance it
-    /// proves is at most the condition of the equation times the true one.
+    /// A stable by diagonal dominance: the comparison with the solution for Q = I encloses the exact solution, and the
+    /// distance it proves is at most the condition of the equation times the true one.
     #[test]
     fn the_comparison_encloses_the_exact_solution((n, a, q, noise) in equation(), size in -14..-2_i32, stein in any::<bool>()) {
         let kind = if stein { Kind::Stein } else { Kind::Lyapunov };
@@ -225,7 +226,8 @@ proptest! {
 
 #[test]
 fn many_unstable_equations_are_enclosed_and_none_in_vain() {
-    // The property above is not vacuous: of 200 equations with entries of a linear congruence, elimination decides all that are not singular.
+    // The property above is not vacuous: of 200 equations with entries of a linear congruence, elimination decides all
+    // that are not singular.
     let mut state = 12345_u64;
     let mut entry = || {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -244,7 +246,8 @@ fn many_unstable_equations_are_enclosed_and_none_in_vain() {
 
 #[test]
 fn the_enclosure_holds_over_the_range_of_conditions() {
-    // Eigenvalues -2^-k and -1, far from normal: the condition of the equation is about 4^k, and the comparison is as good as its W.
+    // Eigenvalues -2^-k and -1, far from normal: the condition of the equation is about 4^k, and the comparison is as
+    // good as its W.
     for k in 0..24 {
         let small = 2.0_f64.powi(-k);
         let a = Matrix::from_rows([[-small, 1.0], [0.0, -1.0]]);

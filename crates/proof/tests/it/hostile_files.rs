@@ -1,4 +1,5 @@
-//! `luenberger-verify` on files made to exhaust it: it answers with a reason, in bounded memory and time. Each file carries the words and the digest that its data call for, so that the checker goes on to the mathematics.
+//! `luenberger-verify` on files made to exhaust it: it answers with a reason, in bounded memory and time. Each file
+//! carries the words and the digest that its data call for, so that the checker goes on to the mathematics.
 #![cfg(unix)]
 
 use std::io::Write;
@@ -16,7 +17,8 @@ const ADDRESS_LIMIT: usize = 2 << 20;
 /// Generous: an unoptimised build on a busy machine.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// What the checker says of the bytes, with its exit status. Fails where it ends by a signal (an allocation that was refused), or takes too long.
+/// What the checker says of the bytes, with its exit status. Fails where it ends by a signal (an allocation that was
+/// refused), or takes too long.
 fn answer(name: &str, bytes: &[u8]) -> (i32, String) {
     let started = Instant::now();
     let mut child = Command::new("sh")

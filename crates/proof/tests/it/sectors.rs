@@ -1,4 +1,5 @@
-//! The statements behind Lipschitz and mean-value observers: at their boundary, against equal statements of another form, and on bad data.
+//! The statements behind Lipschitz and mean-value observers: at their boundary, against equal statements of another
+//! form, and on bad data.
 
 use luenberger_proof::statement::{SectorTerm, cascade_decrease, decay_rate, sector_decrease};
 use luenberger_proof::{Direction, Matrix, ProofError, Verdict};
@@ -12,7 +13,8 @@ fn scalar(gamma: f64) -> SectorTerm {
     SectorTerm { g: one(1.0), h: one(1.0), low: -gamma, high: gamma, tau: 0.5 }
 }
 
-/// Small integers: every product and sum of a statement is exact in binary64, so that two forms of one matrix can be compared.
+/// Small integers: every product and sum of a statement is exact in binary64, so that two forms of one matrix can be
+/// compared.
 fn integers(rows: usize, cols: usize) -> impl Strategy<Value = Matrix<f64>> {
     prop::collection::vec(-4i32..=4, rows * cols).prop_map(move |entries| {
         Matrix::from_row_major(rows, cols, entries.into_iter().map(f64::from).collect()).unwrap()
@@ -38,7 +40,8 @@ fn same(one: &Verdict<Direction>, other: &Verdict<Direction>) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A slope in [low, high] says the same as one in [-r, r] about A + m G H: the two matrices are congruent by w = w' + m H e.
+    /// A slope in [low, high] says the same as one in [-r, r] about A + m G H: the two matrices are congruent by w = w' +
+    /// m H e.
     #[test]
     fn a_sector_may_be_moved_into_a(
         a in damped(3), l in integers(3, 1), c in integers(1, 3), p in symmetric(3), g in integers(3, 1), h in integers(1, 3),
@@ -94,7 +97,8 @@ proptest! {
     }
 }
 
-/// x' = phi(x), gain 2, P = 1, tau = 1/2: the matrix is [-4 + gamma^2/2, 1; 1, -1/2], singular at gamma = 2, and decided on both sides of it.
+/// x' = phi(x), gain 2, P = 1, tau = 1/2: the matrix is [-4 + gamma^2/2, 1; 1, -1/2], singular at gamma = 2, and
+/// decided on both sides of it.
 #[test]
 fn the_greatest_constant_is_decided_to_the_last_bit() {
     let at = |gamma: f64| sector_decrease(&one(0.0), &one(2.0), &one(1.0), &one(1.0), 0.0, &[scalar(gamma)]).unwrap();

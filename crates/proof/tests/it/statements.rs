@@ -245,8 +245,8 @@ proptest! {
         }
     }
 
-    /// Theorem 2 in its general form, as stored: for P > 0, F with room and S + S' > 0, N = -P^-1 C'S rounded converges from
-    /// everywhere.
+    /// Theorem 2 in its general form, as stored: for P > 0, F with room and S + S' > 0, N = -P^-1 C'S rounded converges
+    /// from everywhere.
     #[test]
     fn every_rounded_admissible_gain_converges_from_everywhere(
         (n, outputs, x, c, s) in (2..=6_usize).prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| (

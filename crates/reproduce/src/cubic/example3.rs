@@ -178,7 +178,8 @@ fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::Counterexamples(cases)).note(note))
 }
 
-/// A solution v != 0 of `F v + theta (Cv)^2 N C v = 0`: with `w = F^-1 N`, v = -theta y^3 w and `y = C v`, hence `theta y^2 C w = -1`.
+/// A solution v != 0 of `F v + theta (Cv)^2 N C v = 0`: with `w = F^-1 N`, v = -theta y^3 w and `y = C v`, hence
+/// `theta y^2 C w = -1`.
 fn equilibrium() -> Result<Counterexample, CheckError> {
     let observer = observer(10.0)?;
     let f = &observer.a - &observer.l * &observer.c;
@@ -232,7 +233,8 @@ pub(super) fn stable_linear_loop_that_blows_up() -> Result<(Vec<Hypothesis>, f64
     Ok((hypotheses()?, end_of_the_loop()?.0))
 }
 
-/// The smallest eigenvalue of the solution of (9), Q = I, for the observable plant of Example 3: with L = 0 and with the printed L.
+/// The smallest eigenvalue of the solution of (9), Q = I, for the observable plant of Example 3: with L = 0 and with
+/// the printed L.
 pub(super) fn lyapunov_solutions() -> Result<[f64; 2], CheckError> {
     let plant = plant();
     let smallest = |l: DMatrix<f64>| -> Result<f64, CheckError> {

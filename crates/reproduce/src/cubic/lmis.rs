@@ -1,6 +1,8 @@
-//! (12) with (13), (12) with (13') and (25) as linear matrix inequalities in all of their unknowns, each solved by both solvers.
+//! (12) with (13), (12) with (13') and (25) as linear matrix inequalities in all of their unknowns, each solved by both
+//! solvers.
 //!
-//! Neither solver is believed: an answer counts as feasible when the values that it proposes are proved, and as infeasible when its multipliers are, exactly.
+//! Neither solver is believed: an answer counts as feasible when the values that it proposes are proved, and as
+//! infeasible when its multipliers are, exactly.
 
 use std::fmt;
 

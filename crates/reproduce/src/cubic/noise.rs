@@ -1,7 +1,8 @@
 //! The first objection to a cubic observer: what noise on y does to it. Ours, the paper has no noise.
 //!
-//! With `y = C x + v` the error obeys `e' = F e - L v + (w'θw) N w`, `w = C e + v`. For (14), `P N = -γ C'θ`, the cubic term adds to `V'`
-//! `-2 γ (w'θw) (w - v)'θw <= 2 γ |w|^3 (|v| - |w|)` in the norm of θ, whose largest value over |w| is at |w| = 3|v|/4: **at most 27/128 γ (v'θv)^2**, whatever e is.
+//! With `y = C x + v` the error obeys `e' = F e - L v + (w'θw) N w`, `w = C e + v`. For (14), `P N = -γ C'θ`, the cubic
+//! term adds to `V'` `-2 γ (w'θw) (w - v)'θw <= 2 γ |w|^3 (|v| - |w|)` in the norm of θ, whose largest value over |w|
+//! is at |w| = 3|v|/4: **at most 27/128 γ (v'θv)^2**, whatever e is.
 
 use std::sync::Arc;
 

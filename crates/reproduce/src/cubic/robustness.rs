@@ -187,7 +187,8 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
     Ok(readings(&design, &at_eps, "a state that does not decay")?.given(given).given(of_both(&design)?))
 }
 
-/// At ε = 1 the error dynamics of A - LC = -I are the cubic term alone, which an error that θ does not weigh does not feel.
+/// At ε = 1 the error dynamics of A - LC = -I are the cubic term alone, which an error that θ does not weigh does not
+/// feel.
 fn equality(_: &Context) -> Result<Outcome, CheckError> {
     let [a, c, p, theta] =
         [-DMatrix::identity(2, 2), DMatrix::identity(2, 2), DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]];

@@ -1,4 +1,5 @@
-//! Theorems 1 to 3 and 6, Lemma 1, Corollary 1 and the first and third remarks: what holds, what does not, and what holds instead.
+//! Theorems 1 to 3 and 6, Lemma 1, Corollary 1 and the first and third remarks: what holds, what does not, and what
+//! holds instead.
 
 use luenberger_design::robust::fixed_lyapunov_margin;
 use luenberger_design::{
@@ -301,8 +302,8 @@ fn theorem2(_: &Context) -> Result<Outcome, CheckError> {
         .note(seeded("(11) follows: at an equilibrium v ≠ 0 V' would be 0, but it is at most -v'Qv.")))
 }
 
-/// With C = (1, 0), theta = gamma = 1, P = I and A - LC = [-1 10; 0 -1], an observable and stable pair, the right side holds and the
-/// left does not.
+/// With C = (1, 0), theta = gamma = 1, P = I and A - LC = [-1 10; 0 -1], an observable and stable pair, the right side
+/// holds and the left does not.
 fn arrow(_: &Context) -> Result<Outcome, CheckError> {
     let m = dmatrix![-1.0, 10.0; 0.0, -1.0];
     let (c, theta) = (dmatrix![1.0, 0.0], dmatrix![1.0]);
@@ -400,7 +401,8 @@ fn cost(_: &Context) -> Result<Outcome, CheckError> {
         let cubic = CubicDesign::new(&linear, &random.definite(p), &correction)?;
         for size in [0.1, 1.0, 10.0] {
             let e0 = random.vector(n) * size;
-            // The error does not depend on the plant's state, so the plant rests at 0, where no growth of x spoils x - xhat.
+            // The error does not depend on the plant's state, so the plant rests at 0, where no growth of x spoils x -
+            // xhat.
             let xhat0: Vec<f64> = e0.iter().map(|e| -e).collect();
             let run = Scenario::new(&plant)
                 .observer("cubic", cubic.observer.clone(), &xhat0)

@@ -116,8 +116,8 @@ fn numerical(context: &Context) -> Result<Outcome, CheckError> {
 fn residual(context: &Context) -> Result<Outcome, CheckError> {
     let fit = fit(context)?;
     let report = &fit.design.report;
-    // The simulation keeps 1e-11 per memory of T, and the derivative of its flow loses two digits; the spline has cells of h = 1/32, and h^3 = 3e-5 times
-    // third derivatives of order one in its slopes.
+    // The simulation keeps 1e-11 per memory of T, and the derivative of its flow loses two digits; the spline has cells
+    // of h = 1/32, and h^3 = 3e-5 times third derivatives of order one in its slopes.
     let holds = report.simulated_residual < 1e-9 && report.residual.1 < 1e-4;
     Ok(Outcome::new(Evidence::holds_by(holds, [report.simulated_residual, report.residual.1])).note(format!(
         "T is the integral of y over the past of x, {} long, by simulation; DT by the variational equation.",

@@ -7,13 +7,14 @@
 //! x2hat = xi1,  x3hat = xi2 + ln Theta_hat                                                (35), (36)
 //! ```
 //!
-//! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta monotonically, and noise cannot take it below [`LOWEST`],
-//! where it is held; [`Diagnose`](luenberger_observers::Diagnose) reports that, and beforehand that it is about to
-//! happen. psi(0) = 0, not positive as the paper has it: the regression is then exact from the start (psi(0) > 0 adds a
-//! transient to it that decays with the filter).
+//! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta
+//! monotonically, and noise cannot take it below [`LOWEST`], where it is held;
+//! [`Diagnose`](luenberger_observers::Diagnose) reports that, and beforehand that it is about to happen. psi(0) = 0,
+//! not positive as the paper has it: the regression is then exact from the start (psi(0) > 0 adds a transient to it
+//! that decays with the filter).
 //!
-//! F3, that the plant admits no KKLO, is true of a constant Lambda, and of one that depends on y. With a Lambda that depends on y and u, as the paper's own KKLO of the converter
-//! has, there is one: [`kklo`].
+//! F3, that the plant admits no KKLO, is true of a constant Lambda, and of one that depends on y. With a Lambda that
+//! depends on y and u, as the paper's own KKLO of the converter has, there is one: [`kklo`].
 
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
@@ -29,7 +30,8 @@ use luenberger_observers::pebo::Regression;
 /// The least Theta_hat: x3hat is not taken more than 27.6 below xi2.
 pub const LOWEST: f64 = 1e-12;
 
-/// `phi = (x2, x3)`, `Lambda = diag(-1, 0)`, `B = (y^2 + sin y, u y + 1/(y^2 + 1))`, and the regression `y' = -y^3 + exp(xi2) Theta`.
+/// `phi = (x2, x3)`, `Lambda = diag(-1, 0)`, `B = (y^2 + sin y, u y + 1/(y^2 + 1))`, and the regression
+/// `y' = -y^3 + exp(xi2) Theta`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExponentialCascadeMap;
 
@@ -113,13 +115,15 @@ impl<T: RealField + Copy> Regression<T> for ExponentialCascadeMap {
     }
 }
 
-/// A KKLO of the same plant: in z = exp(x3) it is linear, `y' = z - y^3`, `z' = a z` with `a = 1/(y^2 + 1) + y u`, so that with any k
+/// A KKLO of the same plant: in z = exp(x3) it is linear, `y' = z - y^3`, `z' = a z` with `a = 1/(y^2 + 1) + y u`, so
+/// that with any k
 ///
 /// ```text
 /// phi = (x2, exp(x3) - k(y)),  Lambda = diag(-1, a - k'(y)),  B = (y^2 + sin y, (a - k') k + k' y^3)
 /// ```
 ///
-/// solves (4), and `phi^L = (xi1, ln(xi2 + k))`. Here `k = c y + y^3`, and `a - k' = 1/(y^2 + 1) + y u - 3 y^2 - c <= 1 - c + u^2/12`.
+/// solves (4), and `phi^L = (xi1, ln(xi2 + k))`. Here `k = c y + y^3`, and
+/// `a - k' = 1/(y^2 + 1) + y u - 3 y^2 - c <= 1 - c + u^2/12`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VaryingExponentialCascadeMap<T> {
     c: T,
@@ -128,7 +132,8 @@ pub struct VaryingExponentialCascadeMap<T> {
 /// The observer of [`VaryingExponentialCascadeMap`], with a state of length 2.
 pub type ExponentialCascadeKklo<T> = KklObserver<VaryingExponentialCascadeMap<T>>;
 
-/// The KKLO of [`VaryingExponentialCascadeMap`] with the gain c, in 1/s: the error of `exp(x3)` decays at the rate `c - 1 - u^2/12` or faster, and at `c - 1` or faster where `u = -y`.
+/// The KKLO of [`VaryingExponentialCascadeMap`] with the gain c, in 1/s: the error of `exp(x3)` decays at the rate
+/// `c - 1 - u^2/12` or faster, and at `c - 1` or faster where `u = -y`.
 ///
 /// Its xi2 + k is an estimate of exp(x3), and may be negative on the way: x3hat is not taken below `ln` of [`LOWEST`].
 ///

@@ -1,5 +1,6 @@
-//! The directions in which the paper says that its designs can be extended: Proposition 7 with more blocks, with several rows of S and with a monotonic map of x4, and, from its
-//! outlook, a change of coordinates that reads the input. Each with its hypotheses checked and its conclusion along runs.
+//! The directions in which the paper says that its designs can be extended: Proposition 7 with more blocks, with
+//! several rows of S and with a monotonic map of x4, and, from its outlook, a change of coordinates that reads the
+//! input. Each with its hypotheses checked and its conclusion along runs.
 
 use std::f64::consts::PI;
 
@@ -215,7 +216,8 @@ fn parameters(run: &Trajectory, t: f64) -> Result<Vector2<f64>, CheckError> {
     Ok(Vector2::new(error[(row, 3)], error[(row, 4)]))
 }
 
-/// The least eigenvalue of the integral of `b b'` over a window, by the trapezoidal rule: exact for a constant b, and for a trigonometric one over its period.
+/// The least eigenvalue of the integral of `b b'` over a window, by the trapezoidal rule: exact for a constant b, and
+/// for a trigonometric one over its period.
 fn excitation(b: impl Fn(f64) -> DMatrix<f64>, window: f64) -> Result<f64, CheckError> {
     const STEPS: usize = 64;
     let at = |k: usize| {

@@ -123,7 +123,8 @@ fn as_printed(context: &Context) -> Result<Outcome, CheckError> {
     .given(hypotheses(&run)?))
 }
 
-/// What Proposition 5 asks for, on the converter: a [KKL+PEB]O, outputs that are states, the rank, and the invariance of θ = θ̂.
+/// What Proposition 5 asks for, on the converter: a [KKL+PEB]O, outputs that are states, the rank, and the invariance
+/// of θ = θ̂.
 fn hypotheses(run: &Trajectory) -> Result<Vec<Hypothesis>, CheckError> {
     let (start, end) = current(run, COMBINED)?;
     let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());

@@ -370,7 +370,8 @@ fn psi_zero(context: &Context) -> Result<Outcome, CheckError> {
 const VARYING_ROUNDING: f64 = 16.0 * f64::EPSILON * 2000.0;
 
 fn f3(context: &Context) -> Result<Outcome, CheckError> {
-    // The printed proof separates what is multiplied by 1, x3, e^x3 and x3 e^x3, and by x1^2 + sin x1, which is no constant: their values at four x3.
+    // The printed proof separates what is multiplied by 1, x3, e^x3 and x3 e^x3, and by x1^2 + sin x1, which is no
+    // constant: their values at four x3.
     let independence = Matrix4::from_fn(|i, j| {
         let x3 = i as f64 - 1.0;
         [1.0, x3, x3.exp(), x3 * x3.exp()][j]

@@ -162,7 +162,8 @@ fn gradient(context: &Context) -> Result<Outcome, CheckError> {
     };
     let claimed = multiplier.powi(5);
     let found_ratio = size(END)? / size(END - 5.0 * PI)?;
-    // At T - 5π = 14 the errors of x2 and x3, e^-14, are a ten-thousandth of those of the parameters, and the second multiplier has had four periods.
+    // At T - 5π = 14 the errors of x2 and x3, e^-14, are a ten-thousandth of those of the parameters, and the second
+    // multiplier has had four periods.
     let holds = multiplier < 1.0 && (found_ratio / claimed - 1.0).abs() < 0.02;
     Ok(Outcome::new(Evidence::holds_by(holds, last.iter().map(|e| e.abs()).collect::<Vec<_>>())).note(format!(
         "The largest error at the start is {}. θ̃' = -Γψψ'θ̃ has the largest Floquet multiplier {}, less than 1: exponential convergence, at the rate {}; over the last five periods the errors \
@@ -177,7 +178,8 @@ fn gradient(context: &Context) -> Result<Outcome, CheckError> {
     )))
 }
 
-/// The largest Floquet multiplier of `theta~' = -gain psi psi' theta~` over the period π, for the psi = F[b] to which the filters tend.
+/// The largest Floquet multiplier of `theta~' = -gain psi psi' theta~` over the period π, for the psi = F[b] to which
+/// the filters tend.
 pub(super) fn floquet_multiplier(gain: f64) -> Result<f64, CheckError> {
     // F[sin 2t] = (alpha/|alpha + 2i|) sin(2t - arg(alpha + 2i)), F[1] = 1.
     let (size, angle) = (ALPHA / ALPHA.hypot(2.0), 2.0_f64.atan2(ALPHA));

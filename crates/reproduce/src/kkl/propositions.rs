@@ -1,7 +1,8 @@
 //! Propositions 1 to 4 and the remarks R5, R6, R9: each with its hypotheses checked and its conclusion along a run.
 //!
-//! Proposition 1 on van der Pol's oscillator, which has a KKLO with a constant Lambda in closed form: with `m(y) = mu (y - y^3/3)`,
-//! `phi_i(x) = lambda_i x1 + x2 - m(x1)` obeys `phi_i' = lambda_i phi_i + lambda_i m(y) - y - lambda_i^2 y`. Propositions 2 to 4 on the converter of section V.C.
+//! Proposition 1 on van der Pol's oscillator, which has a KKLO with a constant Lambda in closed form: with
+//! `m(y) = mu (y - y^3/3)`, `phi_i(x) = lambda_i x1 + x2 - m(x1)` obeys `phi_i' = lambda_i phi_i + lambda_i m(y) - y -
+//! lambda_i^2 y`. Propositions 2 to 4 on the converter of section V.C.
 
 use std::sync::Arc;
 
@@ -143,7 +144,8 @@ fn inverse(xi: &Vector2<f64>) -> Vector2<f64> {
     Vector2::new(x1, xi[0] - LAMBDA[0] * x1 + cubic(x1))
 }
 
-/// The KKLO of the oscillator, in the coordinates `P xi`: `xi' = Lambda xi + P B`, `xhat = phi^L(P'xi)` for the map `P'phi`, R5; P = I is Proposition 1.
+/// The KKLO of the oscillator, in the coordinates `P xi`: `xi' = Lambda xi + P B`, `xhat = phi^L(P'xi)` for the map
+/// `P'phi`, R5; P = I is Proposition 1.
 struct Turned {
     p: Matrix2<f64>,
 }
@@ -295,7 +297,8 @@ fn estimated(context: &Context, name: &str) -> Result<Outcome, CheckError> {
     };
     let largest = run.observer(name)?.state.amax();
     let gone = converter::gone(&run, name)?;
-    // The rounding of ten operations on terms of size 1e5, relative; and the tolerance of the run at each of some 1e5 steps.
+    // The rounding of ten operations on terms of size 1e5, relative; and the tolerance of the run at each of some 1e5
+    // steps.
     let hypotheses = vec![
         Hypothesis::computed(
             "(i) the PDE (4)",

@@ -1,6 +1,8 @@
-//! R2: the open integration of a PEBO, the safety nets that the paper points at, and what they cost. Ours: the paper names none.
+//! R2: the open integration of a PEBO, the safety nets that the paper points at, and what they cost. Ours: the paper
+//! names none.
 //!
-//! On van der Pol's oscillator `phi = x2 - m(x1)`, `m(y) = mu (y - y^3/3)`, obeys `phi' = -y`: Lambda = 0, `xi' = -y`, and `y' = xi + m(y) + theta`.
+//! On van der Pol's oscillator `phi = x2 - m(x1)`, `m(y) = mu (y - y^3/3)`, obeys `phi' = -y`: Lambda = 0, `xi' = -y`,
+//! and `y' = xi + m(y) + theta`.
 
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::kkl::KklMap;
@@ -154,7 +156,8 @@ fn safety_nets(_: &Context) -> Result<Outcome, CheckError> {
     let [open, leaking, reset, open_biased, leaking_biased, reset_biased] = found[..] else {
         return Err("six runs were asked for".into());
     };
-    // The drift is the integral of the bias, 10, beside |φ| below 3, which is all that the nets leave, with what drifts in 10 s.
+    // The drift is the integral of the bias, 10, beside |φ| below 3, which is all that the nets leave, with what drifts
+    // in 10 s.
     let drift = BIAS * PERIOD * PERIODS as f64;
     let holds = open_biased[0] > drift - 3.0
         && leaking_biased[0] < 3.0

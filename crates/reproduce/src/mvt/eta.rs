@@ -49,7 +49,8 @@ pub(super) fn claims() -> Vec<Claim> {
     )]
 }
 
-/// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, what was not told: it outlives e, so that x - xhat goes at its rate.
+/// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, what was not told: it outlives e, so
+/// that x - xhat goes at its rate.
 struct Rates {
     eta: f64,
     /// Of the internal error in Example 1.

@@ -85,8 +85,8 @@ where
     DMatrix::from_column_slice(N, N, at.as_slice())
 }
 
-/// The two vertices of the mean Jacobians of the joint: every entry is constant but one, affine in the mean of the cosine, which is in [-1, 1]. They are Df where
-/// cos(x3) is 1 and where it is -1.
+/// The two vertices of the mean Jacobians of the joint: every entry is constant but one, affine in the mean of the
+/// cosine, which is in [-1, 1]. They are Df where cos(x3) is 1 and where it is -1.
 pub(super) fn vertices(system: System) -> Vec<DMatrix<f64>> {
     [0.0, std::f64::consts::PI]
         .map(|x3| Vector4::new(0.0, 0.0, x3, 0.0))

@@ -1,14 +1,17 @@
 //! The two examples and their sixteen runs: plants, starts, and the observer as printed.
 //!
-//! What reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and column k of |g| (the diagonal counted
-//! twice), e1 the measured errors in the first p rows and the internal ones in the rest, one beta for each row.
+//! What reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and column k of |g|
+//! (the diagonal counted twice), e1 the measured errors in the first p rows and the internal ones in the rest, one beta
+//! for each row.
 //!
-//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that corrects its misprint and nothing else. Two variants keep their names: the
-//! classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33` as printed.
+//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that corrects its misprint
+//! and nothing else. Two variants keep their names: the classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33`
+//! as printed.
 //!
-//! A run is written as `data/mvt-<system>-eta<1|2>-<e0|e01>.csv` with the columns `t`, `x1..xn`, `x1_hat..xn_hat`, `e1..en`, `beta1..betan`. Here e is the
-//! observer's *internal* error; the real one is x - x_hat. States and errors are good to 1e-8. beta is as good as X determines it, a few units of rounding of f
-//! divided by the curvature of f along e: where `X(1/2)` is rounding it is 1/2, and once the internal error is below about 1e-4 it always is.
+//! A run is written as `data/mvt-<system>-eta<1|2>-<e0|e01>.csv` with the columns `t`, `x1..xn`, `x1_hat..xn_hat`,
+//! `e1..en`, `beta1..betan`. Here e is the observer's *internal* error; the real one is x - x_hat. States and errors
+//! are good to 1e-8. beta is as good as X determines it, a few units of rounding of f divided by the curvature of f
+//! along e: where `X(1/2)` is rounding it is 1/2, and once the internal error is below about 1e-4 it always is.
 
 use std::sync::Arc;
 
@@ -181,7 +184,8 @@ pub(super) fn run(context: &Context, system: System, eta: f64, told: Told) -> Re
     })
 }
 
-/// Relative tolerance of the runs whose numbers are printed: with it, halving the exponent or another integrator changes no number of theirs by 1e-9.
+/// Relative tolerance of the runs whose numbers are printed: with it, halving the exponent or another integrator
+/// changes no number of theirs by 1e-9.
 pub(super) const FINE: f64 = 1e-13;
 
 /// Which mean of the Jacobian an experiment uses.
@@ -373,7 +377,8 @@ pub(super) fn unit_interval(count: usize) -> Vec<f64> {
 
 /// Whether every beta is in [0, 1] and every `X(beta)` is rounding, and the largest `|X_i|`.
 ///
-/// X is the difference of two values of f and a slope of the same size: three roundings of sums of up to four terms, each below 16 epsilon of them.
+/// X is the difference of two values of f and a slope of the same size: three roundings of sums of up to four terms,
+/// each below 16 epsilon of them.
 pub(super) fn beta_solves(run: &Run) -> (bool, f64) {
     let inside = run.beta.iter().all(|beta| (0.0..=1.0).contains(beta));
     let largest_term = run.terms.amax();

@@ -1,4 +1,5 @@
-//! Theorem 1: what its proof shows, and five plants for which what it says is false, each with every hypothesis evaluated.
+//! Theorem 1: what its proof shows, and five plants for which what it says is false, each with every hypothesis
+//! evaluated.
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::mean_value::LeastSquares;
@@ -245,7 +246,8 @@ fn bistable() -> Result<Counterexample, CheckError> {
     .nonlinear(&Bistable, &run)
 }
 
-/// x1 = 0, x2 = ln 0.9 and any x3: x1' = ln(0.1 + 0.9) = 0, x2' = 0 x3, x3' = 0.2. The output is the same for all of them.
+/// x1 = 0, x2 = ln 0.9 and any x3: x1' = ln(0.1 + 0.9) = 0, x2' = 0 x3, x3' = 0.2. The output is the same for all of
+/// them.
 fn indistinguishable() -> Result<Counterexample, CheckError> {
     let x2 = 0.9_f64.ln();
     let run = fly(&Chaotic, [0.0, x2, -1.0], [0.0, x2, -2.0], [0.0, 0.0, 0.5], 5.0)?;

@@ -90,7 +90,8 @@ fn theta_of_proposition_6_stays_in_its_domain() {
 }
 
 proptest! {
-    /// (37) of Proposition 6: where Y = psi Theta, with x3 = xi2 + ln Theta, it stays so along the plant, whatever the filters have seen; W starts at y, where Y = 0.
+    /// (37) of Proposition 6: where Y = psi Theta, with x3 = xi2 + ln Theta, it stays so along the plant, whatever the
+    /// filters have seen; W starts at y, where Y = 0.
     #[test]
     fn the_regression_of_proposition_6_stays_exact(
         x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in prop::array::uniform2(-2.0..2.0f64), known in -5.0..5.0f64,

@@ -3,7 +3,8 @@
 use luenberger_reproduce::Context;
 use luenberger_sim::{Integrator, Scenario, Signal};
 
-/// Proposition 6 as the paper prints it, typed in once more: (31) under u = -y, (32) to (37). The state is (x, xi, w, F[y^3], psi, Theta_hat).
+/// Proposition 6 as the paper prints it, typed in once more: (31) under u = -y, (32) to (37). The state is (x, xi, w,
+/// F[y^3], psi, Theta_hat).
 fn proposition6(z: &[f64; 9]) -> [f64; 9] {
     let [x1, x2, x3, xi1, xi2, w, cube, psi, theta] = *z;
     let (alpha, gamma, y) = (1.0, 5.0, x1);
@@ -40,7 +41,8 @@ fn runge_kutta(steps: u32) -> Vec<[f64; 9]> {
     rows
 }
 
-/// `data/kkl-prop6.csv` to 1e-9: beside another method with other equations, whose own error the halved step shows, and beside looser tolerances of the same.
+/// `data/kkl-prop6.csv` to 1e-9: beside another method with other equations, whose own error the halved step shows, and
+/// beside looser tolerances of the same.
 #[test]
 fn the_data_of_proposition_6_are_accurate() {
     let papers = luenberger_reproduce::papers();

@@ -1,7 +1,8 @@
-//! The sixteen runs of the mean-value-theorem paper: that the files are there, and that their numbers are right to 1e-8.
+//! The sixteen runs of the mean-value-theorem paper: that the files are there, and that their numbers are right to
+//! 1e-8.
 //!
-//! The reference shares nothing with them: the right-hand sides are written out by hand, with the mean slope in closed form where the runs search
-//! for beta, and the integrator is the implicit one.
+//! The reference shares nothing with them: the right-hand sides are written out by hand, with the mean slope in closed
+//! form where the runs search for beta, and the integrator is the implicit one.
 
 use luenberger_reproduce::{papers, run_papers};
 use luenberger_sim::{Integrator, Settings, solve};
@@ -155,8 +156,8 @@ fn columns(path: &PathBuf) -> (Vec<String>, HashMap<String, Vec<f64>>) {
     (names, found)
 }
 
-/// beta solves the one row that is not linear or a product: at every sample what is left of X is rounding of terms that are 50 times the states at most; and the
-/// other rows have 1/2.
+/// beta solves the one row that is not linear or a product: at every sample what is left of X is rounding of terms that
+/// are 50 times the states at most; and the other rows have 1/2.
 fn check_beta(id: &str, n: usize, data: &HashMap<String, Vec<f64>>) {
     for (k, t) in data["t"].iter().enumerate() {
         let at = |name: &str| data[name][k];

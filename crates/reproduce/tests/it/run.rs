@@ -125,7 +125,8 @@ fn bare(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Evidence::holds(false).into())
 }
 
-/// The headline counts the paper's own claims; misprints, readings and what is ours stand apart, and each can be asked for.
+/// The headline counts the paper's own claims; misprints, readings and what is ours stand apart, and each can be asked
+/// for.
 #[test]
 fn claims_are_counted_and_shown_by_class() {
     let truth = |class, id, check| {
@@ -185,7 +186,8 @@ fn claims_are_counted_and_shown_by_class() {
     }
 }
 
-/// A refutation without the paper's sentence, of a theorem without its hypotheses, and of a claim of ours, are failures of the run.
+/// A refutation without the paper's sentence, of a theorem without its hypotheses, and of a claim of ours, are failures
+/// of the run.
 #[test]
 fn a_refutation_must_show_its_ground() {
     let truth = |class, id, check| Claim::holds(class, id, "Theorem 1", "it converges", &[], check);
@@ -256,7 +258,8 @@ fn numbers(_: &Context, id: &str) -> Result<Table, CheckError> {
     if id == "demo-broken" { Err("no numbers".into()) } else { Ok(Table::new().column("t", [0.0, 0.5])) }
 }
 
-/// Datasets are written and linked; one that fails is listed; a figure and a dataset of one name would overwrite each other.
+/// Datasets are written and linked; one that fails is listed; a figure and a dataset of one name would overwrite each
+/// other.
 #[test]
 fn numbers_without_a_picture_are_written_too() {
     let with = |ids: &[&'static str]| Paper {
@@ -382,8 +385,8 @@ fn every_claim_that_the_docs_name_of_the_third_paper_exists() {
     }
 }
 
-/// The claims of the third paper beside its converter keep their names, and come out as the pages in docs/ say. (The numerical observer, whose fit takes a
-/// while, is tested in `tests/tests/it/numerical_kkl.rs`.)
+/// The claims of the third paper beside its converter keep their names, and come out as the pages in docs/ say. (The
+/// numerical observer, whose fit takes a while, is tested in `tests/tests/it/numerical_kkl.rs`.)
 #[test]
 fn the_examples_of_the_third_paper_come_out_as_the_docs_say() {
     use Verdict::{Refuted, Reproduced, Underspecified};
@@ -488,8 +491,8 @@ fn the_readings_of_the_papers_come_out_as_the_docs_say() {
     }
 }
 
-/// Theorem 1 of the mean-value-theorem paper: five cases, each with (4) proved, everywhere where the plant is linear and along the run elsewhere. x' = u, y = x,
-/// where (4) reads 0 < 0, is none of them.
+/// Theorem 1 of the mean-value-theorem paper: five cases, each with (4) proved, everywhere where the plant is linear
+/// and along the run elsewhere. x' = u, y = x, where (4) reads 0 < 0, is none of them.
 #[test]
 fn every_counterexample_to_theorem_1_fulfils_condition_4() {
     let papers = luenberger_reproduce::papers();

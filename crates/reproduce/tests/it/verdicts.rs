@@ -100,7 +100,8 @@ fn a_counterexample_counts_only_if_it_violates_the_statement() {
     assert_eq!(on_truth(&at(f64::NAN)).0, Underspecified);
 }
 
-/// A case outside of the theorem's hypotheses is none, however far it violates the conclusion; one valid case among several refutes.
+/// A case outside of the theorem's hypotheses is none, however far it violates the conclusion; one valid case among
+/// several refutes.
 #[test]
 fn a_counterexample_counts_only_within_the_hypotheses() {
     let positive =

@@ -1,11 +1,14 @@
-//! What innovations `y - h(xhat)` say of an observer: their size, whether they are white, whether a filter believes in the right covariance.
+//! What innovations `y - h(xhat)` say of an observer: their size, whether they are white, whether a filter believes in
+//! the right covariance.
 //!
-//! Where plant, noise and filter agree, the innovations of a Kalman filter are white, of mean 0, and of the covariance S that the filter computes. An observer with a constant gain has white innovations only
-//! by luck; their spectrum then still says what is left in the data: a mean is a bias of a sensor or of the model, a slow autocorrelation is dynamics that the model
-//! does not have.
+//! Where plant, noise and filter agree, the innovations of a Kalman filter are white, of mean 0, and of the covariance
+//! S that the filter computes. An observer with a constant gain has white innovations only by luck; their spectrum then
+//! still says what is left in the data: a mean is a bias of a sensor or of the model, a slow autocorrelation is
+//! dynamics that the model does not have.
 //!
-//! Sources: G. M. Ljung and G. E. P. Box, On a measure of lack of fit in time series models, Biometrika 65, 1978; Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with
-//! Applications to Tracking and Navigation, Wiley 2001, section 5.4.
+//! Sources: G. M. Ljung and G. E. P. Box, On a measure of lack of fit in time series models, Biometrika 65, 1978; Y.
+//! Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking and Navigation, Wiley 2001,
+//! section 5.4.
 
 /// Statistics of the innovation of one output.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +28,8 @@ pub struct InnovationStatistics {
 /// The test of Ljung and Box that a sequence is white.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Whiteness {
-    /// The autocorrelation at the lags 1, 2, ..., counted in samples: an even number of them, at most 20 and a tenth of the samples.
+    /// The autocorrelation at the lags 1, 2, ..., counted in samples: an even number of them, at most 20 and a tenth of
+    /// the samples.
     pub autocorrelation: Vec<f64>,
     /// Of a white sequence, 95 % of the autocorrelations are below it: `1.96/sqrt(N)`.
     pub bound: f64,
@@ -38,9 +42,11 @@ pub struct Whiteness {
 /// Whether the innovations of a filter have the covariance that it believes in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Consistency {
-    /// The mean of `nu' S^-1 nu`, which is p where everything agrees. Above, the filter trusts itself too much; below, too little.
+    /// The mean of `nu' S^-1 nu`, which is p where everything agrees. Above, the filter trusts itself too much; below,
+    /// too little.
     pub mean: f64,
-    /// The mean lies between these two with a probability of 95 %, where everything agrees (by the normal approximation of chi-squared with N p degrees).
+    /// The mean lies between these two with a probability of 95 %, where everything agrees (by the normal approximation
+    /// of chi-squared with N p degrees).
     pub bounds: (f64, f64),
 }
 

@@ -1,8 +1,10 @@
-//! Observers on recorded data: no plant is simulated, and what an observer is judged by is its innovation `y - h(xhat)`.
+//! Observers on recorded data: no plant is simulated, and what an observer is judged by is its innovation
+//! `y - h(xhat)`.
 //!
-//! An observer in continuous time is integrated from one sample of the log to the next, with inputs and outputs in between by the recording's rules ([`Recording::new`] says which, and
-//! why); a sampled-data observer is stepped at its own period, from the first time of the log on. Its samples should be samples of the log: where they are
-//! not, they are taken from in between, and counted. The times of the log need not be equally spaced.
+//! An observer in continuous time is integrated from one sample of the log to the next, with inputs and outputs in
+//! between by the recording's rules ([`Recording::new`] says which, and why); a sampled-data observer is stepped at its
+//! own period, from the first time of the log on. Its samples should be samples of the log: where they are not, they
+//! are taken from in between, and counted. The times of the log need not be equally spaced.
 //!
 //! The observers are the very objects that run in a [`Scenario`](crate::Scenario) and on the target.
 
@@ -135,7 +137,8 @@ impl<'a> Replay<'a> {
         self.entry(name, Box::new(Filter(filter)), initial, true)
     }
 
-    /// Method, tolerances and caps for observers in continuous time (default rtol 1e-9 and atol 1e-12), far below what is lost between samples.
+    /// Method, tolerances and caps for observers in continuous time (default rtol 1e-9 and atol 1e-12), far below what
+    /// is lost between samples.
     #[must_use]
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
@@ -150,8 +153,9 @@ impl<'a> Replay<'a> {
     /// Runs.
     ///
     /// # Errors
-    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`], [`SimError::DuplicateName`]. What happens on the way:
-    /// [`SimError::BlowUp`], [`SimError::NotDefined`], [`SimError::StepSize`], [`SimError::TooManySteps`].
+    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
+    /// [`SimError::DuplicateName`]. What happens on the way: [`SimError::BlowUp`], [`SimError::NotDefined`],
+    /// [`SimError::StepSize`], [`SimError::TooManySteps`].
     pub fn run(self) -> Result<Replayed, SimError> {
         self.settings.check()?;
         self.plant.check()?;
@@ -331,7 +335,8 @@ impl Replayed {
 }
 
 impl ReplayedObserver {
-    /// The statistics of the innovation of each output from the time `from` on, which leaves out how the estimate came in.
+    /// The statistics of the innovation of each output from the time `from` on, which leaves out how the estimate came
+    /// in.
     ///
     /// Whiteness counts lags in samples; of a log that is not equally spaced it says little.
     ///
@@ -346,7 +351,8 @@ impl ReplayedObserver {
         Ok((0..columns).filter_map(|j| innovation::statistics(&column(j))).collect())
     }
 
-    /// Whether the innovations of a filter have, from the time `from` on, the covariance that it believes in; none for other observers.
+    /// Whether the innovations of a filter have, from the time `from` on, the covariance that it believes in; none for
+    /// other observers.
     ///
     /// # Errors
     /// [`SimError::Outside`] when nothing is left.

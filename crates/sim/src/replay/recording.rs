@@ -16,9 +16,10 @@ pub struct Recording {
 impl Recording {
     /// The recording of the inputs `u` (N x m) and the outputs `y` (N x p) at N increasing times.
     ///
-    /// Between the samples inputs are held and outputs are on straight lines. An input is what a digital controller has sent, and it was held; an output is a sample of
-    /// something continuous, and held it would be late by half a period on average, an error of the order of the period where the straight line leaves one of its square. The line
-    /// looks ahead to the next sample, which a recording permits and a target does not.
+    /// Between the samples inputs are held and outputs are on straight lines. An input is what a digital controller has
+    /// sent, and it was held; an output is a sample of something continuous, and held it would be late by half a period
+    /// on average, an error of the order of the period where the straight line leaves one of its square. The line looks
+    /// ahead to the next sample, which a recording permits and a target does not.
     ///
     /// # Errors
     /// As [`Samples::new`].

@@ -66,7 +66,8 @@ fn a_row_is_what_a_run_gives() {
     assert!(near(merits.settling_first.unwrap(), metrics::settling_first(&norm, table.band).unwrap()));
     assert!(near(merits.peak, metrics::peak(&norm).unwrap().value));
     assert!(merits.peak >= table.initial_error * (1.0 - 1e-12) && merits.rms < merits.peak);
-    // e' = F e, F = [[-7, 1], [-10, 0]]: int |e|^2 = e0'Pe0 with F'P + PF = -I, which is -14 p11 - 20 p12 = -1, p11 - 7 p12 - 10 p22 = 0, 2 p12 = -1.
+    // e' = F e, F = [[-7, 1], [-10, 0]]: int |e|^2 = e0'Pe0 with F'P + PF = -I, which is -14 p11 - 20 p12 = -1, p11 - 7
+    // p12 - 10 p22 = 0, 2 p12 = -1.
     let (p12, p11) = (-0.5, 11.0 / 14.0);
     let p22 = (p11 - 7.0 * p12) / 10.0;
     let integral: f64 = 9.0 * (p11 + 2.0 * p12 + p22);
@@ -77,7 +78,8 @@ fn a_row_is_what_a_run_gives() {
     assert!(text.contains("linear") && text.contains("cubic") && text.contains("us/slope"), "{text}");
 }
 
-/// The printed mean-value observer told x(0) is found out; told something else, or repaired and told nothing, it is not accused.
+/// The printed mean-value observer told x(0) is found out; told something else, or repaired and told nothing, it is not
+/// accused.
 #[test]
 fn who_was_told_stands_in_the_table() {
     let (x0, xhat0) = (Vector3::new(-2.0, -1.0, -1.0), Vector3::new(-1.0, -0.5, -1.5));

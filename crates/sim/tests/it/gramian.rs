@@ -53,7 +53,8 @@ fn stable() -> impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Over a long horizon the Gramian of a stable linear plant solves `A'P + P A + C'C = 0`, whatever the input, the state and the step; in scales S it is S P S.
+    /// Over a long horizon the Gramian of a stable linear plant solves `A'P + P A + C'C = 0`, whatever the input, the
+    /// state and the step; in scales S it is S P S.
     #[test]
     fn the_gramian_of_a_stable_linear_plant_is_that_of_lyapunov(
         (a, c) in stable(), x0 in prop::collection::vec(-5.0..5.0f64, 3), step in 1e-3..1.0f64,
@@ -67,8 +68,8 @@ proptest! {
         let found = from(&x0[..n], &plant, 20.0, &settings);
         let d = DMatrix::from_diagonal(&s.clone().into());
         let scaled = &d * p * &d;
-        // What is cut off is e^-40 of the whole. Differences of two states up to 1e4 scales, good to 1e-11 relative, over 2e-3 and more: 1e-4 at
-        // the very worst, of an entry that is the small one of a product with a large one.
+        // What is cut off is e^-40 of the whole. Differences of two states up to 1e4 scales, good to 1e-11 relative,
+        // over 2e-3 and more: 1e-4 at the very worst, of an entry that is the small one of a product with a large one.
         prop_assert!((&found.gramian - &scaled).norm() <= 1e-4 * scaled.norm(), "{} for {}", found.gramian, scaled);
     }
 }
@@ -119,7 +120,8 @@ fn the_gramian_of_van_der_pol_is_that_of_its_variational_equation() {
     for eps in [1e-2, 1e-3] {
         let settings = GramianSettings { perturbation: eps, ..unit(2) };
         let found = empirical_gramian(&plant, &[1.0, 2.0], |_, _| {}, (0.0, 5.0), &settings).unwrap();
-        // The truncation error goes with eps^2 times the third derivatives of the solution by its start, some tens here.
+        // The truncation error goes with eps^2 times the third derivatives of the solution by its start, some tens
+        // here.
         assert!((&found.gramian - &exact).norm() <= 100.0 * eps * eps * exact.norm(), "{} {exact}", found.gramian);
         assert_eq!(found.rank, 2);
     }

@@ -1,4 +1,5 @@
-//! Replay: an observer on a log of a simulation does what it did in the simulation, and the statistics say what is in the data.
+//! Replay: an observer on a log of a simulation does what it did in the simulation, and the statistics say what is in
+//! the data.
 
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{LinearObserver, SampledObserver};
@@ -36,8 +37,9 @@ fn apart(samples: usize, inputs: Between, outputs: Between) -> f64 {
     (&linear.estimate - &run.observers[0].estimate).amax()
 }
 
-/// Straight lines miss a quantity by `h^2/8` of its second derivative: here |y''| = |u| <= 1 and |u''| <= 1. The error `d' = (A - L C) d + L dy + B du` has the poles -2 and -5; the integral
-/// of `|exp((A - L C) t) [L B]|` is below 4 in each row.
+/// Straight lines miss a quantity by `h^2/8` of its second derivative: here |y''| = |u| <= 1 and |u''| <= 1. The error
+/// `d' = (A - L C) d + L dy + B du` has the poles -2 and -5; the integral of `|exp((A - L C) t) [L B]|` is below 4 in
+/// each row.
 #[test]
 fn a_replayed_simulation_is_the_simulation_up_to_interpolation() {
     let h = |samples: usize| 4.0 / (samples - 1) as f64;
@@ -114,7 +116,8 @@ fn sampled_observers_are_replayed_exactly() {
     assert!((&thinned.observers[0].estimate - &run.observers[0].estimate).amax() < 0.05);
 }
 
-/// The filter that knows the noise has white innovations of the covariance it believes in; one that does not is found out.
+/// The filter that knows the noise has white innovations of the covariance it believes in; one that does not is found
+/// out.
 #[test]
 fn innovations_tell_a_right_filter_from_a_wrong_one() {
     let (_, log) = noisy();

@@ -1,5 +1,5 @@
-//! Runs as a whole: accuracy against closed forms and between integrators, the paper's Example 1, stiff starts, blow-up,
-//! sampled data, noise, feedback, and bad input.
+//! Runs as a whole: accuracy against closed forms and between integrators, the paper's Example 1, stiff starts,
+//! blow-up, sampled data, noise, feedback, and bad input.
 
 use approx::assert_abs_diff_eq;
 use approx::assert_relative_eq;
@@ -191,7 +191,8 @@ fn a_kink_that_cannot_be_passed_is_named() {
     }
 }
 
-/// x' = -(1 + sqrt x) leaves the domain of its right-hand side at t = 2 (1 - ln 2): the state there is named, and no NaN comes out.
+/// x' = -(1 + sqrt x) leaves the domain of its right-hand side at t = 2 (1 - ln 2): the state there is named, and no
+/// NaN comes out.
 #[test]
 fn a_state_without_a_slope_is_named() {
     let falling = |_: f64, x: &[f64], slope: &mut [f64]| slope[0] = -(1.0 + x[0].sqrt());

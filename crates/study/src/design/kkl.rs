@@ -54,7 +54,8 @@ impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
     }
 }
 
-/// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output. It ends once `cancel` is true.
+/// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output. It ends once `cancel` is
+/// true.
 pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
     if model.size().states == 2 {
         let (design, report) = of_size::<2, 3>(model, wish, cancel)?;

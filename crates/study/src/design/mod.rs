@@ -50,7 +50,8 @@ impl From<FailureReport> for NoDesign {
     }
 }
 
-/// The design of one observer of a study. The one that takes minutes, of the kind `kkl-numerical`, looks at `cancel` all the while, and ends once it is true.
+/// The design of one observer of a study. The one that takes minutes, of the kind `kkl-numerical`, looks at `cancel`
+/// all the while, and ends once it is true.
 ///
 /// # Errors
 /// [`NoDesign`].

@@ -50,8 +50,8 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateSpec, settings: &Se
 /// A, C and the sectors of a plant.
 type Split = (DMatrix<f64>, DMatrix<f64>, Vec<Sector>);
 
-/// The entries of Df that vary over the box, each as a sector of its own: by the mean value theorem, component by component,
-/// `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
+/// The entries of Df that vary over the box, each as a sector of its own: by the mean value theorem, component by
+/// component, `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
 fn sectors(model: &Model, region: &Region) -> Result<Split, Misfit> {
     let n = model.size().states;
     let jacobians = enclose(model, region)?;

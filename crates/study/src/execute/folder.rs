@@ -1,4 +1,5 @@
-//! The folder of the results: every file is written beside its place and moved into it, so that none is ever half there.
+//! The folder of the results: every file is written beside its place and moved into it, so that none is ever half
+//! there.
 
 use std::io::Cursor;
 use std::path::PathBuf;

@@ -38,8 +38,8 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
 
 /// Does one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
 ///
-/// With [`RunOptions::output`] the results are written as they come: `study.json` after each stage, trajectories, figures and certificates as they are finished.
-/// The same study gives the same bytes.
+/// With [`RunOptions::output`] the results are written as they come: `study.json` after each stage, trajectories,
+/// figures and certificates as they are finished. The same study gives the same bytes.
 ///
 /// ```
 /// use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
@@ -52,8 +52,9 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// [`StudyError::Missing`] when the study has no table for the step, [`StudyError::Interrupted`] when the user has interrupted, [`StudyError::Io`] and its kin for
-/// what cannot be written. An observer that does not fit, or a run that blows up, is no error: see [`Results::failures`].
+/// [`StudyError::Missing`] when the study has no table for the step, [`StudyError::Interrupted`] when the user has
+/// interrupted, [`StudyError::Io`] and its kin for what cannot be written. An observer that does not fit, or a run that
+/// blows up, is no error: see [`Results::failures`].
 pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
     let Some(threads) = options.threads else { return stages(study, step, options) };
     let pool =
@@ -219,8 +220,8 @@ struct Outcome {
     open: Option<String>,
 }
 
-/// The designs, in parallel, in the order of the observers, each with its certificate as `certificates/NAME.json` as soon as it is there, if `certified`;
-/// none for those that an interruption has left unfinished.
+/// The designs, in parallel, in the order of the observers, each with its certificate as `certificates/NAME.json` as
+/// soon as it is there, if `certified`; none for those that an interruption has left unfinished.
 fn designs(
     study: &Study,
     options: &RunOptions<'_>,

@@ -17,7 +17,8 @@ use crate::study::Study;
 /// Points along the trajectory at which a nonlinear plant is linearised.
 const POINTS: usize = 5;
 
-/// Of a linear plant once; of a nonlinear one at its linearisations along the trajectory of the study, or at the first row of a log and the origin where there is none.
+/// Of a linear plant once; of a nonlinear one at its linearisations along the trajectory of the study, or at the first
+/// row of a log and the origin where there is none.
 pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<ObservabilityReport, StudyError> {
     let order = study.plant.states.len();
     let points = match study.plant.model.linear() {
@@ -39,7 +40,8 @@ pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<Obs
     Ok(ObservabilityReport { points, order, rank, nonlinear })
 }
 
-/// The rank of the derivatives of the output along the trajectory, and the empirical Gramian; none where a derivative does not exist.
+/// The rank of the derivatives of the output along the trajectory, and the empirical Gramian; none where a derivative
+/// does not exist.
 fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearObservability>, StudyError> {
     let model = &study.plant.model;
     let instants: Vec<Instant> = along(study, members)?

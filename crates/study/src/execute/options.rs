@@ -58,7 +58,8 @@ pub struct RunOptions<'a> {
     pub output: Option<PathBuf>,
     /// Told of every item that is done, from any thread.
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
-    /// Looked at between items, and all through a design of the kind `kkl-numerical`: true ends the execution with [`StudyError::Interrupted`].
+    /// Looked at between items, and all through a design of the kind `kkl-numerical`: true ends the execution with
+    /// [`StudyError::Interrupted`].
     pub cancel: &'a AtomicBool,
     /// The number of threads; as many as there are processors without it. Results do not depend on it.
     pub threads: Option<usize>,

@@ -131,7 +131,8 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
 /// A run with its observer, or the error that ended it.
 pub(super) type Outcome<'a> = (Member<'a>, Result<Run, SimError>);
 
-/// All runs, in the order of the observers. `finished` is told of each as it ends, from any thread. Observers that were not reached before an interruption are left out.
+/// All runs, in the order of the observers. `finished` is told of each as it ends, from any thread. Observers that were
+/// not reached before an interruption are left out.
 pub(super) fn all<'a>(
     study: &Study,
     simulation: &Simulation,

@@ -1,6 +1,7 @@
 //! The sweep: every observer at every value, with an ensemble of noises and first errors, in parallel.
 //!
-//! Each run depends on the study, the value and its number in the ensemble alone, so that neither threads nor their order change the result.
+//! Each run depends on the study, the value and its number in the ensemble alone, so that neither threads nor their
+//! order change the result.
 
 use luenberger_sim::{Noise, SimError};
 use rayon::prelude::*;
@@ -29,7 +30,8 @@ fn varied(wish: &ObserverSpec, simulation: &Simulation, parameter: Swept, value:
     Some(wish)
 }
 
-/// The first estimate of a member of the ensemble: member 0 is the study's own, the others err as much in other directions.
+/// The first estimate of a member of the ensemble: member 0 is the study's own, the others err as much in other
+/// directions.
 fn initial(wish: &ObserverSpec, simulation: &Simulation, seed: u64, number: usize) -> Vec<f64> {
     if number == 0 {
         return wish.initial.clone();

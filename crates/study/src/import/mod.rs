@@ -6,11 +6,13 @@
 //! | numpy's `.npz` | `np.savez("model.npz", A=A, B=B, C=C, D=D)`, compressed or not |
 //! | JSON | `json.dump({"A": sys.A.tolist(), ...}, file)` |
 //!
-//! Names count in both cases. `A` (n x n) and `C` (p x n) have to be there; `B` (n x m) may be missing. `D` has to be zero, `E` the identity, and the sampling time (`dt`, `Ts`) absent or zero, since the plant
-//! of a study is `x' = A x + B u`, `y = C x`. Sparse matrices become dense. Everything else in the file is left alone, and listed.
+//! Names count in both cases. `A` (n x n) and `C` (p x n) have to be there; `B` (n x m) may be missing. `D` has to be
+//! zero, `E` the identity, and the sampling time (`dt`, `Ts`) absent or zero, since the plant of a study is
+//! `x' = A x + B u`, `y = C x`. Sparse matrices become dense. Everything else in the file is left alone, and listed.
 //!
-//! The kind of a file is told by its first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and [`INFLATED`]: a file that says it holds more is refused before anything is allocated for
-//! it, and no sequence of bytes makes the reader panic.
+//! The kind of a file is told by its first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
+//! [`INFLATED`]: a file that says it holds more is refused before anything is allocated for it, and no sequence of
+//! bytes makes the reader panic.
 
 mod error;
 mod json;

@@ -1,7 +1,8 @@
 //! numpy's archives: a zip file with one npy file for each array.
 //!
-//! An npy file is a magic, a version, the length of a header, a Python dictionary with `descr`, `fortran_order` and `shape`, and the numbers. Read here and not by the crate that writes tables,
-//! npyz: of a damaged header it multiplies the dimensions without a check and parses nested brackets by recursion.
+//! An npy file is a magic, a version, the length of a header, a Python dictionary with `descr`, `fortran_order` and
+//! `shape`, and the numbers. Read here and not by the crate that writes tables, npyz: of a damaged header it multiplies
+//! the dimensions without a check and parses nested brackets by recursion.
 //!
 //! Source: NumPy Enhancement Proposal 1.
 

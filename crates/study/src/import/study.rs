@@ -6,7 +6,8 @@ use nalgebra::DMatrix;
 use std::fmt::Write;
 
 impl Model {
-    /// The study file (TOML) of this plant: its matrices, every number to its last digit, a run from a state of ones, and a Kalman filter; comments say what to change. `title` may be any text.
+    /// The study file (TOML) of this plant: its matrices, every number to its last digit, a run from a state of ones,
+    /// and a Kalman filter; comments say what to change. `title` may be any text.
     pub fn study(&self, title: &str) -> String {
         let n = self.a.nrows();
         let mut text = format!("title = {}\n\n[plant]\n", quoted(title));

@@ -1,6 +1,7 @@
 //! A tree against the description of the tables: unknown keys, keys that are missing, values of another kind.
 //!
-//! What concerns one key alone is checked here; what joins several (dimensions, alternatives) where the study is put together.
+//! What concerns one key alone is checked here; what joins several (dimensions, alternatives) where the study is put
+//! together.
 
 use luenberger_expression::nearest;
 

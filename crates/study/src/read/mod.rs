@@ -1,7 +1,8 @@
 //! From a text to a study, with every mistake on the way reported at its place.
 //!
-//! Three passes: the grammar (`toml`, `json`), each key by itself (`check`, from the description in [`crate::schema`]), and what joins keys: dimensions,
-//! alternatives, names. A later pass speaks only of what the earlier ones left standing, so that one mistake is reported once.
+//! Three passes: the grammar (`toml`, `json`), each key by itself (`check`, from the description in [`crate::schema`]),
+//! and what joins keys: dimensions, alternatives, names. A later pass speaks only of what the earlier ones left
+//! standing, so that one mistake is reported once.
 
 mod check;
 mod csv;

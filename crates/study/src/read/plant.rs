@@ -223,7 +223,8 @@ fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Express
     }
 }
 
-/// The bytes of the file that an error within a text speaks of; the whole text, where escapes or several lines make that unclear.
+/// The bytes of the file that an error within a text speaks of; the whole text, where escapes or several lines make
+/// that unclear.
 fn within(node: &Node, error: &ExpressionError) -> Range<usize> {
     let quotes = node.span.len().saturating_sub(error.text().len());
     if quotes == 2 {

@@ -1,6 +1,8 @@
-//! What comes of a study: numbers first. `study.json` is exactly this, and the report, the terminal and machines read it.
+//! What comes of a study: numbers first. `study.json` is exactly this, and the report, the terminal and machines read
+//! it.
 //!
-//! Nothing in here depends on the time of day, on the machine's paths or on how long anything took, so that the same study gives the same bytes.
+//! Nothing in here depends on the time of day, on the machine's paths or on how long anything took, so that the same
+//! study gives the same bytes.
 
 pub(crate) mod report;
 
@@ -291,7 +293,8 @@ pub struct InnovationReport {
     pub outputs: Vec<InnovationOf>,
     /// The estimate at the end.
     pub estimate: Vec<f64>,
-    /// Of a Kalman filter: the mean of nu' S^-1 nu, which is the number of outputs where the filter believes in the right covariance.
+    /// Of a Kalman filter: the mean of nu' S^-1 nu, which is the number of outputs where the filter believes in the
+    /// right covariance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normalised: Option<f64>,
     /// Samples of a sampled-data observer that are not samples of the log.
@@ -352,7 +355,8 @@ pub struct SweepRow {
 }
 
 impl Results {
-    /// The observers without a design, the facts that are not proved and the runs that ended early, in a sentence each. A command that exits with 0 has none.
+    /// The observers without a design, the facts that are not proved and the runs that ended early, in a sentence each.
+    /// A command that exits with 0 has none.
     pub fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         for observer in &self.observers {

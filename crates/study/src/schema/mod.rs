@@ -1,7 +1,8 @@
 //! What a study file may say: its tables and keys as data.
 //!
-//! One description serves three ends: files are checked against it ([`crate::read`]), the JSON Schema that editors complete from is written from it
-//! ([`json_schema`]), and the guide can list it. A key that is not here does not exist.
+//! One description serves three ends: files are checked against it ([`crate::read`]), the JSON Schema that editors
+//! complete from is written from it ([`json_schema`]), and the guide can list it. A key that is not here does not
+//! exist.
 
 mod json;
 mod keys;

@@ -1,4 +1,5 @@
-//! Of the papers' plants written as text, designs prove what they prove of those written in Rust, and observers run on them.
+//! Of the papers' plants written as text, designs prove what they prove of those written in Rust, and observers run on
+//! them.
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
@@ -55,7 +56,8 @@ fn designs_prove_the_same_of_both() {
     assert!(crossed.certificate.is_proved() && crossed.rate >= rust.rate);
 }
 
-/// The chaotic plant in text is compiled to the two branches of the one in Rust: its Jacobians have the same bounds, and the same is proved of it.
+/// The chaotic plant in text is compiled to the two branches of the one in Rust: its Jacobians have the same bounds,
+/// and the same is proved of it.
 #[test]
 fn the_chaotic_plant_in_text_is_proved_away_from_0() {
     let region = Region::new(&[(-3.0, -0.3), (-3.0, 3.0), (-3.0, 3.0)]);
@@ -133,7 +135,8 @@ fn mean_value_observers_run_on_it() {
     let expected = rust.derivative(0.0, &state, &SVector::zeros(), &[0.5, 0.4].into());
     for (a, b) in found.as_slice().iter().zip(expected.as_slice()) {
         let (a, b): (f64, f64) = (*a, *b);
-        // The adaptive quadrature of the Jacobian takes the same nodes; what differs is rounding, amplified by eta and the solution of a 3 x 3 system.
+        // The adaptive quadrature of the Jacobian takes the same nodes; what differs is rounding, amplified by eta and
+        // the solution of a 3 x 3 system.
         assert!((a - b).abs() <= 100.0 * ROUNDING * (1.0 + b.abs()), "{a} {b}");
     }
 }

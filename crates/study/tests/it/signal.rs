@@ -1,4 +1,5 @@
-//! Inputs of a study in a simulation: expressions, tables with their breakpoints, feedback with a reference; and what is wrong with them.
+//! Inputs of a study in a simulation: expressions, tables with their breakpoints, feedback with a reference; and what
+//! is wrong with them.
 
 use luenberger_expression::Parameters;
 use luenberger_observers::LinearObserver;

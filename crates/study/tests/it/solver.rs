@@ -69,7 +69,8 @@ fn designs(study: &Study) -> Vec<(String, DesignReport)> {
     study.observers.iter().map(|wish| (wish.name.clone(), one(wish))).collect()
 }
 
-/// Another solver proposes another P within the same open set: were the wish lost on its way, the matrices would be the same to the last bit.
+/// Another solver proposes another P within the same open set: were the wish lost on its way, the matrices would be the
+/// same to the last bit.
 #[test]
 fn it_reaches_every_inequality_of_a_design_and_the_proof_decides() {
     for text in [LINEAR, PENDULUM] {

@@ -144,7 +144,8 @@ templates! {
     measured_log "measured-log";
 }
 
-/// Every number of `study.json` against the golden one, to what the integrator keeps (1e-9 for each step) with room for the steps of another machine.
+/// Every number of `study.json` against the golden one, to what the integrator keeps (1e-9 for each step) with room for
+/// the steps of another machine.
 fn near(path: &str, found: &serde_json::Value, golden: &serde_json::Value) {
     use serde_json::Value;
     match (found, golden) {

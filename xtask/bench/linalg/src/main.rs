@@ -1,4 +1,5 @@
-//! Runs one routine at a time, of this project or of another Rust crate, as a script asks on the standard input; one JSON object each way.
+//! Runs one routine at a time, of this project or of another Rust crate, as a script asks on the standard input; one
+//! JSON object each way.
 //!
 //! ```text
 //! {"do": "load", "name": "a", "rows": 2, "cols": 2, "file": "a.bin"}        columns of f64, in the order of this machine

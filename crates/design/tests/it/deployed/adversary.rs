@@ -1,4 +1,5 @@
-//! Files of deployed observers, made by the designs, changed in meaning and sealed again: whatever the checker accepts has to survive the step itself, run bit by bit on a plant in exact arithmetic.
+//! Files of deployed observers, made by the designs, changed in meaning and sealed again: whatever the checker accepts
+//! has to survive the step itself, run bit by bit on a plant in exact arithmetic.
 
 use luenberger_design::{LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_linalg::zero_order_hold;
@@ -57,7 +58,8 @@ fn recorded<T: Target>(m: &Matrix<f64>) -> DMatrix<Recorded<T>> {
     DMatrix::from_fn(m.rows(), m.cols(), |i, j| Recorded(T::of(m[(i, j)])))
 }
 
-/// The step in floating point: that of `observers`, which refuses to be made from gains that are not radial; its lines then stand here.
+/// The step in floating point: that of `observers`, which refuses to be made from gains that are not radial; its lines
+/// then stand here.
 fn floating<T: Target>(theorem: &DeployedObserver) -> Box<Stepper> {
     let s = &theorem.stored;
     let (a, b, c, l) = (recorded::<T>(&s.a), recorded(&s.b), recorded(&s.c), recorded(&s.l));
@@ -140,7 +142,8 @@ fn fixed(theorem: &DeployedObserver, integer_bits: u32, fraction_bits: u32) -> B
     })
 }
 
-/// Runs what was accepted from the worst starts that were promised, with inputs and noise at their bounds, and holds it to the statement.
+/// Runs what was accepted from the worst starts that were promised, with inputs and noise at their bounds, and holds it
+/// to the statement.
 fn survives(theorem: &DeployedObserver, random: &mut Random) -> Result<usize, String> {
     let Some(claimed) = &theorem.ball else { return Ok(0) };
     let running = theorem.formats.running;
@@ -204,7 +207,8 @@ fn survives(theorem: &DeployedObserver, random: &mut Random) -> Result<usize, St
     Ok(steps)
 }
 
-/// The claim in exact arithmetic, for the stored numbers as a plant: V does not grow in a step from errors of every size.
+/// The claim in exact arithmetic, for the stored numbers as a plant: V does not grow in a step from errors of every
+/// size.
 fn decreases(theorem: &DeployedObserver, random: &mut Random) -> Result<(), String> {
     let Some(gains) = &theorem.stored.cubic else { return Ok(()) };
     let dense = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
@@ -447,7 +451,8 @@ fn accepted_changes_of_linear_files_hold_when_they_run() {
     );
 }
 
-/// A weight as an attacker would store it: the formula without the maximum takes V up by orders of magnitude, what runs and what the file says does not.
+/// A weight as an attacker would store it: the formula without the maximum takes V up by orders of magnitude, what runs
+/// and what the file says does not.
 #[test]
 fn v_never_grows_for_a_stored_weight_that_is_not_semidefinite() {
     let mut random = Random(5);
@@ -504,7 +509,8 @@ fn v_never_grows_for_a_stored_weight_that_is_not_semidefinite() {
     println!("{} files; without the maximum V would grow by {without_the_maximum:e}", proved.len());
 }
 
-/// The largest w of binary32, of which 2w is none. N and L are small, so that what underflow takes from the flow counts for little.
+/// The largest w of binary32, of which 2w is none. N and L are small, so that what underflow takes from the flow counts
+/// for little.
 #[test]
 fn the_largest_rate_of_single_precision_runs() {
     let number = |x: f64| Matrix::from_rows([[x]]);

@@ -1,4 +1,5 @@
-//! Every operation of the step that runs is one of the intermediate numbers that are proved to stay in the format: the list is taken from the code, by running it.
+//! Every operation of the step that runs is one of the intermediate numbers that are proved to stay in the format: the
+//! list is taken from the code, by running it.
 
 use std::collections::BTreeMap;
 
@@ -83,7 +84,8 @@ struct Place {
     runs: usize,
 }
 
-/// Runs accepted observers of one size, and finds for each operation of the code an intermediate number that bounds it in *every* run.
+/// Runs accepted observers of one size, and finds for each operation of the code an intermediate number that bounds it
+/// in *every* run.
 fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
     let mut random = Random(7 + outputs as u64);
     // The code branches: a place is an operation after the same operations.

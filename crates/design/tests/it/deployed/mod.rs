@@ -1,4 +1,5 @@
-//! Designs on their targets: the observers of `luenberger-observers` run in f32, against the ball that is proved of them.
+//! Designs on their targets: the observers of `luenberger-observers` run in f32, against the ball that is proved of
+//! them.
 
 mod adversary;
 mod intermediates;
@@ -124,7 +125,8 @@ fn the_linear_observer_in_single_precision_stays_in_its_ball() {
             let found = deployed_linear(&plant, &l, step, Format::Binary32.into(), &operation).unwrap();
             let s = &found.deployed.stored;
             assert!(found.deployed.is_stable());
-            // The innovation form is the house's own observer with the sampled matrices: its "derivative" is the next estimate.
+            // The innovation form is the house's own observer with the sampled matrices: its "derivative" is the next
+            // estimate.
             let observer =
                 LinearObserver::<f32, Dyn, Dyn, Dyn>::new(single(&s.a), single(&s.b), single(&s.c), single(&s.l));
             let observer = observer.unwrap();

@@ -1,4 +1,5 @@
-//! A scalar that computes as the one it wraps, and writes down the result of every operation: what the code of an observer really goes through.
+//! A scalar that computes as the one it wraps, and writes down the result of every operation: what the code of an
+//! observer really goes through.
 
 use core::cell::RefCell;
 use core::fmt;

@@ -22,8 +22,8 @@ impl Seeded {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// An n x n matrix: dense, of the integers -1, 0, 1, a companion matrix, graded by up to 300 decades, sparse, a permutation with signs, nearly
-    /// defective, or of rank one.
+    /// An n x n matrix: dense, of the integers -1, 0, 1, a companion matrix, graded by up to 300 decades, sparse, a
+    /// permutation with signs, nearly defective, or of rank one.
     pub(crate) fn matrix(&mut self, n: usize) -> DMatrix<f64> {
         match self.below(8) {
             0 => DMatrix::from_fn(n, n, |_, _| self.uniform()),

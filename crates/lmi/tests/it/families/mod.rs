@@ -1,6 +1,8 @@
-//! Families of semidefinite programs after those of SDPLIB (B. Borchers, Optimization Methods and Software 11, 1999), made by formula, as SDPA's files.
+//! Families of semidefinite programs after those of SDPLIB (B. Borchers, Optimization Methods and Software 11, 1999),
+//! made by formula, as SDPA's files.
 //!
-//! What is known of each without solving it: the optimum, where there is a closed form; that (P) or (D) has no interior; that it has no feasible point.
+//! What is known of each without solving it: the optimum, where there is a closed form; that (P) or (D) has no
+//! interior; that it has no feasible point.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -143,8 +145,8 @@ pub(crate) fn theta(n: usize, probability: f64, seed: u64) -> Instance {
     theta_of(format!("theta-{n}-{seed}"), n, &edges, None)
 }
 
-/// hamming: the Lovasz number of the Kneser graph of the k-subsets of n, `C(n - 1, k - 1)` (L. Lovasz, On the Shannon capacity of a graph, IEEE
-/// Transactions on Information Theory 25, 1979).
+/// hamming: the Lovasz number of the Kneser graph of the k-subsets of n, `C(n - 1, k - 1)` (L. Lovasz, On the Shannon
+/// capacity of a graph, IEEE Transactions on Information Theory 25, 1979).
 pub(crate) fn theta_kneser(n: u32, k: u32) -> Instance {
     let subsets: Vec<u32> = (0..1_u32 << n).filter(|s| s.count_ones() == k).collect();
     let mut edges = Vec::new();
@@ -172,8 +174,8 @@ pub(crate) fn equal_partition(n: usize, degree: f64, seed: u64) -> Instance {
     file.finish(format!("gpp-{n}-{seed}"), Known::AboveOnly(None))
 }
 
-/// qap: a quadratic assignment of q places, relaxed with Y = [1 x'; x X], X_ii = x_i, X_ij = 0 for two places of one thing, and the sums of x
-/// squared and added: no interior.
+/// qap: a quadratic assignment of q places, relaxed with Y = [1 x'; x X], X_ii = x_i, X_ij = 0 for two places of one
+/// thing, and the sums of x squared and added: no interior.
 pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let n = q * q + 1;
@@ -222,7 +224,8 @@ pub(crate) fn assignment(q: usize, seed: u64) -> Instance {
     file.finish(format!("qap-{q}-{seed}"), Known::AboveOnly(None))
 }
 
-/// control: the largest s with `[-(A'P + PA) - C'DC, -PB; -B'P, D] >= s I`, `P <= I`, `0 <= D` diagonal, of a random stable system: two blocks, 2n and n.
+/// control: the largest s with `[-(A'P + PA) - C'DC, -PB; -B'P, D] >= s I`, `P <= I`, `0 <= D` diagonal, of a random
+/// stable system: two blocks, 2n and n.
 pub(crate) fn control(n: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut matrix = |size: f64| DMatrix::from_fn(n, n, |_, _| size * (rng.random_range(0.0..2.0_f64) - 1.0));
@@ -275,8 +278,8 @@ pub(crate) fn control(n: usize, seed: u64) -> Instance {
     file.finish(format!("control-{n}-{seed}"), Known::Bounded(None))
 }
 
-/// truss, arch: the least compliance of bars with volumes `t_i >= 0`, `sum t_i <= 1`, under several loads f: minimise g subject to
-/// `[g f'; f sum t_i b_i b_i'] >= 0` for each.
+/// truss, arch: the least compliance of bars with volumes `t_i >= 0`, `sum t_i <= 1`, under several loads f: minimise g
+/// subject to `[g f'; f sum t_i b_i b_i'] >= 0` for each.
 pub(crate) fn truss(order: usize, bars: usize, loads: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut costs = vec![0.0; bars + 1];
@@ -318,8 +321,8 @@ fn integers(n: usize, rng: &mut ChaCha8Rng) -> DMatrix<f64> {
     m
 }
 
-/// Random integers with a known pair of optimal points: `Y = v v'` and `X = |v|^2 I - v v'` are complementary; F_1 = I, so that (P) has an interior; (D) has none that is
-/// known.
+/// Random integers with a known pair of optimal points: `Y = v v'` and `X = |v|^2 I - v v'` are complementary; F_1 = I,
+/// so that (P) has an interior; (D) has none that is known.
 pub(crate) fn planted(n: usize, m: usize, seed: u64) -> Instance {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let v = DVector::from_fn(n, |_, _| f64::from(rng.random_range(1..=3_i32)));

@@ -3,11 +3,12 @@
 //! **Hypotheses.** `Q > 0`, and at every vertex J, with `T = [I 0; K I]` and `P = [I 0; 0 Q]`,
 //! `He(Q(J_uu - K J_mu)) + 2 rate Q < 0` and `He(P(T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0`.
 //!
-//! **Theorem.** For every J(t) in the convex hull of the vertices and every diagonal `G_m(t) >= g I`, `V = |d_m|^2 + d_w'Q d_w` falls along
-//! `d' = (T^-1 J T - [G_m 0; 0 0])d` faster than `exp(-2 rate t)`.
+//! **Theorem.** For every J(t) in the convex hull of the vertices and every diagonal `G_m(t) >= g I`,
+//! `V = |d_m|^2 + d_w'Q d_w` falls along `d' = (T^-1 J T - [G_m 0; 0 0])d` faster than `exp(-2 rate t)`.
 //!
-//! **Proof.** The second inequality is linear in J, so that it holds on the hull; the injection enters `V'` as `-2 d_m'G_m d_m <= -2 g |d_m|^2`. The first
-//! inequality is its diagonal block of the unmeasured states, to which no injection contributes. Evaluated by [`cascade_decrease`].
+//! **Proof.** The second inequality is linear in J, so that it holds on the hull; the injection enters `V'` as
+//! `-2 d_m'G_m d_m <= -2 g |d_m|^2`. The first inequality is its diagonal block of the unmeasured states, to which no
+//! injection contributes. Evaluated by [`cascade_decrease`].
 
 use super::super::Fault;
 use super::super::fields::Fields;

@@ -1,13 +1,17 @@
 //! The cubic observer in continuous time, with its gains as stored.
 //!
-//! **Hypotheses.** `P > 0`, `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `theta >= 0`, `S + S' >= 0`, and convergence with N as stored (below).
+//! **Hypotheses.** `P > 0`, `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `theta >= 0`, `S + S' >= 0`, and
+//! convergence with N as stored (below).
 //!
-//! **Theorem.** The error of `xhat' = A xhat + Bu + L r - (r'theta r) N r`, `r = y - C xhat`, tends to 0 exponentially, from every e(0) or from those with
-//! `e'Pe < level`. With the real matrix `N0 = -P^-1 C'S` in place of N, `V = e'Pe` falls at the rate of the linear observer, from every e(0).
+//! **Theorem.** The error of `xhat' = A xhat + Bu + L r - (r'theta r) N r`, `r = y - C xhat`, tends to 0 exponentially,
+//! from every e(0) or from those with `e'Pe < level`. With the real matrix `N0 = -P^-1 C'S` in place of N, `V = e'Pe`
+//! falls at the rate of the linear observer, from every e(0).
 //!
-//! **Proof.** The error obeys `e' = Fe + (y'theta y) N y`, `y = Ce`. With N0 the cubic term adds `-2 (y'theta y) y'Sy <= 0` to `V'` (Theorem 2 of the paper, of which Theorem 1 is
-//! the form with P given, 4 and 5 those with an A that is not the nominal one). For the stored N the head of `statement/deployed_cubic.rs` has the proof: from every
-//! e(0) by another Lyapunov matrix near P for which the stored N has the structure exactly, or from an ellipsoid in which `|PN + C'S|` is outweighed.
+//! **Proof.** The error obeys `e' = Fe + (y'theta y) N y`, `y = Ce`. With N0 the cubic term adds
+//! `-2 (y'theta y) y'Sy <= 0` to `V'` (Theorem 2 of the paper, of which Theorem 1 is the form with P given, 4 and 5
+//! those with an A that is not the nominal one). For the stored N the head of `statement/deployed_cubic.rs` has the
+//! proof: from every e(0) by another Lyapunov matrix near P for which the stored N has the structure exactly, or from
+//! an ellipsoid in which `|PN + C'S|` is outweighed.
 
 use super::super::fields::Fields;
 use super::super::number::Number;
@@ -51,8 +55,8 @@ pub struct CubicConvergence {
 }
 
 impl CubicConvergence {
-    /// What is proved of these gains: convergence with N as stored from the largest region that is found, whatever [`region`](Self::region) says; or, where there is none, the theorem
-    /// for the real gain `-P^-1 C'S`.
+    /// What is proved of these gains: convergence with N as stored from the largest region that is found, whatever
+    /// [`region`](Self::region) says; or, where there is none, the theorem for the real gain `-P^-1 C'S`.
     ///
     /// # Errors
     /// [`ProofError`] for shapes that do not fit, entries that are not finite, a P or theta that is not symmetric.

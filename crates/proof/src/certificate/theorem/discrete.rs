@@ -4,7 +4,8 @@
 //!
 //! **Theorem.** The error of `xhat+ = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially, from every e(0).
 //!
-//! **Proof.** `e+ = Fe`, and `V = e'Pe` falls at each step by at least `q |e|^2`, q the margin of the second inequality: by a factor below 1 that is the same for all e.
+//! **Proof.** `e+ = Fe`, and `V = e'Pe` falls at each step by at least `q |e|^2`, q the margin of the second
+//! inequality: by a factor below 1 that is the same for all e.
 
 use super::super::fields::Fields;
 use super::super::write::Out;

@@ -1,11 +1,14 @@
 //! The cubic observer inside the loop `u = -K xhat`.
 //!
-//! **Hypotheses.** Those of the [`CubicConvergence`], `P1 > 0`, and `[He((A - BK)'P1), P1 B K; *, He((A - LC)'P)] < 0` (25).
+//! **Hypotheses.** Those of the [`CubicConvergence`], `P1 > 0`, and `[He((A - BK)'P1), P1 B K; *, He((A - LC)'P)] < 0`
+//! (25).
 //!
-//! **Theorem.** x and e tend to 0 exponentially from every x(0) and the e(0) of the observer. With the real matrix `-P^-1 C'S` in place of N, `x'P1x + e'Pe` decreases, from every e(0).
+//! **Theorem.** x and e tend to 0 exponentially from every x(0) and the e(0) of the observer. With the real matrix
+//! `-P^-1 C'S` in place of N, `x'P1x + e'Pe` decreases, from every e(0).
 //!
-//! **Proof.** With that real gain the cubic term adds nothing positive to `(x'P1x + e'Pe)'`, whose quadratic part is (25) (Theorem 6 and Corollary 1 with (13')). With N as stored e does
-//! not depend on x and tends to 0 exponentially; `x' = (A - BK)x + BK e`, and the first diagonal block of (25) with `P1 > 0` makes `A - BK` Hurwitz.
+//! **Proof.** With that real gain the cubic term adds nothing positive to `(x'P1x + e'Pe)'`, whose quadratic part is
+//! (25) (Theorem 6 and Corollary 1 with (13')). With N as stored e does not depend on x and tends to 0 exponentially;
+//! `x' = (A - BK)x + BK e`, and the first diagonal block of (25) with `P1 > 0` makes `A - BK` Hurwitz.
 
 use super::super::fields::Fields;
 use super::super::write::Out;

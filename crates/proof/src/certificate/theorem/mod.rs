@@ -1,7 +1,8 @@
 //! The theorems that a certificate can state, a file each.
 //!
-//! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as facts, each decided from the data; the words, which say no more
-//! than the facts imply; reading and writing. A new theorem is a file here and a line in the list below.
+//! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as
+//! facts, each decided from the data; the words, which say no more than the facts imply; reading and writing. A new
+//! theorem is a file here and a line in the list below.
 
 mod contracting;
 mod cubic;
@@ -122,8 +123,8 @@ macro_rules! theorems {
             /// The inequalities of the theorem, each decided from the data.
             ///
             /// # Errors
-            /// [`ProofError`] for shapes that do not fit and entries that are not finite: what [`CertificateFile::read`](super::CertificateFile::read) lets through
-            /// has neither.
+            /// [`ProofError`] for shapes that do not fit and entries that are not finite: what
+            /// [`CertificateFile::read`](super::CertificateFile::read) lets through has neither.
             pub fn facts(&self) -> Result<Vec<Fact>, ProofError> {
                 of_one_certificate(|| match self {
                     $(Self::$name(theorem) => Statement::facts(theorem),)*
@@ -210,7 +211,8 @@ fn are_points<'a>(matrices: impl IntoIterator<Item = &'a Matrix<Datum>>) -> bool
     matrices.into_iter().flat_map(Matrix::as_slice).all(Datum::is_point)
 }
 
-/// What is to be added to the words where some data are not single numbers of binary64. `symmetric` names the matrices of which only the symmetric ones between the bounds are meant.
+/// What is to be added to the words where some data are not single numbers of binary64. `symmetric` names the matrices
+/// of which only the symmetric ones between the bounds are meant.
 fn enclosed<'a>(matrices: impl IntoIterator<Item = &'a Matrix<Datum>>, symmetric: &str) -> String {
     if are_points(matrices) {
         return String::new();

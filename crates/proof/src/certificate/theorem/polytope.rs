@@ -1,14 +1,18 @@
 //! One gain and one P for a convex hull of matrices: of linear plants, or of the Jacobians of a nonlinear one.
 //!
-//! **Hypotheses.** `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex k, of which there is at least one.
+//! **Hypotheses.** `P > 0` and `(A_k - L C_k)'P + P(A_k - L C_k) + 2 rate P < 0` at every vertex k, of which there is
+//! at least one.
 //!
-//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along `e' = (A(t) - L C(t))e` for every pair (A(t), C(t)) in the convex hull of the vertices, fixed or varying in time.
+//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along `e' = (A(t) - L C(t))e` for every pair (A(t), C(t))
+//! in the convex hull of the vertices, fixed or varying in time.
 //!
 //! **Proof.** The inequality is linear in (A, C), so that it holds on the hull.
 //!
-//! For a polytope of plants (Theorem 4 of the cubic paper) this e is the error of an observer that runs the same A and C as the plant; one that runs a nominal A has the forcing `(A(t) - A)x` besides,
-//! of which nothing is said. For `x' = f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians over the segment from xhat to x.
-//! *That* they lie in the hull is for whoever has f to show, as `design::enclosure` does: a certificate speaks of matrices.
+//! For a polytope of plants (Theorem 4 of the cubic paper) this e is the error of an observer that runs the same A and
+//! C as the plant; one that runs a nominal A has the forcing `(A(t) - A)x` besides, of which nothing is said. For
+//! `x' = f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians over
+//! the segment from xhat to x. *That* they lie in the hull is for whoever has f to show, as `design::enclosure` does: a
+//! certificate speaks of matrices.
 
 use super::super::fields::Fields;
 use super::super::number::Datum;

@@ -2,7 +2,8 @@
 //!
 //! **Hypotheses.** `P > 0` and `A'PA - P < 0`.
 //!
-//! **Theorem.** Every solution of `x+ = Ax` tends to 0 exponentially, which is that all eigenvalues of A lie inside the unit circle.
+//! **Theorem.** Every solution of `x+ = Ax` tends to 0 exponentially, which is that all eigenvalues of A lie inside the
+//! unit circle.
 //!
 //! **Proof.** `V = x'Px` falls at each step by a factor below 1 that is the same for all x.
 

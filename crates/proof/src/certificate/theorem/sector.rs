@@ -1,11 +1,14 @@
 //! The observer of a plant with nonlinearities in sectors.
 //!
-//! **Hypotheses.** `P > 0` and the block inequality of the S-procedure, at the head of `statement/sector.rs`, for the terms `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
+//! **Hypotheses.** `P > 0` and the block inequality of the S-procedure, at the head of `statement/sector.rs`, for the
+//! terms `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
 //!
-//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along the error of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L(y - C xhat)`, for every phi_k in its sector. That those of a
-//! plant lie in the sectors, where x and xhat are, is for whoever has the plant to show.
+//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along the error of
+//! `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L(y - C xhat)`, for every phi_k in its sector. That those of a plant lie
+//! in the sectors, where x and xhat are, is for whoever has the plant to show.
 //!
-//! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors' forms times their multipliers, none of which is negative: see [`sector_decrease`].
+//! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors' forms
+//! times their multipliers, none of which is negative: see [`sector_decrease`].
 
 use super::super::Fault;
 use super::super::fields::{Fields, LARGEST_ORDER};
@@ -33,7 +36,8 @@ pub struct SectorConvergence {
     pub rate: f64,
 }
 
-/// What is assumed of the k-th nonlinearity, counted from 1. Where low = -high, H may have another number of rows than phi.
+/// What is assumed of the k-th nonlinearity, counted from 1. Where low = -high, H may have another number of rows than
+/// phi.
 fn sector(k: usize, term: &SectorTerm) -> String {
     if term.low == -term.high {
         return format!("|w_{k}| <= high |H_{k} e| for high = {}", exact(term.high));

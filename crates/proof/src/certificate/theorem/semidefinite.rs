@@ -1,8 +1,10 @@
 //! The optimum of a semidefinite program is bounded, or the program has no feasible point.
 //!
-//! **Theorem.** About `min c'x` subject to `x_1 F_1 + ... + x_m F_m - F_0 >= 0` (P) and its dual (D), in the sign convention of SDPA: a bound of the optimum, or that (P) or (D) has no feasible
-//! point. What implies what, and how near a proposed Y a feasible one is proved to be, stands at the head of [`semidefinite`](crate::semidefinite). The data of the program are
-//! intervals there: a decimal of a file becomes the fraction that it is, and what is proved holds for it.
+//! **Theorem.** About `min c'x` subject to `x_1 F_1 + ... + x_m F_m - F_0 >= 0` (P) and its dual (D), in the sign
+//! convention of SDPA: a bound of the optimum, or that (P) or (D) has no feasible point. What implies what, and how
+//! near a proposed Y a feasible one is proved to be, stands at the head of [`semidefinite`](crate::semidefinite). The
+//! data of the program are intervals there: a decimal of a file becomes the fraction that it is, and what is proved
+//! holds for it.
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
@@ -17,7 +19,8 @@ use crate::wording::exact;
 /// What is claimed of the program, and the point that shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SemidefiniteEvidence {
-    /// The optimum lies between two numbers: x is feasible for (P) and `c'x` at most `upper`, and near Y is a feasible point of (D) of value at least `lower`.
+    /// The optimum lies between two numbers: x is feasible for (P) and `c'x` at most `upper`, and near Y is a feasible
+    /// point of (D) of value at least `lower`.
     Bounds {
         /// The lower bound and Y, if there are.
         lower: Option<(f64, Vec<DualBlock>)>,

@@ -1,9 +1,11 @@
 //! The exact solution of a Lyapunov or Stein equation lies in a matrix of intervals.
 //!
-//! **Theorem.** For all A and all symmetric Q between their bounds the equation has exactly one solution, and each of its entries lies in its interval.
+//! **Theorem.** For all A and all symmetric Q between their bounds the equation has exactly one solution, and each of
+//! its entries lies in its interval.
 //!
-//! The enclosure is derived again from A, Q and what was proposed ([`lyapunov_solution`], [`stein_solution`], whose heads have the proof); an interval that is claimed narrower than the one
-//! derived, by one unit in the last place of one end, is rejected, and a wider one is true as well.
+//! The enclosure is derived again from A, Q and what was proposed ([`lyapunov_solution`], [`stein_solution`], whose
+//! heads have the proof); an interval that is claimed narrower than the one derived, by one unit in the last place of
+//! one end, is rejected, and a wider one is true as well.
 
 use super::super::Rejection;
 use super::super::fields::Fields;
@@ -70,7 +72,8 @@ impl SolutionWithin {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`Rejection::NotProved`] where the solution is not shown to be unique; [`Rejection::Proof`] for shapes that do not fit, entries that are unbounded, matrices that are not symmetric.
+    /// [`Rejection::NotProved`] where the solution is not shown to be unique; [`Rejection::Proof`] for shapes that do
+    /// not fit, entries that are unbounded, matrices that are not symmetric.
     pub fn derive(
         equation: Equation,
         a: &Matrix<Interval>,

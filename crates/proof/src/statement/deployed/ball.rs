@@ -1,4 +1,5 @@
-//! The ball in which the error of a running observer stays, and the one to which it shrinks: from a contraction and a bounded disturbance.
+//! The ball in which the error of a running observer stays, and the one to which it shrinks: from a contraction and a
+//! bounded disturbance.
 
 use core::fmt;
 

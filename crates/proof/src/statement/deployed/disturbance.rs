@@ -1,4 +1,5 @@
-//! What one step of a deployed observer adds to its error: stored matrices that are not the plant's, noise, and every rounding.
+//! What one step of a deployed observer adds to its error: stored matrices that are not the plant's, noise, and every
+//! rounding.
 
 use super::{CubicGains, Format, Operation, SampledPlant, Step, Stored};
 use crate::error::ProofError;
@@ -9,7 +10,8 @@ use crate::ring::Ring;
 use crate::statement::EXACT_ORDER;
 use crate::statement::lyapunov::error_matrix;
 
-/// Roundings on the way to the impulse of the flow, and to the innovation that it leaves: counted in the head of the module.
+/// Roundings on the way to the impulse of the flow, and to the innovation that it leaves: counted in the head of the
+/// module.
 const IMPULSE_ROUNDINGS: usize = 17;
 const INNOVATION_ROUNDINGS: usize = 5;
 
@@ -82,7 +84,8 @@ impl Disturbance<'_> {
         self.constant(&Matrix::from_fn(rows, 1, |_, _| Interval::of(x)))
     }
 
-    /// The error of a sum of `products` products and `addends` other terms, of which `terms` bounds the sum of the absolute values.
+    /// The error of a sum of `products` products and `addends` other terms, of which `terms` bounds the sum of the
+    /// absolute values.
     fn sum_error(&self, products: usize, addends: usize, terms: &Bound) -> Result<Bound, ProofError> {
         let k = products + addends;
         let (lost, gamma) = match self.format {
@@ -136,7 +139,8 @@ impl Disturbance<'_> {
         let measured = y.sum(&converted)?;
         let mut stages = vec![stage("y", &measured), stage("u", &u), stage("xhat", &xhat)];
         if !matches!(self.format, Format::Fixed { .. }) {
-            // Products with 1 are among the operations of a linear algebra library; coefficients of fixed point may have a format of their own.
+            // Products with 1 are among the operations of a linear algebra library; coefficients of fixed point may
+            // have a format of their own.
             stages.push(stage("a stored number", &self.same(1, self.stored.largest())));
         }
         let input = b_size.product(&u)?;
@@ -216,7 +220,8 @@ impl Disturbance<'_> {
         let impulse_error = error(IMPULSE_ROUNDINGS, impulse_lost)?;
         let innovation_error = error(INNOVATION_ROUNDINGS, underflow.mul(&bulk))?;
 
-        // The intermediate numbers in the order of the code. Rounding to nearest is monotone: what is at most x before it is at most `rounded(x)` after it.
+        // The intermediate numbers in the order of the code. Rounding to nearest is monotone: what is at most x before
+        // it is at most `rounded(x)` after it.
         let one_more = Interval::ONE.add(&Interval::of(self.format.unit()));
         let rounded = |x: Interval| x.mul(&one_more).add(&tiny);
         let product = |x: &Interval, y: &Interval| rounded(x.mul(y));

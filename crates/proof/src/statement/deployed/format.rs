@@ -8,15 +8,17 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// A format of numbers. Rounding into it is to nearest, ties to even; what lies beyond its largest number is not rounded but refused.
+/// A format of numbers. Rounding into it is to nearest, ties to even; what lies beyond its largest number is not
+/// rounded but refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// IEEE 754 single precision, `f32`.
     Binary32,
     /// IEEE 754 double precision, `f64`.
     Binary64,
-    /// Two's complement of `integer_bits + fraction_bits` bits (2 to 53), Qm.n: the multiples of `2^-fraction_bits` from `-2^(integer_bits - 1)` to
-    /// `2^(integer_bits - 1) - 2^-fraction_bits`. The sign counts among the integer bits (ARM's Qm.n; what TI calls Qm.n has m + 1 of them here).
+    /// Two's complement of `integer_bits + fraction_bits` bits (2 to 53), Qm.n: the multiples of `2^-fraction_bits`
+    /// from `-2^(integer_bits - 1)` to `2^(integer_bits - 1) - 2^-fraction_bits`. The sign counts among the integer
+    /// bits (ARM's Qm.n; what TI calls Qm.n has m + 1 of them here).
     Fixed {
         /// Bits before the point, the sign among them; at least 1.
         integer_bits: u32,
@@ -56,7 +58,8 @@ impl Format {
 
     /// The number of the format nearest to `x`, ties to even.
     ///
-    /// `None` for NaN, for what lies beyond the largest number (saturation is no rounding), and for formats that are not supported.
+    /// `None` for NaN, for what lies beyond the largest number (saturation is no rounding), and for formats that are
+    /// not supported.
     /// ```
     /// use luenberger_proof::statement::Format;
     /// let q4_4 = Format::Fixed { integer_bits: 4, fraction_bits: 4 };
@@ -84,7 +87,8 @@ impl Format {
         rounded.is_finite().then_some(rounded)
     }
 
-    /// The number of the format nearest to `x`, ties to even: **one** rounding, where a binary64 number in between would be a second one.
+    /// The number of the format nearest to `x`, ties to even: **one** rounding, where a binary64 number in between
+    /// would be a second one.
     ///
     /// `None` as for [`round`](Self::round).
     /// ```
@@ -120,7 +124,8 @@ impl Format {
 
     /// The matrix with every entry rounded into the format: what is stored.
     /// # Errors
-    /// [`ProofError::NotFinite`]; [`ProofError::OutOfRange`] for an entry that the format does not reach; [`ProofError::Format`].
+    /// [`ProofError::NotFinite`]; [`ProofError::OutOfRange`] for an entry that the format does not reach;
+    /// [`ProofError::Format`].
     pub fn stored(self, m: &Matrix<f64>, what: &'static str) -> Result<Matrix<f64>, ProofError> {
         self.check()?;
         let mut stored = m.clone();
@@ -172,8 +177,8 @@ impl Format {
         }
     }
 
-    /// The absolute error that comes on top: of any operation where results may be flushed to zero, the smallest normal number; of a product in
-    /// fixed point, half the spacing.
+    /// The absolute error that comes on top: of any operation where results may be flushed to zero, the smallest normal
+    /// number; of a product in fixed point, half the spacing.
     pub(super) fn absolute(self) -> f64 {
         match self {
             Self::Binary32 => power_of_two(-126),

@@ -1,45 +1,53 @@
-//! The observer that is deployed: its matrices as stored on the target, and the rounding of every step that it computes.
+//! The observer that is deployed: its matrices as stored on the target, and the rounding of every step that it
+//! computes.
 //!
-//! The plant is `x+ = A x + B u`, `y = C x + v` with the real matrices A, B, C given (binary64 numbers, taken as exact) and a measurement noise v. What
-//! runs is one of
+//! The plant is `x+ = A x + B u`, `y = C x + v` with the real matrices A, B, C given (binary64 numbers, taken as exact)
+//! and a measurement noise v. What runs is one of
 //! ```text
 //! joined        xhat+ = F xhat + B~ u + L~ y~
 //! innovation    xhat+ = A~ xhat + B~ u + L~ z,                   z = y~ - C~ xhat
 //! cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,          i = z (1 - r)/w,  j = r z,  r = 1/sqrt(1 + 2 w h max(z'theta z, 0))
 //! ```
-//! where the matrices with a tilde are what the target stores ([`Format::stored`]: to nearest, ties to even), F the rounding of `A - L~ C`, and y~ the
-//! measurement rounded into the format that runs. The input u is a number of that format, and the plant receives that number. F is the exact `A - L~ C` rounded **once**: by way of
-//! binary64 it would be rounded twice, and need not be the nearest number of the format.
+//! where the matrices with a tilde are what the target stores ([`Format::stored`]: to nearest, ties to even), F the
+//! rounding of `A - L~ C`, and y~ the measurement rounded into the format that runs. The input u is a number of that
+//! format, and the plant receives that number. F is the exact `A - L~ C` rounded **once**: by way of binary64 it would
+//! be rounded twice, and need not be the nearest number of the format.
 //!
 //! # Stored, in exact arithmetic
-//! Without rounding errors and with the plant's matrices equal to the stored ones, the error `e = x - xhat` obeys `e+ = F e` with `F = A~ - L~ C~`, and
-//! `F'PF - P < 0`, `P > 0` are decided exactly for the stored numbers. For the cubic observer, with `1 - r = w g`,
+//! Without rounding errors and with the plant's matrices equal to the stored ones, the error `e = x - xhat` obeys
+//! `e+ = F e` with `F = A~ - L~ C~`, and `F'PF - P < 0`, `P > 0` are decided exactly for the stored numbers. For the
+//! cubic observer, with `1 - r = w g`,
 //! ```text
 //! e+ = M(g) e,    M(g) = A~ - L~ C~ + g (A~ N~ + w L~) C~,    0 <= g < 1/w,
 //! ```
-//! **whatever N~, theta and h are**: since `2 w h max(z'theta z, 0)` is a number and not negative, r is in (0, 1] and g in [0, 1/w), also for a theta that is not symmetric or not semidefinite, as one
-//! that was may be after rounding. (Without the maximum, a negative `z'theta z` would give an r beyond 1 or none, and V could grow.) M is affine in g and `M'PM` convex: if
-//! `M'PM < P` for `g = 0` and for `g = 1/w`, that is
+//! **whatever N~, theta and h are**: since `2 w h max(z'theta z, 0)` is a number and not negative, r is in (0, 1] and g
+//! in [0, 1/w), also for a theta that is not symmetric or not semidefinite, as one that was may be after rounding.
+//! (Without the maximum, a negative `z'theta z` would give an r beyond 1 or none, and V could grow.) M is affine in g
+//! and `M'PM` convex: if `M'PM < P` for `g = 0` and for `g = 1/w`, that is
 //! ```text
 //! F'PF - P < 0    and    (w A~ + A~ N~ C~)' P (w A~ + A~ N~ C~) - w^2 P < 0,
 //! ```
-//! then V = e'Pe falls by a fixed factor in every step from every error. *No structure of N~ is needed*, in particular not `P N~ = -C'S`, which rounding
-//! destroys. For the exact gain the second inequality follows from the first: with `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, the matrix `I + NC/w` is the P-orthogonal
-//! projector on the kernel of C.
+//! then V = e'Pe falls by a fixed factor in every step from every error. *No structure of N~ is needed*, in particular
+//! not `P N~ = -C'S`, which rounding destroys. For the exact gain the second inequality follows from the first: with
+//! `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, the matrix `I + NC/w` is the P-orthogonal projector on the kernel of C.
 //!
 //! # Running
-//! All bounds are bounds of absolute values, entry by entry, affine in |e|: matrices acting on `(1, |e_1|, ..., |e_n|)`, with `|x|`, `|u|`, `|v|`
-//! bounded by what the caller promises ([`Operation`]) and `|xhat| <= |x| + |e|`.
+//! All bounds are bounds of absolute values, entry by entry, affine in |e|: matrices acting on
+//! `(1, |e_1|, ..., |e_n|)`, with `|x|`, `|u|`, `|v|` bounded by what the caller promises ([`Operation`]) and
+//! `|xhat| <= |x| + |e|`.
 //!
-//! *One sum.* Let a target compute a sum of k terms, some of which are products, **in any order, as any binary tree, with or without fused
-//! multiply-adds**. In floating point each term then passes at most k roundings (its product and k - 1 additions; a fused operation merges two), so that
+//! *One sum.* Let a target compute a sum of k terms, some of which are products, **in any order, as any binary tree,
+//! with or without fused multiply-adds**. In floating point each term then passes at most k roundings (its product and
+//! k - 1 additions; a fused operation merges two), so that
 //! ```text
 //! |computed - exact| <= gamma_k sum |terms| + 2 k (1 + gamma_k) tiny,    gamma_k = k u/(1 - k u),    u = 2^-24 or 2^-53,
 //! ```
-//! (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 3.1), where tiny = 2^-126 or 2^-1022, the smallest normal number, covers both gradual underflow and results
-//! flushed to zero. In fixed point additions are exact, and each product errs by at most half the spacing q, whether it is rounded by itself or the sum as a
-//! whole: `|computed - exact| <= (products) q/2`. Truncation is not rounding to nearest, and is not covered.
-//! (In floating point each of at most k products and k - 1 additions can lose tiny once, and what is lost is not magnified by more than 1 + gamma_k.)
+//! (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 3.1), where tiny = 2^-126 or 2^-1022,
+//! the smallest normal number, covers both gradual underflow and results flushed to zero. In fixed point additions are
+//! exact, and each product errs by at most half the spacing q, whether it is rounded by itself or the sum as a whole:
+//! `|computed - exact| <= (products) q/2`. Truncation is not rounding to nearest, and is not covered. (In floating
+//! point each of at most k products and k - 1 additions can lose tiny once, and what is lost is not magnified by more
+//! than 1 + gamma_k.)
 //!
 //! *One step.* Subtracting the two recursions,
 //! ```text
@@ -47,8 +55,9 @@
 //! innovation    e+ = F e + (A - A~) x + (B - B~) u - L~ zeta - s
 //! cubic         e+ = M(g) e + (A - A~) x + (B - B~) u + (g A~ N~ - r L~) zeta + A~ N~ iota - L~ kappa - A~ m - s
 //! ```
-//! with d the rounding of y, `zeta = (C - C~) x + v + d - (error of z)`, s and m the errors of the last sum and of `xhat - N~ i`, and iota, kappa those of i and j
-//! against the exact functions of the *computed* z. In `g A~ N~ - r L~`, `0 <= g <= 1/w` and `0 <= r <= 1`.
+//! with d the rounding of y, `zeta = (C - C~) x + v + d - (error of z)`, s and m the errors of the last sum and of
+//! `xhat - N~ i`, and iota, kappa those of i and j against the exact functions of the *computed* z. In
+//! `g A~ N~ - r L~`, `0 <= g <= 1/w` and `0 <= r <= 1`.
 //!
 //! *The flow.* What `observers::cubic::flow` computes of z, each operation rounded to nearest, is
 //! ```text
@@ -58,33 +67,45 @@
 //! j = p d,   i = (((k p) p') s) d,                   and i = j = z if s = 0.
 //! ```
 //! (`observers::SampledCubicConvergence` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g = 0.)
-//! Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q, k and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is
-//! that i and j belong to this r, that is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`, `|delta| <= u`, in numerators or denominators:
-//! a has 2 (the sum and its square, both under the root, then the root: a half, a half and 1), so that p has 3 and p' 4; d has 1, and j, one product more, has **5**. Where c > 1/epsilon, `b s = c` has 1,
-//! 1/b another, and p and p' differ from 1/b by `sqrt(1 + c^-2)` and `c^-1 + sqrt(1 + c^-2)`, which are within 1 and 2 factors: again 3 and 4. In `w k s^2 = c^2` there are 1 for the product under the root, 2
-//! for the root (it is squared) and 2 for c: 5. So i, with three products in the parentheses, has 5 + 3 + 4 + 3, with d and the last product **17**. By Higham's Lemma 3.1, gamma_17 and gamma_5 bound the relative errors.
+//! Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q, k
+//! and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is that i and j belong to this r, that
+//! is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`,
+//! `|delta| <= u`, in numerators or denominators: a has 2 (the sum and its square, both under the root, then the root:
+//! a half, a half and 1), so that p has 3 and p' 4; d has 1, and j, one product more, has **5**. Where c > 1/epsilon,
+//! `b s = c` has 1, 1/b another, and p and p' differ from 1/b by `sqrt(1 + c^-2)` and `c^-1 + sqrt(1 + c^-2)`, which
+//! are within 1 and 2 factors: again 3 and 4. In `w k s^2 = c^2` there are 1 for the product under the root, 2 for the
+//! root (it is squared) and 2 for c: 5. So i, with three products in the parentheses, has 5 + 3 + 4 + 3, with d and the
+//! last product **17**. By Higham's Lemma 3.1, gamma_17 and gamma_5 bound the relative errors.
 //!
-//! A result below tiny is off by tiny at most, instead. Following it to the end, with `0 <= p, 2 p' <= s`, `w k p p' <= 1`: in j by `tiny s` (d) and `2 tiny` (p, j), in `w i` by `tiny (s + w)`
-//! (d, i), `tiny s^3/2` (w k), `tiny s` (c), `2 tiny` (p, p': since b is at most the root of the largest number, they are that small only if s is below 3 tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). With 1 + gamma on top, that
-//! is below `4 tiny (1 + s)` in j and below `4 tiny (1 + w)(1 + s)^3` in `w i`.
+//! A result below tiny is off by tiny at most, instead. Following it to the end, with `0 <= p, 2 p' <= s`,
+//! `w k p p' <= 1`: in j by `tiny s` (d) and `2 tiny` (p, j), in `w i` by `tiny (s + w)` (d, i), `tiny s^3/2` (w k),
+//! `tiny s` (c), `2 tiny` (p, p': since b is at most the root of the largest number, they are that small only if s is
+//! below 3 tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). With 1 + gamma
+//! on top, that is below `4 tiny (1 + s)` in j and below `4 tiny (1 + w)(1 + s)^3` in `w i`.
 //!
-//! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (bisected, each value proved), `s_i >= sqrt((P^-1)_ii)`, so
-//! that `|e_i| <= s_i |e|_P`; `beta^2 = d'|P|d` for the first column d of D, and `kappa^2 = t'|P|t` for `t = D_rest s`. Then
+//! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (bisected, each value
+//! proved), `s_i >= sqrt((P^-1)_ii)`, so that `|e_i| <= s_i |e|_P`; `beta^2 = d'|P|d` for the first column d of D, and
+//! `kappa^2 = t'|P|t` for `t = D_rest s`. Then
 //! ```text
 //! |e+|_P <= (rho + kappa) |e|_P + beta,    limsup |e|_P <= beta/(1 - rho - kappa),
 //! ```
 //! and no error leaves the ball `|e|_P <= r` if r is at least that limit. The entries are also bounded by the series
-//! `limsup |e| <= sum_{j<k} |F^j| d + s rho^k limsup |e|_P`, for each k, and the smallest is taken: it does not suffer from the shape of the ball. There d is the bound
-//! D (1, |e|) at the limit; for the cubic observer, whose map is M(g) and not F, with the difference `g (A~ N~ + w L~) C~ e` added to it: `g = (1 - r)/w <= c^2/(2w)`, about `h z'theta z` and small near 0.
-//! (With the bounds so found a smaller d holds in the limit, and the series is summed again.)
+//! `limsup |e| <= sum_{j<k} |F^j| d + s rho^k limsup |e|_P`, for each k, and the smallest is taken: it does not suffer
+//! from the shape of the ball. There d is the bound D (1, |e|) at the limit; for the cubic observer, whose map is M(g)
+//! and not F, with the difference `g (A~ N~ + w L~) C~ e` added to it: `g = (1 - r)/w <= c^2/(2w)`, about `h z'theta z`
+//! and small near 0. (With the bounds so found a smaller d holds in the limit, and the series is summed again.)
 //!
-//! *No overflow, no saturation.* At `|e|_P <= r` every partial sum of every stage, in any order, is at most the sum of the absolute values of its terms plus the rounding
-//! error. The flow is followed operation by operation: rounding to nearest is monotone, so that `|x| <= m` before it is `|x| <= m (1 + u) + tiny` after it. **Every result of an operation of the step** has such a bound
-//! ([`Intermediate`]), and all of them are required to lie in the format; a test records the operations of the observers' code and finds each one among them. The bounds hold for errors that start in the ball.
+//! *No overflow, no saturation.* At `|e|_P <= r` every partial sum of every stage, in any order, is at most the sum of
+//! the absolute values of its terms plus the rounding error. The flow is followed operation by operation: rounding to
+//! nearest is monotone, so that `|x| <= m` before it is `|x| <= m (1 + u) + tiny` after it. **Every result of an
+//! operation of the step** has such a bound ([`Intermediate`]), and all of them are required to lie in the format; a
+//! test records the operations of the observers' code and finds each one among them. The bounds hold for errors that
+//! start in the ball.
 //!
 //! # What is not covered
-//! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal entry might); a flow computed otherwise than
-//! in `observers::cubic::flow`; the cubic observer in fixed point, whose root nobody has specified; a plant that is not the (A, B, C) given.
+//! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal
+//! entry might); a flow computed otherwise than in `observers::cubic::flow`; the cubic observer in fixed point, whose
+//! root nobody has specified; a plant that is not the (A, B, C) given.
 
 mod ball;
 mod disturbance;
@@ -210,8 +231,9 @@ impl Deployed {
 
 /// The linear observer with gain `l` (n x p), its matrices stored and its steps computed in the formats given.
 ///
-/// `p` is a symmetric n x n matrix that should show the stability of the *stored* error matrix; the better it is conditioned and the faster it decreases, the smaller
-/// the ball. A refuted decrease says that this P shows nothing, and not that the observer is unstable. The head of this module has the theory.
+/// `p` is a symmetric n x n matrix that should show the stability of the *stored* error matrix; the better it is
+/// conditioned and the faster it decreases, the smaller the ball. A refuted decrease says that this P shows nothing,
+/// and not that the observer is unstable. The head of this module has the theory.
 ///
 /// ```
 /// use luenberger_proof::Matrix;
@@ -230,8 +252,8 @@ impl Deployed {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite or that the format cannot store, a P that is not symmetric, bounds that are negative, a format
-/// that is not supported.
+/// [`ProofError`] for shapes that do not fit, entries that are not finite or that the format cannot store, a P that is
+/// not symmetric, bounds that are negative, a format that is not supported.
 pub fn deployed_linear(
     plant: &SampledPlant,
     l: &Matrix<f64>,
@@ -279,10 +301,12 @@ pub fn deployed_linear(
     Ok(Deployed { stored, positive, decrease, saturated: None, running })
 }
 
-/// The sampled cubic observer with gains `l` and `cubic`, its matrices stored and its steps computed in the formats given.
+/// The sampled cubic observer with gains `l` and `cubic`, its matrices stored and its steps computed in the formats
+/// given.
 ///
-/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point the stored matrices are judged, and the running observer is not. The head
-/// of this module has the theory, in particular why two Stein inequalities are enough for an N that is rounded.
+/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point the stored matrices are
+/// judged, and the running observer is not. The head of this module has the theory, in particular why two Stein
+/// inequalities are enough for an N that is rounded.
 /// # Errors
 /// As [`deployed_linear`], and for a `w` or `h` that is not positive (as stored).
 pub fn deployed_sampled_cubic(
@@ -359,10 +383,12 @@ impl Expression for Saturated<'_> {
     }
 }
 
-/// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V where the cubic flow has done all it can, for N and w exactly as given.
+/// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V where the cubic
+/// flow has done all it can, for N and w exactly as given.
 ///
-/// A n x n and C p x n of the sampled plant, N n x p, w > 0. Together with [`stein_decrease`] of the same A, C and P and with [`positive`] of P it proves that
-/// the observer with this N converges from every error, exponentially; the head of the module says why, and that nothing else is asked of N.
+/// A n x n and C p x n of the sampled plant, N n x p, w > 0. Together with [`stein_decrease`] of the same A, C and P
+/// and with [`positive`] of P it proves that the observer with this N converges from every error, exponentially; the
+/// head of the module says why, and that nothing else is asked of N.
 /// # Errors
 /// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
 pub fn saturated_decrease(

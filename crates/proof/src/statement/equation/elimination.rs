@@ -1,4 +1,5 @@
-//! The error of an approximate solution, by elimination of the equation as a linear system, with the verified inverse of Krawczyk's kind.
+//! The error of an approximate solution, by elimination of the equation as a linear system, with the verified inverse
+//! of Krawczyk's kind.
 
 use super::{Enclosure, Kind, Posed};
 use crate::error::ProofError;
@@ -111,7 +112,8 @@ fn operator(kind: Kind, a: &Matrix<Interval>) -> Matrix<Interval> {
     m
 }
 
-/// The inverse by Gauss and Jordan with partial pivoting, in floating point: a proposal. `None` where a pivot vanishes or an entry overflows.
+/// The inverse by Gauss and Jordan with partial pivoting, in floating point: a proposal. `None` where a pivot vanishes
+/// or an entry overflows.
 fn approximate_inverse(m: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = m.rows();
     let mut work = Matrix::from_fn(n, 2 * n, |i, j| {

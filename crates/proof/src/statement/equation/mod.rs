@@ -1,29 +1,35 @@
 //! The exact solution of a Lyapunov or Stein equation, enclosed: `A'P + PA + Q = 0`, `A'PA - P + Q = 0`, Q symmetric.
 //!
-//! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver proposes P~, given as a sum of floating-point matrices: one matrix cannot be nearer to P than half a unit in
-//! the last place of each entry, the sum of two can, and then the enclosure is as narrow as binary64 allows. With the residual
-//! `R = T(P~) + Q`, evaluated exactly where A and Q are numbers and with outward rounding where they are intervals, the error `X = P - P~` solves
-//! `T(X) = -R`. Two theorems enclose it. Intervals A and Q stand for all matrices within; what is proved holds for each pair.
+//! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver proposes P~, given as a sum of floating-point matrices: one
+//! matrix cannot be nearer to P than half a unit in the last place of each entry, the sum of two can, and then the
+//! enclosure is as narrow as binary64 allows. With the residual `R = T(P~) + Q`, evaluated exactly where A and Q are
+//! numbers and with outward rounding where they are intervals, the error `X = P - P~` solves `T(X) = -R`. Two theorems
+//! enclose it. Intervals A and Q stand for all matrices within; what is proved holds for each pair.
 //!
-//! **By comparison**, from a matrix W that proves stability. Let `D = -T(W) > 0` and `W > 0`. Then T is nonsingular, and
+//! **By comparison**, from a matrix W that proves stability. Let `D = -T(W) > 0` and `W > 0`. Then T is nonsingular,
+//! and
 //! ```text
 //! -r D <= R <= r D   implies   -r W <= P - P~ <= r W,   hence   |P - P~|_ij <= r sqrt(W_ii W_jj).
 //! ```
-//! *Proof.* By Lyapunov's (Stein's) theorem all eigenvalues of A lie in the open left half plane (unit disc), so that `T(Y) = -Z` has for each Z one
-//! solution, `Y = int exp(A't) Z exp(At) dt` (`sum A'^k Z A^k`), which is positive semidefinite where Z is. `T(rW - X) = -(rD - R)` and
-//! `T(rW + X) = -(rD + R)` have right-hand sides of that kind. The entries: `|x_ij| <= sqrt((rW)_ii (rW)_jj)` because with `B = rW`, `B - X >= 0` and `B + X >= 0`
-//! give `2 |u'Xv| <= u'Bu + v'Bv` for all u and v, and u, v may be scaled. *qed.* The first r tried is `|R|_F / lambda_min(D)`, which always does; it is halved as long as both inequalities
-//! can be proved, so that it does not depend on the units of the states. If `W < 0` and `T(W) < 0` in the Lyapunov equation, -A is
-//! stable, and the same holds with -W in place of W.
+//! *Proof.* By Lyapunov's (Stein's) theorem all eigenvalues of A lie in the open left half plane (unit disc), so that
+//! `T(Y) = -Z` has for each Z one solution, `Y = int exp(A't) Z exp(At) dt` (`sum A'^k Z A^k`), which is positive
+//! semidefinite where Z is. `T(rW - X) = -(rD - R)` and `T(rW + X) = -(rD + R)` have right-hand sides of that kind. The
+//! entries: `|x_ij| <= sqrt((rW)_ii (rW)_jj)` because with `B = rW`, `B - X >= 0` and `B + X >= 0` give
+//! `2 |u'Xv| <= u'Bu + v'Bv` for all u and v, and u, v may be scaled. *qed.* The first r tried is
+//! `|R|_F / lambda_min(D)`, which always does; it is halved as long as both inequalities can be proved, so that it does
+//! not depend on the units of the states. If `W < 0` and `T(W) < 0` in the Lyapunov equation, -A is stable, and the
+//! same holds with -W in place of W.
 //!
-//! **By elimination**, for any A of order up to [`ELIMINATION_ORDER`] (stable or not). On the upper triangle of X, T is a matrix M of order `n(n + 1)/2`. Let G be
-//! any matrix (here a floating-point inverse of the middle of M), `E = I - G M`, v > 0 a vector and `|E| v <= h v` with h < 1. Then M is nonsingular, and
+//! **By elimination**, for any A of order up to [`ELIMINATION_ORDER`] (stable or not). On the upper triangle of X, T is
+//! a matrix M of order `n(n + 1)/2`. Let G be any matrix (here a floating-point inverse of the middle of M),
+//! `E = I - G M`, v > 0 a vector and `|E| v <= h v` with h < 1. Then M is nonsingular, and
 //! ```text
 //! X in -G R + [-1, 1] |E| y,    y = v max_k(|G R|_k / v_k) / (1 - h).
 //! ```
-//! *Proof.* `|E| v <= h v` bounds the spectral radius of E by h, so that `G M = I - E` is nonsingular. `M x = -R` gives `x = -G R + E x`, hence
-//! `|x| <= (I - |E|)^-1 |G R|`; and `|G R| + |E| y <= (1 - h) y + h y = y` gives `|x| <= y`. *qed.* The eigenvalues of T on symmetric matrices are
-//! all the `lambda_i + lambda_j` (`lambda_i lambda_j - 1`), the same as on all matrices: a solution that is unique among the symmetric ones is unique.
+//! *Proof.* `|E| v <= h v` bounds the spectral radius of E by h, so that `G M = I - E` is nonsingular. `M x = -R` gives
+//! `x = -G R + E x`, hence `|x| <= (I - |E|)^-1 |G R|`; and `|G R| + |E| y <= (1 - h) y + h y = y` gives `|x| <= y`. *qed.*
+//! The eigenvalues of T on symmetric matrices are all the `lambda_i + lambda_j` (`lambda_i lambda_j - 1`), the same as
+//! on all matrices: a solution that is unique among the symmetric ones is unique.
 //!
 //! The comparison costs a few products and Cholesky factorisations of order n, the elimination n^6/4 operations.
 
@@ -71,15 +77,19 @@ impl Enclosure {
     }
 }
 
-/// The exact solution of `A'P + PA + Q = 0`: it exists, is unique, and lies within, for all A and Q within their intervals.
+/// The exact solution of `A'P + PA + Q = 0`: it exists, is unique, and lies within, for all A and Q within their
+/// intervals.
 ///
-/// A is n x n, Q n x n (both bounds symmetric), `approximation` a list of symmetric n x n matrices whose *sum* is near P; one is enough, a second that solves the
-/// equation for the residual makes the enclosure narrower. `stability` is a symmetric W with `A'W + WA < 0` that is positive or negative definite (the solution for Q = I, say), for the proof by
-/// comparison; without it, or where it proves nothing, the equation is eliminated, up to order [`ELIMINATION_ORDER`]. The head of this module has the
-/// theorems. Undecided where neither shows the solution unique, in particular where two eigenvalues of A add to zero.
+/// A is n x n, Q n x n (both bounds symmetric), `approximation` a list of symmetric n x n matrices whose *sum* is near
+/// P; one is enough, a second that solves the equation for the residual makes the enclosure narrower. `stability` is a
+/// symmetric W with `A'W + WA < 0` that is positive or negative definite (the solution for Q = I, say), for the proof
+/// by comparison; without it, or where it proves nothing, the equation is eliminated, up to order
+/// [`ELIMINATION_ORDER`]. The head of this module has the theorems. Undecided where neither shows the solution unique,
+/// in particular where two eigenvalues of A add to zero.
 ///
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite or unbounded, a Q, an approximation or a W that is not symmetric.
+/// [`ProofError`] for shapes that do not fit, entries that are not finite or unbounded, a Q, an approximation or a W
+/// that is not symmetric.
 /// ```
 /// use luenberger_proof::{Interval, Matrix, Ring, statement::lyapunov_solution};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
@@ -104,9 +114,11 @@ pub fn lyapunov_solution(
     enclose(Kind::Lyapunov, a, q, approximation, stability)
 }
 
-/// The exact solution of `A'PA - P + Q = 0`: it exists, is unique, and lies within, for all A and Q within their intervals.
+/// The exact solution of `A'PA - P + Q = 0`: it exists, is unique, and lies within, for all A and Q within their
+/// intervals.
 ///
-/// As [`lyapunov_solution`]; `stability` is a W > 0 with `A'WA - W < 0`. Undecided in particular where two eigenvalues of A have the product 1.
+/// As [`lyapunov_solution`]; `stability` is a W > 0 with `A'WA - W < 0`. Undecided in particular where two eigenvalues
+/// of A have the product 1.
 /// # Errors
 /// As [`lyapunov_solution`].
 /// ```

@@ -1,4 +1,5 @@
-//! Symmetric matrices made to deceive: where rounding, underflow or overflow decides, or nothing but exact arithmetic can.
+//! Symmetric matrices made to deceive: where rounding, underflow or overflow decides, or nothing but exact arithmetic
+//! can.
 
 use luenberger_proof::Matrix;
 use rand::{RngExt, seq::SliceRandom};
@@ -89,7 +90,8 @@ fn perhaps_nudged(random: &mut Random, m: Matrix<f64>) -> Matrix<f64> {
     if random.random_bool(0.5) { nudged(random, m) } else { m }
 }
 
-/// Rows and columns times powers of two: exact but for what leaves the range, which makes another matrix and no wrong one.
+/// Rows and columns times powers of two: exact but for what leaves the range, which makes another matrix and no wrong
+/// one.
 fn scaled(m: &Matrix<f64>, exponents: &[i32]) -> Matrix<f64> {
     symmetric(m.rows(), |i, j| {
         let x = (m[(i, j)] * 2.0_f64.powi(exponents[i])) * 2.0_f64.powi(exponents[j]);

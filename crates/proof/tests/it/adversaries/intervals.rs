@@ -1,6 +1,7 @@
-//! Matrices of intervals. What is true of all symmetric matrices within is decided by finitely many (J. Rohn, Positive definiteness and stability of interval
-//! matrices, SIAM J. Matrix Anal. Appl. 15, 1994): the least eigenvalue is least at one of those with `m_ii = lo_ii` and `m_ij = lo_ij` or `hi_ij`
-//! as `z_i z_j = 1` or -1, over the 2^(n-1) vectors z of signs.
+//! Matrices of intervals. What is true of all symmetric matrices within is decided by finitely many (J. Rohn, Positive
+//! definiteness and stability of interval matrices, SIAM J. Matrix Anal. Appl. 15, 1994): the least eigenvalue is least
+//! at one of those with `m_ii = lo_ii` and `m_ij = lo_ij` or `hi_ij` as `z_i z_j = 1` or -1, over the 2^(n-1) vectors z
+//! of signs.
 
 use luenberger_proof::{Direction, Interval, Matrix, Verdict};
 use rand::RngExt;
@@ -80,7 +81,8 @@ fn vertices(ends: &Ends) -> Vec<Spectrum> {
         .collect()
 }
 
-/// Whether the largest `v'Mv` within, which has `hi_ij` where `v_i v_j > 0` and `lo_ij` elsewhere, is of the wrong sign.
+/// Whether the largest `v'Mv` within, which has `hi_ij` where `v_i v_j > 0` and `lo_ij` elsewhere, is of the wrong
+/// sign.
 fn refutes_all(ends: &Ends, witness: &Direction, strict: bool) -> bool {
     let n = ends.lo.rows();
     let v = witness.exact.as_ref().map_or_else(|| Integers::column(&witness.v), |v| Integers::exact_column(v));

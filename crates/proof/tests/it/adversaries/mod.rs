@@ -52,7 +52,8 @@ pub(crate) fn examine(seed: u64, number: u64) -> (usize, Tally) {
     (kind, tally)
 }
 
-/// All four questions about a matrix of numbers, and one of them about the same numbers as intervals and as exact numbers.
+/// All four questions about a matrix of numbers, and one of them about the same numbers as intervals and as exact
+/// numbers.
 fn of_matrix(m: &Matrix<f64>, random: &mut Random) -> Tally {
     let truth = Judged::of(Integers::of(m));
     let mut tally = Tally { cases: 1, ..Tally::default() };

@@ -1,9 +1,12 @@
-//! The truth about small symmetric matrices, by a way that shares nothing with the crate's: the characteristic polynomial over the integers, and Descartes' rule.
+//! The truth about small symmetric matrices, by a way that shares nothing with the crate's: the characteristic
+//! polynomial over the integers, and Descartes' rule.
 //!
-//! All eigenvalues of a symmetric matrix are real, so that its characteristic polynomial has exactly as many positive zeros as its coefficients change
-//! sign, and as many zeros at 0 as coefficients vanish at its end. The eigenvalues of `M - c I` come from the same polynomial, moved by c.
+//! All eigenvalues of a symmetric matrix are real, so that its characteristic polynomial has exactly as many positive
+//! zeros as its coefficients change sign, and as many zeros at 0 as coefficients vanish at its end. The eigenvalues of
+//! `M - c I` come from the same polynomial, moved by c.
 //!
-//! The coefficients are those of Faddeev and Le Verrier: `A_1 = A, c_k = -tr(A_k)/k, A_(k+1) = A (A_k + c_k I)`, every division without a remainder.
+//! The coefficients are those of Faddeev and Le Verrier: `A_1 = A, c_k = -tr(A_k)/k, A_(k+1) = A (A_k + c_k I)`, every
+//! division without a remainder.
 
 use dashu_int::{IBig, Sign};
 use luenberger_proof::{Exact, Matrix};

@@ -1,4 +1,5 @@
-//! The inequalities of Lyapunov, Stein and of feedback by an observer, on data for which they hold by much, by nothing, or not at all.
+//! The inequalities of Lyapunov, Stein and of feedback by an observer, on data for which they hold by much, by nothing,
+//! or not at all.
 
 use std::cmp::Ordering;
 
@@ -43,8 +44,8 @@ fn gram(random: &mut Random, n: usize, rank: usize) -> Matrix<f64> {
     product(&x, &x.transpose())
 }
 
-/// P and F of integers with `F'P + PF = -2 Q` for a positive semidefinite Q, singular more often than not: `F = P^-1 (S - Q)` with S skew. P is
-/// `L D L'` with signs D, all positive unless `any_sign`.
+/// P and F of integers with `F'P + PF = -2 Q` for a positive semidefinite Q, singular more often than not:
+/// `F = P^-1 (S - Q)` with S skew. P is `L D L'` with signs D, all positive unless `any_sign`.
 fn flow(random: &mut Random, n: usize, any_sign: bool) -> (Matrix<f64>, Matrix<f64>) {
     let (l, inverse) = unimodular(random, n);
     let signs: Vec<f64> = (0..n).map(|_| if any_sign && random.random_bool(0.5) { -1.0 } else { 1.0 }).collect();

@@ -52,7 +52,8 @@ pub(crate) struct Tally {
     pub(crate) proved: u64,
     pub(crate) refuted: u64,
     pub(crate) undecided: u64,
-    /// Undecided although the truth is known and the data are single numbers, or the same for every matrix within the intervals.
+    /// Undecided although the truth is known and the data are single numbers, or the same for every matrix within the
+    /// intervals.
     pub(crate) missed: u64,
     pub(crate) wrong: Vec<String>,
 }

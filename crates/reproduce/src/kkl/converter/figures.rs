@@ -53,8 +53,8 @@ fn states(run: &Trajectory, entry: usize) -> Result<Panel, CheckError> {
     Ok(with_jumps(panel))
 }
 
-/// The largest error in every 4 ms on a logarithmic scale from `floor` on, below which it is drawn at `floor`. 4 ms are two periods of the fastest oscillation: samples
-/// at single points would show its beat with the sampling.
+/// The largest error in every 4 ms on a logarithmic scale from `floor` on, below which it is drawn at `floor`. 4 ms are
+/// two periods of the fastest oscillation: samples at single points would show its beat with the sampling.
 fn errors(run: &Trajectory, entry: usize, floor: f64, top: f64) -> Result<Panel, CheckError> {
     const WINDOWS: u32 = 300;
     const INSIDE: u32 = 20;

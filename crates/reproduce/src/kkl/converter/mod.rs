@@ -208,7 +208,8 @@ fn evidence(run: &Trajectory, observer: &str) -> Result<Evidence, CheckError> {
 
 /// When the errors of an observer stay below [`GONE`], to a microsecond; infinite if they do not.
 ///
-/// Two passes: steps of 0.1 ms are the twentieth part of the fastest oscillation there is, and within 5 ms of the last of them that is too large steps of 1 us find the end.
+/// Two passes: steps of 0.1 ms are the twentieth part of the fastest oscillation there is, and within 5 ms of the last
+/// of them that is too large steps of 1 us find the end.
 pub(super) fn gone(run: &Trajectory, observer: &str) -> Result<f64, CheckError> {
     let traces = [run.error_trace(observer, 0)?, run.error_trace(observer, 1)?];
     let (_, end) = run.span();
@@ -348,7 +349,8 @@ const MERITS: [Merit; 4] = [
     ("v4, in the second half of each set-point", |spread| spread.quiet[1]),
 ];
 
-/// Whether observer `a` has smaller errors than observer `b`: by more than three standard errors of their difference over the seeds.
+/// Whether observer `a` has smaller errors than observer `b`: by more than three standard errors of their difference
+/// over the seeds.
 fn beats(ensemble: &noise::Ensemble, merit: fn(&RmsErrors) -> f64, a: usize, b: usize) -> bool {
     let (mean, error) = statistics(ensemble.iter().map(|row| merit(&row[b]) - merit(&row[a])));
     mean > 3.0 * error
@@ -445,7 +447,8 @@ mod tests {
     /// The times at which others compare.
     const GOLDEN: [f64; 12] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.19, 0.205, 0.21, 0.25, 0.39];
 
-    /// The noise-free data are good to 1e-9: another order with another kind of method, and tolerances ten times as tight, give the same numbers.
+    /// The noise-free data are good to 1e-9: another order with another kind of method, and tolerances ten times as
+    /// tight, give the same numbers.
     #[test]
     fn the_noise_free_data_are_good_to_nine_decimals() {
         let run = runs::noise_free(runs::settings()).unwrap();
@@ -481,7 +484,8 @@ mod tests {
             let run = scenario.times(&[0.0, 1e-4]).run().unwrap();
             for (name, _) in OBSERVERS {
                 let state = run.observer(name).unwrap().state.row(0).clone_owned();
-                // w(0) = y(0) of the filters stands behind xi, of length 2; the rest is 0 up to the rounding of C2 y and of G L3 y2/C4.
+                // w(0) = y(0) of the filters stands behind xi, of length 2; the rest is 0 up to the rounding of C2 y
+                // and of G L3 y2/C4.
                 let filters = match name {
                     "pebo" => 2..4,
                     "kkl_peb" => 2..3,
@@ -501,7 +505,8 @@ mod tests {
         }
     }
 
-    /// The printed KKLO is right, and the printed PEBO, [KKL+PEB]O and I&IO agree with the corrected ones wherever the misprints have no effect.
+    /// The printed KKLO is right, and the printed PEBO, [KKL+PEB]O and I&IO agree with the corrected ones wherever the
+    /// misprints have no effect.
     #[test]
     fn the_printed_observers_differ_by_their_misprints_only() {
         use luenberger_observers::Observer;

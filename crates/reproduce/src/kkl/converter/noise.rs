@@ -13,7 +13,8 @@ use crate::context::Context;
 
 /// The seeds are 1, 2, ..., and the run with the first is the one in the figures.
 pub(super) const SEEDS: u64 = 20;
-/// The transients of the start are over after two set-points: the slowest is that of the time-varying high-gain observer, exp(-20 t).
+/// The transients of the start are over after two set-points: the slowest is that of the time-varying high-gain
+/// observer, exp(-20 t).
 pub(super) const SETTLED: f64 = 0.4;
 /// For how long a value of the noise is held, in s.
 const PERIOD: f64 = 1e-4;
@@ -63,7 +64,8 @@ impl RmsErrors {
 /// One row for each seed, one entry for each observer.
 pub(super) type Ensemble = Vec<[RmsErrors; OBSERVERS.len()]>;
 
-/// The spreads of all seeds. Two threads share the seeds, each of which is a run of its own: the result does not depend on them.
+/// The spreads of all seeds. Two threads share the seeds, each of which is a run of its own: the result does not depend
+/// on them.
 pub(super) fn ensemble(context: &Context) -> Result<Arc<Ensemble>, CheckError> {
     context.once("kkl.cuk.ensemble", || shared(SEEDS, one))
 }
@@ -120,7 +122,8 @@ fn sweep_once(seed: u64) -> Result<Vec<f64>, CheckError> {
     (0..gains().len()).map(|k| spread(&k.to_string())).chain([spread("kklo")]).collect()
 }
 
-/// The largest difference between the estimates of the KKLO and of the I&IO with `g1 = 1/L1`, `g2 = 0`, in i1 and in v4, over a run with noise.
+/// The largest difference between the estimates of the KKLO and of the I&IO with `g1 = 1/L1`, `g2 = 0`, in i1 and in
+/// v4, over a run with noise.
 pub(super) fn kklo_less_iandi() -> Result<[f64; 2], CheckError> {
     let (plant, noise) = (CukConverter::default(), runs::noise(1));
     let tuning = Tuning { g1: 1.0 / plant.l1, g2: 0.0, ..Tuning::default() };

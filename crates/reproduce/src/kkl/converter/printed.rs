@@ -1,7 +1,8 @@
 //! Table I to the letter: the observers with its misprints, which is why they live here and not among the observers.
 //!
-//! The states start at 0 and the filters W at the output, as in the corrected ones. `F[g]` is a state f with `f' = alpha (g - f)`, and `W[s] = alpha (s - w)` with
-//! `w' = alpha (s - w)`. The KKLO is printed right, and is that of `observers::cuk`.
+//! The states start at 0 and the filters W at the output, as in the corrected ones. `F[g]` is a state f with
+//! `f' = alpha (g - f)`, and `W[s] = alpha (s - w)` with `w' = alpha (s - w)`. The KKLO is printed right, and is that
+//! of `observers::cuk`.
 
 use crate::kkl::cuk::Tuning;
 use luenberger_observers::{Observer, ObserverDimensions};
@@ -164,8 +165,8 @@ impl Observer<f64> for ImmersionInvariance {
     }
 }
 
-/// The high-gain observers. Time-varying: the correction of xi4 has the wrong sign. Linear: r1 for r2, and the plant's right-hand sides of i1 and v4 in xi2'
-/// and xi4', which are the derivatives of y1' and y2'.
+/// The high-gain observers. Time-varying: the correction of xi4 has the wrong sign. Linear: r1 for r2, and the plant's
+/// right-hand sides of i1 and v4 in xi2' and xi4', which are the derivatives of y1' and y2'.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HighGain {
     plant: CukConverter,

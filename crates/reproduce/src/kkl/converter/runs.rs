@@ -1,7 +1,7 @@
 //! The run of section V.C: the converter in the loop with the ideal state feedback, and its observers beside it.
 //!
-//! All observers share one integration of the plant. They start with their dynamic extensions at 0, but for the filters W, which start at the output: what is
-//! asked of an observer at the start is the estimate that this state gives.
+//! All observers share one integration of the plant. They start with their dynamic extensions at 0, but for the filters
+//! W, which start at the output: what is asked of an observer at the start is the estimate that this state gives.
 
 use std::sync::Arc;
 
@@ -139,7 +139,8 @@ pub(super) fn with_all(
     Ok(scenario)
 }
 
-/// How the noise-free run is integrated. Explicit, and stopped at every millisecond: the samples are then values of steps, not of the polynomials between them.
+/// How the noise-free run is integrated. Explicit, and stopped at every millisecond: the samples are then values of
+/// steps, not of the polynomials between them.
 pub(super) fn settings() -> Settings {
     Settings { integrator: Integrator::Explicit, rtol: 1e-12, atol: 1e-13, ..Settings::default() }
 }
@@ -155,8 +156,8 @@ pub(super) fn corrected(context: &Context) -> Result<Arc<Trajectory>, CheckError
     context.once("kkl.cuk.corrected", || noise_free(settings()))
 }
 
-/// The observers as Table I prints them, without noise: the PEBO, and the others. The printed PEBO has an eigenvalue of Γ2/L3² = 10⁶/s from the start, which an
-/// implicit method takes in its stride; the others have none.
+/// The observers as Table I prints them, without noise: the PEBO, and the others. The printed PEBO has an eigenvalue of
+/// Γ2/L3² = 10⁶/s from the start, which an implicit method takes in its stride; the others have none.
 pub(super) fn as_printed(context: &Context) -> Result<Arc<(Trajectory, Trajectory)>, CheckError> {
     context.once("kkl.cuk.as-printed", || {
         let (plant, tuning) = (CukConverter::default(), Tuning::default());

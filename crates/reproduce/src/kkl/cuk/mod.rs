@@ -1,6 +1,8 @@
-//! The observers of the Cuk converter: the six of Table I of Yi, Ortega and Zhang, corrected, and an exact high-gain observer.
+//! The observers of the Cuk converter: the six of Table I of Yi, Ortega and Zhang, corrected, and an exact high-gain
+//! observer.
 //!
-//! Estimated is (i1, v4), the states 0 and 3 of [`CukConverter`], from y = (v2, i3) and the duty cycle u; w = 1 - u. The errors are `e = xhat - x`.
+//! Estimated is (i1, v4), the states 0 and 3 of [`CukConverter`], from y = (v2, i3) and the duty cycle u; w = 1 - u.
+//! The errors are `e = xhat - x`.
 //!
 //! | constructor | observer | error, exactly |
 //! |---|---|---|
@@ -13,8 +15,9 @@
 //! | [`high_gain_differentiator`] | HGO that differentiates y twice | `s^2 + (a1/r2) s + a2/r2^2`, `s^2 + (a3/r2) s + a4/r2^2`, driven by y'': zero in equilibrium only |
 //! | [`high_gain_exact`] | HGO with the plant in it | `s^2 + (a1/r2) s + a2/r2^2` and `s^2 + (a3/r2 + G/C4) s + a3 G/(r2 C4) + a4/r2^2` for w constant |
 //!
-//! As printed, the PEBO, the [KKL+PEB]O, the I&IO and the second HGO do not converge; what is printed and what is wrong with it is on the page
-//! `docs/theory-kkl.md`. For the KKLO, Lambda depends on u, and its entry for i1 is stable because `int w dt` diverges.
+//! As printed, the PEBO, the [KKL+PEB]O, the I&IO and the second HGO do not converge; what is printed and what is wrong
+//! with it is on the page `docs/theory-kkl.md`. For the KKLO, Lambda depends on u, and its entry for i1 is stable
+//! because `int w dt` diverges.
 
 mod embedded;
 mod high_gain;
@@ -59,7 +62,8 @@ pub struct Tuning<T> {
 }
 
 impl<T: RealField + Copy> Default for Tuning<T> {
-    /// As printed: alpha = 0.5, gamma = 0.001, Gamma = diag(0.001, 100), g = (50, 1), r = (0.05, 0.005), alpha_i = (2, 1, 2, 1).
+    /// As printed: alpha = 0.5, gamma = 0.001, Gamma = diag(0.001, 100), g = (50, 1), r = (0.05, 0.005), alpha_i = (2,
+    /// 1, 2, 1).
     fn default() -> Self {
         let number = |value: f64| convert::<f64, T>(value);
         Self {
@@ -88,7 +92,8 @@ pub type CukImmersedKklPebo = ImmersionInvarianceObserver<CukConverter, CukKklPe
 /// One of the high-gain observers.
 pub type CukHighGainObserver<T> = HighGainObserver<CukHighGain, T, Const<4>>;
 
-/// The KKLO: `xi1' = -(G/C4) xi1 + y2/C4`, `xi2' = -(w/L1) xi2 - (1 + C2/L1) w y1 + E - u y2`, `xhat = ((xi2 + C2 y1)/L1, xi1)`.
+/// The KKLO: `xi1' = -(G/C4) xi1 + y2/C4`, `xi2' = -(w/L1) xi2 - (1 + C2/L1) w y1 + E - u y2`,
+/// `xhat = ((xi2 + C2 y1)/L1, xi1)`.
 ///
 /// ```
 /// use luenberger_observers::Observer;
@@ -113,8 +118,9 @@ pub fn kklo(converter: CukConverter) -> Result<CukKklo, ObserverError> {
     Ok(KklObserver::new(CukKkl { converter }))
 }
 
-/// The PEBO: `xi' = ((E - w y1)/L1, (y2 + G u y1)/C4)`, `M = diag(F[w]/C2, -F[1]/L3)`, `Y1 = W[y1] - F[w xi1 + u y2]/C2`,
-/// `Y2 = W[y2] + F[(u y1 + xi2)/L3 + (G/C4) y2]`, `xhat = xi + theta_hat + (0, G L3 y2/C4)`, with the gradient estimator.
+/// The PEBO: `xi' = ((E - w y1)/L1, (y2 + G u y1)/C4)`, `M = diag(F[w]/C2, -F[1]/L3)`,
+/// `Y1 = W[y1] - F[w xi1 + u y2]/C2`, `Y2 = W[y2] + F[(u y1 + xi2)/L3 + (G/C4) y2]`,
+/// `xhat = xi + theta_hat + (0, G L3 y2/C4)`, with the gradient estimator.
 ///
 /// # Errors
 /// As [`kklo`], and [`ObserverError::NotPositive`], [`ObserverError::NotDefinite`] for the tuning.
@@ -124,8 +130,8 @@ pub fn pebo<T: RealField + Copy>(converter: CukConverter, tuning: &Tuning<T>) ->
     KklPebObserver::new(CukPeb { converter }, Gradient::new(gain)?, tuning.alpha)
 }
 
-/// The [KKL+PEB]O: `xi' = ((E - w y1)/L1, (y2 - G xi2)/C4)`, `Y = W[y1] - F[w xi1 + u y2]/C2`, `M = F[w]/C2`, `xhat = (xi1 + theta_hat, xi2)`,
-/// with the gradient estimator.
+/// The [KKL+PEB]O: `xi' = ((E - w y1)/L1, (y2 - G xi2)/C4)`, `Y = W[y1] - F[w xi1 + u y2]/C2`, `M = F[w]/C2`,
+/// `xhat = (xi1 + theta_hat, xi2)`, with the gradient estimator.
 ///
 /// # Errors
 /// As [`pebo`].
@@ -138,10 +144,12 @@ pub fn kkl_pebo<T: RealField + Copy>(
 }
 
 /// The I&IO with `beta = (chi1 + C2 g1 y1, chi2 - L3 g2 y2)` and `phi = (i1, v4)`:
-/// `chi1' = -g1 (w (chi1 + C2 g1 y1) + u y2) + (E - w y1)/L1`, `chi2' = (y2 - G v4hat)/C4 - g2 (u y1 + v4hat)`, `xhat = beta`.
+/// `chi1' = -g1 (w (chi1 + C2 g1 y1) + u y2) + (E - w y1)/L1`, `chi2' = (y2 - G v4hat)/C4 - g2 (u y1 + v4hat)`,
+/// `xhat = beta`.
 ///
 /// # Errors
-/// As [`kklo`], and [`ObserverError::Matrix`] for gains that are not finite. That `g1 > 0` and `G/C4 + g2 > 0`, which convergence needs, is not checked.
+/// As [`kklo`], and [`ObserverError::Matrix`] for gains that are not finite. That `g1 > 0` and `G/C4 + g2 > 0`, which
+/// convergence needs, is not checked.
 pub fn immersion_invariance<T: RealField + Copy>(
     converter: CukConverter,
     tuning: &Tuning<T>,
@@ -152,7 +160,8 @@ pub fn immersion_invariance<T: RealField + Copy>(
     Ok(ImmersionInvarianceObserver::new(converter, CukImmersion { converter, g1, g2 }))
 }
 
-/// Proposition 5: the [KKL+PEB]O as an I&IO with `beta = (xi1 + theta_hat, xi2)` and `phi = (i1, v4)`, chi being its whole state.
+/// Proposition 5: the [KKL+PEB]O as an I&IO with `beta = (xi1 + theta_hat, xi2)` and `phi = (i1, v4)`, chi being its
+/// whole state.
 ///
 /// With [`Embedding::Repaired`] it is the [KKL+PEB]O, slope by slope; as printed the error of i1 stands still.
 /// ```
@@ -182,8 +191,9 @@ pub fn kkl_pebo_immersed<T: RealField + Copy>(
     Ok(ImmersionInvarianceObserver::new(converter, CukKklPebImmersion { converter, alpha, gamma, embedding }))
 }
 
-/// The high-gain observer with time-varying error dynamics: `xi1' = (w xi2 + u y2)/C2 + (a1/r1) e1`, `xi2' = (E - w y1)/L1 + (a2/r1^2) e1`,
-/// `xi3' = -(xi4 + u y1)/L3 + (a3/r1) e2`, `xi4' = (y2 - G xi4)/C4 - (a4/r1^2) e2`, `xhat = (xi2, xi4)`, `e = (y1 - xi1, y2 - xi3)`.
+/// The high-gain observer with time-varying error dynamics: `xi1' = (w xi2 + u y2)/C2 + (a1/r1) e1`,
+/// `xi2' = (E - w y1)/L1 + (a2/r1^2) e1`, `xi3' = -(xi4 + u y1)/L3 + (a3/r1) e2`,
+/// `xi4' = (y2 - G xi4)/C4 - (a4/r1^2) e2`, `xhat = (xi2, xi4)`, `e = (y1 - xi1, y2 - xi3)`.
 ///
 /// # Errors
 /// As [`kklo`], and [`ObserverError::NotPositive`] for the tuning.
@@ -194,8 +204,8 @@ pub fn high_gain_time_varying<T: RealField + Copy>(
     high_gain_of(converter, Form::TimeVarying, tuning.coefficients, tuning.r1)
 }
 
-/// The high-gain observer with linear time-invariant error dynamics, which differentiates: `xi1' = xi2 + (a1/r2) e1`, `xi2' = (a2/r2^2) e1`, the same for xi3
-/// and xi4, `xhat = ((C2 xi2 - u y2)/w, -L3 xi4 - u y1)`.
+/// The high-gain observer with linear time-invariant error dynamics, which differentiates: `xi1' = xi2 + (a1/r2) e1`,
+/// `xi2' = (a2/r2^2) e1`, the same for xi3 and xi4, `xhat = ((C2 xi2 - u y2)/w, -L3 xi4 - u y1)`.
 ///
 /// # Errors
 /// As [`high_gain_time_varying`].
@@ -206,8 +216,9 @@ pub fn high_gain_differentiator<T: RealField + Copy>(
     high_gain_of(converter, Form::Differentiator, tuning.coefficients, tuning.r2)
 }
 
-/// The exact high-gain observer: that of [`high_gain_time_varying`] with the corrections shaped so that r2 alone sets the poles of the first chain:
-/// `xi2' = (E - w y1)/L1 + (C2/w) (a2/r2^2) e1`, `xi4' = (y2 - G xi4)/C4 - L3 (a4/r2^2) e2`. Not in the paper.
+/// The exact high-gain observer: that of [`high_gain_time_varying`] with the corrections shaped so that r2 alone sets
+/// the poles of the first chain: `xi2' = (E - w y1)/L1 + (C2/w) (a2/r2^2) e1`,
+/// `xi4' = (y2 - G xi4)/C4 - L3 (a4/r2^2) e2`. Not in the paper.
 ///
 /// # Errors
 /// As [`high_gain_time_varying`].
@@ -238,8 +249,8 @@ fn high_gain_of<T: RealField + Copy>(
     HighGainObserver::<_, T, U4>::new(CukHighGain { converter, form }, Vector4::from(coefficients), r)
 }
 
-/// The rates of the plant's states, as far as they are needed, with what is known beside the unknown i1 and v4. This is where the converter's equations stand
-/// for all of its observers.
+/// The rates of the plant's states, as far as they are needed, with what is known beside the unknown i1 and v4. This is
+/// where the converter's equations stand for all of its observers.
 #[derive(Clone, Copy, Debug)]
 struct Equations<T> {
     l1: T,

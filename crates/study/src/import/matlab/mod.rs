@@ -1,7 +1,8 @@
 //! MATLAB's files of version 5, which `save` writes with `-v6` and (compressed) `-v7`.
 //!
-//! A header of 128 bytes, then elements: a tag (type, length) and data, padded to 8 bytes. A variable is an element of the type `miMATRIX`, or one compressed by zlib. Numbers are stored in the smallest type
-//! that holds them, whatever the class of the matrix; files of big-endian machines have every number reversed.
+//! A header of 128 bytes, then elements: a tag (type, length) and data, padded to 8 bytes. A variable is an element of
+//! the type `miMATRIX`, or one compressed by zlib. Numbers are stored in the smallest type that holds them, whatever
+//! the class of the matrix; files of big-endian machines have every number reversed.
 //!
 //! Source: MathWorks, MAT-File Format (MATLAB documentation), chapter 1.
 

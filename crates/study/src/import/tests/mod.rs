@@ -235,7 +235,8 @@ fn valid() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Bytes changed, cut out, repeated: an answer or an error, and never a panic. What is an answer is a plant: finite, with shapes that fit.
+    /// Bytes changed, cut out, repeated: an answer or an error, and never a panic. What is an answer is a plant:
+    /// finite, with shapes that fit.
     #[test]
     fn damaged_files_do_not_panic(
         file in valid(),
