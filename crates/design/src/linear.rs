@@ -36,13 +36,13 @@ impl Default for LyapunovWeight {
 }
 
 impl LyapunovWeight {
-    fn matrix(&self, n: usize) -> Result<DMatrix<f64>, DesignError> {
+    fn matrix(self, n: usize) -> Result<DMatrix<f64>, DesignError> {
         match self {
             Self::Identity(rho) => {
-                check::positive("rho, the factor of the identity in LyapunovWeight::Identity,", *rho)?;
-                Ok(DMatrix::identity(n, n) * *rho)
+                check::positive("rho, the factor of the identity in LyapunovWeight::Identity,", rho)?;
+                Ok(DMatrix::identity(n, n) * rho)
             }
-            Self::Matrix(q) => check::positive_definite("Q", q, n),
+            Self::Matrix(q) => check::positive_definite("Q", &q, n),
             Self::InverseCovariance => Err(DesignError::NoCovariance),
         }
     }
@@ -112,7 +112,7 @@ impl LinearDesign {
             return Err(DesignError::UnstablePole { pole });
         }
         let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
-        Self::with_equation(plant, l, Origin::Gain, &LyapunovWeight::default())
+        Self::with_equation(plant, l, Origin::Gain, LyapunovWeight::default())
     }
 
     /// The stationary Kalman filter: `L = Sigma C'V^-1` for process noise of intensity `w` and measurement noise of
@@ -129,7 +129,7 @@ impl LinearDesign {
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
         let v = check::positive_definite("V", v, plant.c.nrows())?;
         let Kalman { l, p, .. } = kalman_gain(&plant.a, &plant.c, &w, &v)?;
-        Self::with_equation(plant, l, Origin::Kalman(p), &LyapunovWeight::default())
+        Self::with_equation(plant, l, Origin::Kalman(p), LyapunovWeight::default())
     }
 
     /// A given gain `l`, n x p, with P from `F'P + P F + I = 0`.
@@ -139,7 +139,7 @@ impl LinearDesign {
     pub fn with_gain(plant: &StateSpace, l: DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(plant)?;
         check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
-        Self::with_equation(plant, l, Origin::Gain, &LyapunovWeight::default())
+        Self::with_equation(plant, l, Origin::Gain, LyapunovWeight::default())
     }
 
     /// L and P by linear matrix inequality: the largest margin of `A'P + P A - Y C - C'Y' < 0` over normalised (P, Y),
@@ -185,7 +185,7 @@ impl LinearDesign {
     /// is not symmetric and positive definite.
     pub fn lyapunov_weight(self, weight: LyapunovWeight) -> Result<Self, DesignError> {
         let plant = StateSpace::new(self.observer.a.clone(), self.observer.b.clone(), self.observer.c.clone())?;
-        Self::with_equation(&plant, self.observer.l.clone(), self.origin.clone(), &weight)
+        Self::with_equation(&plant, self.observer.l.clone(), self.origin, weight)
     }
 
     /// P by the Lyapunov equation of the weight, or from the covariance.
@@ -193,7 +193,7 @@ impl LinearDesign {
         plant: &StateSpace,
         l: DMatrix<f64>,
         origin: Origin,
-        weight: &LyapunovWeight,
+        weight: LyapunovWeight,
     ) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
         let (poles, p, q) = match (&origin, weight) {
@@ -208,7 +208,7 @@ impl LinearDesign {
                 check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
                 (eigenvalues(&f)?, p, q)
             }
-            _ => {
+            (_, weight) => {
                 let closed = StableLoop::new("A - L C", (&plant.a, &l, &plant.c))?;
                 let q = weight.matrix(n)?;
                 (closed.poles.clone(), closed.lyapunov(&q)?, q)

@@ -629,7 +629,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/linear.rs",
         suites: &[DESIGNS, CUBIC],
         mutants: &[
-            mutant("(9): Q = I whatever rho", Dropped, "DMatrix::identity(n, n) * *rho", "DMatrix::identity(n, n)"),
+            mutant("(9): Q = I whatever rho", Dropped, "DMatrix::identity(n, n) * rho", "DMatrix::identity(n, n)"),
             mutant(
                 "information: P = Sigma",
                 WrongOperand,

@@ -412,7 +412,7 @@ fn the_stored_cubic_gain_is_proved_by_two_inequalities() {
         assert!(deployed.is_stable(), "{deployed:?}");
         match format {
             Format::Fixed { .. } => {
-                assert_eq!(deployed.running, Running::Unproved(NoErrorBallReason::RootInFixedPoint))
+                assert_eq!(deployed.running, Running::Unproved(NoErrorBallReason::RootInFixedPoint));
             }
             _ => assert!(deployed.ball().is_some(), "{deployed:?}"),
         }

@@ -82,8 +82,11 @@ impl fmt::Display for Answers {
     }
 }
 
-/// For each inequality, whether each solver comes to what is expected of it; and the answers of both in words.
-fn answers(problems: &[(Problem, bool)]) -> Result<(Vec<[Option<bool>; 2]>, String), CheckError> {
+/// Whether each solver comes to what is expected of an inequality; none where it is undecided.
+type Expected = [Option<bool>; 2];
+
+/// What the two solvers come to for each inequality, and their answers in words.
+fn answers(problems: &[(Problem, bool)]) -> Result<(Vec<Expected>, String), CheckError> {
     let mut truths = vec![[None; 2]; problems.len()];
     let mut said = vec![format!("{} inequalities, each solved twice. Seed {SEED}.", problems.len())];
     for (column, solver) in SOLVERS.into_iter().enumerate() {
@@ -123,7 +126,7 @@ fn by_both(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
 /// What is proved by one solver decides an inequality, unless the other contradicts it.
 fn by_either(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
     let (truths, said) = answers(problems)?;
-    let decided = |truths: &[Option<bool>; 2]| truths.iter().copied().flatten().reduce(|one, other| one && other);
+    let decided = |truths: &Expected| truths.iter().copied().flatten().reduce(|one, other| one && other);
     Ok(Outcome::new(Evidence::cases(truths.iter().map(decided))).note(format!(
         "{said} An answer that is proved decides; cubic.thm6 keeps the P of the observer and scales P1."
     )))
