@@ -31,9 +31,13 @@ enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Everything a change must pass: format, features of dependencies, clippy, tests, documentation, the observers
-    /// without an allocator, packages; licences and spelling where cargo-deny and typos are installed
-    Test,
+    /// The CI checks: format, features of dependencies, clippy, tests, documentation, the observers without an
+    /// allocator, packages; licences and spelling where cargo-deny and typos are installed
+    Test {
+        /// Seed of the random cases of the property tests
+        #[arg(long, default_value_t = 2019)]
+        seed: u64,
+    },
     /// Build the book of docs/ with mdbook: target/book/index.html
     Docs,
     /// Measure beside other tools (needs python3 and the network, for the other tools)
@@ -99,7 +103,7 @@ enum Subject {
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Reproduce { out } => reproduce(out.as_deref()),
-        Command::Test => test(),
+        Command::Test { seed } => test(seed),
         Command::Docs => docs(),
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
@@ -133,17 +137,20 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
     cargo(run).argument(&out).step("reproduce")
 }
 
-fn test() -> Result<(), Failure> {
+fn test(seed: u64) -> Result<(), Failure> {
+    let seed = &seed.to_string();
+    eprintln!("property tests: PROPTEST_RNG_SEED={seed}");
+    let tests = |arguments: &[&str]| cargo(arguments).variable("PROPTEST_RNG_SEED", seed);
     cargo(&["fmt", "--all", "--check"]).step("format")?;
     features::check()?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
     // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
     // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
-    cargo(&["test", "--workspace"]).step("tests")?;
-    cargo(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
+    tests(&["test", "--workspace"]).step("tests")?;
+    tests(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
     cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;
     let bare = ["test", "--package", "luenberger-observers", "--no-default-features", "--test", "it"];
-    cargo(&bare).step("observers without allocator and dual numbers")?;
+    tests(&bare).step("observers without allocator and dual numbers")?;
     // What is in the packages, not whether they compile: `cargo package --workspace` does both, in twice the time.
     let unpublished = ["luenberger-reproduce", "luenberger-tests", "xtask"].map(|name| format!("--exclude={name}"));
     let package = cargo(&["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"]);
