@@ -14,6 +14,12 @@ pub(crate) struct Ran {
 }
 
 impl Ran {
+    /// The error stream but for the estimate of a run's length, which a busy machine is given.
+    pub(crate) fn stderr_without_estimate(&self) -> &str {
+        let rest = self.stderr.split_once('\n').filter(|(first, _)| first.starts_with("this takes about "));
+        rest.map_or(&self.stderr, |(_, rest)| rest)
+    }
+
     /// The one JSON object on standard output.
     #[track_caller]
     pub(crate) fn json(&self) -> Value {
