@@ -30,7 +30,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     if let Some(report) = &results.observability {
         observability(&mut text, report);
     }
-    // Gains and proofs are printed by the commands that compute them.
+    // Gains and proofs are printed by `design`, `certify` and `run` only.
     let is_full = matches!(step, Step::Design | Step::Certify | Step::Run);
     if !is_full && !results.observers.is_empty() {
         text.push('\n');
@@ -87,7 +87,7 @@ fn observability(text: &mut String, report: &ObservabilityReport) {
         for line in nonlinear.words.lines() {
             text.extend(["  ", line, "\n"]);
         }
-        // Largest terms first.
+        // The eigenvalues are sorted, the largest first.
         if let Some(least) = nonlinear.gramian.last() {
             _ = writeln!(text, "  empirical Gramian: least eigenvalue {}", size(*least));
         }
