@@ -170,7 +170,7 @@ pub enum GainSpec {
     },
     /// A decay rate, by an LMI.
     DecayRate(f64),
-    /// The largest decay rate, by an LMI.
+    /// The gain with the largest margin of the LMI.
     Lmi,
     /// A given L, n x p.
     Given(DMatrix<f64>),
