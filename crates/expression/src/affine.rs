@@ -1,4 +1,4 @@
-//! Which expressions are affine in states and inputs, by their form.
+//! Expressions that are syntactically affine in states and inputs.
 
 use crate::function::{Binary, Unary};
 use crate::scope::Symbol;

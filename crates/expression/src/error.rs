@@ -1,4 +1,4 @@
-//! What can be wrong with the text of an expression, and where.
+//! Errors in the text of an expression, with positions.
 
 use core::fmt;
 use core::ops::Range;

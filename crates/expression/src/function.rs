@@ -1,7 +1,7 @@
-//! The functions of expressions: names, numbers of arguments, and what they compute over any scalar.
+//! The functions of expressions: names, numbers of arguments, and evaluation over any scalar.
 //!
-//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four are
-//! more than a call, each for the sake of derivatives:
+//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four have
+//! special cases, each for the sake of derivatives:
 //! - `x^n` at x = 0 with n > 1 is 0 with derivative 0, where `exp(n ln x)` has none;
 //! - `atan2(y, x)` near the axis x = 0 is `+-pi/2 - atan(x/y)`, whose derivative exists there;
 //! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity;

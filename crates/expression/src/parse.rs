@@ -1,6 +1,7 @@
-//! The grammar of expressions, as the head of the crate has it.
+//! Parser of expressions; the grammar is in the head of the crate.
 //!
-//! Binding powers go to the Pratt parser of `winnow`, whose state is the tree that grows and the depth that is left.
+//! Binding powers are passed to the Pratt parser of `winnow`; its state is the tree built so far and the remaining
+//! depth.
 
 use core::ops::Range;
 

@@ -1,10 +1,10 @@
-//! Plants from text: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
+//! Plants given by expressions: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
 //!
 //! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers
-//! run it, and the designs of `luenberger-design` that enclose Jacobians over a box take it as it is. Sizes are known
-//! at run time; [`Fixed`] has them in its type, for the designs that ask for it.
+//! run on it, and the designs of `luenberger-design` that enclose Jacobians over a box accept it. Sizes are known at
+//! run time; [`Fixed`] has them in its type, for the designs that require it.
 //!
-//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it:
+//! For expressions that are syntactically affine the matrices are available, so that linear designs apply:
 //! [`ExpressionPlant::affine`].
 
 use core::fmt;

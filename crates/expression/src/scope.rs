@@ -1,4 +1,4 @@
-//! The names that an expression may use.
+//! The names in scope of an expression.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The syntax tree of an expression, as a list in which operands stand before their operation, and its printed form.
+//! The syntax tree of an expression, stored as a list with operands before their operation, and its printed form.
 
 use core::ops::Range;
 

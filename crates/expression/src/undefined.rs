@@ -1,4 +1,4 @@
-//! Where an expression has no value or no derivative: which part of its text, and from which values.
+//! Diagnosis of expressions without a value or a derivative: the subexpression and its arguments.
 
 use core::fmt;
 

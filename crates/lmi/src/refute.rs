@@ -6,9 +6,9 @@
 //! Correction:
 //!
 //! 1. parts that are nearly zero are set to zero: blocks, rows, and directions in the kernel of a multiplier that are
-//! small rationals;
+//!    small rationals;
 //! 2. the equations, whose coefficients are exact dyadic numbers, are solved exactly for as many entries as there are
-//! independent equations; the other entries keep the solver's values ([`equations`](crate::equations));
+//!    independent equations; the other entries keep the solver's values ([`equations`](crate::equations));
 //! 3. the result is integer after scaling; that it is semidefinite is proved by exact elimination in
 //!    `luenberger-proof`.
 //!

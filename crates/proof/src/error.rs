@@ -1,8 +1,8 @@
-//! What makes a question to this crate meaningless, as distinct from undecided.
+//! Errors of invalid input, as distinct from undecided verdicts.
 
 use thiserror::Error;
 
-/// An input about which nothing can be said. Each variant names the quantity and carries its value.
+/// Invalid input. Each variant names the quantity and carries its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ProofError {

@@ -54,7 +54,7 @@ const KEPT: usize = 16;
 /// Relative gap and residuals below this are at the limit of the precision.
 const PRECISE: f64 = 1e-12;
 
-/// Below this gap, an iteration without progress ends the method; above, it continues.
+/// Below this gap the method stops after 3 iterations without progress, above it after 25.
 const FINE: f64 = 1e-8;
 
 /// Runs the method, with no iteration started after `end`. `None` for a program without unknowns or constraints, or if

@@ -1,4 +1,4 @@
-//! What can be wrong with a certificate file, with the line and the field.
+//! Errors of a certificate file, with the line and the field.
 
 use core::fmt;
 
@@ -182,7 +182,7 @@ pub enum Fault {
         /// How many are allowed.
         allowed: usize,
     },
-    /// A list of another length than another field asks for.
+    /// A list whose length does not match another field.
     #[error("has {found} elements, and should have {expected}")]
     Length {
         /// How many it should have.
@@ -233,14 +233,14 @@ pub enum Fault {
     },
 }
 
-/// Why a certificate that was read proves nothing, or not what it says.
+/// Why a certificate that was read is rejected.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Rejection {
     /// The text is no certificate.
     #[error("{0}")]
     File(#[from] FileError),
-    /// A design claims no theorem, so that there is nothing to write.
+    /// The design has no theorem, so there is nothing to write.
     #[error("no theorem is claimed")]
     Nothing,
     /// The content is not what was sealed.
@@ -248,12 +248,12 @@ pub enum Rejection {
     Digest {
         /// The line of the digest.
         line: usize,
-        /// What the file says.
+        /// The value in the file.
         found: String,
         /// What its content has.
         computed: String,
     },
-    /// The words say something else than the data.
+    /// The text does not match the data.
     #[error("line {line}, statement: the words do not say what the data say; they should be \"{derived}\"")]
     Words {
         /// The line of the statement.

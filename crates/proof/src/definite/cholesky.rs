@@ -1,6 +1,6 @@
-//! The quick yes: a floating-point Cholesky factorisation that runs to completion proves positive definiteness, once
-//! its rounding errors are paid for by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46,
-//! 2006; the bound below is derived here).
+//! Proof of positive definiteness by a floating-point Cholesky factorisation that runs to completion, with its rounding
+//! errors compensated by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46, 2006; the
+//! bound below is derived here).
 //!
 //! **Setting.** u = 2^-53, eta = 2^-1075 (half the smallest subnormal). For floats, `fl(x + y) = (x + y)/(1 + e)`,
 //! `fl(xy) = xy(1 + e) + f`, `fl(x/y) = (x/y)/(1 + e) + f`, `fl(sqrt x) = sqrt(x)/(1 + e)`, with |e| <= u and |f| <=
