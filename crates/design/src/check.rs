@@ -1,4 +1,4 @@
-//! Checks of what a user hands over, each with an error that names the matrix and the value.
+//! Checks of user-supplied data, each with an error that names the matrix and the value.
 
 use luenberger_linalg::{LinalgError, LyapunovEquation, detectability, eigenvalues, lambda_min, spectral_abscissa};
 use luenberger_plants::error::check_matrix;

@@ -1,4 +1,4 @@
-//! The conditions (11)-(13) of Theorem 1, as printed and as they work, for gains of any origin.
+//! The conditions (11)-(13) of Theorem 1, as printed and as corrected, for gains from any source.
 
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CubicTheorem1};

@@ -1,4 +1,4 @@
-//! The cubic observer (5): a certified linear observer and a gain N that never costs stability.
+//! The cubic observer (5): a certified linear observer and a gain N that preserves stability.
 //!
 //! `P N C + C'N'P <= 0` (13') holds iff `N = -P^-1 C'S` with `S + S' >= 0` (C of full row rank), and with (12) it gives
 //! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.

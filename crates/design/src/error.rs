@@ -1,5 +1,5 @@
-//! What can go wrong on the way from a plant to an observer. The families of designs that can fail in more ways have
-//! errors of their own, which take this one in: `LpvError`, `KklError`, `NumericalKklError`.
+//! Errors of a design. Families of designs with further errors have their own types, which include this one:
+//! `LpvError`, `KklError`, `NumericalKklError`.
 
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};

@@ -1,4 +1,4 @@
-//! The gain by linear matrix inequality: one L and one P for one or several state matrices.
+//! Gain by linear matrix inequality: one L and one P for one or several state matrices.
 //!
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver
 //! normalises them together.

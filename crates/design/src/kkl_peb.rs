@@ -1,20 +1,19 @@
-//! Proposition 7 as a constructor: from the pieces of a plant to its [KKL+PEB] observer, with what could be checked of
-//! the hypotheses.
+//! Proposition 7 as a constructor: from the parts of a plant to its [KKL+PEB] observer, with the hypotheses checked as
+//! far as possible.
 //!
 //! ```text
 //! x1' = f1(x1, x2, x3, u) + S(x, u),  row k of S is b(x1, x2, x3, u)' x4       y = x1
 //! x2' = A2 x2 + f2(x1, u),  x3' = A3 x3 + f3(x1, x2, u),  x4' = f4(x1, x2, x3, u)                     (40), (41)
 //! ```
 //!
-//! The proposition assumes three things. That the plant is of this form: the pieces are compared with the plant at
-//! every sample of a run. That A2 and A3 are Hurwitz: proved. That the input keeps the trajectories bounded and b
-//! exciting,
+//! The proposition has three hypotheses. The plant has this form: the parts are compared with the plant at every sample
+//! of a run. A2 and A3 are Hurwitz: proved. The input keeps the trajectories bounded and b persistently exciting,
 //! ```text
 //!     int_t^(t+T) b b' ds >= delta I      for all t >= 0,                                             (42)
 //! ```
-//! which is a property of a trajectory: it is measured along that run. The run is data and not simulated here: which
-//! input excites, and whether it is a feedback of the estimates, a program or a recording, is for `luenberger-sim` or a
-//! test bench to say.
+//! which is a property of a trajectory: it is measured along that run. The run is given as data, not simulated here;
+//! the exciting input (state feedback, a function of time or a recording) is chosen in `luenberger-sim` or on a test
+//! bench.
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
 

@@ -1,7 +1,8 @@
-//! The linear observer (2): a gain L by poles, noise, LMI or given, with the Lyapunov matrix that certifies it.
+//! The linear observer (2): a gain L by pole placement, noise intensities, LMI or given, with the Lyapunov matrix that
+//! certifies it.
 //!
-//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever
-//! is built on top (the cubic term, robust margins, feedback) does not care where L came from.
+//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that later
+//! designs (the cubic term, robustness margins, feedback) do not depend on how L was computed.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::Settings;

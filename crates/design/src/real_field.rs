@@ -1,4 +1,5 @@
-//! From a few operations to a scalar of nalgebra's, for the types over which a plant is evaluated instead of numbers.
+//! Implements nalgebra's scalar traits from a few operations, for types over which a plant is evaluated instead of
+//! numbers.
 //!
 //! A plant is written once for every [`RealField`](nalgebra::RealField). To be one, a type has to be some twenty traits
 //! of four crates, most of them the same lines whatever the type: `modulus` is `abs`, `log10 x` is `ln x/ln 10`, a

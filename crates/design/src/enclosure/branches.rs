@@ -1,4 +1,4 @@
-//! How far apart the branches of a right-hand side can be where they meet.
+//! Bounds of the jump between two branches of a right-hand side.
 //!
 //! Let `f_i` and `f_j` be the formulas of two ways through the comparisons that a part X of the box leaves open, c the
 //! middle of X. By the mean value theorem, over all coordinates (states, inputs and time),

@@ -1,4 +1,4 @@
-//! Why there is no enclosure.
+//! Errors of an enclosure.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! The box in which the plant's state and its estimate live, with the boxes of inputs and times.
+//! The box of the plant's state and its estimate, with the intervals of inputs and times.
 
 use core::fmt;
 

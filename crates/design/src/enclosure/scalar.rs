@@ -1,8 +1,8 @@
 //! The scalar over which a plant is evaluated on a box: an interval, and the interval of its derivative along a
 //! direction.
 //!
-//! It is a [`RealField`](nalgebra::RealField), so that a plant written once for every scalar is a plant over it. Three
-//! things differ from a number:
+//! It is a [`RealField`](nalgebra::RealField), so that a generic plant can be evaluated over it. Three things differ
+//! from a number:
 //! - A comparison of overlapping intervals has no answer; see [`paths`](super::paths) for what happens then. The
 //!   absolute value, maximum and minimum need no comparison: their derivative is between those of the two sides.
 //! - An operation that is not defined on the whole interval (`ln` at 0, division across 0), or jumps there (`floor`,

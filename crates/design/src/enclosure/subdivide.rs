@@ -1,4 +1,4 @@
-//! Bisection of the box: first until every part has a finite enclosure, then where the extremes of an entry are.
+//! Bisection of the box: first until every part has a finite enclosure, then where an entry attains its extremes.
 
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix};

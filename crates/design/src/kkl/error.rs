@@ -1,4 +1,4 @@
-//! Why a candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
+//! Errors of the checks of a KKL or [KKL+PEB] candidate.
 
 use luenberger_linalg::LinalgError;
 use luenberger_observers::ObserverError;

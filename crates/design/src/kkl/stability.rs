@@ -1,6 +1,6 @@
-//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over
-//! the box. That is a statement about `e' = Lambda e`, which is the error of the observer where B reads no xi; else see
-//! [`coupling`](super::coupling).
+//! Stability of the part of Lambda that must be stable: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over
+//! the box. This is a statement about `e' = Lambda e`, which is the error of the observer if B does not depend on xi;
+//! otherwise see [`coupling`](super::coupling).
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, symmetric_part};
 use luenberger_proof::certificate::{Certificate, Certified, HurwitzStability};

@@ -1,4 +1,4 @@
-//! What refutes a candidate, or stands in the way of a proof: points, pairs of states, entries of B and xi.
+//! Witnesses of a failed check: points, pairs of states, entries of B and xi.
 
 use core::fmt;
 

@@ -1,4 +1,4 @@
-//! What is known of a nonlinearity: where it acts, what it depends on, and the sector of its increments.
+//! Description of a nonlinearity: where it acts, its argument, and the sector of its increments.
 
 use luenberger_proof::ProofError;
 use luenberger_proof::statement::SectorTerm;

@@ -1,4 +1,4 @@
-//! Why there is no common gain, or no polytope.
+//! Errors of the LPV design: no common gain, or no polytope.
 
 use core::fmt;
 

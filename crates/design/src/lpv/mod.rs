@@ -12,13 +12,13 @@
 //!     |x(t) - xhat(t)| <= sqrt(cond P) |x(0) - xhat(0)| exp(-rate t).                            (2)
 //! ```
 //! With `Y = P L` (1) is linear in (P, Y) also where the outputs are nonlinear. The enclosure is outward rounded and
-//! (1) is decided by `luenberger-proof` for boxes around the vertices, so that a proved certificate covers every point
-//! of the box and not only samples of it.
+//! (1) is verified by `luenberger-proof` for boxes around the vertices, so that a certificate covers every point of the
+//! box and not only samples.
 //!
-//! The hull forgets that entries of a Jacobian vary together; a refutation is one of the method and not of observers in
-//! general. Where (1) is infeasible the error says what stands in the way, with a witness: a direction that no output
-//! sees at some point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each
-//! other (multipliers). Without a witness it is undecided.
+//! The hull neglects correlations between the entries of a Jacobian; a refutation concerns the method, not observers in
+//! general. Where (1) is infeasible the error names the obstacle, with a witness: an unobservable direction at some
+//! point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each other
+//! (multipliers). Without a witness it is undecided.
 //!
 //! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to
 //! H-infinity performance analysis, Systems and Control Letters 57, 2008 (the mean value theorem and the polytope); S.

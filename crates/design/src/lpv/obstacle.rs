@@ -1,4 +1,4 @@
-//! Why there is no common gain: a direction that no output sees, or vertices that exclude each other.
+//! Reasons why there is no common gain: an unobservable direction, or vertices that exclude each other.
 
 use luenberger_linalg::{detectability, observability};
 use luenberger_lmi::{Infeasibility, Problem, Settings};

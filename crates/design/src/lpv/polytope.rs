@@ -1,4 +1,5 @@
-//! The polytope of an enclosure: finitely many pairs `(A_k, C_k)` whose convex hull holds every pair of mean Jacobians.
+//! The polytope of an enclosure: finitely many pairs `(A_k, C_k)` whose convex hull contains every pair of mean
+//! Jacobians.
 
 use core::fmt;
 

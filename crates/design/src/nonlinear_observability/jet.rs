@@ -1,5 +1,5 @@
-//! A truncated power series in time whose coefficients carry a derivative: the scalar over which a plant differentiates
-//! its own output.
+//! A truncated power series in time whose coefficients are dual numbers: the scalar over which the output of a plant is
+//! differentiated.
 //!
 //! `x(t + s) = x_0 + x_1 s + .. + x_K s^K`, `K` = [`HIGHEST_ORDER`], each `x_k` a dual number `x_k + d_k eps`,
 //! `eps^2 = 0`. Sums, products and quotients are those of truncated series; an elementary function `g(x)` follows from

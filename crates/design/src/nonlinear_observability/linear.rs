@@ -1,4 +1,4 @@
-//! What the outputs of a linear plant see, in words: every mode with its margin, and the directions that are hidden.
+//! Observability of a linear plant as text: every mode with its margin, and the unobservable directions.
 
 use core::fmt;
 

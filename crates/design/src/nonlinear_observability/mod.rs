@@ -11,20 +11,20 @@
 //! ```
 //! has rank n, then no other state near x gives the same output with this input: the plant is locally observable there.
 //! For a linear plant `k! y_k = C A^k x + ..` and O is the observability matrix, so that K = n - 1 decides. For a
-//! nonlinear plant a deficient rank *at a point* decides nothing: a higher order may see (`x1' = x2^3`, `y = x1` at
-//! `x2 = 0` needs three derivatives), or none (`y = x^3` at 0 is injective all the same). The lowest order at which the
-//! rank is full is the observability index of the point.
+//! nonlinear plant a rank deficiency *at a point* is inconclusive: a higher order may have full rank (`x1' = x2^3`, `y
+//! = x1` at `x2 = 0` needs three derivatives), or none may have (`y = x^3` at 0 is injective all the same). The lowest
+//! order at which the rank is full is the observability index of the point.
 //!
 //! # The input
-//! It is part of the question. [`Instant::new`] holds no input; [`Instant::constant_input`] takes u as constant, so
-//! that the plant may seem less observable than with one that moves; [`Instant::input_series`] takes the Taylor
-//! coefficients of a given u(t). Time in f and h is differentiated too.
+//! Observability depends on the input. [`Instant::new`] holds no input; [`Instant::constant_input`] takes u as
+//! constant, so that the plant may appear less observable than with a varying input; [`Instant::input_series`] takes
+//! the Taylor coefficients of a given u(t). Time in f and h is differentiated too.
 //!
 //! # Units
-//! Singular values are those of `O` in units chosen once for the whole trajectory: states in multiples of their scales
+//! Singular values are those of `O` after a scaling fixed for the whole trajectory: states in multiples of their scales
 //! (given, or the largest magnitude along the trajectory), outputs and time such that no derivative of an output is
-//! larger than the output itself. So neither a rank nor a margin changes when a unit does, and a margin of 1e-3 at one
-//! point means a thousandth of what is seen at the best.
+//! larger than the output itself. So neither ranks nor margins depend on units, and a margin of 1e-3 at one point means
+//! one thousandth of the best observability.
 //!
 //! # Exactness
 //! Derivatives are those of a truncated series over dual numbers ([`Jet`]): exact to rounding. Rank decisions are

@@ -1,4 +1,4 @@
-//! Directions of the state space in words.
+//! Directions of the state space as text.
 
 use crate::names::state;
 

@@ -1,4 +1,4 @@
-//! What can stand between a plant and its numerical KKL observer.
+//! Errors of the numerical KKL design.
 
 use luenberger_linalg::LinalgError;
 use luenberger_observers::ObserverError;

@@ -1,8 +1,8 @@
-//! Whether y tells the states of the box apart: numbers for the injectivity of T.
+//! Quantitative injectivity of T on the box: whether y distinguishes the states.
 //!
-//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: what noise in z
-//! costs in x is at most one over the former, and locally one over the latter. A singular value of zero is no proof
-//! against injectivity (x^3 is injective); two states with one image are, and they are searched: from the worst distant
+//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: noise in z is
+//! amplified in x by at most the reciprocal of the former, and locally of the latter. A singular value of zero does not
+//! disprove injectivity (x^3 is injective); two states with one image do, and they are searched: from the worst distant
 //! pairs, `T(x'') = T(x)` is solved for x'' beginning at x', first on the spline, then by Gauss-Newton steps on T
 //! itself.
 

@@ -14,13 +14,13 @@
 //! | `extrapolation` | the integrator of the many short trajectories |
 //! | `transform` | T and DT by simulation |
 //! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
-//! | `injectivity` | whether y tells the states apart |
-//! | `progress` | how far a design has come, and whether it is to go on |
-//! | `report` | errors where nothing was fitted, and costs |
+//! | `injectivity` | injectivity of T |
+//! | `progress` | progress of a design, and its cancellation |
+//! | `report` | errors at validation points, and costs |
 //!
-//! The plant has no input, or a constant one, which T then belongs to.
+//! The plant has no input, or a constant one; T is then specific to that input.
 //!
-//! What is proved: nothing. Every number in [`Report`] is measured, at points that the fit has not seen.
+//! There is no proof: every number in [`Report`] is measured, at validation points not used in the fit.
 
 mod domain;
 mod error;

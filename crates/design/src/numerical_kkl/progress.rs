@@ -1,4 +1,4 @@
-//! How far a design has come, and whether it is to go on.
+//! Progress of a design, and its cancellation.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! What the observer is worth: errors where nothing was fitted.
+//! Accuracy of the observer: errors at validation points.
 
 use std::fmt;
 

@@ -1,13 +1,13 @@
-//! Certificates for a cubic gain that came without a P, and the margin with N fixed and P free.
+//! Certificates for a given cubic gain without P, and the margin with N fixed and P free.
 //!
 //! `sup eps : P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0`, `F = A - L C`, a generalised eigenvalue
 //! problem. The equation is solved away: for C N invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0`
 //! (T of n - p rows) and `S = -G C N`, G and Y symmetric. What is left is linear in G and Y.
 //!
-//! F and C N are multiplied out exactly where it matters; T is exact for one output and for as many as states, and
-//! rounded in between. The answer carries what is then proved for A, L, C and N as stored; that there is no P is said
-//! only where all numbers of the inequality are exact and its multipliers are verified, or where exact arithmetic finds
-//! an unstable eigenvalue of C N.
+//! F and C N are computed exactly where needed; T is exact for one output and for as many outputs as states, and
+//! rounded in between. The result carries the properties that are then proved for A, L, C and N as stored;
+//! non-existence of P is claimed only if all numbers of the inequality are exact and its multipliers are verified, or
+//! if exact arithmetic finds an unstable eigenvalue of C N.
 
 use luenberger_linalg::{spectral_abscissa, symmetric_part};
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
