@@ -1,5 +1,5 @@
-//! Whether `--package X` builds its dependencies as `--workspace` does, so that nothing is compiled a second time: see
-//! `tests/features/Cargo.toml`.
+//! Checks that `--package X` builds its dependencies with the same features as `--workspace`, so that nothing is
+//! compiled twice: see `tests/features/Cargo.toml`.
 
 use std::collections::{BTreeMap, BTreeSet};
 

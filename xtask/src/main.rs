@@ -2,8 +2,7 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`,
 //! `cargo xtask stress theorems`, `cargo xtask mutate`.
 //!
-//! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row
-//! with its exit code.
+//! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
 mod features;

@@ -23,7 +23,7 @@ pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Resul
     Ok(luenberger_linalg::symmetric(what, m)?)
 }
 
-/// The same matrix with the sizes that a plant's type fixes, `expected` being what the plant says of them.
+/// The same matrix with the sizes that a plant's type fixes; `expected` are the sizes the plant declares.
 pub(crate) fn sized<R: Dim, C: Dim>(
     what: &'static str,
     m: &DMatrix<f64>,

@@ -11,7 +11,7 @@ use crate::error::DesignError;
 
 certified!(Theorem1);
 
-/// What is known of each condition of Theorem 1, for the numbers exactly as given.
+/// Verdict on each condition of Theorem 1, exactly for the given numbers.
 ///
 /// (11), that the origin is the only equilibrium, follows from (12) and (13').
 #[readonly::make]

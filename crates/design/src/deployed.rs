@@ -25,7 +25,7 @@ pub struct DeployedLinear {
     pub p: DMatrix<f64>,
     /// The numbers stored, the verdicts, and the ball of the running error.
     pub deployed: Deployed,
-    /// What is proved of it: of the stored numbers, and of the ball of the running error where there is one.
+    /// The certificate: of the stored numbers, and of the ball of the running error if there is one.
     pub certificate: Certificate,
 }
 

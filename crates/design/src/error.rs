@@ -51,7 +51,7 @@ pub enum DesignError {
         /// Its largest value.
         most: f64,
     },
-    /// A pole asked for an observer that would not converge.
+    /// A specified pole for which the observer would not converge.
     #[error("the observer pole {pole} is not in the open left half plane")]
     UnstablePole {
         /// The pole.
@@ -71,7 +71,7 @@ pub enum DesignError {
         /// Smallest singular value of C with its rows scaled to length one.
         sigma_min: f64,
     },
-    /// A method for one output was asked for a plant with several.
+    /// A method for one output was called for a plant with several.
     #[error("{what} needs a plant with one output; this one has {outputs}")]
     SeveralOutputs {
         /// The method.
@@ -166,11 +166,11 @@ pub enum DesignError {
     Undecided {
         /// The inequality.
         what: &'static str,
-        /// What stood in the way.
+        /// The reason.
         why: UndecidedReason,
-        /// The best margin seen.
+        /// The best margin found.
         best: f64,
-        /// A mode that to working precision no output sees, which may be what stands in the way.
+        /// A mode that is unobservable to working precision, a possible reason.
         seen: Option<Box<NearlyHidden>>,
     },
     /// Multipliers refute the inequality with intermediate results as rounded, which says nothing of it with the
@@ -179,7 +179,7 @@ pub enum DesignError {
     RefutedAsRounded {
         /// The inequality.
         what: &'static str,
-        /// What was rounded.
+        /// The rounded quantity.
         rounded: &'static str,
         /// The multipliers, verified for the rounded numbers.
         witness: Infeasibility,
@@ -216,7 +216,7 @@ impl core::fmt::Display for NearlyHidden {
 }
 
 impl DesignError {
-    /// The same, undecided with what was seen.
+    /// The same, undecided, with the best margin found.
     pub(crate) fn with_seen(self, nearly: Option<NearlyHidden>) -> Self {
         match self {
             Self::Undecided { what, why, best, seen: None } => {
@@ -264,7 +264,7 @@ impl From<luenberger_proof::certificate::Rejection> for DesignError {
     }
 }
 
-/// What makes an inequality infeasible.
+/// Why an inequality is infeasible.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InfeasibilityReason {

@@ -26,7 +26,7 @@ pub struct FeedbackDesign {
     pub poles: Vec<Complex<f64>>,
     /// `P1 > 0` of (25).
     pub p1: DMatrix<f64>,
-    /// What is proved of the loop: the facts of the observer with its gains as stored, and (25).
+    /// The certificate of the loop: the conditions of the observer with its gains as stored, and (25).
     pub certificate: Certificate,
 }
 

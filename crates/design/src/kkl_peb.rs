@@ -69,12 +69,12 @@ impl SampledRun {
     }
 }
 
-/// What is asked of the run.
+/// Requirements on the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excite {
     /// T of (42), in the units of the run's times.
     pub window: f64,
-    /// delta of (42) that is needed; 0 asks for more than the rounding error.
+    /// The required delta of (42); 0 requires only more than the rounding error.
     pub needed: f64,
     /// How large |x_i| may become; infinite where there is no such number.
     pub bound: f64,
@@ -108,7 +108,7 @@ pub struct Excitation {
     pub windows: usize,
 }
 
-/// What was checked of Proposition 7's hypotheses, and what was not.
+/// The checked and the unchecked hypotheses of Proposition 7.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklPebReport {
     /// A2 and A3 by name, each proved Hurwitz; those that have states.
@@ -130,7 +130,7 @@ pub struct KklPebReport {
 }
 
 impl KklPebReport {
-    /// What Proposition 7 assumes and nothing here has looked at.
+    /// The hypotheses of Proposition 7 that are not checked here.
     pub const NOT_CHECKED: [&'static str; 3] = [
         "boundedness and (42) after the run, for other inputs and from other states",
         "the Lipschitz constants of f1, f3, f4 and b in x2 and x3 on the set where the run lives",
@@ -165,7 +165,7 @@ impl fmt::Display for KklPebReport {
 pub struct KklPebDesign<O> {
     /// The observer, ready to run.
     pub observer: O,
-    /// What was checked.
+    /// The checked hypotheses.
     pub report: KklPebReport,
 }
 
@@ -280,7 +280,7 @@ impl<O> KklPebDesign<O> {
     }
 }
 
-/// What can be said of the hypotheses.
+/// Verdicts on the hypotheses.
 fn examine<S, C>(plant: &S, cascade: &C, run: &SampledRun, excite: &Excite) -> Result<KklPebReport, KklError>
 where
     S: Plant<f64>,

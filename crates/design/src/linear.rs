@@ -66,7 +66,7 @@ pub struct LinearDesign {
     /// The decay rate that the certificate states, 0 unless [`LinearDesign::with_decay_rate`] or an
     /// inequality with a rate asked for one.
     pub rate: f64,
-    /// What is proved of it.
+    /// The certificate.
     pub certificate: Certificate,
     origin: Origin,
 }
@@ -124,7 +124,7 @@ impl LinearDesign {
     /// [`LyapunovWeight::InverseCovariance`] it is the inverse of the covariance Sigma.
     ///
     /// # Errors
-    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or what is wrong with `w` and `v`.
+    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
     pub fn kalman(plant: &StateSpace, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;

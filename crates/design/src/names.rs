@@ -32,7 +32,7 @@ impl Drop for Restore {
 }
 
 impl Names {
-    /// What `f` makes, with these names in all sentences of this crate that it forms.
+    /// The result of `f`, with these names in all messages of this crate that it creates.
     ///
     /// ```
     /// use luenberger_design::{Names, Region};

@@ -40,7 +40,7 @@ pub(crate) trait Real:
     /// A number that is x up to its rounding.
     fn about(x: f64) -> Self;
 
-    /// The constant of mathematics that x is the rounding of; asked for twice it is the same number.
+    /// The mathematical constant that x is the rounding of; repeated calls give the same number.
     fn mathematical(x: f64) -> Self {
         Self::about(x)
     }
@@ -65,7 +65,7 @@ pub(crate) trait Real:
         true
     }
 
-    /// A function that is constant between its jumps: `floor`, `signum` and their kin.
+    /// A piecewise constant function: `floor`, `signum` and similar.
     fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self;
 
     fn fract(self) -> Self {

@@ -36,7 +36,7 @@ pub struct SampledCubicDesign {
     pub p: DMatrix<f64>,
     /// S of `N = -P^-1 C'S`.
     pub s: DMatrix<f64>,
-    /// What is proved of it.
+    /// The certificate.
     pub certificate: Certificate,
 }
 

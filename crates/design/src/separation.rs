@@ -20,7 +20,7 @@ const STEPS: usize = 12;
 pub(crate) struct Ratios {
     /// The smallest, and the pair that has it.
     pub(crate) smallest: (f64, usize, usize),
-    /// The largest: the map's Lipschitz constant, as far as the points see.
+    /// The largest ratio: an estimate of the map's Lipschitz constant from the points.
     pub(crate) largest: f64,
     /// The distant pairs with the smallest ratios, smallest first: at most [`SUSPECTS`].
     pub(crate) suspects: Vec<(f64, usize, usize)>,

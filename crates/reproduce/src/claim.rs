@@ -1,13 +1,13 @@
-//! A claim of a paper: a row of data that says what is printed and where, and a function that computes.
+//! A claim of a paper: a row of data with the printed value and its place, and a function that computes.
 //!
 //! The verdict is never part of the row. It follows from `printed`, `tolerance` and what `check` returns, by the rules
 //! of [`crate::evidence`].
 //!
 //! # Adding a claim
 //! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`.
-//! The row says of which [`Class`] the claim is. A claim of the paper that comes out refuted must quote the paper's
-//! sentence and say how it is read ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as
-//! evaluated ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
+//! The row has the [`Class`] of the claim. A claim of the paper that is refuted must quote the paper's sentence and its
+//! interpretation ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as evaluated
+//! ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
 //! ```
 //! use luenberger_reproduce::{Claim, Class, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
 //!

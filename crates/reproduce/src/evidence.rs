@@ -1,4 +1,4 @@
-//! From evidence to verdict: the only place where a verdict is made.
+//! Rules from evidence to verdict; verdicts are computed only here.
 //!
 //! | evidence | reproduced | refuted | underspecified |
 //! |---|---|---|---|
@@ -9,8 +9,8 @@
 //! | [`Evidence::Counterexamples`] | never (where truth is printed) | one is valid: violated, and every hypothesis holds there | none is |
 //! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
 //!
-//! A statement says nothing where its hypotheses do not hold: other evidence too is underspecified where a hypothesis
-//! named with it fails or stays undecided.
+//! A statement is void where its hypotheses do not hold: evidence is underspecified if a hypothesis named with it fails
+//! or is undecided.
 
 use crate::value::{Printed, PrintedError, Value, short};
 use luenberger_proof::Verdict as ProofVerdict;

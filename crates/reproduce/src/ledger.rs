@@ -1,4 +1,4 @@
-//! Runs the claims and figures of the papers and writes what came of them.
+//! Runs the claims and figures of the papers and writes the results.
 
 use crate::claim::{CheckError, Class, Record};
 use crate::context::Context;

@@ -1,4 +1,4 @@
-//! Reproduces the papers: `luenberger-reproduce [OPTIONS] [OUT]`, with `target/reproduce` for `OUT` if it is not given.
+//! Reproduces the papers: `luenberger-reproduce [OPTIONS] [OUT]`, with default `target/reproduce` for `OUT`.
 
 use clap::Parser;
 use luenberger_reproduce::terminal::{self, Filter};

@@ -1,4 +1,4 @@
-//! A paper: its claims, the figures drawn for it, and what was found wrong with it.
+//! A paper: its claims, figures and errata.
 //!
 //! # Adding a figure
 //! ```

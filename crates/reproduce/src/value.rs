@@ -1,8 +1,7 @@
-//! What a paper prints and what a computation gives, as numbers, vectors, matrices or truth values.
+//! Printed and computed values: numbers, vectors, matrices or truth values.
 //!
-//! A paper prints decimals, and a decimal says how exact it is: `1.18` stands for anything in `[1.175, 1.185]`. So a
-//! printed number is kept as the text that stands in the paper, and half a unit of its last digit is read off that
-//! text.
+//! A printed decimal implies its accuracy: `1.18` stands for any number in `[1.175, 1.185]`. A printed number is
+//! therefore kept as its text, from which half a unit of its last digit is derived.
 
 use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};

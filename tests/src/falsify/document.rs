@@ -1,5 +1,5 @@
-//! A certificate as the JSON document that it is, read here without `luenberger-proof`: hexadecimal floats, integers,
-//! fractions, and bounds of which a number between is drawn.
+//! A certificate as a JSON document, read without `luenberger-proof`: hexadecimal floats, integers, fractions, and
+//! intervals, from which a number is sampled.
 
 use dashu_int::{IBig, UBig};
 use serde_json::Value;

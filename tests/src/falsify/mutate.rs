@@ -1,5 +1,4 @@
-//! Changes of a certificate that mean something: of its numbers, matrices, lists, dimensions and words, wherever they
-//! stand.
+//! Meaningful changes of a certificate: of its numbers, matrices, lists, dimensions and text, in any place.
 
 use serde_json::Value;
 

@@ -1,5 +1,5 @@
-//! The theorems of the cubic observer as properties over random systems, in the form in which they are true, and the
-//! false forms by their counterexamples. Statements and proofs: docs/theory-cubic.md.
+//! The theorems of the cubic observer as properties of random systems, in their corrected form, and counterexamples to
+//! the false forms. Statements and proofs: docs/theory-cubic.md.
 
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_lyapunov_margin, theorem5_bound};
 use luenberger_design::{

@@ -1,8 +1,8 @@
-//! The mean-value-theorem observer: the identities that hold, the repair as a theorem, and the paper's Theorem 1 by its
-//! counterexamples.
+//! The mean-value-theorem observer: valid identities, the corrected theorem, and counterexamples to the paper's Theorem
+//! 1.
 //!
-//! Theorem 1 says that with eta >= 1 xhat converges to x. What the proof shows is that the internal error e converges
-//! to 0. The two are one when e(0) = x(0) - xhat(0), that is, when the observer is told x(0).
+//! Theorem 1 states that with eta >= 1 xhat converges to x. Its proof shows that the internal error e converges to 0.
+//! The two are the same if e(0) = x(0) - xhat(0), that is, if x(0) is given to the observer.
 
 use luenberger_design::DesignError;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector};

@@ -1,7 +1,8 @@
-//! The matrix equations beside scipy, slycot, python-control and other Rust crates, interleaved in one run.
+//! Benchmark of the matrix equations against scipy, slycot, python-control and other Rust crates, interleaved in one
+//! run.
 //!
-//! The other tools are installed, at the versions below, into a virtual environment under `target`; the Rust peers are
-//! dependencies of a package of their own, outside the workspace, which a script drives.
+//! The other tools are installed, at the versions below, into a virtual environment under `target`; the Rust crates are
+//! dependencies of a separate package outside the workspace, which a script drives.
 
 use crate::step::{Failure, cargo, program, root};
 use std::fs;

@@ -1,4 +1,4 @@
-//! Rigorous bounds of semidefinite programs: every `.dat-s` file of a folder, with the published optimum where it is
+//! Rigorous bounds of semidefinite programs: every `.dat-s` file of a folder, compared with the published optimum if
 //! known.
 
 use crate::step::{Failure, cargo, root};

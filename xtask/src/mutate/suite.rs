@@ -1,7 +1,7 @@
-//! One row of tests of one package: built, run until the first test fails, ended after a time.
+//! One set of tests of one package: built, run until the first test fails, with a time limit.
 //!
-//! The test binaries of `design` and of the workspace take minutes to compile, and a mutant needs a few modules of
-//! them: these are compiled alone, in a package of their own that exists in the copy only.
+//! The test binaries of `design` and of the workspace take minutes to compile, and a mutant needs few of their modules:
+//! these are compiled alone, in a package that exists in the copy only.
 
 use std::fmt;
 use std::fs;

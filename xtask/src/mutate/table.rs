@@ -1,5 +1,5 @@
-//! The mutants: formulas of the papers and of the theorems in `docs/theory-*.md`, as the code has them, and what a
-//! mistake would make of them.
+//! The mutants: formulas of the papers and of the theorems in `docs/theory-*.md` in their code form, and their changed
+//! versions.
 
 use std::fmt;
 

@@ -28,7 +28,7 @@ pub enum Undefined {
     TooManyBranches,
 }
 
-/// The longest way that is written down. What takes more comparisons cannot be followed at another point.
+/// The longest recorded script. A path with more comparisons cannot be repeated at another point.
 const MAX_TRACE: usize = 4096;
 
 #[derive(Default)]

@@ -21,7 +21,7 @@ use crate::real_field::{Real, real_field};
 
 /// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
 ///
-/// Plants see it as their scalar `T` and need to know nothing of it.
+/// Plants use it as their scalar `T` without knowing the type.
 #[derive(Debug, Clone, Copy)]
 pub struct IntervalDual {
     value: Interval,
@@ -218,7 +218,7 @@ impl Real for IntervalDual {
         if x == core::f64::consts::PI { Self::constant(Interval::PI) } else { Self::about(x) }
     }
 
-    /// What is decided or computed from a single number is not so for the box, and is noted.
+    /// Operations that need a single number are undefined for an interval, which is recorded.
     fn is_number(&self) -> bool {
         let constant = self.value.is_point() && self.slope.is_zero();
         if !constant {

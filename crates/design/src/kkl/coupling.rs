@@ -27,12 +27,12 @@ use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{explore, steered};
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect};
 
-/// What is known of B as a function of xi.
+/// Dependence of B on xi.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
     /// The pairs (i, j), from 0, for which `B_i` was not shown to be independent of `xi_j`.
     pub reads: Vec<(usize, usize)>,
-    /// The first pair that stands in the way; none where the verdict is `Proved`.
+    /// The first pair that violates the condition; none if the verdict is `Proved`.
     pub obstacle: Option<OpenCoupling>,
     /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure.
     /// `Refuted`: B_i reads xi_j with `j >= i`, which is not what a [`KklMap`](luenberger_observers::KklMap) may do;

@@ -86,7 +86,7 @@ impl Default for KklSettings {
     }
 }
 
-/// What is known of a candidate.
+/// Results of the checks of a candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklReport {
     /// Of (4).
@@ -103,8 +103,8 @@ pub struct KklReport {
 }
 
 impl<S, K> KklCandidate<'_, S, K> {
-    /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate
-    /// that does not do is a report, not an error.
+    /// All checks of the candidate on `region`, whose states and inputs must be bounded. A candidate that fails a check
+    /// gives a report, not an error.
     ///
     /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi =
     /// (x2, x3):
@@ -346,7 +346,7 @@ impl fmt::Display for KklReport {
 pub struct KklDesign<K> {
     /// The observer, ready to run.
     pub observer: KklObserver<K>,
-    /// What is known of it.
+    /// The report of its checks.
     pub report: KklReport,
 }
 

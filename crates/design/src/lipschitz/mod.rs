@@ -48,7 +48,7 @@ certified!(LipschitzDesign);
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct LipschitzDesign {
-    /// What is known of the plant.
+    /// The model of the plant.
     pub plant: LipschitzPlant,
     /// The gain L, n x p, of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L (y - C xhat)`.
     pub l: DMatrix<f64>,
@@ -116,7 +116,7 @@ impl LipschitzDesign {
         proposal.certified(plant, l, rate, settings)
     }
 
-    /// What is proved of a gain L supplied by the user, n x p.
+    /// Verification of a user-supplied gain L, n x p.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the
@@ -190,7 +190,7 @@ fn multiplier(k: usize) -> String {
     format!("tau {}", k + 1)
 }
 
-/// A solution that the solver proposed and that `lmi` proved.
+/// A solution of the solver, verified by `lmi`.
 struct Proposal {
     p: DMatrix<f64>,
     /// None when the gain was given.
@@ -206,7 +206,7 @@ impl Proposal {
         Some(Self { p: solution.named("P")?.clone(), y: solution.named("Y").cloned(), tau })
     }
 
-    /// The design with what is proved of it as stored.
+    /// The design with its certificate for the stored numbers.
     ///
     /// `L = P^-1 Y` is rounded, which can cost a thin margin: P is then sought again for the L that is stored.
     fn certified(

@@ -61,7 +61,7 @@ impl Sector {
         &self.g
     }
 
-    /// What it depends on, r x n.
+    /// Matrix of its argument, r x n.
     pub fn h(&self) -> &DMatrix<f64> {
         &self.h
     }

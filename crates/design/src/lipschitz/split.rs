@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 use crate::error::DesignError;
 
-/// `A = Df(t, x0, u0)` and `C = Dh(t, x0)` at a point; phi is what is left of f.
+/// `A = Df(t, x0, u0)` and `C = Dh(t, x0)` at a point; phi is the remainder of f.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Split {
     /// A, n x n.

@@ -269,7 +269,7 @@ where
         self.polytope.vertices.iter().map(ToString::to_string).collect()
     }
 
-    /// What a proved certificate says, with its hypothesis.
+    /// The statement of a proved certificate, with its hypothesis.
     pub fn statement(&self) -> String {
         let hypothesis = match self.region.to_string().as_str() {
             "everywhere" => "From every x(0) and xhat(0)".to_owned(),

@@ -42,7 +42,7 @@ impl Default for LeastSquares {
     }
 }
 
-/// What least squares found along one segment.
+/// Result of least squares along one segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeastSquaresMean<N: Dim>
 where

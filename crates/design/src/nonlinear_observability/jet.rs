@@ -25,7 +25,7 @@ pub(crate) struct Dual {
 
 /// A truncated power series in time over dual numbers.
 ///
-/// Plants see it as their scalar `T` and need to know nothing of it. Comparisons are those of the value at `s = 0`.
+/// Plants use it as their scalar `T` without knowing the type. Comparisons are those of the value at `s = 0`.
 #[derive(Debug, Clone, Copy)]
 pub struct Jet {
     pub(crate) c: [Dual; COUNT],

@@ -27,7 +27,7 @@ use super::words::direction_in_words;
 pub struct InWords<'a> {
     /// The answer of [`observability`](luenberger_linalg::observability()).
     pub seen: &'a Observability,
-    /// Names of the states; `x1`, `x2`, .. stand in for those that are missing.
+    /// Names of the states; missing ones are `x1`, `x2`, ...
     pub names: &'a [&'a str],
 }
 

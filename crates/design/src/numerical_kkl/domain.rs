@@ -9,10 +9,10 @@ use nalgebra::SVector;
 use crate::check::within;
 use crate::numerical_kkl::error::NumericalKklError;
 
-/// What the plant does outside the box.
+/// The dynamics outside the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Escape {
-    /// What it does: for plants whose past is bounded.
+    /// The unmodified plant: for plants whose past is bounded.
     Free,
     /// It is slowed to a standstill over a margin around the box: `margin` half-widths wide on every side.
     Slowed {

@@ -25,7 +25,7 @@ pub struct Injectivity<const N: usize> {
     pub smallest_ratio: f64,
     /// The pair that has it.
     pub pair: (SVector<f64, N>, SVector<f64, N>),
-    /// The largest such ratio: T's Lipschitz constant, as far as the grid sees.
+    /// The largest such ratio: an estimate of T's Lipschitz constant from the grid.
     pub largest_ratio: f64,
     /// The smallest singular value of DT on the grid.
     pub smallest_singular_value: f64,

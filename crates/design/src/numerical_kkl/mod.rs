@@ -56,7 +56,7 @@ pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
 pub use target::Target;
 pub use transform::Transform;
 
-/// What a numerical KKL design may spend.
+/// Limits of a numerical KKL design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings<const N: usize> {
     /// Accuracy of T by simulation, relative to the size of y (default 1e-11).
@@ -113,7 +113,7 @@ pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, co
     pub embedded: NumericalKklObserver<Embedded<N, Z>, f64, N, M, P, Z>,
     /// The accurate one.
     pub interpolated: NumericalKklObserver<Interpolated<N, Z>, f64, N, M, P, Z>,
-    /// What was measured.
+    /// The measured accuracy.
     pub report: Report<N>,
 }
 

@@ -16,7 +16,7 @@ use luenberger_observers::numerical_kkl::{Branch, Node, PolynomialTree};
 
 use crate::numerical_kkl::error::NumericalKklError;
 
-/// What the tree may cost.
+/// Limits of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Budget {
     pub(crate) degree: usize,
@@ -30,7 +30,7 @@ pub(crate) struct Budget {
 pub(crate) struct Samples<'s, const I: usize, const O: usize> {
     pub(crate) points: &'s [[f64; I]],
     pub(crate) values: &'s [[f64; O]],
-    /// What counts as 1 in each value.
+    /// Scale of each value.
     pub(crate) scale: [f64; O],
 }
 

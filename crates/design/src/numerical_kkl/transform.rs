@@ -109,7 +109,7 @@ where
         &self.input
     }
 
-    /// The largest |y| seen in the box.
+    /// The largest |y| found in the box.
     pub fn output_scale(&self) -> f64 {
         self.output_scale
     }

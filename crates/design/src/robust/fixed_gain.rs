@@ -24,11 +24,11 @@ use crate::error::{DesignError, InfeasibilityReason};
 
 certified!(GainCertificate);
 
-/// A P (and S) for gains that came without one, with what is proved of them.
+/// A P (and S) for gains given without one, with the certificate.
 #[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainCertificate {
-    /// The plant that it is about: with `A + margin I` as rounded, where a margin was asked for.
+    /// The plant: with `A + margin I` as rounded, if a margin was specified.
     pub plant: StateSpace,
     /// The gain L.
     pub l: DMatrix<f64>,
@@ -57,7 +57,7 @@ pub struct FixedGainMargin {
     /// Whether the inequality at `stopped_at` was refuted, by multipliers verified for the numbers as stored (else it
     /// stayed undecided).
     pub refuted: bool,
-    /// What proves it at `margin`: the certificate is for `A + margin I` as rounded.
+    /// The certificate at `margin`, for `A + margin I` as rounded.
     pub at_margin: GainCertificate,
 }
 
@@ -149,7 +149,7 @@ impl<'a> Family<'a> {
         Ok(Self { plant, l, n_gain, f: &plant.a - l * c, cn, t, exact })
     }
 
-    /// The error behind a verdict. What is refuted with T as rounded is not refuted.
+    /// The error for a verdict. A refutation with rounded T is not a refutation.
     fn not_proved(&self, verdict: Option<Verdict<Infeasibility>>) -> DesignError {
         match verdict {
             Some(Verdict::Refuted { witness }) if !self.exact => {

@@ -45,7 +45,7 @@ const UNDERFLOW: f64 = 1e-250;
 /// on its own.
 pub(crate) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
 
-/// A value in an arena: a polynomial in atoms. Plants and maps see it as their scalar `T`.
+/// A value in an arena: a polynomial in atoms. Plants and maps use it as their scalar `T`.
 #[derive(Clone, Copy, Debug)]
 pub struct SymbolicPolynomial {
     /// The number of its arena; 0 for a value that was made where there is none.
@@ -167,7 +167,7 @@ impl Drop for Writing {
     }
 }
 
-/// What `f` computes in an arena of its own, with the arena; or what it did that has no polynomial.
+/// The result of `f` in its own arena, with the arena; or the operation that has no polynomial.
 pub(crate) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Arena), &'static str> {
     let writing = Writing::begin();
     let result = f();

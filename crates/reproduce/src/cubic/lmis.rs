@@ -1,7 +1,7 @@
 //! (12) with (13), (12) with (13') and (25) as linear matrix inequalities in all of their unknowns, each solved by both
 //! solvers.
-//!
-//! Neither solver is believed: an answer counts as feasible when the values that it proposes are proved, and as
+//! The solvers are not trusted: a problem counts as feasible if the returned values are verified, and as infeasible if
+//! the multipliers are verified exactly.
 //! infeasible when its multipliers are, exactly.
 
 use std::fmt;

@@ -1,6 +1,6 @@
 //! Paper 1: Luenberger-type cubic observers.
 //!
-//! What is true of the paper's theory and what is not, with proofs, stands in `docs/theory-cubic.md` of the repository.
+//! The corrected theory, with proofs, is in `docs/theory-cubic.md` of the repository.
 
 mod example1;
 mod example2;

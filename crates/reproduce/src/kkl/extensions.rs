@@ -1,6 +1,6 @@
-//! The directions in which the paper says that its designs can be extended: Proposition 7 with more blocks, with
-//! several rows of S and with a monotonic map of x4, and, from its outlook, a change of coordinates that reads the
-//! input. Each with its hypotheses checked and its conclusion along runs.
+//! Extensions of the designs announced in the paper: Proposition 7 with more blocks, with several rows of S and with a
+//! monotonic map of x4, and, from its outlook, a change of coordinates that depends on the input. Each with its
+//! hypotheses checked and its conclusion along runs.
 
 use std::f64::consts::PI;
 

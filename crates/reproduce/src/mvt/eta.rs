@@ -1,4 +1,5 @@
-//! What raising eta does: the internal error vanishes faster, and what was not told more slowly.
+//! Effect of increasing eta: the internal error converges faster, and the part of the initial error not given to the
+//! observer more slowly.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
 //! Example 2: the robot link with a flexible joint. Figures 6 to 9. The claims are decided on the plant with a44 = 0
-//! and the printed C; two variants keep their names.
+//! and the printed C; two variants are named separately.
 
 use luenberger_design::Region;
 use luenberger_linalg::spectral_abscissa;

@@ -1,5 +1,5 @@
-//! The peers of Example 2: the printed gain of [16], Lipschitz and polytopic designs, the extended Kalman filter.
-//! Figure 9.
+//! Other observers for Example 2: the printed gain of [16], Lipschitz and polytopic designs, the extended Kalman
+//! filter. Figure 9.
 //!
 //! [17] cannot be identified from the paper, which gives no equation of it.
 

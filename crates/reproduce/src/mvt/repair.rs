@@ -1,4 +1,4 @@
-//! The repaired observer on the paper's examples, from a wrong internal error.
+//! The corrected observer on the paper's examples, with a wrong initial internal error.
 
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::{LpvDesign, LpvError, Region};

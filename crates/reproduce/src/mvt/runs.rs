@@ -1,17 +1,18 @@
-//! The two examples and their sixteen runs: plants, starts, and the observer as printed.
+//! The two examples and their sixteen runs: plants, initial states, and the observer as printed.
 //!
-//! What reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and column k of |g|
-//! (the diagonal counted twice), e1 the measured errors in the first p rows and the internal ones in the rest, one beta
-//! for each row.
+//! The following reading reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and
+//! column k of |g| (the diagonal counted twice), e1 the measured errors in the first p rows and the internal ones in
+//! the rest, one beta for each row.
 //!
-//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that corrects its misprint
-//! and nothing else. Two variants keep their names: the classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33`
-//! as printed.
+//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that only corrects its
+//! misprint. Two variants are named separately: the classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33` as
+//! printed.
 //!
 //! A run is written as `data/mvt-<system>-eta<1|2>-<e0|e01>.csv` with the columns `t`, `x1..xn`, `x1_hat..xn_hat`,
 //! `e1..en`, `beta1..betan`. Here e is the observer's *internal* error; the real one is x - x_hat. States and errors
-//! are good to 1e-8. beta is as good as X determines it, a few units of rounding of f divided by the curvature of f
-//! along e: where `X(1/2)` is rounding it is 1/2, and once the internal error is below about 1e-4 it always is.
+//! are accurate to 1e-8. beta is as accurate as X determines it, a few units of rounding of f divided by the curvature
+//! of f along e: where `X(1/2)` is at rounding level it is 1/2, which is always the case once the internal error is
+//! below about 1e-4.
 
 use std::sync::Arc;
 

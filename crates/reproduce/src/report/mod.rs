@@ -1,4 +1,4 @@
-//! The report: the ledger as one HTML file, by the report of `luenberger-figures`.
+//! The report of all claims as one HTML file, with the report type of `luenberger-figures`.
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;

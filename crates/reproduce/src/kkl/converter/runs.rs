@@ -1,7 +1,7 @@
-//! The run of section V.C: the converter in the loop with the ideal state feedback, and its observers beside it.
+//! The run of section V.C: the converter with the ideal state feedback, and its observers in open loop.
 //!
-//! All observers share one integration of the plant. They start with their dynamic extensions at 0, but for the filters
-//! W, which start at the output: what is asked of an observer at the start is the estimate that this state gives.
+//! All observers share one integration of the plant. Their dynamic extensions start at 0, except the filters W, which
+//! start at the output; the initial estimate follows from this state.
 
 use std::sync::Arc;
 
