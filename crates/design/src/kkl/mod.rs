@@ -7,10 +7,10 @@
 //! ```
 //! There is no general method to find them; they are derived by hand, which is error-prone. [`KklCandidate`] takes the
 //! plant and the maps as implemented, and checks them over a box of states and inputs:
+//!
 //! | question | measured | decided |
 //! |---|---|---|
-//! | (4) | the largest residual over evenly spread points, relative to its terms | bounded on the box by intervals;
-//! refuted at a point |
+//! | (4) | the largest residual over evenly spread points, relative to its terms | bounded on the box by intervals; refuted at a point |
 //! | Lambda Hurwitz | eigenvalues | a Lyapunov matrix for every Lambda over the box, by `luenberger-proof` |
 //! | B in cascade | - | proved of the derivatives of B by xi, for all xi; refuted where one that has to be 0 is not |
 //! | (phi, h) injective | ratios over pairs, singular values | proved by one matrix for all mean Jacobians; refuted by two states whose images coincide, verified |

@@ -1,6 +1,5 @@
 //! Observers of Lipschitz plants: one gain L that ensures convergence for every nonlinearity within its bounds.
 //!
-//! Plant `x' = A x + sum_k G_k phi_k(t, H_k x, u) + known terms`, `y = C x`; the observer that runs is
 //! Plant `x' = A x + sum_k G_k phi_k(t, H_k x, u) + known terms`, `y = C x`; the implemented observer is
 //! [`NonlinearLuenbergerObserver`]. Each phi_k is only known to lie in an incremental [`Sector`]: `|phi(x) - phi(z)| <=
 //! gamma |x - z|` (Thau, Rajamani), the same with G and H (structured), or a slope in `[low, high]` (circle criterion).

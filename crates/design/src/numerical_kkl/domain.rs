@@ -1,4 +1,5 @@
 //! The domain of the observer: the box, and the modified plant outside of it, for which T is defined.
+//!
 //! T depends on the whole past of a state, and the past of most plants is unbounded. `x' = chi(x) f(x)` with chi = 1 in
 //! the box and 0 outside a larger one has a bounded past, and the same right-hand side in the box: T of the slowed
 //! plant obeys `DT f = D T + B h` *in the box*, and z - T(x) decays exactly as long as x is in the box. The

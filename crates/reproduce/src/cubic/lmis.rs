@@ -1,8 +1,8 @@
 //! (12) with (13), (12) with (13') and (25) as linear matrix inequalities in all of their unknowns, each solved by both
 //! solvers.
+//!
 //! The solvers are not trusted: a problem counts as feasible if the returned values are verified, and as infeasible if
 //! the multipliers are verified exactly.
-//! infeasible when its multipliers are, exactly.
 
 use std::fmt;
 

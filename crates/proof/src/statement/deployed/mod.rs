@@ -101,6 +101,7 @@
 //! test records the operations of the observers' code and finds each one among them. The bounds hold for errors that
 //! start in the ball.
 //!
+//! # What is not covered
 //! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal
 //! entry might); a flow computed otherwise than in `observers::cubic::flow`; the cubic observer in fixed point, whose
 //! square root is not specified; a plant other than the given (A, B, C).

@@ -1,6 +1,5 @@
 //! The exact solution of a Lyapunov or Stein equation, enclosed: `A'P + PA + Q = 0`, `A'PA - P + Q = 0`, Q symmetric.
 //!
-//! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver proposes P~, given as a sum of floating-point matrices: one
 //! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver gives an approximate solution P~ as a sum of floating-point
 //! matrices: the error of one matrix is about half a unit in the last place of each entry, that of a sum of two can be
 //! smaller, and then the enclosure is as narrow as binary64 allows. With the residual `R = T(P~) + Q`, evaluated
