@@ -4,7 +4,7 @@ use crate::function::{Binary, Unary};
 use crate::scope::Symbol;
 use crate::tree::{Node, Tree};
 
-/// What is known of a node.
+/// Classification of a node.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Constant,

@@ -71,7 +71,7 @@ pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope};
 pub use undefined::Undefined;
 
-/// How long and how deep an expression may be.
+/// Limits of the length and the nesting of an expression.
 struct Limits {
     /// Bytes of its text.
     length: usize,

@@ -33,7 +33,7 @@ impl fmt::Display for Row {
     }
 }
 
-/// What is wrong with a plant of expressions.
+/// Error of a plant of expressions.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpressionPlantError {
@@ -66,7 +66,7 @@ pub enum ExpressionPlantError {
     Expression {
         /// The row.
         row: Row,
-        /// What is wrong with it.
+        /// The error of the expression.
         error: ExpressionError,
     },
     /// A point with another number of coordinates than the plant.
@@ -74,9 +74,9 @@ pub enum ExpressionPlantError {
     Length {
         /// Which point.
         what: &'static str,
-        /// How many entries fit.
+        /// Required number of entries.
         expected: usize,
-        /// How many there are.
+        /// Actual number of entries.
         found: usize,
     },
     /// A coordinate of a point that is NaN or infinite.
@@ -103,7 +103,7 @@ pub enum ExpressionPlantError {
         /// The input.
         u: Vec<f64>,
     },
-    /// A row that is not affine, where the matrices of a plant were asked for.
+    /// A row that is not affine, although the matrices of a plant were requested.
     #[error("{row} = {text} is not affine in states and inputs: `{part}` is not")]
     NotAffine {
         /// The row.

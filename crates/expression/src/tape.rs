@@ -17,7 +17,7 @@ const LARGEST_PRODUCT: f64 = 1000.0;
 /// A product of numbers of which both are above this loses nothing below the smallest number.
 const UNDERFLOW: f64 = 1e-140;
 
-/// How many pending values most expressions stay below: their stack is short.
+/// Typical bound of the stack size of an expression.
 const SHORT: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -23,7 +23,7 @@ pub(crate) struct Tree {
     nodes: Vec<(Node, Range<usize>)>,
 }
 
-/// How tightly the printed form of a node holds together; the binding powers of the parser.
+/// Binding power of the printed form of a node, as in the parser.
 const SUM: u8 = 5;
 const PRODUCT: u8 = 7;
 const SIGN: u8 = 8;

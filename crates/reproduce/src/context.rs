@@ -61,6 +61,6 @@ impl Context {
 pub struct TypeOfKey {
     /// The key.
     pub key: &'static str,
-    /// The type asked for.
+    /// The requested type.
     pub wanted: &'static str,
 }

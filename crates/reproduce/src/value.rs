@@ -122,14 +122,14 @@ impl fmt::Display for Value {
     }
 }
 
-/// What the paper says.
+/// The printed value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Printed {
     /// Decimals exactly as printed: `"1.18"`, a list `"0.48 1.18"`, or a matrix with rows ended by semicolons,
     /// `"13.5 -2.4; -2.4 1.07"` (a column is `"7.5; 3.1"`). A decimal may begin with its point and may carry an
     /// exponent.
     Decimals(&'static str),
-    /// A statement that the paper says is true (or, rarely, false).
+    /// A statement that the paper claims to be true (or, rarely, false).
     Holds(bool),
     /// Numbers that the paper gives without rounding: small integers, or what a formula of the paper yields.
     Exactly(Value),

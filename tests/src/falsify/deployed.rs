@@ -16,7 +16,7 @@ use super::document::{binary64, float_matrix, floats, matrix};
 use super::exact::Exact;
 use super::random::Random;
 
-/// How many steps are run.
+/// Number of steps.
 const STEPS: usize = 240;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,7 +183,7 @@ fn all_nearest(format: Format, stored: &DMatrix<f64>, exact: &Exact, what: &str)
     Ok(())
 }
 
-/// What runs.
+/// The implemented observer.
 enum Step {
     Joined { f: DMatrix<f64> },
     Innovation { a: DMatrix<f64>, c: DMatrix<f64> },

@@ -18,7 +18,7 @@ pub(super) struct Exact {
     denominator: IBig,
 }
 
-/// How many eigenvalues have which sign.
+/// Number of eigenvalues of each sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Inertia {
     pub(super) positive: usize,

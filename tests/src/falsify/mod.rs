@@ -25,10 +25,10 @@ use document::{float, hexadecimal};
 use random::Random;
 use seeds::GENERATORS;
 
-/// How many mutants descend from one design.
+/// Number of mutants derived from one design.
 const MUTANTS_OF_A_DESIGN: u64 = 100;
 
-/// What came of the mutants of one theorem.
+/// Results for the mutants of one theorem.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
     /// Certificates of designs.
@@ -43,7 +43,7 @@ pub struct Tally {
     pub tried: u64,
     /// Those of them that it contradicts: it has to find something where there is something.
     pub convicted: u64,
-    /// What contradicts an accepted one, with the document.
+    /// The contradictions to accepted mutants, with the document.
     pub wrong: Vec<String>,
 }
 
@@ -180,7 +180,7 @@ impl Run {
         verified
     }
 
-    /// What the adversary says of a refused mutant without its margins.
+    /// The adversary's result for a rejected mutant without its margins.
     fn convict(&mut self, mutant: &Value) {
         if CertificateFile::read(mutant.to_string().as_bytes()).is_err() {
             return;

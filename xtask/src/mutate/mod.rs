@@ -19,7 +19,7 @@ use table::{Mutant, SOURCES, Source};
 
 const MINUTE: Duration = Duration::new(60, 0);
 
-/// What became of one mutant.
+/// Result for one mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Fate {
     /// By this test, or by the time that a suite may take.

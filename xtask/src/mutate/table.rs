@@ -24,7 +24,7 @@ pub(super) struct Source {
     pub(super) mutants: &'static [Mutant],
 }
 
-/// What is wrong with a mutant.
+/// Defect of a mutant.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     Sign,

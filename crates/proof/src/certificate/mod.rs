@@ -137,7 +137,7 @@ pub enum Witness {
         row: usize,
         /// The column, from 0.
         column: usize,
-        /// What the file says is stored.
+        /// The value in the file.
         stored: f64,
         /// What rounding to nearest gives.
         nearest: f64,

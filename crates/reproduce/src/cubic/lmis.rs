@@ -82,10 +82,10 @@ impl fmt::Display for Answers {
     }
 }
 
-/// Whether each solver comes to what is expected of an inequality; none where it is undecided.
+/// Whether each solver reaches the expected result for an inequality; none if undecided.
 type Expected = [Option<bool>; 2];
 
-/// What the two solvers come to for each inequality, and their answers in words.
+/// The results of the two solvers for each inequality, and their answers as text.
 fn answers(problems: &[(Problem, bool)]) -> Result<(Vec<Expected>, String), CheckError> {
     let mut truths = vec![[None; 2]; problems.len()];
     let mut said = vec![format!("{} inequalities, each solved twice. Seed {SEED}.", problems.len())];
@@ -123,7 +123,7 @@ fn by_both(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::cases(truths.concat())).note(said))
 }
 
-/// What is proved by one solver decides an inequality, unless the other contradicts it.
+/// A proof by one solver decides an inequality, unless the other contradicts it.
 fn by_either(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
     let (truths, said) = answers(problems)?;
     let decided = |truths: &Expected| truths.iter().copied().flatten().reduce(|one, other| one && other);

@@ -51,7 +51,7 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-/// What the cubic term adds to V' at e under the noise v, from the right-hand side that runs.
+/// The contribution of the cubic term to V' at e under the noise v, computed from the implemented right-hand side.
 fn addition(
     observer: &luenberger_observers::CubicObserver<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>,
     p: &nalgebra::DMatrix<f64>,

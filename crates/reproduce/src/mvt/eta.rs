@@ -12,7 +12,7 @@ use crate::paper::{Drawing, Plate};
 use crate::table::Table;
 use crate::value::short;
 
-/// The values of eta; the paper asks for 1 or more.
+/// The values of eta; the paper requires eta >= 1.
 const ETAS: [f64; 8] = [0.6, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
 pub(super) fn claims() -> Vec<Claim> {

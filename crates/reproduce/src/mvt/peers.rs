@@ -267,7 +267,7 @@ fn horizon(system: System) -> f64 {
     if system == System::Corrected { 20.0 } else { system.end() }
 }
 
-/// What runs side by side on one plant.
+/// The observers that run in parallel on one plant.
 struct Joint {
     clean: Compared,
     noisy: Compared,

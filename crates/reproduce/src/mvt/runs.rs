@@ -40,7 +40,7 @@ pub(super) enum System {
     Printed,
 }
 
-/// What the observer is told about `x(0) - xhat(0)` through its e(0).
+/// The information about `x(0) - xhat(0)` given to the observer by its e(0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Told {
     /// The paper's e0, which is `x(0) - xhat(0)`.
@@ -49,7 +49,7 @@ pub(super) enum Told {
     E01,
 }
 
-/// Where an experiment starts.
+/// The initial state of an experiment.
 pub(super) struct Start {
     pub(super) x: &'static [f64],
     pub(super) xhat: &'static [f64],
@@ -198,7 +198,7 @@ pub(super) enum Theorem {
     Integral,
 }
 
-/// One run of the observer, as printed or repaired, from the start of an example.
+/// One run of the observer, as printed or corrected, from the initial state of an example.
 pub(super) struct Experiment<'a> {
     pub(super) eta: f64,
     /// e(0), the internal error at the start.
@@ -316,7 +316,7 @@ pub(super) fn internal(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError
     Ok(trajectory.observer(OBSERVER)?.state.columns(n, n).into_owned())
 }
 
-/// `x - xhat - e`: what the observer was not told, and cannot see.
+/// `x - xhat - e`: the part of the error that is unknown to the observer.
 pub(super) fn untold(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError> {
     Ok(real(trajectory)? - internal(trajectory)?)
 }
