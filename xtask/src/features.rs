@@ -38,7 +38,7 @@ fn lacking(package: &str, features: &str, whole: &Built) -> String {
     format!("{package} without {}", least.join(","))
 }
 
-/// The features that a selection of packages enables in its dependencies, tests included.
+/// The dependencies and their features as built for a selection of packages, tests included.
 fn built(selection: &[&str]) -> Result<Built, Failure> {
     let tree = cargo(&["tree", "--edges", "normal,build,dev", "--prefix", "none", "--format", "{p}|{f}"])
         .arguments(selection)

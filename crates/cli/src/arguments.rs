@@ -296,7 +296,7 @@ pub(crate) fn refused(error: &clap::Error) -> ExitCode {
         let object = json!({ "error": { "kind": "usage", "message": message.trim_end() } });
         output::line(&object.to_string());
     }
-    // Help that nobody reads to its end is no failure.
+    // A failure to write the help text is ignored.
     _ = error.print();
     if is_answer { ExitCode::SUCCESS } else { ExitCode::from(WRONG) }
 }

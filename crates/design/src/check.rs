@@ -183,8 +183,8 @@ pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
     if rate >= 0.0 && rate.is_finite() { Ok(()) } else { Err(DesignError::BadRate { rate }) }
 }
 
-/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`. The error is
-/// decided exactly for the numbers as stored; a mode that is hidden to working precision only is returned.
+/// `(A + rate I, C)` detectable: every unobservable mode of A decays faster than `exp(-rate t)`. The error is decided
+/// exactly for the numbers as stored; a mode that is unobservable only to working precision is returned.
 pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<Option<NearlyHidden>, DesignError> {
     let n = a.nrows();
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;

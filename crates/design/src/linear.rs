@@ -51,7 +51,7 @@ impl LyapunovWeight {
 
 certified!(LinearDesign);
 
-/// A linear observer with its evidence.
+/// A linear observer with its certificate.
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct LinearDesign {
@@ -63,22 +63,21 @@ pub struct LinearDesign {
     pub p: DMatrix<f64>,
     /// `Q = -(F'P + PF) > 0` of (9).
     pub q: DMatrix<f64>,
-    /// The decay rate that the certificate states, 0 unless [`LinearDesign::with_decay_rate`] or an
-    /// inequality with a rate asked for one.
+    /// The certified decay rate, 0 except for [`LinearDesign::with_decay_rate`] or an inequality with a specified rate.
     pub rate: f64,
     /// The certificate.
     pub certificate: Certificate,
     origin: Origin,
 }
 
-/// Where the gain comes from, which decides what P can be.
+/// Source of the gain, which determines the possible P.
 #[derive(Debug, Clone)]
 enum Origin {
     /// Poles, or a given gain: P solves the Lyapunov equation.
     Gain,
     /// Kalman's gain, with its stationary covariance.
     Kalman(DMatrix<f64>),
-    /// An inequality that brought its own P.
+    /// An inequality that includes P.
     Inequality,
 }
 

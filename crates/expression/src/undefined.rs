@@ -69,7 +69,7 @@ fn run<T: RealField + Copy>(
     first.map_or(Ok(value), Err)
 }
 
-/// Names of states and inputs by index, from 0.
+/// The name of a state or an input in the expression, by its index from 0.
 fn written(expression: &Expression, family: Family, index: usize) -> String {
     let symbol = |node: &Node| match (node, family) {
         (Node::Symbol(Symbol::State(k), name), Family::States)

@@ -199,7 +199,7 @@ impl Report {
         body.push_str(&self.head);
         body.push_str("<nav>");
         for (section, anchor) in self.sections.iter().zip(&anchors) {
-            // Writing into a String cannot fail; `let _ =` says so here and below.
+            // Writing into a String cannot fail, hence `let _ =` here and below.
             let _ = write!(body, "<a href=\"#{anchor}\">{}</a> ", escape(&section.title));
         }
         body.push_str("</nav></header>");

@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the page holds these lines; says so where it does not.
+/// Whether the page contains these lines; prints a message if it does not.
 fn counted(page: &Path, lines: &str) -> bool {
     match std::fs::read_to_string(page) {
         Ok(text) if text.contains(lines) => true,

@@ -19,8 +19,8 @@ use super::paths::{Undefined, Way, explore_ways, follow};
 use super::scalar::IntervalDual;
 use luenberger_proof::wording::significant;
 
-/// What is known of f and h where they change branches. That they are continuous there is a hypothesis of whatever is
-/// concluded from the Jacobians: a jump can be as small as one likes.
+/// Bounds of the discontinuity of f and h where they change branches. Continuity there is a hypothesis of every
+/// conclusion from the Jacobians: a jump can be arbitrarily small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branches {
     /// How many parts of the box leave a comparison open.

@@ -17,7 +17,7 @@
 //! let file = CertificateFile::prove("a damped oscillator", HurwitzStability::new(&a, &p)?)?.to_json();
 //! let proved = verify(file.as_bytes())?;
 //! assert!(proved.facts.iter().any(|fact| fact.inequality == "A'P + PA < 0"));
-//! // A digit of A changed: the digest says so, and without it the words and the margins would.
+//! // A digit of A changed: the digest detects it, and without it the text and the margins would.
 //! let forged = file.replace("-0x1.8p1", "-0x1.9p1");
 //! assert!(verify(forged.as_bytes()).is_err());
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -229,7 +229,7 @@ mod tests {
             for answer in ["interior: ", "clarabel: "] {
                 assert!(record.note.contains(answer), "{}", record.note);
             }
-            // Of the house's solver, and of all cases together.
+            // For the built-in solver, and for all cases together.
             assert!(record.note.matches(", 0 undecided").count() >= 2, "{}", record.note);
         }
     }
