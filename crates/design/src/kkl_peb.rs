@@ -46,8 +46,8 @@ impl SampledRun {
     /// `luenberger-sim` has them.
     ///
     /// # Errors
-    /// [`KklError::Samples`], [`KklError::Times`] for tables that are none; [`KklError::Unbounding`] has the time and
-    /// the coordinate of the first value that is not finite.
+    /// [`KklError::Samples`], [`KklError::Times`] for invalid tables; [`KklError::Unbounding`] has the time and the
+    /// coordinate of the first value that is not finite.
     pub fn new(t: &[f64], x: &DMatrix<f64>, u: &DMatrix<f64>) -> Result<Self, KklError> {
         if t.len() < 2 || x.nrows() != t.len() || u.nrows() != t.len() {
             return Err(KklError::Samples { times: t.len(), states: x.nrows(), inputs: u.nrows() });
@@ -76,12 +76,12 @@ pub struct Excite {
     pub window: f64,
     /// The required delta of (42); 0 requires only more than the rounding error.
     pub needed: f64,
-    /// How large |x_i| may become; infinite where there is no such number.
+    /// Bound on |x_i|; infinite if there is none.
     pub bound: f64,
 }
 
 impl Excite {
-    /// Any excitation over windows of this length, and any bounded run.
+    /// Any positive excitation over windows of this length, and any bounded run.
     pub fn within(window: f64) -> Self {
         Self { window, needed: 0.0, bound: f64::INFINITY }
     }
@@ -94,17 +94,17 @@ pub struct Excitation {
     pub window: f64,
     /// The least eigenvalue of `int b b'` over the windows examined, by the trapezoidal rule: delta.
     pub delta: f64,
-    /// Where the worst window begins.
+    /// Start of the worst window.
     pub from: f64,
-    /// The direction of x4 that it shows least.
+    /// The least excited direction of x4 in it.
     pub direction: Vec<f64>,
-    /// The largest trace over the windows, not below any eigenvalue: over delta it says how unlike the directions are
-    /// seen.
+    /// The largest trace over the windows, an upper bound of every eigenvalue: its ratio to delta measures how
+    /// differently the directions are excited.
     pub greatest: f64,
-    /// By how much delta of the worst window differs when every second sample is left out, relative: whether the
-    /// samples are dense enough.
+    /// Relative change of delta of the worst window if every second sample is omitted: whether the samples are dense
+    /// enough.
     pub quadrature: f64,
-    /// How many windows, evenly spread.
+    /// Number of windows, evenly spread.
     pub windows: usize,
 }
 
@@ -122,8 +122,8 @@ pub struct KklPebReport {
     /// The largest ratio, over the states, of the largest |x_i| of the second half to that of the first: a run that is
     /// bounded and long enough has about 1.
     pub growth: f64,
-    /// The largest difference between a piece and the plant's own equation, relative to the largest value that the
-    /// equation has along the run.
+    /// The largest difference between the given parts and the plant's own equation, relative to the largest value of
+    /// the equation along the run.
     pub mismatch: f64,
     /// Samples of the run.
     pub samples: usize,
@@ -160,7 +160,7 @@ impl fmt::Display for KklPebReport {
     }
 }
 
-/// The [KKL+PEB] observer of a plant of Proposition 7's class, with what was checked.
+/// The [KKL+PEB] observer of a plant of Proposition 7's class, with the checked hypotheses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklPebDesign<O> {
     /// The observer, ready to run.
@@ -170,9 +170,9 @@ pub struct KklPebDesign<O> {
 }
 
 impl<O> KklPebDesign<O> {
-    /// The observer of `plant`, whose states are (x1, x2, x3, x4) and whose pieces are `cascade`; what is asked of
-    /// `run` is `excite`. `make` chooses the estimator and the filters: it is given the maps, once they are checked,
-    /// and makes the observer of them, [`KklPebObserver`](luenberger_observers::KklPebObserver) as a rule.
+    /// The observer of `plant` with states (x1, x2, x3, x4) and parts `cascade`; `excite` has the requirements on
+    /// `run`. `make` chooses the estimator and the filters: it takes the checked maps and returns the observer, usually
+    /// a [`KklPebObserver`](luenberger_observers::KklPebObserver).
     ///
     /// `x1' = -x1 + x4 sin t` with u = sin t: b = u, and x4 a constant.
     /// ```
@@ -432,7 +432,7 @@ where
     Ok((regressors, mismatch))
 }
 
-/// How many windows are examined.
+/// Number of windows.
 const WINDOWS: usize = 512;
 
 /// The least eigenvalue of `int b b'` over windows of the run.

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix};
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// The matrices of a document, and its poles; `None` for a missing key.
+/// The matrices of a document, and its poles; no poles without a key for them.
 pub(super) type Found<const N: usize> = ([DMatrix<f64>; N], Vec<Complex<f64>>);
 
 /// Reads an object with exactly these matrices, and a list of poles if `poles` names a key.

@@ -69,17 +69,17 @@ pub struct Settings<const N: usize> {
     pub leaves: usize,
     /// Samples of the box that the embedded form is fitted to, 100 to a million (default 20000).
     pub samples: usize,
-    /// Ridge of the regression, relative (default 1e-8). More of it makes estimates less sensitive to noise in z.
+    /// Ridge of the regression, relative (default 1e-8). A larger ridge makes estimates less sensitive to noise in z.
     pub ridge: f64,
-    /// Cap on the evaluations of T per iteration of the interpolated form (default 40).
+    /// Maximal number of evaluations of T per iteration of the interpolated form (default 40).
     pub max_evaluations: usize,
     /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64 (default 9).
     pub fallback: usize,
     /// Grid points per axis of the injectivity check, 3 to 64 (default 17).
     pub injectivity_points: usize,
-    /// Points at which the fit is judged, 10 to 100000 (default 500).
+    /// Number of validation points, 10 to 100000 (default 500).
     pub held_out: usize,
-    /// Where the sequences of sample points begin.
+    /// Seed of the sequences of sample points.
     pub seed: u64,
 }
 
@@ -106,7 +106,7 @@ pub type Embedded<const N: usize, const Z: usize> = PolynomialInverse<f64, Vec<N
 /// The interpolated form, as designed.
 pub type Interpolated<const N: usize, const Z: usize> = InterpolatedInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>;
 
-/// Both observers, and the evidence.
+/// Both observers, with the measured accuracy.
 #[derive(Clone, Debug)]
 pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, const Z: usize> {
     /// The observer for a microcontroller.
