@@ -26,8 +26,8 @@ pub struct Theorem1 {
 impl Theorem1 {
     /// Decides the conditions for the gains L, N (n x p), the weight theta (p x p) and P (n x n, symmetric).
     ///
-    /// A gain N that was rounded misses (13') in its last digit, and the verdict says so; a gain defined by
-    /// `N = -P^-1 C'S` is certified by [`CubicDesign`](crate::CubicDesign).
+    /// A rounded gain N generally violates (13') in its last digit, and is refuted; a gain defined by `N = -P^-1
+    /// C'S` is certified by [`CubicDesign`](crate::CubicDesign).
     ///
     /// # Errors
     /// Shapes that do not fit the plant, entries that are not finite, a P or theta that is not symmetric.

@@ -184,8 +184,8 @@ fn a_tenth_of_the_speed_is_never_found() {
     }
 }
 
-/// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that a millionth of the error that was
-/// not told grows like e^(t/2). Told exactly, the observer is right; that is what the printed examples show.
+/// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that an unknown part of the initial error
+/// of 1e-6 grows like e^(t/2). With known x(0) the observer is correct, as in the printed examples.
 #[test]
 fn what_was_not_told_grows() {
     let (plant, x0) = (unstable(), Vector2::new(1.0, 1.0));
@@ -204,7 +204,7 @@ fn what_was_not_told_grows() {
     assert!(error.abs() < 1e-6, "{error}");
 }
 
-/// The repair of the same plant, told nonsense: poles of A - L C at -2 and -3, L = (5.5, 8.75).
+/// The corrected observer for the same plant, with wrong e(0): poles of A - L C at -2 and -3, L = (5.5, 8.75).
 #[test]
 fn the_repair_needs_not_be_told() {
     let (plant, x0) = (unstable(), Vector2::new(1.0, 1.0));

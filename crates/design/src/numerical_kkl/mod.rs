@@ -120,9 +120,9 @@ pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, co
 impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z> {
     /// The observers of `plant` at the constant input `input` on `domain`, with the target `target`.
     ///
-    /// `progress` is told how far it is after every trajectory and every few samples of the regression, and says
-    /// whether it goes on: a design can take minutes, and [`ControlFlow::Break`] ends it within a step. The result
-    /// depends on the other arguments alone.
+    /// `progress` is called after every trajectory and every few samples of the regression, and decides whether the
+    /// design continues: it can take minutes, and [`ControlFlow::Break`] ends it within a step. The result depends on
+    /// the other arguments only.
     ///
     /// The reverse Duffing oscillator, x1' = x2^3, x2' = -x1, of which x1 is measured:
     /// ```

@@ -164,7 +164,7 @@ pub(super) fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, us
             let pivot = b[(k, k)];
             // Not `<=`: a NaN stops here as well.
             if !(pivot > 0.0 && pivot.is_finite()) {
-                // Rows beyond the panel have not seen it yet; none who is told of the stop reads them.
+                // Rows beyond the panel are not updated yet; they are not used after an early stop.
                 return Err((b, k));
             }
             let root = pivot.sqrt();

@@ -50,8 +50,8 @@ pub(super) fn claims() -> Vec<Claim> {
     )]
 }
 
-/// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, what was not told: it outlives e, so
-/// that x - xhat goes at its rate.
+/// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, the part unknown to the observer: it
+/// decays more slowly than e, and determines the rate of x - xhat.
 struct Rates {
     eta: f64,
     /// Of the internal error in Example 1.

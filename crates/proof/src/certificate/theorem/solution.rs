@@ -57,7 +57,8 @@ pub struct SolutionWithin {
 }
 
 impl SolutionWithin {
-    /// The equation with the intervals that are derived from these proposals, for all A and Q between bounds.
+    /// The equation with the intervals that are derived from the approximate solution, for all A and Q in their
+    /// intervals.
     ///
     /// ```
     /// use luenberger_proof::certificate::{CertificateFile, Equation, SolutionWithin, verify};
