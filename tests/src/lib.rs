@@ -1,4 +1,4 @@
-//! What crosses crates: see the integration tests beside this file. [`falsify`] tries to contradict the theorems of
+//! Tests across crates: see the integration tests beside this file. [`falsify`] tries to contradict the theorems of
 //! certificates.
 
 pub mod falsify;

@@ -1,11 +1,11 @@
-//! Whether `--package X` builds its dependencies as `--workspace` does, so that nothing is compiled a second time: see
-//! `tests/features/Cargo.toml`.
+//! Checks that `--package X` builds its dependencies with the same features as `--workspace`, so that nothing is
+//! compiled twice: see `tests/features/Cargo.toml`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::step::{Failure, cargo};
 
-/// What is built of each dependency: package and version, and its features. One package may be built in several ways.
+/// The builds of each dependency: package and version, and its features. One package may be built in several ways.
 type Built = BTreeMap<String, BTreeSet<String>>;
 
 /// Fails with the features that are missing in `tests/features/Cargo.toml`.
@@ -38,7 +38,7 @@ fn lacking(package: &str, features: &str, whole: &Built) -> String {
     format!("{package} without {}", least.join(","))
 }
 
-/// What a selection of packages builds of others, tests included.
+/// The dependencies and their features as built for a selection of packages, tests included.
 fn built(selection: &[&str]) -> Result<Built, Failure> {
     let tree = cargo(&["tree", "--edges", "normal,build,dev", "--prefix", "none", "--format", "{p}|{f}"])
         .arguments(selection)

@@ -2,8 +2,7 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`,
 //! `cargo xtask stress theorems`, `cargo xtask mutate`.
 //!
-//! Each is a row of cargo commands, run one after the other, with the time of each; the first that fails ends the row
-//! with its exit code.
+//! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
 mod features;
@@ -27,7 +26,7 @@ struct Arguments {
 enum Command {
     /// Reproduce the papers: claims.json, data, figures and report.html
     Reproduce {
-        /// Where to write [default: target/reproduce]
+        /// Output folder [default: target/reproduce]
         #[arg(long)]
         out: Option<PathBuf>,
     },
@@ -53,13 +52,13 @@ enum Command {
         #[arg(long, default_value = bench::proof::INSTANCES)]
         instances: PathBuf,
     },
-    /// Try what is claimed on random and adversarial cases, with a table of what came of them
+    /// Test the claims on random and adversarial cases, with a table of the results
     Stress {
         what: Claimed,
-        /// How many cases (proof)
+        /// Number of cases (proof)
         #[arg(long, default_value_t = 1_000_000)]
         matrices: u64,
-        /// How many mutants of certificates of each theorem (theorems)
+        /// Number of mutants of certificates for each theorem (theorems)
         #[arg(long, default_value_t = 100_000)]
         mutants: u64,
         /// Only the theorem of this name (theorems)

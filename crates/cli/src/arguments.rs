@@ -1,4 +1,4 @@
-//! What can be said on the command line.
+//! Command-line arguments and their help texts.
 
 use crate::exit::WRONG;
 use crate::input::Source;
@@ -20,7 +20,7 @@ use std::process::ExitCode;
                   Conventions: continuous time unless the name says discrete; L is the observer gain (A - L C), K the feedback gain (A - B K)."
 )]
 pub(crate) struct Arguments {
-    /// One JSON object on standard output, for machines; an error is {"error": {"kind", "message", ..}}
+    /// Print one JSON object on standard output; an error is {"error": {"kind", "message", ..}}
     #[arg(long, global = true)]
     pub(crate) json: bool,
     #[command(subcommand)]
@@ -31,37 +31,39 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Write a commented study file to start from
     ///
-    /// Output {"study", "files"}: what was written.
+    /// Output {"study", "files"}: the files written.
     #[command(after_help = NEW)]
     New(NewInput),
     /// Design, certify, simulate and compare the observers of a study, and write a folder with the report
     ///
-    /// The folder has report.html (offline), figures (SVG, PNG), trajectories (CSV, npz), study.json with every number,
-    /// and the certificates. The same study gives the same bytes. Ctrl-C leaves what is finished on disk. The exit code
-    /// is 1 if an observer does not fit, a fact is not proved, or a run ends early; the rest is done all the same.
+    /// The folder contains report.html (offline), figures (SVG, PNG), trajectories (CSV, npz), study.json with all
+    /// numbers, and the certificates. Results are reproducible: the same study gives identical bytes. Ctrl-C keeps the
+    /// finished files. The exit code is 1 if an observer is not applicable to the plant, a condition is not verified,
+    /// or a simulation fails; all other parts are still computed.
     #[command(after_help = RUN)]
     Run(StudyInput),
-    /// What the outputs see: ranks with margins for each mode, hidden directions
+    /// Observability: rank, margin of each mode, unobservable directions
     ///
-    /// For nonlinear plants at points along the trajectory, with the rank of Lie derivatives and the empirical Gramian.
+    /// Nonlinear plants are linearized at points along the trajectory; the rank of the Lie derivatives and the
+    /// empirical Gramian are computed too.
     #[command(after_help = OBSERVE)]
     Observe(StudyInput),
-    /// The observers of a study: gains, poles, and what is proved of them
+    /// Design the observers of a study: gains, poles, verified properties
     ///
-    /// An observer that does not fit the plant is reported with the hypothesis that fails and the observer that would
-    /// fit; the exit code is 1 then.
+    /// For an observer that is not applicable to the plant, the violated hypothesis and applicable alternatives are
+    /// reported; the exit code is then 1.
     #[command(after_help = DESIGN)]
     Design(StudyInput),
-    /// The observers with their certificates, written to files that `luenberger verify` accepts
+    /// Design the observers and write their certificates as files for `luenberger verify`
     #[command(after_help = CERTIFY)]
     Certify(StudyInput),
-    /// Run the plant and its observers, and write trajectories and figures
+    /// Simulate the plant and its observers; write trajectories and figures
     #[command(after_help = SIMULATE)]
     Simulate(StudyInput),
-    /// The observers side by side: settling time, peak, root mean square of the error
+    /// Compare the observers: settling time, peak, root mean square of the error
     #[command(after_help = COMPARE)]
     Compare(StudyInput),
-    /// Vary gamma, poles, noise or initial errors, with ensembles, in parallel
+    /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
     #[command(after_help = SWEEP)]
     Sweep(StudyInput),
     /// Lyapunov equation A X + X A' + Q = 0
@@ -99,83 +101,84 @@ pub(crate) enum Command {
     /// `dare(A, B, Q, R)` of python-control, which returns (X, poles, K).
     #[command(after_help = DARE)]
     Dare(MatrixInput),
-    /// Pole placement: K with the eigenvalues of A - B K where they are wished
+    /// Pole placement: K such that A - B K has the specified eigenvalues
     ///
     /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k",
     /// "poles", "condition"}. As `place(A, B, poles)` of python-control and MATLAB: u = -K x. For an observer give A'
-    /// and C' and transpose K: L = K'. The poles of the answer are computed afresh from this K, in the order of the
-    /// input; condition is that of the eigenvectors, null for a defective closed loop. A pole may be repeated rank(B)
-    /// times, with one input as often as one likes.
+    /// and C' and transpose K: L = K'. The poles in the output are recomputed from this K, in the order of the input;
+    /// condition is the condition number of the eigenvector matrix, null for a defective closed loop. The multiplicity
+    /// of a pole is at most rank(B); with one input it is not limited.
     #[command(after_help = PLACE)]
     Place(MatrixInput),
-    /// Observability of (A, C): the rank, the margin of each mode, what no output sees
+    /// Observability of (A, C): rank, margin of each mode, unobservable directions
     ///
     /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}. rank is that of `obsv(A, C)` of
-    /// python-control and MATLAB, decided without forming that matrix. margins has for each eigenvalue of A the
-    /// smallest singular value of [A - lambda I; C] relative to the pair, in units that suit it: 0 if no output sees
-    /// the mode. unobservable has eigenvalue and direction of each hidden mode: A v = lambda v, C v = 0. The exit code
-    /// is 0 for an unobservable pair too: the question is what is seen.
+    /// python-control and MATLAB, computed without forming that matrix. margins has for each eigenvalue of A the
+    /// smallest singular value of [A - lambda I; C] relative to the norm of the scaled pair: 0 for an unobservable
+    /// mode. unobservable has eigenvalue and direction of each unobservable mode: A v = lambda v, C v = 0. The exit
+    /// code is 0 for an unobservable pair too.
     #[command(after_help = OBSV)]
     Obsv(MatrixInput),
     /// Eigenvalues of a square matrix
     ///
-    /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}, complex pairs adjacent, the one above the real axis
-    /// first.
+    /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}. Complex pairs are adjacent, the one with positive
+    /// imaginary part first.
     #[command(after_help = EIG)]
     Eig(MatrixInput),
-    /// A study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
+    /// Create a study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
     ///
-    /// The file holds A and C, and B if there are inputs, under these names in either case, by themselves or as fields
-    /// of one structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C);
-    /// json.dump({'A': sys.A.tolist(), ..}, file). D has to be zero and the model in continuous time. Output {"study",
-    /// "states", "inputs", "outputs", "ignored"}.
+    /// The file has matrices A and C, and B if there are inputs. The names may be in upper or lower case. The matrices
+    /// are variables of the file or fields of one structure: save('model.mat', 'A', 'B', 'C', '-v7');
+    /// np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file). D must be zero and
+    /// the model in continuous time. Output {"study", "states", "inputs", "outputs", "ignored"}.
     #[command(after_help = IMPORT)]
     Import(ImportInput),
-    /// Check certificate files: everything they claim is derived again, outside floating point
+    /// Verify certificate files: every claim is rederived in exact or interval arithmetic
     ///
-    /// As the program luenberger-verify, which depends on nothing but the checker. Output {"files": [{"file",
-    /// "outcome", "title", "statement", "facts"}, ..]}. The exit code is 0 if every file is proved, 1 if one is
-    /// rejected, 2 if one is no certificate.
+    /// Same as the program luenberger-verify, which depends only on the checker. Output {"files": [{"file", "outcome",
+    /// "title", "statement", "facts"}, ..]}. The exit code is 0 if every file is verified, 1 if one is rejected, 2 if
+    /// one is not a certificate.
     #[command(after_help = VERIFY)]
     Verify(VerifyInput),
-    /// Proved bounds of a semidefinite program in SDPA's sparse format
+    /// Rigorous bounds on the optimum of a semidefinite program in SDPA's sparse format
     ///
-    /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver proposes; what is printed is proved
-    /// outside it. The exit code is 0 if both bounds, or infeasibility, are proved, 1 if nothing is.
+    /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver computes an approximate solution; the
+    /// printed bounds are verified independently of it. The exit code is 0 if both bounds, or infeasibility, are
+    /// verified, 1 otherwise.
     #[command(after_help = SDP)]
     Sdp(SdpInput),
 }
 
 #[derive(Args)]
 pub(crate) struct NewInput {
-    /// The plant: --list shows all
+    /// Name of the plant; --list shows all
     #[arg(long, default_value = "double-integrator")]
     pub(crate) plant: String,
     /// The study file to write, or - for standard output
     #[arg(short, long, value_name = "STUDY", default_value = "study.toml")]
     pub(crate) output: PathBuf,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long)]
     pub(crate) force: bool,
-    /// List the plants instead
+    /// List the plants and exit
     #[arg(long)]
     pub(crate) list: bool,
 }
 
 #[derive(Args)]
 pub(crate) struct StudyInput {
-    /// A study: TOML, or JSON by the same keys (.json)
+    /// Study file: TOML, or JSON with the same keys (.json)
     #[arg(value_name = "STUDY")]
     pub(crate) study: PathBuf,
-    /// The folder of the results [default: STUDY-results for run, certify, simulate and sweep; none for the others]
+    /// Folder for the results [default: STUDY-results for run, certify, simulate and sweep; none for the others]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
-    /// Threads; the results do not depend on it [default: as many as there are processors]
+    /// Number of threads; it does not affect the results [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
 }
 
-/// At least one thread, and not so many that the machine refuses.
+/// Number of threads, from 1 to 1024.
 fn threads(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(count @ 1..=1024) => Ok(count),
@@ -185,17 +188,17 @@ fn threads(word: &str) -> Result<usize, String> {
 
 #[derive(Args)]
 pub(crate) struct MatrixInput {
-    /// A JSON file, or - for standard input; a matrix is a list of its rows
+    /// JSON file, or - for standard input; a matrix is a list of its rows
     #[arg(value_name = "FILE")]
     pub(crate) file: Source,
 }
 
 #[derive(Args)]
 pub(crate) struct SdpInput {
-    /// A program in SDPA's sparse format
+    /// Semidefinite program in SDPA's sparse format
     #[arg(value_name = "FILE.dat-s")]
     pub(crate) file: PathBuf,
-    /// Who proposes the points that are proved
+    /// Solver that computes the approximate solution
     #[arg(long, value_enum, default_value_t = Proposer::Interior)]
     pub(crate) solver: Proposer,
 }
@@ -226,13 +229,13 @@ pub(crate) struct VerifyInput {
 
 #[derive(Args)]
 pub(crate) struct ImportInput {
-    /// The model: its kind is told by its first bytes
+    /// Model file; its format is recognized from its first bytes
     #[arg(value_name = "MODEL")]
     pub(crate) model: PathBuf,
     /// The study file to write, or - for standard output
     #[arg(short, long, value_name = "STUDY", default_value = "study.toml")]
     pub(crate) output: PathBuf,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -284,7 +287,7 @@ const VERIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study
 
 const SDP: &str = "Example:\n  $ luenberger sdp theta1.dat-s --json";
 
-/// Prints what clap has to say: help and version with exit code 0, an error of usage with 2.
+/// Prints clap's message: help and version with exit code 0, a usage error with 2.
 pub(crate) fn refused(error: &clap::Error) -> ExitCode {
     let is_answer = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
     if !is_answer && std::env::args_os().any(|argument| argument == "--json") {
@@ -293,7 +296,7 @@ pub(crate) fn refused(error: &clap::Error) -> ExitCode {
         let object = json!({ "error": { "kind": "usage", "message": message.trim_end() } });
         output::line(&object.to_string());
     }
-    // Help that nobody reads to its end is no failure.
+    // A failure to write the help text is ignored.
     _ = error.print();
     if is_answer { ExitCode::SUCCESS } else { ExitCode::from(WRONG) }
 }

@@ -1,4 +1,4 @@
-//! Why a command has no answer: a plain sentence, an exit code, and an object for machines.
+//! Errors of a command: message, exit code, and JSON object.
 
 use crate::exit::{INTERRUPTED, NEGATIVE, WRONG};
 use crate::output::{self, is_coloured};
@@ -13,28 +13,28 @@ use std::path::Path;
 use std::process::ExitCode;
 use thiserror::Error;
 
-/// Why a command has no answer.
+/// Error of a command.
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
     /// A file cannot be read.
     #[error("{origin} cannot be read: {error}")]
     Read { origin: String, error: io::Error },
-    /// More input than is taken for meant.
+    /// The input is longer than the limit.
     #[error("{origin} is longer than {limit} bytes")]
     TooLong { origin: String, limit: u64 },
-    /// Bytes that are not text.
+    /// The input is not UTF-8 text.
     #[error("{origin}: line {line}, column {column}: byte {byte} of the input, {found:#04x}, is not UTF-8")]
     NotText { origin: String, line: usize, column: usize, byte: usize, found: u8 },
-    /// Text that is not the JSON asked for.
+    /// The input is not JSON of the expected form.
     #[error("{origin}: line {line}, column {column}: {message}")]
     Json { origin: String, line: usize, column: usize, message: String },
-    /// Matrices that make no problem, or a problem without a solution.
+    /// Invalid matrices, or a problem without a solution.
     #[error("{origin}: {error}")]
     Matrix { origin: String, error: LinalgError },
     /// Not a program in SDPA's format.
     #[error("{origin}: {error}")]
     Sdp { origin: String, error: ReadError },
-    /// Not a model.
+    /// Not a state-space model.
     #[error("{origin}: {error}")]
     Import { origin: String, error: ImportError },
     /// Not a certificate.
@@ -43,7 +43,7 @@ pub(crate) enum Failure {
     /// A study that cannot be read or executed.
     #[error(transparent)]
     Study(#[from] StudyError),
-    /// A file is there already.
+    /// The output file exists already.
     #[error("{path} is there already: give another name, or --force to write over it")]
     Exists { path: String },
     /// A file cannot be written.
@@ -55,13 +55,13 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// Why a file is not written.
+    /// Why a file cannot be written.
     pub(crate) fn written(path: &Path, error: io::Error) -> Self {
         let path = path.display().to_string();
         if error.kind() == io::ErrorKind::AlreadyExists { Self::Exists { path } } else { Self::Write { path, error } }
     }
 
-    /// A word for machines.
+    /// Error kind for the JSON object.
     fn kind(&self) -> &'static str {
         match self {
             Self::Read { .. } | Self::TooLong { .. } | Self::Exists { .. } | Self::Write { .. } => "file",
@@ -93,7 +93,7 @@ impl Failure {
         }
     }
 
-    /// Line and column, from 1, where there are such.
+    /// Line and column, from 1, if known.
     fn place(&self) -> Option<(usize, usize)> {
         match self {
             Self::NotText { line, column, .. }
@@ -103,12 +103,12 @@ impl Failure {
         }
     }
 
-    /// Prints it: the sentence on standard error, and with `json` the object on standard output.
+    /// Prints the error: the message on standard error, and with `json` the object on standard output.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
         if json {
             output::line(&self.object().to_string());
         }
-        // Nobody is left to be told of a standard error that is closed.
+        // A failure to write to standard error cannot be reported.
         _ = match self {
             // All mistakes of the file, each with its excerpt.
             Self::Study(StudyError::File(mistakes)) => {
@@ -132,7 +132,7 @@ impl Failure {
             error.insert("column".to_owned(), column.into());
         }
         if let Self::Study(StudyError::File(mistakes)) = self {
-            // Strings and counts: nothing that JSON could not hold.
+            // Only strings and counts, so that serialization cannot fail.
             let located = serde_json::to_value(mistakes.located()).unwrap_or_default();
             error.insert("mistakes".to_owned(), located);
         }
@@ -142,7 +142,7 @@ impl Failure {
     }
 }
 
-/// The first mistake in a sentence, without its excerpt.
+/// The first mistake as one sentence, without its excerpt.
 fn first(mistakes: &Diagnostics) -> String {
     let located = mistakes.located();
     let count = located.len();
@@ -156,7 +156,7 @@ fn first(mistakes: &Diagnostics) -> String {
     )
 }
 
-/// Whether the matrices make no problem at all; else the problem is one, and has no solution.
+/// Whether the input is invalid; otherwise it is valid and the problem has no solution.
 fn is_wrong(error: &LinalgError) -> bool {
     matches!(
         error,

@@ -1,4 +1,4 @@
-//! `luenberger import`: a study file from a model.
+//! `luenberger import`: creates a study file from a model.
 
 use crate::answer::Answer;
 use crate::arguments::ImportInput;
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 #[derive(Serialize)]
 struct Imported<'a> {
-    /// The file that was written; the text itself where that is standard output.
+    /// The file written, or the text itself if the output is standard output.
     study: String,
     states: usize,
     inputs: usize,

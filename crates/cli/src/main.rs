@@ -1,9 +1,8 @@
-//! The command `luenberger`. It reads arguments and files, calls the library, and prints: no control theory happens
-//! here.
+//! The command `luenberger`: reads arguments and files, calls the library, and prints. It contains no control theory.
 //!
-//! Standard output carries the answer and nothing else: text for people, or with `--json` one JSON object. Errors and
-//! progress go to standard error. The exit code is 0 for success, 1 where the answer is negative (no solution, not
-//! proved), 2 where the question is wrong (usage, files, data).
+//! Standard output has only the result: text, or with `--json` one JSON object. Errors and progress go to standard
+//! error. The exit code is 0 for success, 1 for a negative answer (no solution, not proved), 2 for invalid input
+//! (usage, files, data).
 
 mod answer;
 mod arguments;

@@ -1,4 +1,4 @@
-//! Numbers for people: six significant digits, matrices aligned at their decimal points.
+//! Number formats of the text output: six significant digits, matrices aligned at their decimal points.
 
 use luenberger_proof::wording::{self, significant};
 use nalgebra::{Complex, DMatrix};
@@ -8,18 +8,17 @@ pub(crate) fn number(x: f64) -> String {
     significant(x, 6)
 }
 
-/// A residual or a condition: two digits say enough.
+/// A residual or a condition number, with two digits.
 pub(crate) fn size(x: f64) -> String {
     significant(x, 2)
 }
 
-/// A margin relative to what it is a margin of: below a rounding it is none.
+/// A relative margin; values below the rounding error are printed as zero.
 pub(crate) fn margin(x: f64) -> String {
     size(beside(x, 1.0))
 }
 
-/// `x`, or 0 where it is rounding error of numbers as large as `largest`: what operations of a few steps leave of an
-/// exact zero.
+/// `x`, or 0 where it is at the level of rounding errors of numbers as large as `largest`.
 pub(crate) fn beside(x: f64, largest: f64) -> f64 {
     if x.abs() <= 8.0 * f64::EPSILON * largest { 0.0 } else { x }
 }
@@ -74,7 +73,7 @@ mod tests {
             (margin(2.7e-126), margin(0.333), margin(1e-14)),
             ("0".to_owned(), "0.33".to_owned(), "1e-14".to_owned())
         );
-        // Of large numbers more is rounding error, of small ones less.
+        // Digits beyond this are rounding error for large numbers, and negligible for small ones.
         assert_eq!((beside(1e-4, 1e12), beside(-1e-17, 1e-12)), (0.0, -1e-17));
     }
 

@@ -1,12 +1,12 @@
-//! Long work shows a sign of life on standard error, on a terminal only.
+//! Progress indicators on standard error, on a terminal only.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;
 
-/// A turning sign that leaves nothing behind when it is dropped.
+/// A spinner that is erased when dropped.
 pub(crate) struct Spinner {
-    /// Absent off the terminal.
+    /// `None` if standard error is not a terminal.
     bar: Option<ProgressBar>,
 }
 
@@ -30,9 +30,9 @@ impl Drop for Spinner {
     }
 }
 
-/// A bar that knows how many items there are, told from any thread; it leaves nothing behind.
+/// A progress bar with a known number of items, updated from any thread and erased when dropped.
 pub(crate) struct Bar {
-    /// Absent off the terminal.
+    /// `None` if standard error is not a terminal.
     bar: Option<ProgressBar>,
 }
 
@@ -42,7 +42,7 @@ impl Bar {
     pub(crate) fn new() -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
-            // The template is constant, and a test reads it; a bad one would only cost the looks.
+            // The template is constant and covered by a test; an invalid one would only affect the appearance.
             if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
                 bar.set_style(style);
             }
@@ -52,7 +52,7 @@ impl Bar {
         Self { bar }
     }
 
-    /// `done` of `total` items of a stage are done.
+    /// Reports that `done` of `total` items of a stage are finished.
     pub(crate) fn tell(&self, stage: &str, item: &str, done: usize, total: usize) {
         if let Some(bar) = &self.bar {
             bar.set_length(total as u64);
@@ -63,7 +63,7 @@ impl Bar {
 }
 
 impl Bar {
-    /// Nothing is left on the terminal.
+    /// Erases the bar.
     pub(crate) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

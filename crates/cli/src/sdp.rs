@@ -1,4 +1,4 @@
-//! `luenberger sdp`: proved bounds of a semidefinite program.
+//! `luenberger sdp`: rigorous bounds on the optimum of a semidefinite program.
 
 use crate::answer::Answer;
 use crate::failure::Failure;

@@ -1,4 +1,4 @@
-//! `luenberger verify`: certificate files, checked as `luenberger-verify` checks them.
+//! `luenberger verify`: verifies certificate files as `luenberger-verify` does.
 
 use crate::answer::Answer;
 use crate::failure::Failure;
@@ -8,7 +8,7 @@ use luenberger_proof::certificate::{LARGEST_FILE, Number, Rejection, verify as c
 use serde::Serialize;
 use std::fmt::Write;
 
-/// What became of one file.
+/// Result for one file.
 #[derive(Serialize)]
 struct Checked {
     file: String,
@@ -41,8 +41,7 @@ struct All {
     files: Vec<Checked>,
 }
 
-/// Every file proved: success. One that is not: the answer is no. One that is no certificate at all: the question is
-/// wrong.
+/// Every file verified: success. A file rejected: negative answer. A file that is not a certificate: invalid input.
 pub(crate) fn verify(sources: &[Source]) -> Result<Answer, Failure> {
     let (mut text, mut files) = (String::new(), Vec::new());
     for source in sources {
@@ -55,7 +54,7 @@ pub(crate) fn verify(sources: &[Source]) -> Result<Answer, Failure> {
 }
 
 fn one(source: &Source) -> Result<(String, Checked), Failure> {
-    // One byte more than a certificate may have, for the checker to see that there are more.
+    // One byte more than the limit, so that the checker detects a longer file.
     let bytes = source.bytes(LARGEST_FILE as u64 + 1)?;
     let file = source.to_string();
     match check(&bytes) {

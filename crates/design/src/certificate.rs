@@ -1,8 +1,9 @@
-//! The numbers of a design as the prover reads them.
+//! The numbers of a design in the form that the verification takes.
 //!
-//! A design names its [`Theorem`](luenberger_proof::certificate::Theorem); facts, words, margins and file come from it,
-//! decided once when the design is made and kept in its [`Certificate`](luenberger_proof::certificate::Certificate).
-//! The data of a theorem are the numbers that run: L, N, P and theta as stored.
+//! A design names its [`Theorem`](luenberger_proof::certificate::Theorem); conditions, text, margins and file come from
+//! it, computed once when the design is made and kept in its
+//! [`Certificate`](luenberger_proof::certificate::Certificate). The data of a theorem are the implemented numbers: L,
+//! N, P and theta as stored.
 
 use luenberger_proof::certificate::PlantMatrices;
 use luenberger_proof::{Matrix, ProofError};

@@ -1,4 +1,4 @@
-//! Checks of what a user hands over, each with an error that names the matrix and the value.
+//! Checks of user-supplied data, each with an error that names the matrix and the value.
 
 use luenberger_linalg::{LinalgError, LyapunovEquation, detectability, eigenvalues, lambda_min, spectral_abscissa};
 use luenberger_plants::error::check_matrix;
@@ -23,7 +23,7 @@ pub(crate) fn symmetric(what: &'static str, m: &DMatrix<f64>, n: usize) -> Resul
     Ok(luenberger_linalg::symmetric(what, m)?)
 }
 
-/// The same matrix with the sizes that a plant's type fixes, `expected` being what the plant says of them.
+/// The same matrix with the sizes that a plant's type fixes; `expected` are the sizes the plant declares.
 pub(crate) fn sized<R: Dim, C: Dim>(
     what: &'static str,
     m: &DMatrix<f64>,
@@ -183,8 +183,8 @@ pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
     if rate >= 0.0 && rate.is_finite() { Ok(()) } else { Err(DesignError::BadRate { rate }) }
 }
 
-/// `(A + rate I, C)` detectable: every mode of A that no output sees decays faster than `exp(-rate t)`. The error is
-/// decided exactly for the numbers as stored; a mode that is hidden to working precision only is returned.
+/// `(A + rate I, C)` detectable: every unobservable mode of A decays faster than `exp(-rate t)`. The error is decided
+/// exactly for the numbers as stored; a mode that is unobservable only to working precision is returned.
 pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<Option<NearlyHidden>, DesignError> {
     let n = a.nrows();
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;

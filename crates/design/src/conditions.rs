@@ -1,4 +1,4 @@
-//! The conditions (11)-(13) of Theorem 1, as printed and as they work, for gains of any origin.
+//! The conditions (11)-(13) of Theorem 1, as printed and as corrected, for gains from any source.
 
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CubicTheorem1};
@@ -11,7 +11,7 @@ use crate::error::DesignError;
 
 certified!(Theorem1);
 
-/// What is known of each condition of Theorem 1, for the numbers exactly as given.
+/// Verdict on each condition of Theorem 1, exactly for the given numbers.
 ///
 /// (11), that the origin is the only equilibrium, follows from (12) and (13').
 #[readonly::make]
@@ -26,8 +26,8 @@ pub struct Theorem1 {
 impl Theorem1 {
     /// Decides the conditions for the gains L, N (n x p), the weight theta (p x p) and P (n x n, symmetric).
     ///
-    /// A gain N that was rounded misses (13') in its last digit, and the verdict says so; a gain defined by
-    /// `N = -P^-1 C'S` is certified by [`CubicDesign`](crate::CubicDesign).
+    /// A rounded gain N generally violates (13') in its last digit, and is refuted; a gain defined by `N = -P^-1
+    /// C'S` is certified by [`CubicDesign`](crate::CubicDesign).
     ///
     /// # Errors
     /// Shapes that do not fit the plant, entries that are not finite, a P or theta that is not symmetric.

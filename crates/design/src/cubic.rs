@@ -1,4 +1,4 @@
-//! The cubic observer (5): a certified linear observer and a gain N that never costs stability.
+//! The cubic observer (5): a certified linear observer and a gain N that preserves stability.
 //!
 //! `P N C + C'N'P <= 0` (13') holds iff `N = -P^-1 C'S` with `S + S' >= 0` (C of full row rank), and with (12) it gives
 //! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.
@@ -27,7 +27,7 @@ pub enum CubicGain {
 
 certified!(CubicDesign);
 
-/// A cubic observer with its evidence.
+/// A cubic observer with its certificate.
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct CubicDesign {
@@ -39,10 +39,10 @@ pub struct CubicDesign {
     pub q: DMatrix<f64>,
     /// S of `N = -P^-1 C'S`.
     pub s: DMatrix<f64>,
-    /// The decay rate that the certificate states: that of the linear design.
+    /// The certified decay rate: that of the linear design.
     pub rate: f64,
-    /// What is proved of it: convergence with all gains exactly as stored, from every error or from those of an
-    /// ellipsoid; where neither is proved, the theorem for the real gain `N = -P^-1 C'S`.
+    /// The certificate: convergence with all gains exactly as stored, from every error or from those of an ellipsoid;
+    /// if neither is proved, the theorem for the real gain `N = -P^-1 C'S`.
     pub certificate: Certificate,
 }
 
@@ -95,8 +95,8 @@ impl CubicDesign {
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 
-    /// The theorem about the gains as stored, with the region from which it is proved; where it is proved from none,
-    /// the claim that it converges from everywhere.
+    /// The theorem for the stored gains, with the region for which it is proved; if there is none, the claim of global
+    /// convergence.
     pub(crate) fn theorem(&self) -> Result<certificate::CubicConvergence, ProofError> {
         for proved in self.certificate.theorems() {
             if let Theorem::CubicConvergence(theorem) = proved.theorem() {
@@ -113,7 +113,7 @@ impl CubicDesign {
     }
 }
 
-/// The claim that the cubic observer with these gains converges from everywhere.
+/// The claim that the cubic observer with these gains converges globally.
 pub(crate) fn theorem(
     abc: (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),

@@ -1,8 +1,8 @@
-//! A design on its target: gains as stored in f32 or fixed point, and the error that the running arithmetic leaves.
+//! A design on its target: gains as stored in f32 or fixed point, and the remaining error of the target's arithmetic.
 //!
-//! The theory is in `luenberger_proof::statement` (the head of its module `deployed`) and in `docs/proofs.md`. What is
-//! decided here is only which P proves it: a Lyapunov matrix that decreases as fast as possible gives a good
-//! contraction, one that is well conditioned a round ball.
+//! The theory is in `luenberger_proof::statement` (the head of its module `deployed`) and in `docs/proofs.md`. Only the
+//! choice of P is made here: a Lyapunov matrix with the fastest decrease gives a good contraction, a well-conditioned
+//! one a round ball.
 
 use luenberger_linalg::{spectral_radius, stein};
 use luenberger_plants::StateSpace;
@@ -25,7 +25,7 @@ pub struct DeployedLinear {
     pub p: DMatrix<f64>,
     /// The numbers stored, the verdicts, and the ball of the running error.
     pub deployed: Deployed,
-    /// What is proved of it: of the stored numbers, and of the ball of the running error where there is one.
+    /// The certificate: of the stored numbers, and of the ball of the running error if there is one.
     pub certificate: Certificate,
 }
 

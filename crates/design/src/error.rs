@@ -1,5 +1,5 @@
-//! What can go wrong on the way from a plant to an observer. The families of designs that can fail in more ways have
-//! errors of their own, which take this one in: `LpvError`, `KklError`, `NumericalKklError`.
+//! Errors of a design. Families of designs with further errors have their own types, which include this one:
+//! `LpvError`, `KklError`, `NumericalKklError`.
 
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
@@ -9,7 +9,7 @@ use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
-/// Why a design was not possible. Every variant names the quantity and its value.
+/// Error of a design. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DesignError {
@@ -28,7 +28,7 @@ pub enum DesignError {
     /// A certificate file could not be written: an inequality of its theorem is not proved.
     #[error("no certificate file: {0}")]
     CertificateFile(Box<luenberger_proof::certificate::Rejection>),
-    /// A statement could not be handed to the prover.
+    /// A statement could not be passed to `luenberger-proof`.
     #[error(transparent)]
     Proof(#[from] ProofError),
     /// A scalar that must be positive is not.
@@ -51,7 +51,7 @@ pub enum DesignError {
         /// Its largest value.
         most: f64,
     },
-    /// A pole asked for an observer that would not converge.
+    /// A specified pole for which the observer would not converge.
     #[error("the observer pole {pole} is not in the open left half plane")]
     UnstablePole {
         /// The pole.
@@ -71,7 +71,7 @@ pub enum DesignError {
         /// Smallest singular value of C with its rows scaled to length one.
         sigma_min: f64,
     },
-    /// A method for one output was asked for a plant with several.
+    /// A method for one output was called for a plant with several.
     #[error("{what} needs a plant with one output; this one has {outputs}")]
     SeveralOutputs {
         /// The method.
@@ -79,8 +79,8 @@ pub enum DesignError {
         /// Number of outputs.
         outputs: usize,
     },
-    /// [`LyapunovWeight::InverseCovariance`](crate::LyapunovWeight::InverseCovariance) was asked for a gain that is no
-    /// Kalman gain.
+    /// [`LyapunovWeight::InverseCovariance`](crate::LyapunovWeight::InverseCovariance) was requested for a gain that is
+    /// not a Kalman gain.
     #[error("P cannot be the information matrix: only a Kalman gain comes with a covariance")]
     NoCovariance,
     /// A [`LyapunovWeight`](crate::LyapunovWeight) for a design whose P came from a linear matrix inequality.
@@ -153,7 +153,7 @@ pub enum DesignError {
         /// The real part.
         real_part: f64,
     },
-    /// No P exists for the gains that were given.
+    /// No P exists for the given gains.
     #[error("{what} is infeasible: {reason}")]
     Infeasible {
         /// The inequality.
@@ -166,25 +166,25 @@ pub enum DesignError {
     Undecided {
         /// The inequality.
         what: &'static str,
-        /// What stood in the way.
+        /// The reason.
         why: UndecidedReason,
-        /// The best margin seen.
+        /// The best margin found.
         best: f64,
-        /// A mode that to working precision no output sees, which may be what stands in the way.
+        /// A mode that is unobservable to working precision, a possible reason.
         seen: Option<Box<NearlyHidden>>,
     },
-    /// Multipliers refute the inequality with intermediate results as rounded, which says nothing of it with the
-    /// numbers as stored.
+    /// Multipliers refute the inequality with rounded intermediate results, which does not refute it for the stored
+    /// numbers.
     #[error("{what} stayed undecided: it is refuted only with {rounded} as rounded ({witness})")]
     RefutedAsRounded {
         /// The inequality.
         what: &'static str,
-        /// What was rounded.
+        /// The rounded quantity.
         rounded: &'static str,
         /// The multipliers, verified for the rounded numbers.
         witness: Infeasibility,
     },
-    /// Floating point finds an eigenvalue that is not stable, and exact arithmetic does not confirm it.
+    /// Floating point finds an unstable eigenvalue, and exact arithmetic does not confirm it.
     #[error("whether {what} is Hurwitz stayed undecided: its spectral abscissa is {abscissa:e}, up to rounding")]
     StabilityUndecided {
         /// Which matrix.
@@ -194,14 +194,14 @@ pub enum DesignError {
     },
 }
 
-/// A mode that floating point calls hidden, and exact arithmetic does not: an observation, not a proof.
+/// A mode that is unobservable in floating point but not in exact arithmetic: an observation, not a proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NearlyHidden {
     /// Which pair (A, C), if there are several.
     pub place: Option<String>,
     /// The eigenvalue, to rounding.
     pub eigenvalue: Complex<f64>,
-    /// The smallest singular value of `[A - lambda I; C]`, relative, in units that suit the pair.
+    /// The smallest singular value of `[A - lambda I; C]`, relative, after scaling of the pair.
     pub margin: f64,
 }
 
@@ -216,7 +216,7 @@ impl core::fmt::Display for NearlyHidden {
 }
 
 impl DesignError {
-    /// The same, undecided with what was seen.
+    /// The same, undecided, with the best margin found.
     pub(crate) fn with_seen(self, nearly: Option<NearlyHidden>) -> Self {
         match self {
             Self::Undecided { what, why, best, seen: None } => {
@@ -226,8 +226,8 @@ impl DesignError {
         }
     }
 
-    /// The error behind the verdict on the inequality `what`, where a proof was wanted and there is none: not even a
-    /// verdict, or one that was not enough.
+    /// The error for the verdict on the inequality `what`, if a proof was required and there is none: no verdict, or an
+    /// insufficient one.
     pub(crate) fn not_proved(what: &'static str, verdict: Option<Verdict<Infeasibility>>) -> Self {
         match verdict {
             Some(Verdict::Refuted { witness }) => Self::Infeasible { what, reason: InfeasibilityReason::Dual(witness) },
@@ -264,7 +264,7 @@ impl From<luenberger_proof::certificate::Rejection> for DesignError {
     }
 }
 
-/// What makes an inequality infeasible.
+/// Why an inequality is infeasible.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InfeasibilityReason {

@@ -1,5 +1,5 @@
-//! The exact solution of a Lyapunov or Stein equation: proposed by `linalg`, bettered by one residual, and enclosed by
-//! `proof`.
+//! Enclosure of the exact solution of a Lyapunov or Stein equation: approximated by `linalg`, refined by one residual
+//! correction, and enclosed by `proof`.
 
 use luenberger_linalg::{lyapunov, stein};
 use luenberger_proof::certificate::{CertificateFile, Equation, SolutionWithin};

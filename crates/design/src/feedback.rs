@@ -1,4 +1,4 @@
-//! Theorem 6 and Corollary 1: the observer inside the loop `u = -K xhat`.
+//! Theorem 6 and Corollary 1: the observer in the feedback loop `u = -K xhat`.
 //!
 //! Given the P of a certified observer, the block inequality (25) has a solution `P1 > 0` iff `A - B K` is Hurwitz.
 //! With `(A - BK)'P0 + P0(A - BK) = -I` and `P1 = mu P0` it reads, by the Schur complement, `Q - mu (P0BK)'(P0BK) > 0`,
@@ -26,7 +26,7 @@ pub struct FeedbackDesign {
     pub poles: Vec<Complex<f64>>,
     /// `P1 > 0` of (25).
     pub p1: DMatrix<f64>,
-    /// What is proved of the loop: the facts of the observer with its gains as stored, and (25).
+    /// The certificate of the loop: the conditions of the observer with its gains as stored, and (25).
     pub certificate: Certificate,
 }
 

@@ -1,4 +1,4 @@
-//! The gain by linear matrix inequality: one L and one P for one or several state matrices.
+//! Gain by linear matrix inequality: one L and one P for one or several state matrices.
 //!
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver
 //! normalises them together.
@@ -21,7 +21,7 @@ pub(crate) fn gain_by_lmi(plant: &StateSpace, rate: f64, settings: &Settings) ->
     Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new(), settings)?.0)
 }
 
-/// One L and one P for every state matrix in `vertices`, with whatever `lmi` already asks for.
+/// One L and one P for every state matrix in `vertices`, in addition to the constraints already in `lmi`.
 pub(crate) fn solve(
     plant: &StateSpace,
     vertices: &[DMatrix<f64>],

@@ -10,7 +10,7 @@ pub(crate) struct GoldenSequence {
 }
 
 impl GoldenSequence {
-    /// In `dimensions` coordinates; the seed says where it begins.
+    /// In `dimensions` coordinates; the seed determines the first point.
     pub(crate) fn new(dimensions: usize, seed: u64) -> Self {
         // g^(n+1) = g + 1 by fixed-point iteration, which contracts at least by half.
         let golden = (0..64).fold(2.0f64, |g, _| (1.0 + g).powf(1.0 / (dimensions as f64 + 1.0)));

@@ -31,8 +31,8 @@ use crate::linear::LinearDesign;
 /// ```
 ///
 /// # Errors
-/// `NotDetectable` (in [`DesignError::Linalg`]) names the mode that no output sees and that does not decay fast enough
-/// by itself; [`DesignError::Undecided`] when the inequality could not be decided.
+/// `NotDetectable` (in [`DesignError::Linalg`]) names the unobservable mode that does not decay fast enough;
+/// [`DesignError::Undecided`] if the inequality could not be decided.
 pub fn joint_design(
     plant: &StateSpace,
     theta: &DMatrix<f64>,

@@ -1,20 +1,19 @@
-//! Proposition 7 as a constructor: from the pieces of a plant to its [KKL+PEB] observer, with what could be checked of
-//! the hypotheses.
+//! Proposition 7 as a constructor: from the parts of a plant to its [KKL+PEB] observer, with the hypotheses checked as
+//! far as possible.
 //!
 //! ```text
 //! x1' = f1(x1, x2, x3, u) + S(x, u),  row k of S is b(x1, x2, x3, u)' x4       y = x1
 //! x2' = A2 x2 + f2(x1, u),  x3' = A3 x3 + f3(x1, x2, u),  x4' = f4(x1, x2, x3, u)                     (40), (41)
 //! ```
 //!
-//! The proposition assumes three things. That the plant is of this form: the pieces are compared with the plant at
-//! every sample of a run. That A2 and A3 are Hurwitz: proved. That the input keeps the trajectories bounded and b
-//! exciting,
+//! The proposition has three hypotheses. The plant has this form: the parts are compared with the plant at every sample
+//! of a run. A2 and A3 are Hurwitz: proved. The input keeps the trajectories bounded and b persistently exciting,
 //! ```text
 //!     int_t^(t+T) b b' ds >= delta I      for all t >= 0,                                             (42)
 //! ```
-//! which is a property of a trajectory: it is measured along that run. The run is data and not simulated here: which
-//! input excites, and whether it is a feedback of the estimates, a program or a recording, is for `luenberger-sim` or a
-//! test bench to say.
+//! which is a property of a trajectory: it is measured along that run. The run is given as data, not simulated here;
+//! the exciting input (state feedback, a function of time or a recording) is chosen in `luenberger-sim` or on a test
+//! bench.
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
 
@@ -47,8 +46,8 @@ impl SampledRun {
     /// `luenberger-sim` has them.
     ///
     /// # Errors
-    /// [`KklError::Samples`], [`KklError::Times`] for tables that are none; [`KklError::Unbounding`] has the time and
-    /// the coordinate of the first value that is not finite.
+    /// [`KklError::Samples`], [`KklError::Times`] for invalid tables; [`KklError::Unbounding`] has the time and the
+    /// coordinate of the first value that is not finite.
     pub fn new(t: &[f64], x: &DMatrix<f64>, u: &DMatrix<f64>) -> Result<Self, KklError> {
         if t.len() < 2 || x.nrows() != t.len() || u.nrows() != t.len() {
             return Err(KklError::Samples { times: t.len(), states: x.nrows(), inputs: u.nrows() });
@@ -70,19 +69,19 @@ impl SampledRun {
     }
 }
 
-/// What is asked of the run.
+/// Requirements on the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excite {
     /// T of (42), in the units of the run's times.
     pub window: f64,
-    /// delta of (42) that is needed; 0 asks for more than the rounding error.
+    /// The required delta of (42); 0 requires only more than the rounding error.
     pub needed: f64,
-    /// How large |x_i| may become; infinite where there is no such number.
+    /// Bound on |x_i|; infinite if there is none.
     pub bound: f64,
 }
 
 impl Excite {
-    /// Any excitation over windows of this length, and any bounded run.
+    /// Any positive excitation over windows of this length, and any bounded run.
     pub fn within(window: f64) -> Self {
         Self { window, needed: 0.0, bound: f64::INFINITY }
     }
@@ -95,21 +94,21 @@ pub struct Excitation {
     pub window: f64,
     /// The least eigenvalue of `int b b'` over the windows examined, by the trapezoidal rule: delta.
     pub delta: f64,
-    /// Where the worst window begins.
+    /// Start of the worst window.
     pub from: f64,
-    /// The direction of x4 that it shows least.
+    /// The least excited direction of x4 in it.
     pub direction: Vec<f64>,
-    /// The largest trace over the windows, not below any eigenvalue: over delta it says how unlike the directions are
-    /// seen.
+    /// The largest trace over the windows, an upper bound of every eigenvalue: its ratio to delta measures how
+    /// differently the directions are excited.
     pub greatest: f64,
-    /// By how much delta of the worst window differs when every second sample is left out, relative: whether the
-    /// samples are dense enough.
+    /// Relative change of delta of the worst window if every second sample is omitted: whether the samples are dense
+    /// enough.
     pub quadrature: f64,
-    /// How many windows, evenly spread.
+    /// Number of windows, evenly spread.
     pub windows: usize,
 }
 
-/// What was checked of Proposition 7's hypotheses, and what was not.
+/// The checked and the unchecked hypotheses of Proposition 7.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklPebReport {
     /// A2 and A3 by name, each proved Hurwitz; those that have states.
@@ -123,15 +122,15 @@ pub struct KklPebReport {
     /// The largest ratio, over the states, of the largest |x_i| of the second half to that of the first: a run that is
     /// bounded and long enough has about 1.
     pub growth: f64,
-    /// The largest difference between a piece and the plant's own equation, relative to the largest value that the
-    /// equation has along the run.
+    /// The largest difference between the given parts and the plant's own equation, relative to the largest value of
+    /// the equation along the run.
     pub mismatch: f64,
     /// Samples of the run.
     pub samples: usize,
 }
 
 impl KklPebReport {
-    /// What Proposition 7 assumes and nothing here has looked at.
+    /// The hypotheses of Proposition 7 that are not checked here.
     pub const NOT_CHECKED: [&'static str; 3] = [
         "boundedness and (42) after the run, for other inputs and from other states",
         "the Lipschitz constants of f1, f3, f4 and b in x2 and x3 on the set where the run lives",
@@ -161,19 +160,19 @@ impl fmt::Display for KklPebReport {
     }
 }
 
-/// The [KKL+PEB] observer of a plant of Proposition 7's class, with what was checked.
+/// The [KKL+PEB] observer of a plant of Proposition 7's class, with the checked hypotheses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklPebDesign<O> {
     /// The observer, ready to run.
     pub observer: O,
-    /// What was checked.
+    /// The checked hypotheses.
     pub report: KklPebReport,
 }
 
 impl<O> KklPebDesign<O> {
-    /// The observer of `plant`, whose states are (x1, x2, x3, x4) and whose pieces are `cascade`; what is asked of
-    /// `run` is `excite`. `make` chooses the estimator and the filters: it is given the maps, once they are checked,
-    /// and makes the observer of them, [`KklPebObserver`](luenberger_observers::KklPebObserver) as a rule.
+    /// The observer of `plant` with states (x1, x2, x3, x4) and parts `cascade`; `excite` has the requirements on
+    /// `run`. `make` chooses the estimator and the filters: it takes the checked maps and returns the observer, usually
+    /// a [`KklPebObserver`](luenberger_observers::KklPebObserver).
     ///
     /// `x1' = -x1 + x4 sin t` with u = sin t: b = u, and x4 a constant.
     /// ```
@@ -281,7 +280,7 @@ impl<O> KklPebDesign<O> {
     }
 }
 
-/// What can be said of the hypotheses.
+/// Verdicts on the hypotheses.
 fn examine<S, C>(plant: &S, cascade: &C, run: &SampledRun, excite: &Excite) -> Result<KklPebReport, KklError>
 where
     S: Plant<f64>,
@@ -433,7 +432,7 @@ where
     Ok((regressors, mismatch))
 }
 
-/// How many windows are examined.
+/// Number of windows.
 const WINDOWS: usize = 512;
 
 /// The least eigenvalue of `int b b'` over windows of the run.

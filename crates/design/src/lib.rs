@@ -1,22 +1,22 @@
-//! From a plant and a specification to an observer with its certificate.
+//! Observer design: from a plant and a specification to an observer with its certificate.
 //!
-//! The way: [`LinearDesign`] turns a plant and poles, noise intensities, a decay rate, an LMI or a given gain into the
-//! linear observer with its Lyapunov pair (P, Q); [`CubicDesign`] adds the cubic term that P allows,
-//! [`SampledCubicDesign`] does so for a sampling period; [`FeedbackDesign`] puts the observer in the loop.
-//! [`joint_design`] does the first two in one inequality. [`robust`] says how much uncertainty they tolerate.
-//! [`mean_value`] repairs the mean-value-theorem observer, and finds the coordinates in which it converges as printed.
-//! [`LipschitzDesign`] finds the gain of the copy of a nonlinear plant whose nonlinearities are known by their sectors.
-//! For nonlinear plants, [`LpvDesign`] finds one gain for all mean Jacobians over a box, whose [`enclosure`] it
-//! computes itself. [`lie_observability`] says beforehand what the outputs of a nonlinear plant see along a trajectory.
-//! Every design is [`Certified`]: it carries the theorems that are proved of it, with their data, decided outside
-//! floating point once and kept. `certificate_file` makes a file of them that `luenberger-verify` checks without this
-//! crate. The fields of a design are read-only, so that its evidence stays that of its numbers. [`KklCandidate`] checks
-//! a transformation supplied by the user to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of
-//! the class that a [KKL+PEB] observer serves. [`deployed`] says what is left of an observer on its target, in f32 or
-//! fixed point. The exception is [`NumericalKklDesign`], an observer computed by simulation for a plant of which only
-//! the right-hand side is known: its evidence is measured.
+//! [`LinearDesign`] computes from a plant and poles, noise intensities, a decay rate, an LMI or a given gain the linear
+//! observer with its Lyapunov pair (P, Q). [`CubicDesign`] adds the cubic term that P admits, and
+//! [`SampledCubicDesign`] does so for a sampling period. [`joint_design`] computes both in one inequality.
+//! [`FeedbackDesign`] puts the observer in the feedback loop. [`robust`] computes robustness margins. [`mean_value`]
+//! has the corrected mean-value-theorem observer, and the coordinates in which the printed one converges.
+//! [`LipschitzDesign`] computes the gain of the copy of a nonlinear plant whose nonlinearities lie in known sectors.
+//! For nonlinear plants, [`LpvDesign`] computes one gain for all mean Jacobians over a box, whose [`enclosure`] it
+//! computes itself. [`lie_observability`] analyses the observability of a nonlinear plant along a trajectory. Every
+//! design is [`Certified`]: it carries its theorems with their data, verified once in exact or interval arithmetic.
+//! `certificate_file` writes them to a file that `luenberger-verify` checks without this crate. The fields of a design
+//! are read-only, so that its certificate always matches its numbers. [`KklCandidate`] checks a user-supplied
+//! transformation to a Kazantzis-Kravaris-Luenberger observer, and [`KklPebDesign`] a plant of the class of [KKL+PEB]
+//! observers. [`deployed`] analyses an observer on its target, in f32 or fixed point. The exception is
+//! [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known:
+//! its evidence is measured.
 //!
-//! What is true of these observers and what the literature gets wrong stands in `docs/theory-cubic.md` and
+//! The properties of these observers, and errors in the literature, are in `docs/theory-cubic.md` and
 //! `docs/theory-mvt.md` of the repository.
 #![deny(missing_docs)]
 

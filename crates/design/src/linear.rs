@@ -1,7 +1,8 @@
-//! The linear observer (2): a gain L by poles, noise, LMI or given, with the Lyapunov matrix that certifies it.
+//! The linear observer (2): a gain L by pole placement, noise intensities, LMI or given, with the Lyapunov matrix that
+//! certifies it.
 //!
-//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that whatever
-//! is built on top (the cubic term, robust margins, feedback) does not care where L came from.
+//! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that later
+//! designs (the cubic term, robustness margins, feedback) do not depend on how L was computed.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::Settings;
@@ -50,7 +51,7 @@ impl LyapunovWeight {
 
 certified!(LinearDesign);
 
-/// A linear observer with its evidence.
+/// A linear observer with its certificate.
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct LinearDesign {
@@ -62,22 +63,21 @@ pub struct LinearDesign {
     pub p: DMatrix<f64>,
     /// `Q = -(F'P + PF) > 0` of (9).
     pub q: DMatrix<f64>,
-    /// The decay rate that the certificate states, 0 unless [`LinearDesign::with_decay_rate`] or an
-    /// inequality with a rate asked for one.
+    /// The certified decay rate, 0 except for [`LinearDesign::with_decay_rate`] or an inequality with a specified rate.
     pub rate: f64,
-    /// What is proved of it.
+    /// The certificate.
     pub certificate: Certificate,
     origin: Origin,
 }
 
-/// Where the gain comes from, which decides what P can be.
+/// Source of the gain, which determines the possible P.
 #[derive(Debug, Clone)]
 enum Origin {
     /// Poles, or a given gain: P solves the Lyapunov equation.
     Gain,
     /// Kalman's gain, with its stationary covariance.
     Kalman(DMatrix<f64>),
-    /// An inequality that brought its own P.
+    /// An inequality that includes P.
     Inequality,
 }
 
@@ -123,7 +123,7 @@ impl LinearDesign {
     /// [`LyapunovWeight::InverseCovariance`] it is the inverse of the covariance Sigma.
     ///
     /// # Errors
-    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or what is wrong with `w` and `v`.
+    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
     pub fn kalman(plant: &StateSpace, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;

@@ -1,7 +1,7 @@
-//! Names of states, inputs and outputs in sentences: `x2` or `speed`.
+//! Names of states, inputs and outputs in messages: `x2` or `speed`.
 //!
-//! Sentences are made in many places, of numbers that count states from 0, and the names are those of whoever reads
-//! them. [`Names::with`] says which names hold while the sentences are made, on this thread.
+//! Messages are created in many places, from indices of states counted from 0, with the user's names. [`Names::with`]
+//! sets the names on this thread while messages are created.
 
 use std::cell::RefCell;
 
@@ -32,7 +32,7 @@ impl Drop for Restore {
 }
 
 impl Names {
-    /// What `f` makes, with these names in all sentences of this crate that it forms.
+    /// The result of `f`, with these names in all messages of this crate that it creates.
     ///
     /// ```
     /// use luenberger_design::{Names, Region};

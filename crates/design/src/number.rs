@@ -1,4 +1,4 @@
-//! Numbers in formulas, as people write them: `2P`, not `2(1e0)P`.
+//! Numbers in formulas in their usual form: `2P`, not `2(1e0)P`.
 
 use luenberger_proof::wording::shortest;
 

@@ -1,4 +1,5 @@
-//! From a few operations to a scalar of nalgebra's, for the types over which a plant is evaluated instead of numbers.
+//! Implements nalgebra's scalar traits from a few operations, for types over which a plant is evaluated instead of
+//! numbers.
 //!
 //! A plant is written once for every [`RealField`](nalgebra::RealField). To be one, a type has to be some twenty traits
 //! of four crates, most of them the same lines whatever the type: `modulus` is `abs`, `log10 x` is `ln x/ln 10`, a
@@ -39,7 +40,7 @@ pub(crate) trait Real:
     /// A number that is x up to its rounding.
     fn about(x: f64) -> Self;
 
-    /// The constant of mathematics that x is the rounding of; asked for twice it is the same number.
+    /// The mathematical constant that x is the rounding of; repeated calls give the same number.
     fn mathematical(x: f64) -> Self {
         Self::about(x)
     }
@@ -64,7 +65,7 @@ pub(crate) trait Real:
         true
     }
 
-    /// A function that is constant between its jumps: `floor`, `signum` and their kin.
+    /// A piecewise constant function: `floor`, `signum` and similar.
     fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self;
 
     fn fract(self) -> Self {

@@ -1,14 +1,15 @@
-//! The sampled-data cubic observer: stable at every period, with the discrete Lyapunov matrix that shows it.
+//! The sampled-data cubic observer: stable at every period, with the discrete Lyapunov matrix that proves it.
 //!
 //! With `x+ = Ad x + Bd u`, `Fd = Ad - Ld C`, `Fd'P Fd - P = -Q < 0` and `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, one
 //! period of the cubic flow does not increase `V = e'Pe` (its derivative is `-2 (y~'theta y~) y~'S y~`), and the linear
 //! step multiplies it by at most `1 - lambda_min(P^-1/2 Q P^-1/2)`. Hence global exponential stability, whatever the
 //! period: no step size has to be small.
 //!
-//! The stored N misses the structure `P N = -C'S` by its rounding, and needs no structure: one step is `e+ = M(g) e`
-//! with `M(g) = Fd + g (Ad N + w Ld) C`, `0 <= g < 1/w`, for any N, and `M'PM - P` is convex in g. The certificate has
-//! the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the numbers as stored: they prove the
-//! observer in exact arithmetic. What f32 or fixed point make of it is [`SampledCubicDesign::deployed`].
+//! The stored N violates the structure `P N = -C'S` by its rounding, but the structure is not needed: one step is `e+ =
+//! M(g) e` with `M(g) = Fd + g (Ad N + w Ld) C`, `0 <= g < 1/w`, for any N, and `M'PM - P` is convex in g. The
+//! certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the stored numbers: they
+//! prove convergence in exact arithmetic. The effect of f32 or fixed point is analysed by
+//! [`SampledCubicDesign::deployed`].
 
 use luenberger_linalg::{SteinEquation, discrete_kalman_gain, place_observer, zero_order_hold};
 use luenberger_observers::SampledCubicObserver;
@@ -35,7 +36,7 @@ pub struct SampledCubicDesign {
     pub p: DMatrix<f64>,
     /// S of `N = -P^-1 C'S`.
     pub s: DMatrix<f64>,
-    /// What is proved of it.
+    /// The certificate.
     pub certificate: Certificate,
 }
 

@@ -1,8 +1,8 @@
-//! How well a map separates points: ratios `|T(x) - T(x')| / |x - x'|` over pairs, and the search for two points with
-//! one image.
+//! Quantitative injectivity of a map: ratios `|T(x) - T(x')| / |x - x'|` over pairs, and the search for two points with
+//! the same image.
 //!
-//! A small singular value of the Jacobian is no proof against injectivity (x^3 is injective); two points with one image
-//! are. They are searched from the worst pairs that are far apart: `T(x'') = T(x)` is solved for x'' by Gauss-Newton
+//! A small singular value of the Jacobian does not disprove injectivity (x^3 is injective); two points with one image
+//! do. The search starts from the worst pairs that are far apart: `T(x'') = T(x)` is solved for x'' by Gauss-Newton
 //! steps from x'.
 
 use nalgebra::allocator::Allocator;
@@ -20,7 +20,7 @@ const STEPS: usize = 12;
 pub(crate) struct Ratios {
     /// The smallest, and the pair that has it.
     pub(crate) smallest: (f64, usize, usize),
-    /// The largest: the map's Lipschitz constant, as far as the points see.
+    /// The largest ratio: an estimate of the map's Lipschitz constant from the points.
     pub(crate) largest: f64,
     /// The distant pairs with the smallest ratios, smallest first: at most [`SUSPECTS`].
     pub(crate) suspects: Vec<(f64, usize, usize)>,

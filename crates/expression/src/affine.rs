@@ -1,10 +1,10 @@
-//! Which expressions are affine in states and inputs, by their form.
+//! Expressions that are syntactically affine in states and inputs.
 
 use crate::function::{Binary, Unary};
 use crate::scope::Symbol;
 use crate::tree::{Node, Tree};
 
-/// What is known of a node.
+/// Classification of a node.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Constant,

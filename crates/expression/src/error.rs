@@ -1,11 +1,11 @@
-//! What can be wrong with the text of an expression, and where.
+//! Errors in the text of an expression, with positions.
 
 use core::fmt;
 use core::ops::Range;
 
 use crate::LIMITS;
 
-/// What is wrong with an expression, with the place in its text.
+/// Error of an expression, with its position in the text.
 ///
 /// ```
 /// use luenberger_expression::{Expression, Scope};
@@ -25,12 +25,12 @@ impl ExpressionError {
         Self { text: text.into(), span, kind: Box::new(kind) }
     }
 
-    /// What is wrong.
+    /// The kind of the error.
     pub fn kind(&self) -> &ExpressionErrorKind {
         &self.kind
     }
 
-    /// The bytes of the text that are meant; empty at the end of the text.
+    /// The span in bytes; empty at the end of the text.
     pub fn span(&self) -> Range<usize> {
         self.span.clone()
     }
@@ -50,7 +50,7 @@ impl ExpressionError {
         self.before().chars().rev().take_while(|&c| c != '\n').count() + 1
     }
 
-    /// The line of the text with marks below the place that is meant.
+    /// The line of the text with markers below the span.
     pub fn pointer(&self) -> String {
         let line = self.text.lines().nth(self.line() - 1).unwrap_or("");
         let meant = self.text.get(self.span.clone()).unwrap_or("").lines().next().unwrap_or("").chars().count();
@@ -70,7 +70,7 @@ impl fmt::Display for ExpressionError {
 
 impl std::error::Error for ExpressionError {}
 
-/// What was found instead of what was expected.
+/// The token found instead of the expected one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Found {
     /// The text ends.
@@ -88,7 +88,7 @@ impl fmt::Display for Found {
     }
 }
 
-/// The columns that have numbered names.
+/// The variables with numbered names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// x1, x2, ...
@@ -97,38 +97,38 @@ pub enum Family {
     Inputs,
 }
 
-/// What can be wrong with an expression.
+/// Kinds of errors of an expression.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpressionErrorKind {
-    /// Nothing but white space.
+    /// An empty text.
     #[error("the expression is empty: expected {expected}")]
     Empty {
         /// What an expression begins with.
         expected: &'static str,
     },
-    /// Something that does not belong there.
+    /// An unexpected token.
     #[error("expected {expected}, found {found}")]
     Unexpected {
-        /// What would fit.
+        /// The expectation.
         expected: &'static str,
-        /// What is there.
+        /// The token found.
         found: Found,
     },
-    /// A number that is no binary64 number.
+    /// A number that is not representable in binary64.
     #[error("the number {text} is too large: the largest is 1.8e308")]
     Number {
         /// As it is written.
         text: String,
     },
-    /// A name that nobody has.
+    /// An unknown name.
     #[error("there is no `{name}`; {}", advice(nearest.as_ref(), known))]
     UnknownName {
         /// The name.
         name: String,
-        /// The nearest known one, if one is near.
+        /// The nearest known name, if one is close.
         nearest: Option<String>,
-        /// The names there are.
+        /// The known names.
         known: String,
     },
     /// A state or an input that does not exist.
@@ -136,27 +136,27 @@ pub enum ExpressionErrorKind {
     OutOfRange {
         /// The name.
         name: String,
-        /// States or inputs.
+        /// Whether it is a state or an input.
         family: Family,
-        /// How many there are.
+        /// The existing number.
         count: usize,
     },
-    /// A name that exists and may not be used here.
+    /// A known name that is not allowed here.
     #[error("`{name}` may not be used here: {reason}")]
     Unavailable {
         /// The name.
         name: String,
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
-    /// A function that does not exist.
+    /// An unknown function.
     #[error("there is no function `{name}`; {}", advice(nearest.as_ref(), known))]
     UnknownFunction {
         /// The name.
         name: String,
-        /// The nearest known one, if one is near.
+        /// The nearest known name, if one is close.
         nearest: Option<String>,
-        /// The functions there are.
+        /// The known functions.
         known: String,
     },
     /// The name of a number with arguments.
@@ -176,12 +176,12 @@ pub enum ExpressionErrorKind {
     Arguments {
         /// The function.
         function: &'static str,
-        /// How many it takes, in words.
+        /// The required number, as text.
         expected: &'static str,
-        /// How many there are.
+        /// The actual number.
         found: usize,
     },
-    /// A text longer than is read.
+    /// A text longer than the limit.
     #[error("the expression has {length} bytes; at most {} are read", LIMITS.length)]
     TooLong {
         /// Its length in bytes.

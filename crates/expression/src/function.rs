@@ -1,7 +1,7 @@
-//! The functions of expressions: names, numbers of arguments, and what they compute over any scalar.
+//! The functions of expressions: names, numbers of arguments, and evaluation over any scalar.
 //!
-//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four are
-//! more than a call, each for the sake of derivatives:
+//! An operation is written once, for every [`RealField`]: numbers, dual numbers, intervals with derivatives. Four have
+//! special cases, each for the sake of derivatives:
 //! - `x^n` at x = 0 with n > 1 is 0 with derivative 0, where `exp(n ln x)` has none;
 //! - `atan2(y, x)` near the axis x = 0 is `+-pi/2 - atan(x/y)`, whose derivative exists there;
 //! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity;
@@ -51,7 +51,7 @@ pub(crate) enum Binary {
     LnExpPlus,
 }
 
-/// What a name before a parenthesis stands for.
+/// The meaning of a name before a parenthesis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Function {
     Unary(Unary),
@@ -114,13 +114,13 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.into_iter().map(|(name, _)| name)
 }
 
-/// What another language's name is called here.
+/// The name used here for a function name of another language.
 pub(crate) fn elsewhere(name: &str) -> Option<&'static str> {
     ELSEWHERE.into_iter().find(|(theirs, _)| *theirs == name).map(|(_, ours)| ours)
 }
 
 impl Function {
-    /// How many arguments it takes, in words, and whether so many fit.
+    /// The number of arguments as text, and whether a given number is valid.
     pub(crate) fn takes(self, count: usize) -> (&'static str, bool) {
         match self {
             Self::Unary(_) => ("one argument", count == 1),

@@ -1,4 +1,5 @@
-//! Plants in text: right-hand sides, outputs and signals such as `ln(0.1 + exp(x2 - x1))`, over every scalar.
+//! Plants given by expressions: right-hand sides, outputs and signals such as `ln(0.1 + exp(x2 - x1))`, over every
+//! scalar.
 //!
 //! | what | how it is written |
 //! |---|---|
@@ -21,9 +22,9 @@
 //!
 //! A text is parsed into a syntax tree and compiled to a tape, a flat list of instructions, which is evaluated over any
 //! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
-//! An evaluation allocates nothing and does not recurse. Where the mathematics has no answer (`1/0`, `ln(-1)`) the
-//! value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] says which part of the
-//! text it comes from.
+//! An evaluation allocates no memory and does not recurse. Where an expression is undefined (`1/0`, `ln(-1)`) the
+//! value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] reports the
+//! subexpression that causes it.
 //!
 //! ```
 //! use luenberger_expression::{ExpressionPlant, Parameters};
@@ -43,11 +44,11 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `parse`, `tree`, `scope` | from a text to its syntax tree; the names that it may use |
-//! | `tape`, `function` | the instructions, and what each computes over any scalar |
-//! | `expression`, `affine`, `undefined` | values and derivatives; the affine ones; where one has no value |
+//! | `parse`, `tree`, `scope` | from a text to its syntax tree; the names in scope |
+//! | `tape`, `function` | the instructions, and their evaluation over any scalar |
+//! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
 //! | `plant` | plants whose rows are expressions |
-//! | `error`, `nearest` | what can be wrong with a text, and where; the name that was meant |
+//! | `error`, `nearest` | errors of a text, with positions; the nearest name |
 
 #![deny(missing_docs)]
 
@@ -70,7 +71,7 @@ pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope};
 pub use undefined::Undefined;
 
-/// How long and how deep an expression may be.
+/// Limits of the length and the nesting of an expression.
 struct Limits {
     /// Bytes of its text.
     length: usize,

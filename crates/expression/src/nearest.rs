@@ -1,4 +1,4 @@
-//! The name that was meant.
+//! Suggestion of the nearest name.
 
 use core::cmp::Reverse;
 

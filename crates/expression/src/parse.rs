@@ -1,6 +1,7 @@
-//! The grammar of expressions, as the head of the crate has it.
+//! Parser of expressions; the grammar is in the head of the crate.
 //!
-//! Binding powers go to the Pratt parser of `winnow`, whose state is the tree that grows and the depth that is left.
+//! Binding powers are passed to the Pratt parser of `winnow`; its state is the tree built so far and the remaining
+//! depth.
 
 use core::ops::Range;
 
@@ -18,10 +19,10 @@ use crate::nearest::nearest;
 use crate::scope::{Scope, begins_word, continues_word};
 use crate::tree::{Node, Tree};
 
-/// What an operand begins with.
+/// The expected start of an operand.
 const OPERAND: &str = "a number, a name, `(` or `-`";
 
-/// The tree that grows, and where the parser stands in its nesting.
+/// The tree built so far, and the nesting depth.
 #[derive(Debug)]
 struct Growth<'s> {
     text: &'s str,
@@ -35,7 +36,7 @@ type Input<'s> = Stateful<LocatingSlice<&'s str>, Growth<'s>>;
 
 type Parsed<O> = Result<O, ErrMode<Failure>>;
 
-/// What is wrong, and where; without a kind where another rule may still fit.
+/// The error and its position; without a kind if another rule may still match.
 #[derive(Debug)]
 struct Failure(Option<(Range<usize>, ExpressionErrorKind)>);
 

@@ -1,10 +1,10 @@
-//! Plants from text: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
+//! Plants given by expressions: `f = ["x2", "-k*sin(x1) + u1/J"]`, `h = ["x1"]`.
 //!
 //! An [`ExpressionPlant`] is a plant over every scalar, like one written in Rust: its Jacobians are exact, observers
-//! run it, and the designs of `luenberger-design` that enclose Jacobians over a box take it as it is. Sizes are known
-//! at run time; [`Fixed`] has them in its type, for the designs that ask for it.
+//! run on it, and the designs of `luenberger-design` that enclose Jacobians over a box accept it. Sizes are known at
+//! run time; [`Fixed`] has them in its type, for the designs that require it.
 //!
-//! Of a plant whose expressions are affine by their form the matrices are known, and the linear designs are open to it:
+//! For expressions that are syntactically affine the matrices are available, so that linear designs apply:
 //! [`ExpressionPlant::affine`].
 
 use core::fmt;
@@ -33,7 +33,7 @@ impl fmt::Display for Row {
     }
 }
 
-/// What is wrong with a plant of expressions.
+/// Error of a plant of expressions.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpressionPlantError {
@@ -66,7 +66,7 @@ pub enum ExpressionPlantError {
     Expression {
         /// The row.
         row: Row,
-        /// What is wrong with it.
+        /// The error of the expression.
         error: ExpressionError,
     },
     /// A point with another number of coordinates than the plant.
@@ -74,9 +74,9 @@ pub enum ExpressionPlantError {
     Length {
         /// Which point.
         what: &'static str,
-        /// How many entries fit.
+        /// Required number of entries.
         expected: usize,
-        /// How many there are.
+        /// Actual number of entries.
         found: usize,
     },
     /// A coordinate of a point that is NaN or infinite.
@@ -103,7 +103,7 @@ pub enum ExpressionPlantError {
         /// The input.
         u: Vec<f64>,
     },
-    /// A row that is not affine, where the matrices of a plant were asked for.
+    /// A row that is not affine, although the matrices of a plant were requested.
     #[error("{row} = {text} is not affine in states and inputs: `{part}` is not")]
     NotAffine {
         /// The row.

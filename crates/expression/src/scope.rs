@@ -1,4 +1,4 @@
-//! The names that an expression may use.
+//! The names in scope of an expression.
 
 use std::collections::BTreeMap;
 
@@ -6,22 +6,22 @@ use crate::error::{ExpressionErrorKind, Family};
 use crate::function;
 use crate::nearest::nearest;
 
-/// Named numbers of a study: masses, gains, set-points.
+/// Named parameters of a study: masses, gains, set-points.
 pub type Parameters = BTreeMap<String, f64>;
 
-/// Why something cannot be a parameter.
+/// Why a name or value is not a valid parameter.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// A name that means something else already.
+    /// A name that is in use already.
     #[error("`{name}` cannot be the name of a parameter: it is {meaning}")]
     Taken {
         /// The name.
         name: String,
-        /// What it means.
+        /// Its present meaning.
         meaning: &'static str,
     },
-    /// A name that is not a word.
+    /// A name that is not an identifier.
     #[error("`{name}` cannot be the name of a parameter: names are letters, digits and _, and begin with a letter")]
     NotAWord {
         /// The name.
@@ -37,21 +37,21 @@ pub enum ParameterError {
     },
 }
 
-/// Why something cannot be the name of a state or an input in expressions.
+/// Why a name is not a valid name of a state or an input in expressions.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("`{name}` cannot be the name of {}: it is {meaning}", family.one())]
 pub struct NameError {
-    /// States or inputs.
+    /// Whether it is a state or an input.
     pub family: Family,
-    /// Which of them, from 0.
+    /// The index, from 0.
     pub index: usize,
     /// The name.
     pub name: String,
-    /// What it means already.
+    /// Its present meaning.
     pub meaning: &'static str,
 }
 
-/// What stands for a name.
+/// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Symbol {
     Time,
@@ -64,7 +64,7 @@ pub(crate) enum Symbol {
     Parameter(f64),
 }
 
-/// Which columns an expression may read.
+/// The variables that an expression may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reads {
     StatesAndInputs,
@@ -72,27 +72,27 @@ enum Reads {
     Nothing,
 }
 
-/// The names that an expression may use: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and names supplied by the user
-/// for the states and inputs.
+/// The names in scope of an expression: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and user-supplied names of the
+/// states and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     states: usize,
     inputs: usize,
     reads: Reads,
     parameters: Parameters,
-    /// Names supplied by the user, of all states or of none.
+    /// User-supplied names, of all states or of none.
     state_names: Vec<String>,
     /// Of all inputs or of none.
     input_names: Vec<String>,
 }
 
 impl Scope {
-    /// The names of a right-hand side f: so many states and inputs, and the time.
+    /// The names of a right-hand side f: the given numbers of states and inputs, and the time.
     pub fn plant(states: usize, inputs: usize) -> Self {
         Self::of(states, inputs, Reads::StatesAndInputs)
     }
 
-    /// The names of an output h: the states and the time. What is measured does not jump with the input: `y = h(t, x)`.
+    /// The names of an output h: the states and the time. There is no direct feedthrough: `y = h(t, x)`.
     pub fn output(states: usize) -> Self {
         Self::of(states, 0, Reads::States)
     }
@@ -107,11 +107,10 @@ impl Scope {
         Self { states, inputs, reads, parameters, state_names, input_names }
     }
 
-    /// The same with names supplied by the user for the states and inputs, in their order, beside `x1, ..` and
-    /// `u1, ..`; an empty list names none.
+    /// The same with user-supplied names of the states and inputs, in their order, in addition to `x1, ..` and `u1,
+    /// ..`; an empty list gives no names.
     ///
-    /// A name that is no word, such as `motor angle`, is taken for what it is in figures and tables, and no expression
-    /// can say it.
+    /// A name that is not an identifier, such as `motor angle`, is used in figures and tables only, not in expressions.
     ///
     /// ```
     /// use luenberger_expression::{Expression, Scope};
@@ -125,8 +124,8 @@ impl Scope {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`NameError`] for the first that means something else already: `t`, `pi`, `e`, a function, a parameter, another
-    /// state or input. `x2` may be the name of the second state only.
+    /// [`NameError`] for the first name that is in use already: `t`, `pi`, `e`, a function, a parameter, another state
+    /// or input. `x2` may be the name of the second state only.
     pub fn named(mut self, states: &[String], inputs: &[String]) -> Result<Self, NameError> {
         let lists = [(Family::States, states), (Family::Inputs, inputs)];
         for (family, names) in lists {
@@ -160,7 +159,7 @@ impl Scope {
     /// assert_eq!(error, ParameterError::Taken { name: "x2".to_owned(), meaning: "a state" });
     /// ```
     /// # Errors
-    /// [`ParameterError`] names the first that cannot be one.
+    /// [`ParameterError`] names the first invalid one.
     pub fn with(mut self, parameters: &Parameters) -> Result<Self, ParameterError> {
         for (name, &value) in parameters {
             let taken = |meaning| Err(ParameterError::Taken { name: name.clone(), meaning });
@@ -184,7 +183,7 @@ impl Scope {
         Ok(self)
     }
 
-    /// What the name stands for.
+    /// The meaning of the name.
     pub(crate) fn resolve(&self, name: &str) -> Result<Symbol, ExpressionErrorKind> {
         let unavailable = |reason| Err(ExpressionErrorKind::Unavailable { name: name.to_owned(), reason });
         let out_of_range =
@@ -233,7 +232,7 @@ impl Scope {
         names
     }
 
-    /// Every name, in words.
+    /// Every name, as text.
     fn known(&self) -> String {
         let range = |letter: char, count: usize| match count {
             0 => None,
@@ -261,7 +260,7 @@ impl Scope {
     }
 }
 
-/// What a name means in every expression.
+/// The meaning of a name common to all expressions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Reserved {
     Time,

@@ -1,7 +1,7 @@
 //! The flat form of an expression: a list of instructions for a stack of scalars.
 //!
-//! Constants are joined only where that is exact in binary64: a box evaluation then encloses the real value of what is
-//! written, with the binary64 numbers that are written. A power with a small integer exponent becomes a product,
+//! Constants are folded only where that is exact in binary64, so that an interval evaluation encloses the real value of
+//! the expression with the binary64 constants as written. A power with a small integer exponent becomes a product,
 //! defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
 
 use nalgebra::{RealField, convert};
@@ -17,7 +17,7 @@ const LARGEST_PRODUCT: f64 = 1000.0;
 /// A product of numbers of which both are above this loses nothing below the smallest number.
 const UNDERFLOW: f64 = 1e-140;
 
-/// How many pending values most expressions stay below: their stack is short.
+/// Typical bound of the stack size of an expression.
 const SHORT: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! The syntax tree of an expression, as a list in which operands stand before their operation, and its printed form.
+//! The syntax tree of an expression, stored as a list with operands before their operation, and its printed form.
 
 use core::ops::Range;
 
@@ -23,7 +23,7 @@ pub(crate) struct Tree {
     nodes: Vec<(Node, Range<usize>)>,
 }
 
-/// How tightly the printed form of a node holds together; the binding powers of the parser.
+/// Binding power of the printed form of a node, as in the parser.
 const SUM: u8 = 5;
 const PRODUCT: u8 = 7;
 const SIGN: u8 = 8;

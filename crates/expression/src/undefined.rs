@@ -1,4 +1,4 @@
-//! Where an expression has no value or no derivative: which part of its text, and from which values.
+//! Diagnosis of expressions without a value or a derivative: the subexpression and its arguments.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ pub struct Undefined {
     /// By which state or input it was differentiated, from 0, and its name as it is written; none where the value
     /// itself is not finite.
     pub derivative_by: Option<(Family, usize, String)>,
-    /// What it is made of, as it is written, with the values.
+    /// The subexpression as written, with the values of its operands.
     pub operands: Vec<(String, f64)>,
 }
 
@@ -69,7 +69,7 @@ fn run<T: RealField + Copy>(
     first.map_or(Ok(value), Err)
 }
 
-/// What the expression calls a state or an input, from 0.
+/// The name of a state or an input in the expression, by its index from 0.
 fn written(expression: &Expression, family: Family, index: usize) -> String {
     let symbol = |node: &Node| match (node, family) {
         (Node::Symbol(Symbol::State(k), name), Family::States)

@@ -1,10 +1,10 @@
-//! Figures for papers and for the screen, tables of numbers, and the page that holds them.
+//! Figures for papers and for the screen, tables of numbers, and HTML reports.
 //!
-//! A figure is described once and drawn three ways (SVG, PNG, interactive); see [`figure`]. A table of numbers is
-//! written with every digit; see [`table`]. A page is one HTML file that needs nothing else and loads nothing from
-//! anywhere; see [`report`]. The same input gives the same bytes.
+//! A figure is described once and drawn three ways (SVG, PNG, interactive); see [`figure`]. Tables are written with all
+//! digits; see [`table`]. A report is one self-contained HTML file; see [`report`]. The same input gives identical
+//! bytes.
 //!
-//! This crate knows nothing of control.
+//! This crate does not depend on control theory.
 
 #![deny(missing_docs)]
 

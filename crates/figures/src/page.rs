@@ -1,7 +1,7 @@
-//! One HTML file that needs nothing else and loads nothing from anywhere.
+//! A self-contained HTML file, which loads no external resource.
 //!
-//! The plotting library, the style sheet and the few lines of script are written into the page; the data of the figures
-//! stand in it as JSON. What it links to (the SVG, PNG and CSV files) lies in the folders beside it.
+//! The plotting library, the style sheet and the script are embedded in the page; the data of the figures are embedded
+//! as JSON. The linked SVG, PNG and CSV files are in the folders beside the page.
 //!
 //! The plotting library is plotly.js 3.7.0 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
 //! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
@@ -13,15 +13,15 @@ use std::fmt;
 /// plotly.js with scatter and bar plots; see the README beside it.
 const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js");
 
-/// Draws every element with a `data-picture`, in the colours of the page, and anew when the reader's choice of light or
-/// dark changes.
+/// Draws every element with a `data-picture`, in the colours of the page, and redraws when the light or dark mode
+/// changes.
 const DRAW_PICTURES: &str = include_str!("pictures.js");
 
-/// The look of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed`
+/// The style of every page, light and dark: headings, prose, figures, and the tones `good`, `bad`, `open` and `failed`
 /// of a `badge`.
 const STYLE: &str = include_str!("page.css");
 
-/// The page: `style` and `script` of its own come after those of every page.
+/// The page; additional `style` and `script` are placed after the default ones.
 pub(crate) fn page(title: &str, body: &str, pictures: &Pictures, style: &str, script: &str) -> String {
     let title = escape(title);
     format!(
@@ -42,15 +42,15 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// No figures yet; the numbers behind each lie in `data/ID.EXTENSION` for each of the extensions.
+    /// No figures yet; the data of each are in `data/ID.EXTENSION` for each of the extensions.
     pub(crate) fn with_numbers_as(extensions: &[&str]) -> Self {
         Self { pictures: Map::new(), numbers: extensions.iter().map(|&extension| extension.to_owned()).collect() }
     }
 
-    /// Adds a figure, and returns the element to be put where it shall be drawn: the figure with its caption and with
-    /// links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`, or in what other form the numbers are.
+    /// Adds a figure, and returns its HTML element: the figure with its caption and with links to `figures/ID.svg`,
+    /// `figures/ID.png` and `data/ID.csv`, or the data in the chosen formats.
     /// # Errors
-    /// [`FigureError`] says what in the figure cannot be drawn.
+    /// [`FigureError`] names the part of the figure that cannot be drawn.
     pub(crate) fn add(&mut self, id: &str, figure: &Figure) -> Result<String, FigureError> {
         self.pictures.insert(id.to_owned(), interactive::plotly(figure)?);
         let (id, title) = (escape(id), escape(&figure.title));
@@ -69,7 +69,7 @@ impl Pictures {
     }
 }
 
-/// JSON that can stand in a script element.
+/// JSON that can be embedded in a script element.
 impl fmt::Display for Pictures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let json = serde_json::to_string(&self.pictures).map_err(|_| fmt::Error)?;
@@ -78,7 +78,7 @@ impl fmt::Display for Pictures {
     }
 }
 
-/// `text` as it stands in HTML, within an element or a quoted attribute.
+/// `text` escaped for HTML, within an element or a quoted attribute.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,11 +1,10 @@
-//! A report: a title, sections with prose, facts, tables and figures, as one HTML file.
+//! A report with title, sections, prose, facts, tables and figures, as one HTML file.
 //!
-//! Text is text: what a user has named `<b>` stands so in the report. Of all markup prose knows two: an empty line
-//! begins a paragraph, and what stands between backticks is code.
+//! Text is escaped: a name such as `<b>` appears literally. Prose has two kinds of markup: an empty line separates
+//! paragraphs, and text between backticks is code.
 //!
-//! The page needs nothing else and loads nothing; it links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv`
-//! beside it, which the writer of the report puts there with [`still`](crate::figure::still) and
-//! [`Table`](crate::Table).
+//! The page is self-contained; it links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv` beside it, which the
+//! caller writes with [`still`](crate::figure::still) and [`Table`](crate::Table).
 //! ```
 //! use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
 //!
@@ -66,7 +65,7 @@ enum Block {
     Links(Vec<(String, String)>),
 }
 
-/// A table read by people: a head and rows of as many cells.
+/// A table of text: a head and rows with as many cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     caption: String,
@@ -74,7 +73,7 @@ pub struct Grid {
     rows: Vec<Vec<Cell>>,
 }
 
-/// What stands in a cell, or beside the name of a fact.
+/// Content of a cell, or of the value of a fact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     text: String,
@@ -88,20 +87,20 @@ enum Kind {
     Badge(Tone),
 }
 
-/// What a badge tells before it is read.
+/// Tone (colour) of a badge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// It holds.
+    /// The condition holds.
     Good,
-    /// It does not hold.
+    /// The condition does not hold.
     Bad,
-    /// It is not decided.
+    /// Undecided.
     Open,
-    /// It could not be computed.
+    /// Not computed, because of an error.
     Failed,
 }
 
-/// Why a report cannot be written.
+/// Error of writing a report.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReportError {
     /// A figure that cannot be drawn.
@@ -109,7 +108,7 @@ pub enum ReportError {
     Figure {
         /// Its id.
         id: String,
-        /// Why not.
+        /// The error.
         source: FigureError,
     },
     /// Two figures of one id.
@@ -139,14 +138,14 @@ impl Report {
         Self { title: title.into(), lead, head, style, script, numbers: vec!["csv".to_owned()], sections: Vec::new() }
     }
 
-    /// HTML below the lead, before the links to the sections; what is text in it has been [`escape`]d.
+    /// HTML below the lead, before the links to the sections; user text in it must be [`escape`]d.
     #[must_use]
     pub fn head(mut self, html: impl Into<String>) -> Self {
         self.head = html.into();
         self
     }
 
-    /// A style sheet and a script supplied by the user, after those of the page.
+    /// A user-supplied style sheet and script, placed after those of the page.
     #[must_use]
     pub fn with(mut self, style: impl Into<String>, script: impl Into<String>) -> Self {
         (self.style, self.script) = (style.into(), script.into());
@@ -160,7 +159,7 @@ impl Report {
         self
     }
 
-    /// In what files the numbers behind the figures are (default `data/ID.csv`): the extensions, such as `csv`, `npz`.
+    /// The file formats of the data of the figures (default `data/ID.csv`): extensions such as `csv`, `npz`.
     #[must_use]
     pub fn numbers_as(mut self, extensions: &[&str]) -> Self {
         self.numbers = extensions.iter().map(|&extension| extension.to_owned()).collect();
@@ -200,7 +199,7 @@ impl Report {
         body.push_str(&self.head);
         body.push_str("<nav>");
         for (section, anchor) in self.sections.iter().zip(&anchors) {
-            // Writing into a String cannot fail; `let _ =` says so here and below.
+            // Writing into a String cannot fail, hence `let _ =` here and below.
             let _ = write!(body, "<a href=\"#{anchor}\">{}</a> ", escape(&section.title));
         }
         body.push_str("</nav></header>");
@@ -239,13 +238,13 @@ impl Section {
         self.with(Block::Prose(text.into()))
     }
 
-    /// Text as it is, line by line, in letters of one width: what a `Display` has laid out.
+    /// Preformatted text in a monospaced font, such as the output of a `Display`.
     #[must_use]
     pub fn verbatim(self, text: impl Into<String>) -> Self {
         self.with(Block::Verbatim(text.into()))
     }
 
-    /// HTML, in which what is text has been [`escape`]d.
+    /// HTML, in which user text must be [`escape`]d.
     #[must_use]
     pub fn html(self, html: impl Into<String>) -> Self {
         self.with(Block::Html(html.into()))
@@ -257,7 +256,7 @@ impl Section {
         self.with(Block::List(items.into_iter().map(Into::into).collect()))
     }
 
-    /// Names and what they stand for.
+    /// Names and their values.
     #[must_use]
     pub fn facts<N: Into<String>, C: Into<Cell>>(self, facts: impl IntoIterator<Item = (N, C)>) -> Self {
         self.with(Block::Facts(facts.into_iter().map(|(name, cell)| (name.into(), cell.into())).collect()))
@@ -288,7 +287,7 @@ impl Grid {
         Self { caption: String::new(), head: head.iter().map(|&text| text.to_owned()).collect(), rows: Vec::new() }
     }
 
-    /// What the table shows.
+    /// Caption of the table.
     #[must_use]
     pub fn caption(mut self, text: impl Into<String>) -> Self {
         self.caption = text.into();
@@ -314,7 +313,7 @@ impl Grid {
         }
         page.push_str("<thead><tr>");
         for (column, text) in self.head.iter().enumerate() {
-            // Numbers stand to the right, and so does what they are called.
+            // Numbers and their headings are right-aligned.
             let numbers = self.rows.iter().any(|row| row[column].kind == Kind::Number);
             let _ = write!(page, "<th{}>{}</th>", if numbers { " class=\"number\"" } else { "" }, inline(text));
         }
@@ -432,7 +431,7 @@ fn paragraphs(page: &mut String, text: &str, attribute: &str) {
     }
 }
 
-/// Escaped text, with code between backticks; one without a partner stands for itself.
+/// Escaped text, with code between backticks; an unpaired backtick is literal.
 fn inline(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
@@ -444,7 +443,7 @@ fn inline(text: &str) -> String {
     html + &escape(rest)
 }
 
-/// A name for links, of letters, digits and hyphens, that nothing else on the page has.
+/// An anchor of letters, digits and hyphens, unique on the page.
 fn anchor(title: &str, taken: &mut HashSet<String>) -> String {
     let letters = title.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), " ");
     let words = letters.split_whitespace().collect::<Vec<_>>().join("-");

@@ -1,5 +1,4 @@
-//! Columns of numbers, written as CSV with as many digits as it takes to read back the same number, and as npz, which
-//! has the numbers themselves.
+//! Columns of numbers, written as CSV with the shortest exact decimals, and as npz in binary form.
 
 use std::io::{Seek, Write};
 use zip::write::SimpleFileOptions;
@@ -106,7 +105,7 @@ impl Table {
     /// As [`write_csv`](Self::write_csv).
     pub fn write_npz(&self, to: impl Write + Seek) -> Result<(), TableError> {
         let rows = self.check()?;
-        // zip's own default is the time of the day.
+        // The default of zip is the current time.
         let stored = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .last_modified_time(DateTime::DEFAULT);
@@ -121,7 +120,7 @@ impl Table {
         Ok(())
     }
 
-    /// The number of rows of a table that can be written.
+    /// The number of rows; an error if the table cannot be written.
     fn check(&self) -> Result<usize, TableError> {
         let Some((first, rows)) = self.columns.first() else { return Err(TableError::Empty) };
         if rows.is_empty() {
@@ -147,9 +146,8 @@ impl Table {
     }
 }
 
-/// What stands before the numbers of a one-dimensional array of float64 in a file `.npy` of version 1.0: a magic word,
-/// the version, the length of the text, and the text, filled with spaces so that the numbers begin at a multiple of 64
-/// bytes.
+/// The header of a one-dimensional array of float64 in an `.npy` file of version 1.0: magic number, version, length of
+/// the text, and the text, padded with spaces so that the data begin at a multiple of 64 bytes.
 fn npy_header(rows: usize) -> Vec<u8> {
     let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows},), }}");
     let mut header = b"\x93NUMPY\x01\x00".to_vec();

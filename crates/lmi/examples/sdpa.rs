@@ -1,7 +1,7 @@
 //! Rigorous bounds of a semidefinite program in SDPA's sparse format:
 //! `cargo run --release -p luenberger-lmi --example sdpa -- FILE [--json] [--seconds N] [--certificate FILE]`.
 //!
-//! With `--certificate`, what is proved goes into a file that `luenberger-verify` checks without a solver.
+//! With `--certificate`, the proof is written to a file that `luenberger-verify` checks without a solver.
 
 use std::ffi::OsStr;
 use std::fs::File;

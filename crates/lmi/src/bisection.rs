@@ -1,4 +1,4 @@
-//! Generalised eigenvalue problems: the greatest parameter for which a family of inequalities has a solution.
+//! Generalised eigenvalue problems: the largest parameter for which a family of inequalities is feasible.
 //!
 //! For a family LMI(alpha) that is feasible below some threshold and infeasible above it, such as the decay rate in
 //! `P > 0, A'P + PA + 2 alpha P < 0`, whose threshold is minus the spectral abscissa of A.
@@ -11,24 +11,24 @@ use crate::error::LmiError;
 use crate::problem::{Problem, Settings};
 use crate::solution::{Infeasibility, Solution};
 
-/// Where a family of inequalities stops being provably feasible.
+/// Threshold of provable feasibility.
 #[derive(Debug, Clone)]
 pub struct Bisection {
-    /// The greatest parameter proved feasible, with the solution that proves it; none if the low end already was not.
+    /// The largest parameter proved feasible, with its solution; none if the low end was not proved.
     pub proved: Option<(f64, Solution)>,
-    /// The least parameter not proved feasible, with what was found there: `Refuted` or `Undecided`. None if the high
-    /// end was proved feasible, in which case the threshold lies beyond the bracket.
+    /// The smallest parameter not proved feasible, with its result: `Refuted` or `Undecided`. None if the high end was
+    /// proved feasible; then the threshold lies beyond the bracket.
     pub stopped: Option<(f64, Verdict<Infeasibility>)>,
-    /// How many problems were solved.
+    /// Number of problems solved.
     pub solves: usize,
 }
 
-/// The greatest `alpha` in `[low, high]` for which the problem `family(alpha)` is proved feasible, to within
+/// The largest `alpha` in `[low, high]` for which the problem `family(alpha)` is proved feasible, to within
 /// `tolerance`.
 ///
-/// Between the two parameters returned, at most `tolerance` apart, lies the threshold of what this layer can prove; it
-/// is the threshold of feasibility itself when the upper one is `Refuted`. The family must be monotone: feasible at
-/// alpha implies feasible below. Read the unknowns of the answer by name, with [`Solution::named`].
+/// The two returned parameters differ by at most `tolerance` and enclose the threshold of provable feasibility; it is
+/// the threshold of feasibility itself if the upper one is `Refuted`. The family must be monotone: feasible at alpha
+/// implies feasible below. Read the unknowns of the result by name, with [`Solution::named`].
 ///
 /// Cost: 2 + log2((high - low) / tolerance) solves.
 ///

@@ -1,9 +1,8 @@
-//! Answers as certificate files: the inequalities multiplied out, exactly, with the point that satisfies them or the
+//! Certificate files of results: the inequalities in expanded form, exactly, with the point that satisfies them or the
 //! multipliers that refute them.
 //!
-//! `luenberger-verify` checks such a file without this crate. That the inequalities of the file are those of the
-//! [`Problem`] as it was written rests on `coefficients.rs`, which multiplies them out; that the answer is one rests on
-//! the checker alone.
+//! `luenberger-verify` checks such a file without this crate. The expansion in `coefficients.rs` is trusted: it ensures
+//! that the inequalities of the file are those of the [`Problem`]. The result itself is verified by the checker alone.
 
 use luenberger_proof::certificate::{
     CertificateFile, Coefficient, Constraint, InequalityHolds, InequalityRefuted, MatrixInequality, Number, Rejection,
@@ -17,11 +16,11 @@ use crate::solution::{Infeasibility, Solution};
 use crate::standard::{Anchor, Small, standard_form};
 
 impl Problem {
-    /// The certificate file of an answer to this problem: of the values, where they are proved, or of the multipliers
-    /// that refute it.
+    /// The certificate file of a result of this problem: the values, if they are verified, or the multipliers that
+    /// refute it.
     ///
     /// The unknowns are numbered from 1 in the order of declaration: a symmetric matrix by its lower triangle, column
-    /// by column, a rectangular one column by column. The objective plays no part.
+    /// by column, a rectangular one column by column. The objective is not included.
     ///
     /// ```
     /// use luenberger_lmi::{Problem, he};
@@ -37,8 +36,8 @@ impl Problem {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`LmiError::CertificateFile`] for an answer that is undecided, or that of another problem; what
-    /// [`solve`](Self::solve) says of a problem that is not well-posed.
+    /// [`LmiError::CertificateFile`] for an undecided result, or that of another problem; for an ill-posed problem, the
+    /// error of [`solve`](Self::solve).
     pub fn certificate_file(&self, title: &str, solution: &Solution) -> Result<CertificateFile, LmiError> {
         let offsets = standard_form(self, Anchor::Middle, Small::Kept)?.offsets;
         let inequalities = self.multiplied_out(&offsets)?;

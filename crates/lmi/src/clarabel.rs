@@ -1,4 +1,4 @@
-//! Clarabel as a second opinion: the conic program in its standard form, and its last iterate back.
+//! Clarabel as an alternative solver: the conic program in its standard form, and its last iterate.
 //!
 //! ```text
 //! minimise q'x   subject to   A x + s = b,   s in K,      z in K*,   A'z + q = 0
@@ -6,8 +6,8 @@
 //! with `b` the constants and `-A` the coefficients of the blocks, each the stacked columns of its upper triangle,
 //! entries off the diagonal times the square root of 2; z are the multipliers in the same coordinates.
 //!
-//! One thread and its own factorisation, so that the same program has the same answer. Its decomposition of sparse
-//! blocks stays off: with it, `Solved` has stood at a wrong optimum of SDPLIB's control1.
+//! One thread and its own factorisation, so that results are reproducible. Its decomposition of sparse blocks is
+//! disabled: with it, status `Solved` was returned at a wrong optimum of SDPLIB's control1.
 //!
 //! Source: P. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic objectives,
 //! arXiv:2405.12762, 2024.
@@ -25,7 +25,7 @@ use nalgebra::DMatrix;
 use crate::conic::{Block, ConicProgram, Ending};
 use crate::interior::{Iterate, Path};
 
-/// Relative gap and residuals asked for. What it cannot reach it says so of, and its iterate is taken all the same.
+/// Requested relative gap and residuals. If they are not reached, the last iterate is used all the same.
 const PRECISE: f64 = 1e-9;
 
 /// Runs Clarabel. `None` for a program without unknowns or constraints, after `end`, or if it has no finite iterate.

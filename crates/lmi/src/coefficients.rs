@@ -1,8 +1,8 @@
-//! Multiplying out an expression: from the tree as written to the coefficient of every scalar unknown in every entry,
-//! or to a matrix when the unknowns have values.
+//! Expansion of an expression: from the syntax tree to the coefficient of every scalar unknown in every entry, or to a
+//! matrix if the unknowns have values.
 //!
-//! Written once over a ring. In binary64 the coefficients are proposals for the solver; exactly, they are what
-//! witnesses are checked against; a matrix evaluated over intervals or exactly is what gets proved definite.
+//! Written once over a ring. In binary64 the coefficients are used by the solver; exact coefficients are used to check
+//! witnesses; a matrix evaluated over intervals or exactly is proved definite.
 
 use luenberger_proof::{Matrix, Ring};
 use nalgebra::DMatrix;
@@ -11,7 +11,7 @@ use crate::error::Fault;
 use crate::expression::{Expression, Node};
 use crate::variable::Variable;
 
-/// Binary64 with its rounding errors, for proposals only: no verdict rests on this arithmetic.
+/// Binary64 with rounding errors, for the solver only; no proof depends on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rounded(pub(crate) f64);
 
@@ -77,7 +77,7 @@ impl<R: Ring> Entry<R> {
     }
 }
 
-/// A number of the user's, or of a solver's, as an element of the ring. One that is not finite is none.
+/// A binary64 number as an element of the ring; `None` if it is not finite.
 fn number<R: Ring>(value: f64) -> Result<R, Fault> {
     R::from_f64(value).ok_or(Fault::NotFinite { row: 0, column: 0, value })
 }
@@ -309,7 +309,7 @@ mod tests {
         assert_eq!(direct, expanded);
     }
 
-    /// A value that is no number is an error, whatever stands around it, and not the number 0.
+    /// A value that is not finite is an error wherever it occurs, and is not treated as 0.
     #[test]
     fn what_is_not_a_number_is_not_zero() {
         let mut lmi = Problem::new();

@@ -1,4 +1,4 @@
-//! The conic program that the layer hands to a [`Solver`](crate::Solver).
+//! The conic program passed to a [`Solver`](crate::Solver).
 
 use nalgebra::DMatrix;
 
@@ -47,13 +47,13 @@ impl ConicProgram {
     }
 }
 
-/// How the solver said it ended.
+/// Status reported by the solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ending {
-    /// It has a point, good or not.
+    /// It returned a point of unknown quality.
     Point,
-    /// It thinks there is no point.
+    /// It reports infeasibility.
     NoPoint,
-    /// It thinks the cost has no lower bound.
+    /// It reports an unbounded cost.
     Unbounded,
 }

@@ -14,7 +14,7 @@ use luenberger_proof::Ring;
 /// The grid on which free unknowns are placed, as a fraction of the largest.
 const GRID_BITS: i32 = 44;
 
-/// Intermediate integers beyond this length abandon the attempt: no witness would be small enough to check.
+/// Integers longer than this abort the attempt: the witness would be too large to check.
 const LONGEST: usize = 200_000;
 
 /// A linear equation with integer coefficients, in ascending order of the unknowns, none of them zero.
@@ -112,8 +112,8 @@ impl Row {
     }
 }
 
-/// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero does nearby, or if
-/// the integers grow beyond use.
+/// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero is found nearby, or
+/// if the integers grow beyond the limit.
 pub(crate) fn solve_near(rows: Vec<Row>, start: &[f64]) -> Option<Vec<IBig>> {
     // Each solved row is free of the pivots of all others.
     let mut solved: Vec<(usize, Row)> = Vec::new();

@@ -1,14 +1,14 @@
-//! What can be wrong with a problem before any arithmetic is done on it.
+//! Errors of the formulation of a problem.
 
 use thiserror::Error;
 
 use crate::solver::NotBuiltIn;
 
-/// A fault inside a matrix expression, kept there until the problem is solved, since operators cannot return errors.
+/// An error inside a matrix expression, stored there until the problem is solved, since operators cannot return errors.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
-    /// Two operands whose shapes do not go together.
+    /// Two operands of incompatible shapes.
     #[error("{operation} of a {}x{} and a {}x{} matrix", left.0, left.1, right.0, right.1)]
     ShapeMismatch {
         /// The operation, as a noun: "sum", "product", "row of blocks".
@@ -18,7 +18,7 @@ pub enum Fault {
         /// Rows and columns of the right operand.
         right: (usize, usize),
     },
-    /// An operation that needs a square matrix got another.
+    /// The operand must be square.
     #[error("{operation} of a {rows}x{columns} matrix, which is not square")]
     NotSquare {
         /// The operation, as a noun.
@@ -40,11 +40,11 @@ pub enum Fault {
     },
 }
 
-/// Why a problem cannot be posed.
+/// Why a problem is ill-posed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LmiError {
-    /// A certificate file could not be written: its answer is not proved.
+    /// A certificate file cannot be written: the result is not proved.
     #[error("no certificate file: {0}")]
     CertificateFile(Box<luenberger_proof::certificate::Rejection>),
     /// An expression is ill-formed.
@@ -52,7 +52,7 @@ pub enum LmiError {
     Malformed {
         /// The constraint's name, or "objective".
         place: String,
-        /// What is wrong with the expression.
+        /// The error of the expression.
         fault: Fault,
     },
     /// A matrix that should be definite is not symmetric.
@@ -67,7 +67,7 @@ pub enum LmiError {
         /// The largest difference between the coefficients of one unknown in the two entries.
         difference: f64,
     },
-    /// A matrix of no rows, which says nothing.
+    /// A matrix without rows.
     #[error("{name} is empty: {rows}x{columns}")]
     Empty {
         /// Name of the variable or of the constraint.
@@ -77,7 +77,7 @@ pub enum LmiError {
         /// Its columns.
         columns: usize,
     },
-    /// There is nothing to satisfy.
+    /// No variables or no constraints.
     #[error("the problem has {variables} variables and {constraints} constraints; it needs at least one of each")]
     NothingToSolve {
         /// Number of variables declared.
@@ -118,10 +118,10 @@ pub enum LmiError {
         /// The constraint's name, or "objective".
         place: String,
     },
-    /// The solver was left out of this build.
+    /// The solver is not compiled in.
     #[error(transparent)]
     NotBuiltIn(#[from] NotBuiltIn),
-    /// The bracket or the tolerance of a bisection is unusable.
+    /// The bracket or the tolerance of a bisection is invalid.
     #[error("bisection over [{low}, {high}] with tolerance {tolerance}: needs finite low <= high and tolerance > 0")]
     BadBracket {
         /// Lower end.

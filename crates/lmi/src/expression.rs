@@ -1,11 +1,11 @@
-//! Affine matrix expressions, written as a control engineer writes them: `a.transpose() * &p + &p * &a - &y * &c`.
+//! Affine matrix expressions in the usual notation: `a.transpose() * &p + &p * &a - &y * &c`.
 //!
-//! An expression is kept as the tree it was written as, with the user's own constants in it. Nothing is multiplied out
-//! in floating point: the same tree is evaluated in binary64 for the solver and in exact or outward-rounded arithmetic
-//! for the proof, so that what is proved is what was written.
+//! An expression is stored as its syntax tree, with the user's constants. It is not expanded in floating point: the
+//! same tree is evaluated in binary64 for the solver and in exact or interval arithmetic for the proof, so that the
+//! proof concerns the expression as written.
 //!
-//! Shapes that do not go together, and constants that are not finite, are remembered in the expression and reported,
-//! with the name of the constraint, when the problem is solved.
+//! Incompatible shapes and constants that are not finite are stored in the expression and reported, with the name of
+//! the constraint, when the problem is solved.
 
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use crate::error::Fault;
 use crate::variable::{Structure, Variable};
 
-/// One step of an expression. Shapes were checked when it was built.
+/// A node of an expression. Shapes were checked when it was built.
 #[derive(Debug)]
 pub(crate) enum Node {
     /// A matrix of numbers.
@@ -61,7 +61,7 @@ impl Expression {
         (self.rows, self.columns)
     }
 
-    /// What is wrong with it, if anything.
+    /// Its error, if any.
     pub fn fault(&self) -> Option<Fault> {
         self.fault
     }
@@ -303,7 +303,7 @@ macro_rules! block {
     };
 }
 
-/// Sums and differences: every pair in which at least one side is ours.
+/// Sums and differences: every pair of types in which at least one is defined here.
 macro_rules! sums {
     ($($left:ty, $right:ty;)*) => {$(
         impl Add<$right> for $left {

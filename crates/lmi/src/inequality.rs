@@ -25,7 +25,7 @@ impl Inequality {
     }
 }
 
-/// What an expression can be compared with: a number c, standing for c I, or another expression.
+/// Right-hand side of an inequality: a number c, meaning c I, or another expression.
 pub trait Bound {
     /// The bound as a matrix of the given shape.
     fn of_shape(self, rows: usize, columns: usize) -> Expression;

@@ -1,22 +1,22 @@
-//! Linear matrix inequalities, modelled as they are written and verified outside the solver.
+//! Modelling language for linear matrix inequalities, with rigorous verification of the solutions.
 //!
-//! A [`Problem`] has unknown matrices, strict inequalities between expressions in them, and perhaps an objective.
-//! [`Problem::solve`] returns values with margins, and a verdict that `luenberger-proof` reached: nothing is believed
-//! because a solver said so.
+//! A [`Problem`] has unknown matrices, strict inequalities between expressions in them, and optionally an objective.
+//! [`Problem::solve`] returns values with margins, and a verdict by `luenberger-proof`; the solver's result is never
+//! trusted.
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`problem`], [`variable`], [`expression`], [`inequality`] | how a problem is written |
+//! | [`problem`], [`variable`], [`expression`], [`inequality`] | formulation of a problem |
 //! | [`solution`] | values, margins, and the witness of infeasibility |
-//! | [`bisection`] | the greatest parameter for which a problem is proved feasible |
-//! | [`sdpa`] | semidefinite programs in SDPA's format, with proved bounds of their optimum |
-//! | `standard`, `margin`, `verify` | what is asked of the solver, and how its answer is proved |
-//! | `refute`, `equations`, `rational` | infeasibility by multipliers that are exact |
-//! | `certificate_file` | an answer as a file that `luenberger-verify` checks |
-//! | [`solver`] | which solver proposes |
-//! | `interior` | the house's solver: a primal-dual interior-point method |
-//! | `clarabel` | the second opinion, behind the feature `clarabel` |
-//! | `sequential` | faer's kernels, so that the same program has the same answer to the last bit |
+//! | [`bisection`] | the largest parameter for which a problem is proved feasible |
+//! | [`sdpa`] | semidefinite programs in SDPA's format, with rigorous bounds on their optimum |
+//! | `standard`, `margin`, `verify` | the problem passed to the solver, and the verification of its solution |
+//! | `refute`, `equations`, `rational` | proof of infeasibility by exact multipliers |
+//! | `certificate_file` | a result as a file that `luenberger-verify` checks |
+//! | [`solver`] | choice of the solver |
+//! | `interior` | the built-in solver: a primal-dual interior-point method |
+//! | `clarabel` | an alternative solver, behind the feature `clarabel` |
+//! | `sequential` | single-threaded faer kernels, for bitwise reproducible results |
 #![deny(missing_docs)]
 
 pub mod bisection;

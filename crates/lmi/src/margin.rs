@@ -1,4 +1,4 @@
-//! The margin problem: how far inside all constraints at once can the unknowns be.
+//! The margin problem: maximise the distance to the boundary of all constraints at once.
 //!
 //! In standard form (see [`standard`](crate::standard)),
 //! ```text
@@ -8,8 +8,8 @@
 //! ```text
 //!     minimise sum_i |sum_k tr(F_ki Z_k)|   subject to   Z_k >= 0,   sum_k tr Z_k = 1,
 //! ```
-//! has the optimum 0 iff they have none, and then its Z is the witness. Both have interior points, so the solver is
-//! never asked a question without an answer; the maximiser sits well inside the constraints, where a proof is easy.
+//! has the optimum 0 iff they have none, and then its Z is the witness. Both have interior points, so the solver's
+//! problem always has a solution; the maximiser lies well inside the constraints, where verification is easy.
 //!
 //! Cost per iteration, for N scalar unknowns: a Cholesky factorisation of order N and what its matrix takes to
 //! assemble, see [`interior`](crate::interior).
@@ -28,15 +28,15 @@ use crate::standard::{Anchor, Small, Standard, power, standard_form};
 use crate::variable::Variable;
 use crate::verify::verify;
 
-/// Above this margin in the scaled standard form, no witness of infeasibility is looked for.
+/// Above this margin in the scaled standard form, no witness of infeasibility is sought.
 const HOPELESS: f64 = 1e-5;
 
 impl Problem {
     /// Solves with the default [`Settings`].
     ///
     /// # Errors
-    /// A problem that is not well-posed: see [`LmiError`], which names the constraint. That no values exist is not an
-    /// error but the verdict `Refuted`.
+    /// An ill-posed problem: see [`LmiError`], which names the constraint. Infeasibility is not an error but the
+    /// verdict `Refuted`.
     pub fn solve(&self) -> Result<Solution, LmiError> {
         self.solve_with(&Settings::default())
     }
@@ -44,13 +44,13 @@ impl Problem {
     /// Solves.
     ///
     /// # Errors
-    /// As [`Problem::solve`]; [`LmiError::NotBuiltIn`] for a solver that this build does not have.
+    /// As [`Problem::solve`]; [`LmiError::NotBuiltIn`] for a solver that is not compiled in.
     pub fn solve_with(&self, settings: &Settings) -> Result<Solution, LmiError> {
         solve(self, settings)
     }
 }
 
-/// Margin first, then the objective, each proposal verified.
+/// First the margin, then the objective; each solution is verified.
 fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
     let standard = standard_form(problem, Anchor::Middle, Small::Kept)?;
     let first = attempt(problem, settings, &standard)?;
@@ -83,7 +83,7 @@ fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
     Ok(Solution { effort, ..first })
 }
 
-/// Solves with one choice of the scales.
+/// Solves with one choice of scaling.
 fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Result<Solution, LmiError> {
     if standard.homogeneous && problem.objective.is_some() {
         return Err(LmiError::HomogeneousObjective);
@@ -114,7 +114,7 @@ fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Resul
     Ok(Solution { verdict, margins, objective: None, effort, values })
 }
 
-/// Why neither side could be shown.
+/// Why neither feasibility nor infeasibility could be proved.
 fn doubt(margins: &[Margin], path: &Path) -> UndecidedReason {
     if path.ending == Ending::Point {
         let estimate = margins.iter().filter(|m| m.proved.is_none()).map(|m| m.estimate).fold(f64::INFINITY, f64::min);
@@ -189,9 +189,10 @@ fn assemble(problem: &Problem, standard: &Standard, unknowns: &[f64]) -> Vec<(Va
         .collect()
 }
 
-/// Moves a proved solution from the centre towards the optimum of the objective, as far as the constraints stay proved.
+/// Moves a verified solution from the centre towards the optimum of the objective, as far as the constraints can be
+/// verified.
 ///
-/// The optimum lies on the boundary, where nothing strict can hold; the points `optimum + w (centre - optimum)` are
+/// The optimum lies on the boundary, where strict inequalities fail; the points `optimum + w (centre - optimum)` are
 /// inside by at least w times the centre's margin, since the constraints are affine.
 fn improve(
     problem: &Problem,

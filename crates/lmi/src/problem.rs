@@ -1,14 +1,14 @@
-//! A problem: unknowns, strict inequalities, and perhaps an objective.
+//! A problem: unknowns, strict inequalities, and optionally an objective.
 //!
-//! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite, with as much room
-//! as possible, or minimise a linear objective under these inequalities.
+//! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite with the largest
+//! margin, or minimise a linear objective under these inequalities.
 
 use crate::expression::Expression;
 use crate::inequality::Inequality;
 use crate::solver::Solver;
 use crate::variable::{Structure, Variable};
 
-/// A system of linear matrix inequalities in the making.
+/// A system of linear matrix inequalities.
 ///
 /// ```
 /// use luenberger_lmi::{Problem, he};
@@ -35,24 +35,25 @@ pub struct Problem {
     pub(crate) objective: Option<Objective>,
 }
 
-/// A scalar expression and whether it is to be small or large.
+/// A scalar expression and whether it is minimised or maximised.
 #[derive(Debug, Clone)]
 pub(crate) struct Objective {
     pub(crate) expression: Expression,
     pub(crate) maximise: bool,
 }
 
-/// By whom and how hard it is tried.
+/// Solver and limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// The solver that proposes; what it proposes is verified all the same.
+    /// The solver; its results are always verified.
     pub solver: Solver,
-    /// The solver stops after this many interior-point iterations, whatever it has.
+    /// Maximal number of interior-point iterations.
     pub iterations: u32,
-    /// How close to the optimum an objective is taken before the answer is pulled inside the constraints, relative to
+    /// How close to the optimum the objective is taken before the point is moved inside the constraints, relative to
     /// the distance between the optimum and the best-centred point.
     pub closeness: f64,
-    /// The largest number of exact equations solved to repair a witness of infeasibility; the cost grows with its cube.
+    /// The largest number of exact equations solved to correct a witness of infeasibility; the cost grows with its
+    /// cube.
     pub referee: usize,
 }
 
@@ -94,17 +95,17 @@ impl Problem {
         variable
     }
 
-    /// Demands a strict inequality, under a name that errors, margins and witnesses will use.
+    /// Adds a strict inequality, under a name used in errors, margins and witnesses.
     pub fn constrain(&mut self, name: &str, inequality: Inequality) {
         self.constraints.push((name.to_owned(), inequality));
     }
 
-    /// Makes a scalar expression as small as the inequalities allow. Replaces any earlier objective.
+    /// Minimises a scalar expression under the inequalities. Replaces any earlier objective.
     pub fn minimise(&mut self, expression: impl Into<Expression>) {
         self.objective = Some(Objective { expression: expression.into(), maximise: false });
     }
 
-    /// Makes a scalar expression as large as the inequalities allow. Replaces any earlier objective.
+    /// Maximises a scalar expression under the inequalities. Replaces any earlier objective.
     pub fn maximise(&mut self, expression: impl Into<Expression>) {
         self.objective = Some(Objective { expression: expression.into(), maximise: true });
     }

@@ -1,18 +1,19 @@
-//! Witnesses of infeasibility, repaired until they hold exactly.
+//! Exact witnesses of infeasibility, obtained by correcting the solver's multipliers.
 //!
 //! `F_k(x) > 0` for all k has no solution iff there are `Z_k >= 0`, not all zero, with `sum_k tr(F_ki Z_k) = 0` for
 //! every unknown i and `sum_k tr(F_k0 Z_k) <= 0` (theorem of alternatives for open cones; no constraint qualification
-//! is needed). The solver's multipliers satisfy the equations to nine digits or so, which proves nothing. Repair:
+//! is needed). The solver's multipliers satisfy the equations only to about nine digits, which is not a proof.
+//! Correction:
 //!
-//! 1. what should be zero is made zero: blocks, rows, and directions in the kernel of a multiplier that are small
-//!    rationals;
+//! 1. parts that are nearly zero are set to zero: blocks, rows, and directions in the kernel of a multiplier that are
+//!    small rationals;
 //! 2. the equations, whose coefficients are exact dyadic numbers, are solved exactly for as many entries as there are
-//!    independent equations, the other entries keeping the solver's values ([`equations`](crate::equations));
+//!    independent equations; the other entries keep the solver's values ([`equations`](crate::equations));
 //! 3. the result is integer after scaling; that it is semidefinite is proved by exact elimination in
 //!    `luenberger-proof`.
 //!
-//! Step 2 moves a multiplier by the solver's error times the condition of the equations. It stays semidefinite if its
-//! kernel is forced by the equations or by step 1; otherwise the attempt fails, and the verdict stays undecided.
+//! Step 2 changes a multiplier by the solver's error times the condition number of the equations. It stays semidefinite
+//! if its kernel is enforced by the equations or by step 1; otherwise the attempt fails, and the verdict is undecided.
 
 use dashu_int::IBig;
 use luenberger_proof::{Exact, Matrix, Ring, positive_semidefinite};
@@ -25,8 +26,8 @@ use crate::rational::near_rational;
 use crate::solution::{Infeasibility, Multiplier};
 use crate::standard::{Anchor, Small, Standard, standard_form};
 
-/// Relative sizes below which a part of the solver's multipliers is taken for zero, tried in this order. A wrong guess
-/// costs time and cannot produce a wrong witness.
+/// Relative thresholds below which a part of the solver's multipliers is set to zero, tried in this order. A wrong
+/// choice costs time but cannot produce a wrong witness.
 const ZERO_GUESSES: [f64; 4] = [1e-6, 1e-4, 1e-8, 1e-3];
 
 /// The constraints with exact coefficients, lower triangle of `F + F'`, so that off the diagonal an entry counts twice
@@ -101,13 +102,13 @@ pub(crate) fn refute(
     None
 }
 
-/// Which rows of each multiplier are not taken for zero.
+/// Which rows of each multiplier are nonzero.
 fn active_rows(multipliers: &[DMatrix<f64>], guess: f64) -> Vec<Vec<bool>> {
     let largest = multipliers.iter().flat_map(|z| z.diagonal().iter().copied().collect::<Vec<_>>()).fold(0.0, f64::max);
     multipliers.iter().map(|z| z.diagonal().iter().map(|&d| d > guess * largest).collect()).collect()
 }
 
-/// Directions of small rationals, given by integers, that the multipliers seem to annihilate: pairs of a block and a
+/// Small rational directions, scaled to integers, in the numerical kernel of the multipliers: pairs of a block and a
 /// vector.
 fn kernels(multipliers: &[DMatrix<f64>], active: &[Vec<bool>], tolerance: f64) -> Vec<(usize, Vec<i64>)> {
     let mut found = Vec::new();

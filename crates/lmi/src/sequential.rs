@@ -1,9 +1,9 @@
-//! Products, Cholesky factors and eigenvalues of faer's on one thread.
+//! Single-threaded products, Cholesky factors and eigenvalues by faer.
 //!
-//! faer's operators ask a setting of the whole program how many threads there are, as soon as any crate in it has
-//! turned on faer's feature `rayon`; and from orders of some hundreds on the order of a sum is that of the threads. A
-//! program that is solved twice would then have two answers that differ in their last digits, and its certificate other
-//! bytes. Here the order is always the same; whoever has several programs solves them side by side.
+//! faer's operators use a global number of threads as soon as any crate in the program enables faer's feature `rayon`;
+//! for orders above some hundreds, the order of summation depends on the number of threads. Solving the same program
+//! twice would then give results that differ in the last digits, and different certificate files. Here the order is
+//! fixed; several programs can be solved in parallel instead.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};

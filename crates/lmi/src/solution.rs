@@ -1,4 +1,4 @@
-//! What solving a problem returns: values, margins, and a verdict that was reached outside the solver.
+//! Result of a problem: values, margins, and a verdict obtained by rigorous verification.
 
 use std::fmt;
 
@@ -7,23 +7,23 @@ use nalgebra::DMatrix;
 
 use crate::variable::Variable;
 
-/// The answer to a [`Problem`](crate::Problem).
+/// Result of a [`Problem`](crate::Problem).
 #[derive(Debug, Clone)]
 pub struct Solution {
-    /// `Proved`: every inequality holds strictly at exactly the returned values, re-verified outside the solver on the
-    /// original data; the margin is the smallest of the constraints' margins. `Refuted`: no values satisfy the
-    /// inequalities, and the witness shows it. `Undecided`: neither could be shown; the values are the best attempt.
+    /// `Proved`: every inequality holds strictly at exactly the returned values, verified independently of the solver
+    /// on the original data; the margin is the smallest of the constraints' margins. `Refuted`: no values satisfy the
+    /// inequalities, proved by the witness. `Undecided`: neither could be proved; the values are the best attempt.
     pub verdict: Verdict<Infeasibility>,
     /// One entry per constraint, in the order they were stated.
     pub margins: Vec<Margin>,
-    /// What became of the objective, if there was one and the constraints are proved.
+    /// Value of the objective, if there is one and the constraints are proved.
     pub objective: Option<Optimum>,
-    /// What the solver did.
+    /// Statistics of the solver.
     pub effort: Effort,
     pub(crate) values: Vec<(Variable, DMatrix<f64>)>,
 }
 
-/// How far inside one constraint the returned values lie.
+/// Margin of one constraint at the returned values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margin {
     /// The constraint's name.
@@ -31,11 +31,11 @@ pub struct Margin {
     /// A rigorous lower bound on the smallest eigenvalue of the positive side of the inequality, if it was proved
     /// positive at the returned values.
     pub proved: Option<f64>,
-    /// The smallest eigenvalue as floating point sees it, which proves nothing.
+    /// The smallest eigenvalue in floating point, not rigorous.
     pub estimate: f64,
 }
 
-/// The objective at the returned values, which were pulled inside the constraints and are therefore not quite optimal.
+/// The objective at the returned values, which were moved inside the constraints and are therefore slightly suboptimal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optimum {
     /// The objective at the returned values, rounded.
@@ -44,12 +44,12 @@ pub struct Optimum {
     pub estimate: f64,
 }
 
-/// What the solver did, summed over its runs.
+/// Statistics of the solver, summed over its runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
     /// Interior-point iterations.
     pub iterations: u32,
-    /// The solver's own word for how its last run ended. No verdict rests on it.
+    /// The solver's own status of its last run; no verdict depends on it.
     pub status: &'static str,
 }
 
@@ -80,7 +80,7 @@ pub struct Multiplier {
 impl Solution {
     /// The value of an unknown matrix. An unknown of another problem has no value here: every entry is NaN.
     ///
-    /// When the verdict is not `Proved`, this is the best attempt, and proves nothing.
+    /// If the verdict is not `Proved`, this is the best attempt and not verified.
     pub fn value(&self, variable: &Variable) -> DMatrix<f64> {
         let (rows, columns) = variable.shape();
         self.values

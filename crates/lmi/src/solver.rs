@@ -1,7 +1,7 @@
-//! Which solver proposes: the one seam between this layer and its solvers.
+//! Interface to the numerical solvers.
 //!
-//! A conic program goes in and iterates come out. Nothing is believed of them: `luenberger-proof` decides every
-//! verdict, whoever proposed.
+//! A solver takes a conic program and returns iterates. They are not trusted: `luenberger-proof` verifies every result,
+//! for each solver.
 
 use std::fmt;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::conic::ConicProgram;
 use crate::interior::{self, Path};
 
-/// The solver that proposes values and multipliers.
+/// The solver that computes approximate values and multipliers.
 ///
 /// ```
 /// use luenberger_lmi::{LmiError, Problem, Settings, Solver, he};
@@ -30,17 +30,17 @@ pub enum Solver {
     /// The interior-point method of this crate, on the Schur complement of sparse constraints.
     #[default]
     Interior,
-    /// Clarabel, a general conic solver: slower here, and written by others. Needs the feature `clarabel`.
+    /// Clarabel, a general third-party conic solver: slower for these problems. Needs the feature `clarabel`.
     Clarabel,
 }
 
-/// The solver was left out of this build.
+/// The solver is not compiled in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the solver {solver} is not part of this build: it needs the feature `{feature}` of luenberger-lmi")]
 pub struct NotBuiltIn {
-    /// The solver that was asked for.
+    /// The requested solver.
     pub solver: Solver,
-    /// The feature that it needs.
+    /// The required feature.
     pub feature: &'static str,
 }
 
@@ -56,7 +56,7 @@ impl Solver {
     /// Whether it is part of this build.
     ///
     /// # Errors
-    /// [`NotBuiltIn`] names the feature that it needs.
+    /// [`NotBuiltIn`] names the required feature.
     pub fn require(self) -> Result<(), NotBuiltIn> {
         match self {
             Self::Clarabel if !cfg!(feature = "clarabel") => Err(NotBuiltIn { solver: self, feature: "clarabel" }),
@@ -64,7 +64,7 @@ impl Solver {
         }
     }
 
-    /// What the solver proposes, with no iteration begun after `end`; `None` if it has nothing.
+    /// The solver's iterates, with no iteration started after `end`; `None` if it has none.
     pub(crate) fn propose(
         self,
         program: &ConicProgram,

@@ -1,13 +1,13 @@
-//! The standard form behind every problem: homogeneous, scaled, symmetric.
+//! Standard form of every problem: homogeneous, scaled, symmetric.
 //!
-//! Constraints `F_k0 + sum x_i F_ki > 0` become `x_0 F_k0 + sum x_i F_ki > 0` together with `x_0 > 0`, one more scalar
-//! unknown (unless all `F_k0` are zero). That makes feasibility a question about a cone, in which the zero solution
-//! lies on the boundary and can be told from the others, and infeasibility always has the same form of witness.
+//! Constraints `F_k0 + sum x_i F_ki > 0` become `x_0 F_k0 + sum x_i F_ki > 0` together with `x_0 > 0`, with one more
+//! scalar unknown (unless all `F_k0` are zero). Feasibility becomes a question about a cone, in which the zero solution
+//! is on the boundary and thus excluded, and witnesses of infeasibility always have the same form.
 //!
 //! Scaling: unknown i is replaced by `2^s_i` times another, and constraint k by `D_k F_k D_k` with D_k diagonal of
-//! powers of two, so that the coefficients are as near 1 as scaling can bring them. Coefficients that no scaling brings
-//! near the others can be left out of the proposal ([`Small`]). Powers of two make the scaling exact, and congruence
-//! leaves definiteness as it is: a plant in microvolts and megawatts becomes an ordinary one.
+//! powers of two, so that the coefficients are as close to 1 as possible. Coefficients that remain far smaller than the
+//! others can be omitted for the numerical solution ([`Small`]). Powers of two make the scaling exact, and congruence
+//! preserves definiteness. The result does not depend on the units of the plant.
 
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ use crate::conic::{Block, BlockEntry};
 use crate::error::LmiError;
 use crate::problem::Problem;
 
-/// A problem that was checked and brought to standard form in binary64.
+/// A problem after validation, in standard form in binary64.
 #[derive(Debug)]
 pub(crate) struct Standard {
     /// Where the scalar unknowns of each variable start.
@@ -34,7 +34,7 @@ pub(crate) struct Standard {
     pub(crate) unknown_scale: Vec<i32>,
     /// The exponents of the diagonal of D_k.
     pub(crate) row_scale: Vec<Vec<i32>>,
-    /// How many small coefficients were left out.
+    /// Number of small coefficients omitted.
     pub(crate) left_out: usize,
 }
 
@@ -50,8 +50,8 @@ pub(crate) fn power(k: i32) -> f64 {
     2.0f64.powi(k.clamp(-1000, 1000))
 }
 
-/// Where the scale of `x_0` is put among those that single constants ask for, when they disagree: an upper bound
-/// `P < I` in unsuitable units wants the largest, a lower bound the smallest.
+/// How the scale of `x_0` is chosen if the constants require different scales: an upper bound `P < I` in unsuitable
+/// units needs the largest, a lower bound the smallest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Middle,
@@ -59,19 +59,19 @@ pub(crate) enum Anchor {
     Smallest,
 }
 
-/// What becomes of coefficients far below all others, such as the 1e-323 that an outward rounding leaves of 0: they
-/// pull the scales apart by hundreds of binary digits, and no solver gets along with that. What is proposed without
-/// them is verified with them.
+/// Treatment of coefficients far below all others, such as the 1e-323 that outward rounding makes of 0. They spread the
+/// scales by hundreds of binary digits, which makes the solver fail. A solution computed without them is verified with
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Small {
     Kept,
-    /// Those far below the largest of their constraint, in the units given.
+    /// Omit those far below the largest of their constraint, in the given units.
     LeftOutAsGiven,
-    /// Those far below the others at the scales that suit them best.
+    /// Omit those far below the others after the best scaling.
     LeftOutAsScaled,
 }
 
-/// Checks the problem and brings it to standard form.
+/// Validates the problem and converts it to standard form.
 pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> Result<Standard, LmiError> {
     let (offsets, unknowns) = check(problem)?;
     let mut blocks = Vec::with_capacity(problem.constraints.len() + 1);
@@ -113,8 +113,8 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> 
     Ok(Standard { offsets, unknowns, homogeneous, blocks, unknown_scale, row_scale, left_out })
 }
 
-/// Everything that can be wrong before coefficients are known; returns where each variable's unknowns start, and their
-/// number.
+/// Validation before the coefficients are computed; returns the index of each variable's first unknown, and the number
+/// of unknowns.
 fn check(problem: &Problem) -> Result<(Vec<usize>, usize), LmiError> {
     let (variables, constraints) = (problem.variables.len(), problem.constraints.len());
     if variables == 0 || constraints == 0 {
@@ -351,17 +351,17 @@ fn equilibrate(blocks: &[Block], unknowns: usize, count: usize, anchor: Anchor, 
     }
 }
 
-/// A coefficient that stays this many binary digits below 1 at the best scales may be left out. The scales go half of
-/// the way towards it, so that it is twice as many digits below the others.
+/// A coefficient that remains this many binary digits below 1 after the best scaling may be omitted. The scales
+/// compensate half of the distance, so that it is twice as many digits below the others.
 const NEGLIGIBLE: f64 = 16.0;
 
 /// Binary digits below the largest coefficient of a constraint.
 const ROUNDED_AWAY: f64 = 60.0;
 
-/// How often coefficients are left out and the scales fitted again.
+/// How often coefficients are omitted and the scales fitted again.
 const ROUNDS: usize = 8;
 
-/// The exponents of the scales, and the coefficients (block, row, column, unknown) that were left out.
+/// The exponents of the scales, and the omitted coefficients (block, row, column, unknown).
 struct Equilibrium {
     unknown_scale: Vec<i32>,
     row_scale: Vec<Vec<i32>>,

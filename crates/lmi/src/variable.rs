@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-/// What structure an unknown matrix has.
+/// Structure of an unknown matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Structure {
     /// `X = X'`, n(n+1)/2 unknowns.
@@ -75,12 +75,12 @@ impl Variable {
         self.declaration.position
     }
 
-    /// Whether two handles mean the same unknown.
+    /// Whether two handles refer to the same unknown.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.declaration, &other.declaration)
     }
 
-    /// Which of its scalar unknowns stands at (row, column), or none where the structure says zero.
+    /// Index of the scalar unknown at (row, column); none for a structural zero.
     pub(crate) fn unknown_at(&self, row: usize, column: usize) -> Option<usize> {
         let (rows, _) = self.shape();
         match self.structure() {

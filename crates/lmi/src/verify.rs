@@ -1,8 +1,7 @@
-//! Whether given values satisfy the constraints: the expression as the user wrote it, evaluated at the returned
-//! binary64 values with outward rounding, then exactly if that is not enough, and proved definite by
-//! `luenberger-proof`.
+//! Verification of the constraints at given values: the user's expression is evaluated at the returned binary64 values
+//! with outward rounding, then exactly if needed, and definiteness is proved by `luenberger-proof`.
 //!
-//! What is proved is that `v'F(x)v > 0` for every v other than 0, a statement about the symmetric part of F(x).
+//! The proved statement is `v'F(x)v > 0` for every v other than 0, which concerns the symmetric part of F(x).
 
 use luenberger_proof::definite::Entry;
 use luenberger_proof::{Exact, Interval, Matrix, Ring, Verdict, positive_definite};
@@ -43,7 +42,7 @@ fn proved_margin<R: Ring + Entry>(e: &Expression, values: &[(Variable, DMatrix<f
     }
 }
 
-/// `None` for values that are no numbers.
+/// `None` if a value is not finite.
 fn rounded(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Option<DMatrix<f64>> {
     let m = evaluate::<Rounded>(e, values).ok()?;
     Some(DMatrix::from_fn(m.rows(), m.cols(), |i, j| 0.5 * m[(i, j)].0 + 0.5 * m[(j, i)].0))

@@ -1,6 +1,6 @@
-//! Random and adversarial matrices by the million, and what is wrong with the verdicts on them: nothing, or the program
-//! fails. `cargo xtask stress proof`, or `cargo run --release -p luenberger-proof --example stress -- --matrices
-//! 1000000 --seed 2019`.
+//! Stress test of the verdicts on millions of random and adversarial matrices; fails if any verdict is wrong. `cargo
+//! xtask stress proof`, or `cargo run --release -p luenberger-proof --example stress -- --matrices 1000000 --seed
+//! 2019`.
 
 #[path = "../tests/it/adversaries/mod.rs"]
 mod adversaries;

@@ -1,8 +1,8 @@
-//! What makes a question to this crate meaningless, as distinct from undecided.
+//! Errors of invalid input, as distinct from undecided verdicts.
 
 use thiserror::Error;
 
-/// An input about which nothing can be said. Each variant names the quantity and carries its value.
+/// Invalid input. Each variant names the quantity and carries its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ProofError {
@@ -34,8 +34,7 @@ pub enum ProofError {
         /// The entry.
         value: f64,
     },
-    /// A matrix whose definiteness is asked is not symmetric. Definiteness is never asked of the symmetric part in
-    /// silence.
+    /// A matrix is not symmetric. Definiteness of the symmetric part is never tested implicitly.
     #[error("{what} is not symmetric: ({row}, {column}) is {upper:e} and ({column}, {row}) is {lower:e}")]
     NotSymmetric {
         /// The quantity.
@@ -49,7 +48,7 @@ pub enum ProofError {
         /// The entry below the diagonal.
         lower: f64,
     },
-    /// A fixed-point format that cannot be examined.
+    /// An unsupported fixed-point format.
     #[error(
         "a fixed-point format of {integer_bits} integer bits (the sign among them) and {fraction_bits} fraction bits: \
          at least 1 integer bit and 2 to 53 bits in all are supported"
@@ -74,7 +73,7 @@ pub enum ProofError {
         /// The largest number of the format.
         largest: f64,
     },
-    /// A matrix that would take more memory than the checker allows itself.
+    /// A matrix that exceeds the memory limit of the checker.
     #[error("{what} would be of order {order}; at most {allowed} are formed")]
     TooLarge {
         /// The matrix.

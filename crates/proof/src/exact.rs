@@ -1,7 +1,7 @@
 //! Dyadic rationals `m 2^e` with an integer `m` of any length: the ring that binary64 numbers generate.
 //!
 //! Every finite binary64 number is one, and so is every sum and product of them: polynomial expressions of the data,
-//! such as `A'P + PA`, have no rounding error at all. There is no division; the referee works without fractions (see
+//! such as `A'P + PA`, have no rounding error. There is no division; exact elimination is fraction-free (see
 //! [`definite`](crate::definite)).
 
 use core::cmp::Ordering;

@@ -1,17 +1,17 @@
-//! Verdicts in arithmetic that cannot lie: definiteness and matrix inequalities, proved or refuted.
+//! Rigorous verification of definiteness and matrix inequalities.
 //!
-//! Floating point proposes, this crate decides. Every answer is a [`Verdict`]: `Proved` with a rigorous margin,
-//! `Refuted` with a witness that anyone can check, or `Undecided` with the reason. It depends on no solver and on no
-//! linear algebra library.
+//! Approximate data come from floating point; this crate verifies them in exact or interval arithmetic. Every result is
+//! a [`Verdict`]: `Proved` with a rigorous margin, `Refuted` with a witness that can be checked independently, or
+//! `Undecided` with the reason. The crate depends on no solver and on no linear algebra library.
 //!
-//! From the bottom upwards:
+//! Structure, from the bottom up:
 //! - [`Interval`] (outward rounded) and [`Exact`] (dyadic rationals) are two [`Ring`]s in which binary64 data can be
-//!   added and multiplied without a lie; a [`Matrix`] expression is written once for both;
-//! - [`definite`] decides whether a symmetric matrix is (semi)definite: a floating-point Cholesky with a proven error
-//!   bound for the quick yes, a verified direction for the quick no, exact elimination as the referee;
-//! - [`semidefinite`] bounds the optimum of a semidefinite program from points that a solver proposes, or shows it
+//!   added and multiplied rigorously; a [`Matrix`] expression is written once for both;
+//! - [`definite`] decides whether a symmetric matrix is (semi)definite: a floating-point Cholesky with a rigorous error
+//!   bound proves it, a verified direction refutes it, exact elimination decides otherwise;
+//! - [`semidefinite`] bounds the optimum of a semidefinite program from approximate points of a solver, or proves it
 //!   infeasible;
-//! - [`statement`] evaluates the inequalities of control theory from the raw data and has them decided;
+//! - [`statement`] evaluates the inequalities of control theory from the original data and verifies them;
 //! - [`certificate`] reads and writes files that state a theorem with exact numbers, and checks them: the program
 //!   `luenberger-verify`.
 //!
@@ -25,7 +25,7 @@
 //! # }
 //! ```
 //!
-//! What is assumed: IEEE 754 binary64 with rounding to nearest and gradual underflow, as Rust prescribes.
+//! Assumption: IEEE 754 binary64 with rounding to nearest and gradual underflow, as Rust specifies.
 #![deny(missing_docs)]
 
 pub mod certificate;

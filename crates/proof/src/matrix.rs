@@ -1,4 +1,4 @@
-//! A dense row-major matrix: as much of one as proofs need.
+//! A minimal dense row-major matrix.
 
 use crate::error::ProofError;
 

@@ -1,12 +1,13 @@
 //! Rings that contain the binary64 numbers, and matrix expressions over them.
 //!
 //! An expression such as `F'P + PF` with `F = A - LC` is written once over a [`Ring`] and evaluated with outward
-//! rounding for speed or exactly for the last word. Binary64 itself is no ring here: its sums are not sums.
+//! rounding for speed, or exactly if that is inconclusive. Binary64 itself is not a ring here, since its operations are
+//! rounded.
 
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 
-/// Addition, subtraction and multiplication without a lie: the result is exact, or encloses the exact result.
+/// Rigorous addition, subtraction and multiplication: the result is exact, or encloses the exact result.
 pub trait Ring: Clone {
     /// The number 0.
     fn zero() -> Self;

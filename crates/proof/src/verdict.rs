@@ -1,7 +1,7 @@
-//! The three outcomes of an attempt to prove a mathematical statement.
+//! The three outcomes of a rigorous verification.
 //!
-//! Floating point proposes; this crate decides. A statement that could be neither proved nor refuted within the
-//! effort allowed is `Undecided`, which is an honest answer and never an error.
+//! Approximate data come from floating point; this crate verifies them. A statement that could be neither proved nor
+//! refuted within the limits is `Undecided`, which is not an error.
 
 use core::fmt;
 
@@ -18,14 +18,14 @@ pub enum Verdict<W> {
     },
     /// The statement is false, and the witness shows it.
     Refuted {
-        /// What a reader can check without trusting this crate, for instance a direction `v` with `v'Mv <= 0`.
+        /// A witness that can be checked independently of this crate, for instance a direction `v` with `v'Mv <= 0`.
         witness: W,
     },
     /// Neither was shown.
     Undecided {
         /// What stood in the way.
         why: UndecidedReason,
-        /// The floating-point estimate of the margin, which proves nothing.
+        /// The floating-point estimate of the margin, not rigorous.
         best: f64,
     },
 }
@@ -34,29 +34,30 @@ pub enum Verdict<W> {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum UndecidedReason {
-    /// The rounding error of the quick test exceeds the margin, and the exact referee was not allowed at this size.
+    /// The rounding error bound of the floating-point test exceeds the margin, and the order exceeds the limit of exact
+    /// elimination.
     RoundingDominates {
         /// Bound on the rounding error of the test.
         error: f64,
         /// The order of the matrix.
         order: usize,
     },
-    /// The data are intervals, and matrices of both kinds lie within them.
+    /// The data are intervals that contain matrices of both kinds.
     DataTooUncertain {
         /// The widest entry.
         width: f64,
     },
-    /// The solver that should have proposed a solution gave none.
+    /// The solver returned no approximate solution.
     NoProposal {
         /// The solver's own word for how it ended.
         status: &'static str,
     },
-    /// The solver proposed a solution at which an inequality could not be proved.
+    /// The solver returned an approximate solution for which an inequality could not be proved.
     ProposalNotProved {
-        /// The margin of that inequality as floating point sees it.
+        /// The margin of that inequality in floating point.
         estimate: f64,
     },
-    /// The matrix that was to prove the statement does not, and nothing shows that no other would.
+    /// The given matrix does not prove the statement, and it is not shown that no other does.
     NotByThisMatrix {
         /// Its name.
         name: &'static str,
@@ -128,7 +129,7 @@ impl<W> Verdict<W> {
         }
     }
 
-    /// The same verdict with its witness translated, for instance from a block of a matrix to the whole.
+    /// The same verdict with its witness mapped, for instance from a block of a matrix to the whole.
     pub fn map_witness<V>(self, f: impl FnOnce(W) -> V) -> Verdict<V> {
         match self {
             Self::Proved { margin } => Verdict::Proved { margin },

@@ -1,6 +1,6 @@
-//! Numbers in sentences: exact or rounded to the safe side in statements, with few digits where nothing is claimed.
+//! Formatted numbers: exact or rounded to the safe side in statements, with few digits elsewhere.
 //!
-//! A statement about stored numbers must not name others. [`exact`] writes a binary64 number so that nothing is lost;
+//! A statement about stored numbers must contain exactly these. [`exact`] writes a binary64 number without loss;
 //! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
 //! for a bound.
 
@@ -21,7 +21,7 @@ pub fn shortest(x: f64) -> String {
     }
 }
 
-/// `x` to so many significant digits, without trailing zeros: for people, where nothing is claimed.
+/// `x` with this number of significant digits, without trailing zeros: for text that makes no claim.
 ///
 /// ```
 /// use luenberger_proof::wording::significant;

@@ -1,13 +1,13 @@
-//! A claim of a paper: a row of data that says what is printed and where, and a function that computes.
+//! A claim of a paper: a row of data with the printed value and its place, and a function that computes.
 //!
 //! The verdict is never part of the row. It follows from `printed`, `tolerance` and what `check` returns, by the rules
 //! of [`crate::evidence`].
 //!
 //! # Adding a claim
 //! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`.
-//! The row says of which [`Class`] the claim is. A claim of the paper that comes out refuted must quote the paper's
-//! sentence and say how it is read ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as
-//! evaluated ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
+//! The row has the [`Class`] of the claim. A claim of the paper that is refuted must quote the paper's sentence and its
+//! interpretation ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as evaluated
+//! ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
 //! ```
 //! use luenberger_reproduce::{Claim, Class, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
 //!
@@ -37,23 +37,24 @@ use crate::value::{Printed, Value};
 use serde::Serialize;
 use std::fmt;
 
-/// What a check may fail with: any error of the crates below. It marks the claim as failed and the run as unsuccessful.
+/// Any error of a check. It marks the claim as failed and the run as unsuccessful.
 pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Whose claim it is, and of what kind. [`Class::Theorem`] and [`Class::Example`] are the paper's own claims; the
-/// others are counted apart.
+/// Origin and kind of a claim. [`Class::Theorem`] and [`Class::Example`] are the paper's own claims; the others are
+/// counted separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
-    /// What the paper says in general: a theorem, a remark, a formula, a sentence of its introduction.
+    /// A general claim of the paper: a theorem, a remark, a formula, a sentence of its introduction.
     Theorem,
-    /// A number or a figure of an example, or what the text says of it.
+    /// A number or a figure of an example, or a statement of the text about it.
     Example,
-    /// A sign, a letter, a digit or a word that the rest of the paper contradicts.
+    /// A misprint: a sign, a letter, a digit or a word that the rest of the paper contradicts.
     Misprint,
-    /// What the text leaves open: the claim says what the choice does, or runs a variant of the example under its name.
+    /// A detail that the paper does not specify: the claim shows the effect of the choice, or runs a variant of the
+    /// example.
     Reading,
-    /// Not the paper's: what holds instead, a repair, an observer of ours.
+    /// Not in the paper: a corrected statement, or an observer added here.
     Ours,
 }
 
@@ -81,12 +82,12 @@ impl fmt::Display for Class {
     }
 }
 
-/// A sentence or formula of the paper, and how it is read.
+/// A sentence or formula of the paper, and its interpretation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Quote {
-    /// As it stands in the paper.
+    /// The exact quotation.
     pub text: &'static str,
-    /// What it is taken to say.
+    /// Its interpretation.
     pub reading: &'static str,
 }
 
@@ -95,32 +96,32 @@ pub struct Quote {
 pub struct Claim {
     /// Unique name: paper, place, subject, such as `cubic.ex1.gain`.
     pub id: &'static str,
-    /// Whose claim it is.
+    /// Origin and kind.
     pub class: Class,
-    /// Where the paper says it: equation, theorem, figure, example.
+    /// Place in the paper: equation, theorem, figure, example.
     pub place: &'static str,
-    /// What the paper says, in one sentence.
+    /// The claim of the paper, in one sentence.
     pub statement: &'static str,
-    /// What it prints.
+    /// The printed value.
     pub printed: Printed,
-    /// How exactly.
+    /// The accuracy of the comparison.
     pub tolerance: Tolerance,
-    /// What had to be assumed because the paper does not print it.
+    /// Assumptions needed because the paper does not print the data.
     pub assumptions: &'static [&'static str],
-    /// The paper's own words, where the verdict turns on them.
+    /// The quotation, if the verdict depends on its wording.
     pub quote: Option<Quote>,
     /// Computes the evidence.
     pub check: fn(&Context) -> Result<Outcome, CheckError>,
 }
 
-/// What a check returns.
+/// Result of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What decides the verdict.
+    /// The evidence, which determines the verdict.
     pub evidence: Evidence,
-    /// What a reader should know beside it.
+    /// A note for the reader.
     pub note: String,
-    /// The hypotheses of the statement, as evaluated where it was tested; counterexamples bring their own.
+    /// The hypotheses of the statement, evaluated where it was tested; counterexamples have their own.
     pub hypotheses: Vec<Hypothesis>,
 }
 
@@ -158,24 +159,24 @@ pub struct Record {
     pub id: String,
     /// The key of the paper.
     pub paper: String,
-    /// Whose claim it is.
+    /// Origin and kind.
     pub class: Class,
-    /// Where the paper says it.
+    /// Place in the paper.
     #[serde(rename = "where")]
     pub place: String,
-    /// What it says.
+    /// The claim.
     pub statement: String,
-    /// What it prints, as numbers.
+    /// The printed value, as numbers.
     pub printed: Option<Value>,
-    /// What was computed.
+    /// The computed value.
     pub computed: Option<Value>,
     /// The tolerance of each entry, one number where they are all equal, null for truths.
     pub tolerance: Option<Value>,
     /// The verdict; absent if the check failed.
     pub verdict: Option<Verdict>,
-    /// What had to be assumed.
+    /// Assumptions.
     pub assumptions: Vec<String>,
-    /// The paper's own words and how they are read.
+    /// The quotation and its interpretation.
     pub quote: Option<Quote>,
     /// The hypotheses of the statement, as evaluated.
     pub hypotheses: Vec<Hypothesis>,
@@ -187,7 +188,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// What a refutation of the paper's own words still owes its reader, if anything.
+    /// What is missing in a refutation of a claim of the paper, if anything.
     pub fn owes(&self) -> Option<&'static str> {
         if self.verdict != Some(Verdict::Refuted) {
             return None;
@@ -226,7 +227,7 @@ impl Claim {
         }
     }
 
-    /// The same claim with the paper's sentence, as it stands there, and how it is read.
+    /// The same claim with the quotation and its interpretation.
     #[must_use]
     pub const fn quoting(mut self, text: &'static str, reading: &'static str) -> Self {
         self.quote = Some(Quote { text, reading });

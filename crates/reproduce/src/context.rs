@@ -1,4 +1,4 @@
-//! What the checks and figures of one run share: the place for output, and results computed once.
+//! Shared data of the checks and figures of one run: the output folder, and cached results.
 
 use crate::claim::CheckError;
 use std::any::Any;
@@ -61,6 +61,6 @@ impl Context {
 pub struct TypeOfKey {
     /// The key.
     pub key: &'static str,
-    /// The type asked for.
+    /// The requested type.
     pub wanted: &'static str,
 }

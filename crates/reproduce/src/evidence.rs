@@ -1,4 +1,4 @@
-//! From evidence to verdict: the only place where a verdict is made.
+//! Rules from evidence to verdict; verdicts are computed only here.
 //!
 //! | evidence | reproduced | refuted | underspecified |
 //! |---|---|---|---|
@@ -9,24 +9,23 @@
 //! | [`Evidence::Counterexamples`] | never (where truth is printed) | one is valid: violated, and every hypothesis holds there | none is |
 //! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
 //!
-//! A statement says nothing where its hypotheses do not hold: other evidence too is underspecified where a hypothesis
-//! named with it fails or stays undecided.
+//! A statement is void where its hypotheses do not hold: evidence is underspecified if a hypothesis named with it fails
+//! or is undecided.
 
 use crate::value::{Printed, PrintedError, Value, short};
 use luenberger_proof::Verdict as ProofVerdict;
 use serde::Serialize;
 use std::fmt;
 
-/// What became of a claim. Made by [`judge`], nowhere else.
+/// Verdict on a claim. Computed by [`judge`] only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// What is computed agrees with what is printed.
+    /// The computed value agrees with the printed one.
     Reproduced,
-    /// What is computed contradicts what is printed.
+    /// The computed value contradicts the printed one.
     Refuted,
-    /// What is printed does not suffice to tell: admissible readings of the paper disagree, or a proof stayed
-    /// undecided.
+    /// The paper does not specify enough: admissible readings disagree, or a proof is undecided.
     Underspecified,
 }
 
@@ -47,7 +46,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// How far a computed entry may lie from the printed one.
+/// Tolerance between a computed entry and the printed one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
     /// Half a unit of the last printed digit of each entry; exact values must be met to rounding.
@@ -58,43 +57,43 @@ pub enum Tolerance {
     Relative(f64),
 }
 
-/// What a check found. Everything but the numbers themselves is derived from it by [`judge`].
+/// Result of a check. Everything except the numbers is derived from it by [`judge`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Evidence {
-    /// A value to be held against the printed one, entry by entry.
+    /// A value to be compared with the printed one, entry by entry.
     Value(Value),
-    /// A statement that was tested, and the quantity that decided it (which is what the ledger shows as computed).
+    /// A statement that was tested, and the quantity that decided it (shown as computed in the ledger).
     Holds {
-        /// The truth found.
+        /// The truth value found.
         holds: bool,
-        /// The quantity that decided, if there is one worth showing.
+        /// The quantity that decided, if it is worth showing.
         measured: Option<Value>,
     },
-    /// The paper leaves something out. Each admissible reading, named by its assumption, gives a value (or a truth).
+    /// The paper is ambiguous. Each admissible reading, named by its assumption, gives a value (or a truth value).
     Readings(Vec<(&'static str, Value)>),
-    /// A statement handed to `luenberger-proof`.
+    /// A statement verified by `luenberger-proof`.
     Proof(Proof),
-    /// Cases said to violate a statement that the paper makes in general. One that is valid refutes it.
+    /// Candidate counterexamples to a general statement of the paper. A valid one refutes it.
     Counterexamples(Vec<Counterexample>),
     /// A general statement tested on many cases.
     Cases {
-        /// How many cases hold.
+        /// Number of cases that hold.
         hold: usize,
-        /// How many fail.
+        /// Number of cases that fail.
         fail: usize,
-        /// How many could not be decided.
+        /// Number of undecided cases.
         undecided: usize,
     },
 }
 
-/// A single case said to violate a statement that the paper makes in general.
+/// A candidate counterexample to a general statement of the paper.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counterexample {
     /// The case in a few words, empty where there is only one.
     pub case: String,
-    /// What the violation is, in one line: the inequality and where it is evaluated.
+    /// The violated inequality and where it is evaluated, in one line.
     pub what: String,
-    /// By how much the statement is violated; not positive means that it is not violated here.
+    /// Amount of the violation; if it is not positive, the statement is not violated.
     pub violation: f64,
     /// The data of the case, for instance an initial error.
     pub witness: Option<Value>,
@@ -109,16 +108,16 @@ impl Counterexample {
     }
 }
 
-/// A hypothesis of a theorem, evaluated: in JSON with `null` for one that stayed undecided.
+/// A hypothesis of a theorem, evaluated: `null` in JSON if undecided.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Hypothesis {
-    /// The case that it is evaluated for, empty where there is only one.
+    /// The case for which it is evaluated, empty if there is only one.
     pub case: String,
-    /// What the paper asks for.
+    /// The hypothesis as in the paper.
     pub hypothesis: String,
-    /// Whether it holds; absent where that stayed undecided.
+    /// Whether it holds; absent if undecided.
     pub holds: Option<bool>,
-    /// How that was found, and where it holds if not everywhere.
+    /// The method of evaluation, and the set where it holds if not everywhere.
     pub how: String,
 }
 
@@ -133,7 +132,7 @@ impl Hypothesis {
         Self { case: String::new(), hypothesis: hypothesis.to_owned(), holds, how }
     }
 
-    /// Decided by numbers that are compared without rounding, or that bear their rounding; `how` names them.
+    /// Decided by comparing numbers exactly, or within their rounding errors; `how` names them.
     pub fn computed(hypothesis: &str, holds: bool, how: impl Into<String>) -> Self {
         Self { case: String::new(), hypothesis: hypothesis.to_owned(), holds: Some(holds), how: how.into() }
     }
@@ -156,19 +155,19 @@ impl Hypothesis {
     }
 }
 
-/// A proof verdict with its witness turned into words.
+/// A proof verdict with its witness as text.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Proof {
     /// Proved with this margin.
     Proved(f64),
     /// Refuted; the words describe the witness.
     Refuted(String),
-    /// Neither; the words say why.
+    /// Undecided; the text has the reason.
     Undecided(String),
 }
 
 impl Evidence {
-    /// A value to be held against the printed one.
+    /// A value to be compared with the printed one.
     pub fn value(value: impl Into<Value>) -> Self {
         Self::Value(value.into())
     }
@@ -227,22 +226,22 @@ impl Evidence {
     }
 }
 
-/// The verdict with what it rests on.
+/// The verdict with its basis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// The printed value as numbers.
     pub printed: Value,
-    /// The computed value that the ledger shows: of several readings, the first that agrees, else the first.
+    /// The computed value shown in the ledger: of several readings, the first that agrees, otherwise the first.
     pub computed: Value,
     /// The tolerance of each entry: one number if all are equal; absent for truths.
     pub tolerance: Option<Value>,
     /// The verdict.
     pub verdict: Verdict,
-    /// What the evidence itself has to say: the readings with their values, a margin, a witness, counts.
+    /// Details of the evidence: the readings with their values, a margin, a witness, counts.
     pub remarks: Vec<String>,
 }
 
-/// Evidence that cannot be held against what is printed.
+/// Evidence that cannot be compared with the printed value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum JudgeError {
     /// The printed value could not be read.
@@ -251,9 +250,9 @@ pub enum JudgeError {
     /// A number was computed where a truth is printed, or the shapes differ.
     #[error("printed is {}, computed is {}", describe(.printed), describe(.computed))]
     Incomparable {
-        /// What is printed.
+        /// The printed value.
         printed: Value,
-        /// What was computed.
+        /// The computed value.
         computed: Value,
     },
     /// The tolerance is negative or not finite.
@@ -273,12 +272,12 @@ fn describe(value: &Value) -> String {
     }
 }
 
-/// The verdict on `evidence`, given what the paper prints and how exactly.
+/// The verdict on `evidence`, given the printed value and its tolerance.
 ///
 /// A computed entry that is not finite never agrees. The comparison grants two units of rounding of the printed entry,
 /// because a decimal such as 1.2 + 0.05 is not a binary number.
 /// # Errors
-/// [`JudgeError`] where the two cannot be compared at all: that is a mistake in the claim, not a verdict on the paper.
+/// [`JudgeError`] if the two cannot be compared: an error in the claim, not a verdict on the paper.
 pub fn judge(printed: &Printed, tolerance: Tolerance, evidence: &Evidence) -> Result<Judgement, JudgeError> {
     let reading = printed.read()?;
     let printed = reading.value;
@@ -375,7 +374,7 @@ pub fn judge(printed: &Printed, tolerance: Tolerance, evidence: &Evidence) -> Re
     Ok(Judgement { printed, computed, tolerance, verdict, remarks })
 }
 
-/// What a counterexample says of itself.
+/// The text of a counterexample.
 fn remark(example: &Counterexample) -> String {
     let Counterexample { case, what, violation, witness, hypotheses } = example;
     let name = if case.is_empty() { String::new() } else { format!(", {case}") };
@@ -397,8 +396,7 @@ fn remark(example: &Counterexample) -> String {
 }
 
 impl Judgement {
-    /// The same judgement where these hypotheses of the statement were evaluated: outside of them the statement says
-    /// nothing.
+    /// The same judgement if these hypotheses of the statement were evaluated: where they fail, the statement is void.
     #[must_use]
     pub fn under(mut self, hypotheses: &[Hypothesis]) -> Self {
         if let Some(open) = hypotheses.iter().find(|hypothesis| hypothesis.holds != Some(true)) {

@@ -1,4 +1,4 @@
-//! Hypotheses of the papers' theorems as statements for `luenberger-proof`, formed from the data without rounding.
+//! Hypotheses of the papers' theorems as statements for `luenberger-proof`, computed from the data without rounding.
 
 use luenberger_design::Region;
 use luenberger_design::enclosure::{IntervalDual, enclose};

@@ -1,4 +1,4 @@
-//! Runs the claims and figures of the papers and writes what came of them.
+//! Runs the claims and figures of the papers and writes the results.
 
 use crate::claim::{CheckError, Class, Record};
 use crate::context::Context;
@@ -38,7 +38,7 @@ pub enum ReproduceError {
     },
 }
 
-/// What came of a run.
+/// Summary of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// Every claim.
@@ -46,9 +46,9 @@ pub struct Summary {
     /// What failed: checks, figures and datasets that returned errors, refutations that show no ground, findings that
     /// no claim supports.
     pub failures: Vec<Failure>,
-    /// Where the output is.
+    /// The output folder.
     pub out: PathBuf,
-    /// How long it took.
+    /// The duration of the run.
     pub elapsed: Duration,
 }
 
@@ -62,18 +62,18 @@ pub struct Failure {
 }
 
 impl Summary {
-    /// How many claims got this verdict.
+    /// Number of claims with this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.records.iter().filter(|record| record.verdict == Some(verdict)).count()
     }
 
-    /// How many claims of these classes got this verdict.
+    /// Number of claims of these classes with this verdict.
     pub fn count_of(&self, classes: &[Class], verdict: Verdict) -> usize {
         let counts = |record: &&Record| classes.contains(&record.class) && record.verdict == Some(verdict);
         self.records.iter().filter(counts).count()
     }
 
-    /// How many claims are of these classes.
+    /// Number of claims of these classes.
     pub fn of(&self, classes: &[Class]) -> usize {
         self.records.iter().filter(|record| classes.contains(&record.class)).count()
     }

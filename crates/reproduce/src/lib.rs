@@ -1,11 +1,12 @@
 //! The papers, their claims, and the verdicts computed from them.
 //!
-//! A claim of a paper is a row of data (where the paper says it, what it prints, how exactly) and a function that
-//! computes; the verdict follows from the two by the rules in [`evidence`] and is never typed in. A paper is a
-//! list of claims, of figures and of findings; [`run`] goes through all of them and writes the ledger.
+//! A claim of a paper is a row of data (its place in the paper, the printed value, its accuracy) and a function that
+//! computes; the verdict follows from the two by the rules in [`evidence`] and is never entered by hand. A paper is a
+//! list of claims, of figures and of findings; [`run`] processes all of them and writes the ledger.
 //!
-//! This crate holds no algorithm of control theory. Those are in the crates below it; the observers that a paper writes
-//! for one plant are instances of them, and stand beside its claims ([`kkl::cuk`], [`kkl::exponential_cascade`]).
+//! This crate has no control algorithms of its own; it uses the other crates. The observers that a paper gives for one
+//! specific plant are instances of theirs, and are defined beside its claims ([`kkl::cuk`],
+//! [`kkl::exponential_cascade`]).
 //!
 //! - How to add a claim: [`claim`]. How to add a figure: [`paper`]. How to add a paper: a folder beside `cubic/` with a
 //!   function that returns a [`Paper`], and its name in [`papers`].

@@ -1,4 +1,4 @@
-//! Reproduces the papers: `luenberger-reproduce [OPTIONS] [OUT]`, with `target/reproduce` for `OUT` if it is not given.
+//! Reproduces the papers: `luenberger-reproduce [OPTIONS] [OUT]`, with default `target/reproduce` for `OUT`.
 
 use clap::Parser;
 use luenberger_reproduce::terminal::{self, Filter};
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the page holds these lines; says so where it does not.
+/// Whether the page contains these lines; prints a message if it does not.
 fn counted(page: &Path, lines: &str) -> bool {
     match std::fs::read_to_string(page) {
         Ok(text) if text.contains(lines) => true,

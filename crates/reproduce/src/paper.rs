@@ -1,4 +1,4 @@
-//! A paper: its claims, the figures drawn for it, and what was found wrong with it.
+//! A paper: its claims, figures and errata.
 //!
 //! # Adding a figure
 //! ```
@@ -41,7 +41,7 @@ pub struct Paper {
     pub figures: Vec<Drawing>,
     /// Numbers without a picture, in the order of the report.
     pub datasets: Vec<Dataset>,
-    /// What does not hold as printed.
+    /// Errata: statements that are false as printed.
     pub findings: Vec<Finding>,
 }
 
@@ -59,7 +59,7 @@ pub struct Drawing {
 pub struct Dataset {
     /// Name of the file: `mvt-ex1-eta1-e0` gives `data/mvt-ex1-eta1-e0.csv`.
     pub id: &'static str,
-    /// Computes the columns; it is told the name.
+    /// Computes the columns, given the name.
     pub tabulate: fn(&Context, &str) -> Result<Table, CheckError>,
 }
 

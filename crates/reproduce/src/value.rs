@@ -1,8 +1,7 @@
-//! What a paper prints and what a computation gives, as numbers, vectors, matrices or truth values.
+//! Printed and computed values: numbers, vectors, matrices or truth values.
 //!
-//! A paper prints decimals, and a decimal says how exact it is: `1.18` stands for anything in `[1.175, 1.185]`. So a
-//! printed number is kept as the text that stands in the paper, and half a unit of its last digit is read off that
-//! text.
+//! A printed decimal implies its accuracy: `1.18` stands for any number in `[1.175, 1.185]`. A printed number is
+//! therefore kept as its text, from which half a unit of its last digit is derived.
 
 use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
@@ -123,14 +122,14 @@ impl fmt::Display for Value {
     }
 }
 
-/// What the paper says.
+/// The printed value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Printed {
     /// Decimals exactly as printed: `"1.18"`, a list `"0.48 1.18"`, or a matrix with rows ended by semicolons,
     /// `"13.5 -2.4; -2.4 1.07"` (a column is `"7.5; 3.1"`). A decimal may begin with its point and may carry an
     /// exponent.
     Decimals(&'static str),
-    /// A statement that the paper says is true (or, rarely, false).
+    /// A statement that the paper claims to be true (or, rarely, false).
     Holds(bool),
     /// Numbers that the paper gives without rounding: small integers, or what a formula of the paper yields.
     Exactly(Value),

@@ -1,7 +1,7 @@
-//! Mistakes in a file: where they are, what was expected, and the lines around them.
+//! Mistakes in a file: position, expectation, and the surrounding lines.
 //!
-//! A [`Diagnostic`] knows the bytes it speaks of; a [`Source`] turns them into line and column, and [`Diagnostics`]
-//! prints all of a file's mistakes in the order of the file:
+//! A [`Diagnostic`] holds a span of bytes; a [`Source`] converts it to line and column, and [`Diagnostics`] prints all
+//! mistakes of a file in the order of the file:
 //!
 //! ```text
 //! error: `pols` is not a key of an observer of the kind luenberger
@@ -18,14 +18,14 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-/// A text with its name.
+/// A text with the name of its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     name: String,
     text: String,
 }
 
-/// A place in a text, counted from 1; columns are counted in characters.
+/// A position in a text, counted from 1; columns are counted in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Place {
     /// The line.
@@ -56,7 +56,7 @@ impl Source {
         &self.text
     }
 
-    /// Where the byte `offset` stands; the end of the text for one beyond it.
+    /// The position of the byte `offset`; the end of the text for a larger offset.
     ///
     /// ```
     /// use luenberger_study::diagnostic::{Place, Source};
@@ -69,7 +69,7 @@ impl Source {
         Place { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
     }
 
-    /// The offset itself, or the start of the character it falls into.
+    /// The offset itself, or the start of the character that contains it.
     fn boundary(&self, offset: usize) -> usize {
         let mut offset = offset.min(self.text.len());
         while !self.text.is_char_boundary(offset) {
@@ -78,7 +78,7 @@ impl Source {
         offset
     }
 
-    /// The line that holds the byte `offset`, without its end, and the offset at which it starts.
+    /// The line that contains the byte `offset`, without its end, and the offset of its start.
     fn line(&self, offset: usize) -> (usize, &str) {
         let offset = self.boundary(offset);
         let start = self.text[..offset].rfind('\n').map_or(0, |newline| newline + 1);
@@ -91,18 +91,18 @@ impl Source {
 /// One mistake.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// The bytes it speaks of.
+    /// The span in bytes.
     pub span: Range<usize>,
-    /// What was expected there, in words that stand under the excerpt.
+    /// What was expected, printed under the excerpt.
     pub expected: String,
-    /// What may help, if anything is known.
+    /// A hint, if any.
     pub help: Option<String>,
 }
 
 impl Diagnostic {
-    /// A mistake at `span`, where `expected` was expected.
+    /// A mistake at `span`, with the expectation.
     pub fn new(span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) -> Self {
         Self { message: message.into(), span, expected: expected.into(), help: None }
     }
@@ -122,7 +122,7 @@ pub struct Diagnostics {
     list: Vec<Diagnostic>,
 }
 
-/// A mistake as a machine reads it.
+/// A mistake in machine-readable form.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Located {
     /// The file.
@@ -135,11 +135,11 @@ pub struct Located {
     pub message: String,
     /// What was expected.
     pub expected: String,
-    /// What may help.
+    /// A hint.
     pub help: Option<String>,
 }
 
-/// The sequences that colour a terminal.
+/// The colour sequences of a terminal.
 struct Paint {
     red: &'static str,
     blue: &'static str,
@@ -184,7 +184,7 @@ impl Diagnostics {
         self.list.iter().map(located).collect()
     }
 
-    /// All mistakes with their excerpts, coloured by escape sequences or not.
+    /// All mistakes with their excerpts, optionally coloured by escape sequences.
     pub fn render(&self, coloured: bool) -> String {
         let paint = if coloured { COLOURED } else { PLAIN };
         let mut text: String = self.list.iter().map(|diagnostic| self.one(diagnostic, &paint)).collect();
@@ -203,7 +203,7 @@ impl Diagnostics {
         let end = self.source.boundary(diagnostic.span.end.max(diagnostic.span.start)).min(start + line.len());
         let from = self.source.boundary(diagnostic.span.start).min(start + line.len());
         let marks = self.source.text[from..end.max(from)].chars().count().max(1);
-        // Tabs stay tabs, so that the marks stand under what they mark.
+        // Tabs are kept, so that the markers are aligned with the excerpt.
         let blank: String = self.source.text[start..from].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
         let mut text = format!("{red}error{reset}{bold}: {}{reset}\n", diagnostic.message);
         let _ = writeln!(text, "{margin}{blue}-->{reset} {}:{place}", self.source.name);
@@ -248,7 +248,7 @@ mod tests {
         let text = excerpt("\"\u{3b8}\u{308}\"\t= 1", 8..9);
         assert!(text.contains("s.toml:1:7"), "{text}");
         assert!(text.contains("|     \t ^ expected"), "{text}");
-        // Within a character: its start.
+        // Within a character: the start of that character.
         assert!(excerpt("\u{3b8} = 1", 1..1).contains("s.toml:1:1"));
     }
 

@@ -1,13 +1,13 @@
-//! What can go wrong on the way from a file to its results.
+//! Errors of reading and executing a study.
 
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::Diagnostics;
 
-/// Why a study could not be read or executed.
+/// Error of reading or executing a study.
 ///
-/// An observer that does not fit its plant, and a run that blows up, are not here: they are results, and stand in
-/// [`Results`](crate::Results) beside those that succeed.
+/// An observer that is not applicable to its plant, or a simulation that diverges, is not an error but a result in
+/// [`Results`](crate::Results).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
@@ -33,15 +33,15 @@ pub enum StudyError {
     /// A template that does not exist.
     #[error("there is no template {name:?}; {hint}")]
     Template {
-        /// The name.
+        /// The requested name.
         name: String,
-        /// The nearest, or all.
+        /// The nearest name, or all names.
         hint: String,
     },
     /// The observability could not be analysed.
     #[error(transparent)]
     Linalg(#[from] luenberger_linalg::LinalgError),
-    /// The plant could not be run.
+    /// The plant could not be simulated.
     #[error("the plant could not be run: {0}")]
     Sim(#[from] luenberger_sim::SimError),
     /// The results could not be written as JSON.
@@ -55,10 +55,10 @@ pub enum StudyError {
         /// Why.
         why: String,
     },
-    /// The threads that were asked for could not be started.
+    /// The requested threads could not be started.
     #[error("{0} threads could not be started")]
     Threads(usize),
-    /// The user interrupted. What was finished is on disk.
+    /// The user interrupted. Finished files are on disk.
     #[error("interrupted: what was finished before is in the folder of the results")]
     Interrupted,
 }

@@ -1,18 +1,18 @@
-//! What the command `luenberger` does: a study is read, its plant is made from text, observers are designed, run and
-//! compared.
+//! Implementation of the command `luenberger`: reads a study, builds its plant, designs, simulates and compares
+//! observers.
 //!
-//! A study is a text file ([`schema`] has its keys, [`template`] examples). [`Study::from_path`] reads it, with every
-//! mistake at its line and column; [`execute()`] does one of its steps or all of them, and leaves a folder of results.
+//! A study is a text file ([`schema`] has its keys, [`template`] examples). [`Study::from_path`] reads it and reports
+//! every mistake with line and column; [`execute()`] executes one step or all, and writes a folder of results.
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`study`], [`read`], [`schema`], [`diagnostic`] | what a file says; reading it; what it may say; mistakes in it |
-//! | [`model`] | the plant of a study: matrices, text (`luenberger-expression`), or built in |
-//! | [`signal`] | inputs and references: expressions of time, tables, feedback |
+//! | [`study`], [`read`], [`schema`], [`diagnostic`] | content of a study; parser; keys and types; error messages |
+//! | [`model`] | the plant of a study: matrices, expressions (`luenberger-expression`), or from the library |
+//! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
-//! | [`design`] | each observer of a study, or why it does not fit |
-//! | [`execute`](mod@execute), [`results`] | the steps; what comes of them |
-//! | [`template`], [`import`](mod@import) | commented studies to start from; plants from MATLAB's, numpy's and JSON files |
+//! | [`design`] | design of each observer, or why it is not applicable |
+//! | [`execute`](mod@execute), [`results`] | the steps; their results |
+//! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
 #![deny(missing_docs)]
 

@@ -1,4 +1,5 @@
-//! The plant of a study, whatever it was made from: one type over every scalar, so that each design takes it.
+//! The plant of a study, from matrices, expressions or the library: one type over every scalar, so that all designs
+//! accept it.
 
 use luenberger_design::Names;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
@@ -21,14 +22,14 @@ pub struct PlantModel {
     pub outputs: Vec<String>,
     /// Units of the states; empty if unknown.
     pub units: Vec<String>,
-    /// The numbers that expressions use by name.
+    /// The parameters that expressions use by name.
     pub parameters: Parameters,
     /// Unit of the time, if the study names one.
     pub time_unit: Option<String>,
 }
 
 impl PlantModel {
-    /// The names for sentences.
+    /// The names for messages.
     pub fn names(&self) -> Names {
         Names { states: self.states.clone(), inputs: self.inputs.clone(), outputs: self.outputs.clone() }
     }
@@ -41,11 +42,11 @@ pub enum Model {
     Linear(StateSpace),
     /// From expressions.
     Expressions(ExpressionPlant),
-    /// Built in.
+    /// A plant of the library.
     Builtin(Builtin),
 }
 
-/// The plants that are built in.
+/// The plants of the library.
 #[derive(Debug, Clone)]
 pub enum Builtin {
     /// The flexible joint, classical.
@@ -107,7 +108,7 @@ impl Model {
         Plant::<f64>::dimensions(self)
     }
 
-    /// The plant as a linear one, if it is one: by its matrices, or by expressions that are linear in their form.
+    /// The plant as a linear one, if it is linear: given by matrices, or by expressions that are syntactically linear.
     pub fn linear(&self) -> Option<StateSpace> {
         match self {
             Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
@@ -118,8 +119,7 @@ impl Model {
         }
     }
 
-    /// The states, from 0, in which some right-hand side or output is not affine, with that text; empty where that is
-    /// not known.
+    /// The states, from 0, whose right-hand side or output is not affine, with the expression; empty if unknown.
     pub fn nonlinearities(&self) -> Vec<String> {
         match self {
             Self::Expressions(plant) => {
@@ -136,20 +136,20 @@ impl Model {
     }
 }
 
-/// `M x`, with M of binary64 numbers.
+/// `M x`, with binary64 entries of M.
 fn product<T: RealField + Copy>(m: &DMatrix<f64>, x: &DVector<T>) -> DVector<T> {
     DVector::from_fn(m.nrows(), |i, _| {
-        // Entries that are 0 are left out: an interval times 0 is 0, and infinite bounds stay out of it.
+        // Zero entries are skipped, so that 0 times an infinite bound does not occur.
         let terms = (0..m.ncols()).filter(|j| m[(i, *j)] != 0.0);
         terms.fold(T::zero(), |sum, j| sum + convert::<f64, T>(m[(i, j)]) * x[j])
     })
 }
 
-/// A plant of fixed size, by columns of any length.
+/// A plant of fixed size, called with slices of run-time length.
 fn slope_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
     match (P::State::try_from_slice(x.as_slice()), P::Input::try_from_slice(u.as_slice())) {
         (Some(state), Some(input)) => DVector::from_column_slice(plant.derivative(t, &state, &input).as_slice()),
-        // Lengths are checked where columns are made.
+        // The lengths are checked where the vectors are created.
         _ => DVector::zeros(0),
     }
 }
@@ -161,7 +161,7 @@ fn output_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>) 
     }
 }
 
-/// The same call for each plant that is built in and has a fixed size.
+/// The same expression for each library plant of fixed size.
 macro_rules! each {
     ($model:expr, $plant:ident => $call:expr, $linear:ident => $other:expr) => {
         match $model {

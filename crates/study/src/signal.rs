@@ -1,45 +1,45 @@
-//! Inputs and references of a study: expressions of time, tables, and feedback.
+//! Inputs and references of a study: expressions of time, tables, state feedback.
 
 use luenberger_expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
 use luenberger_sim::{Samples, Signal};
 use nalgebra::DMatrix;
 
-/// What is wrong with a signal. Components count from 1 in the messages.
+/// Error of a signal. Components count from 1 in the messages.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SignalError {
-    /// A parameter that cannot be one.
+    /// An invalid parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A text that is no expression of time.
+    /// A text that is not an expression of time.
     #[error("component {}: {error}", index + 1)]
     Expression {
-        /// Which component, from 0.
+        /// The component, from 0.
         index: usize,
-        /// What is wrong with it.
+        /// The error of the expression.
         error: ExpressionError,
     },
-    /// A signal with another number of components than are needed.
+    /// A signal with the wrong number of components.
     #[error("the signal has {found} components where {expected} are needed")]
     Length {
-        /// How many are needed.
+        /// The required number.
         expected: usize,
-        /// How many there are.
+        /// The actual number.
         found: usize,
     },
-    /// An expression without a finite value at a time.
+    /// An expression without a finite value at some time.
     #[error("component {} = {text}: {undefined}, at t = {time}", index + 1)]
     Undefined {
-        /// Which component, from 0.
+        /// The component, from 0.
         index: usize,
         /// Its text.
         text: String,
-        /// The part that is not finite.
+        /// The subexpression that is not finite.
         undefined: Box<Undefined>,
         /// The time.
         time: f64,
     },
-    /// A table that does not reach over a run.
+    /// A table that does not cover the time span of a run.
     #[error("the table reaches from t = {} to t = {}, the run from t = {} to t = {}", table.0, table.1, run.0, run.1)]
     Span {
         /// First and last time of the table.
@@ -58,7 +58,7 @@ pub enum Program {
     Table(Samples),
 }
 
-/// At how many times a program is tried before it is run.
+/// Number of times at which a signal is evaluated before the run.
 const TRIES: usize = 1000;
 
 impl Program {
@@ -74,7 +74,7 @@ impl Program {
     /// # Ok::<(), luenberger_study::signal::SignalError>(())
     /// ```
     /// # Errors
-    /// [`SignalError::Parameter`], and [`SignalError::Expression`] for the first that is none.
+    /// [`SignalError::Parameter`], and [`SignalError::Expression`] for the first invalid text.
     pub fn expressions<S: AsRef<str>>(texts: &[S], parameters: &Parameters) -> Result<Self, SignalError> {
         let scope = Scope::time().with(parameters)?;
         let parsed = texts.iter().map(|text| Expression::parse(text.as_ref(), &scope)).enumerate();
@@ -107,8 +107,8 @@ impl Program {
         }
     }
 
-    /// Checks that it has so many components and is finite over a run: expressions at 1001 equally spaced times, a
-    /// table by its ends.
+    /// Checks that the signal has this number of components and is finite over a run: expressions are evaluated at 1001
+    /// equally spaced times, tables are compared with the time span.
     ///
     /// # Errors
     /// [`SignalError::Length`], [`SignalError::Undefined`], [`SignalError::Span`].
@@ -133,7 +133,7 @@ impl Program {
             }
             Self::Table(samples) => {
                 let (first, last) = (samples.times()[0], samples.times()[samples.times().len() - 1]);
-                // Up to rounding in multiples of a period.
+                // Equal up to rounding in multiples of a period.
                 let slack = 1e-9 * (last - first);
                 let inside = first - slack <= start && end <= last + slack;
                 if inside { Ok(()) } else { Err(SignalError::Span { table: (first, last), run: (start, end) }) }
@@ -141,8 +141,8 @@ impl Program {
         }
     }
 
-    /// The times within a run at which it jumps or has a kink: those of a table. What an expression does is not known;
-    /// name its jumps yourself.
+    /// The times within a run at which the signal may jump or have a kink: those of a table. Discontinuities of
+    /// expressions are not detected; they must be given by the caller.
     pub fn breakpoints(&self, start: f64, end: f64) -> Vec<f64> {
         match self {
             Self::Expressions(_) => Vec::new(),
@@ -172,7 +172,7 @@ pub enum Input {
         /// r, 0 if there is none.
         reference: Option<Program>,
     },
-    /// `u = r(t) - K x` with the true state, to compare with.
+    /// `u = r(t) - K x` with the true state, for comparison.
     StateFeedback {
         /// K, m x n.
         gain: DMatrix<f64>,
@@ -182,7 +182,7 @@ pub enum Input {
 }
 
 impl Input {
-    /// The input as a simulation takes it.
+    /// The input in the form that the simulation takes.
     ///
     /// ```
     /// use luenberger_expression::Parameters;
@@ -213,7 +213,7 @@ impl Input {
         }
     }
 
-    /// What in it is a function of time.
+    /// Its function of time, if any.
     pub fn program(&self) -> Option<&Program> {
         match self {
             Self::Zero => None,
@@ -222,7 +222,7 @@ impl Input {
         }
     }
 
-    /// Checks its function of time against a run: see [`Program::check`]. The gain and the observer are checked by the
+    /// Checks its function of time for a run: see [`Program::check`]. The gain and the observer are checked by the
     /// simulation.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! A study: what a file says, in types.
+//! A study as typed data.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,28 +14,28 @@ use crate::read::{self, Format};
 use crate::signal::Input;
 use crate::table::Suspicion;
 
-/// A study whose file had no mistakes: a plant, its observers and how they are tried.
+/// A study without mistakes: a plant, its observers and the experiments with them.
 #[derive(Debug, Clone)]
 pub struct Study {
     /// The title.
     pub title: String,
-    /// What the study is for; empty if the file does not say.
+    /// Description of the study; may be empty.
     pub about: String,
     /// The plant.
     pub plant: PlantModel,
-    /// What drives it.
+    /// The input of the plant.
     pub input: Input,
-    /// How it is run; none for a study that only designs, or has a log.
+    /// The simulation; none for a study with designs only, or with a log.
     pub simulation: Option<Simulation>,
     /// The measured log, if there is one.
     pub log: Option<Log>,
     /// The observers.
     pub observers: Vec<ObserverSpec>,
-    /// Who proposes the solutions of the matrix inequalities of the designs.
+    /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
-    /// What is drawn.
+    /// The plots.
     pub plot: Plot,
-    /// What is varied.
+    /// The sweep.
     pub sweep: Option<Sweep>,
     /// The folder that file names in the study are relative to.
     pub folder: PathBuf,
@@ -56,7 +56,7 @@ impl Study {
         Self::from_text(&path.to_string_lossy(), &text, if json { Format::Json } else { Format::Toml }, folder)
     }
 
-    /// The study that `text` says; `name` stands in messages, and names of files in it are relative to `folder`.
+    /// Parses the study in `text`; `name` is used in messages, and file names in the study are relative to `folder`.
     ///
     /// ```
     /// use luenberger_study::{Format, Study, template};
@@ -81,20 +81,20 @@ impl Study {
     }
 }
 
-/// How the plant and its observers are run.
+/// Simulation of the plant and its observers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
-    /// The state at t = 0.
+    /// The initial state x(0).
     pub x0: Vec<f64>,
-    /// The end.
+    /// The end time.
     pub duration: f64,
-    /// How many times are kept.
+    /// The number of output times.
     pub samples: usize,
     /// Method and tolerances.
     pub settings: luenberger_sim::Settings,
-    /// The period over which the input is held.
+    /// The hold period of the input.
     pub hold: Option<f64>,
-    /// The share of the first error within which the error counts as settled.
+    /// The settling band as a fraction of the initial error.
     pub band: f64,
     /// Noise on the outputs.
     pub noise: Option<NoiseSpec>,
@@ -103,18 +103,18 @@ pub struct Simulation {
 /// Noise on the outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseSpec {
-    /// Gaussian, or else uniform.
+    /// Gaussian if true, otherwise uniform.
     pub gaussian: bool,
     /// Standard deviations or amplitudes, one for each output.
     pub amplitude: Vec<f64>,
-    /// Each value holds for this time.
+    /// Hold time of each noise value.
     pub period: f64,
     /// The seed.
     pub seed: u64,
 }
 
 impl NoiseSpec {
-    /// The noise with amplitudes times `factor` and another seed.
+    /// The noise with amplitudes scaled by `factor` and another seed.
     pub fn noise(&self, factor: f64, seed: u64) -> luenberger_sim::Noise {
         let amplitude: Vec<f64> = self.amplitude.iter().map(|amplitude| factor * amplitude).collect();
         if self.gaussian {
@@ -130,36 +130,36 @@ impl NoiseSpec {
 pub struct Log {
     /// Inputs and outputs at the times of the log.
     pub recording: Recording,
-    /// What looks wrong in it, although it can be read.
+    /// Suspicious data in the log, such as gaps.
     pub suspicions: Vec<Suspicion>,
 }
 
-/// An observer and what is wished of it.
+/// An observer and its design specification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObserverSpec {
     /// Its name.
     pub name: String,
-    /// Its estimate at the start.
+    /// Its initial estimate.
     pub initial: Vec<f64>,
-    /// What it is.
+    /// Its kind.
     pub kind: ObserverKind,
-    /// Where it stands in the file.
+    /// Position of the observer in the file.
     pub place: Place,
 }
 
-/// A gain of a linear observer.
+/// Gain specification of a linear observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearSpec {
-    /// How L is found.
+    /// How L is computed.
     pub gain: GainSpec,
-    /// The right-hand side of the Lyapunov equation that certifies it, if the study gives one.
+    /// The right-hand side of the certifying Lyapunov equation, if given.
     pub weight: Option<luenberger_design::LyapunovWeight>,
 }
 
-/// How the gain of a linear observer is found.
+/// How the gain of a linear observer is computed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GainSpec {
-    /// The eigenvalues of `A - L C`.
+    /// Pole placement: the eigenvalues of `A - L C`.
     Poles(Vec<Complex<f64>>),
     /// The stationary Kalman gain.
     Kalman {
@@ -168,33 +168,33 @@ pub enum GainSpec {
         /// Intensity of the measurement noise, p x p.
         v: DMatrix<f64>,
     },
-    /// A decay rate, by LMI.
+    /// A decay rate, by an LMI.
     DecayRate(f64),
-    /// The largest margin, by LMI.
+    /// The gain with the largest margin of the LMI.
     Lmi,
     /// A given L, n x p.
     Given(DMatrix<f64>),
 }
 
-/// The gain of the copy of a nonlinear plant.
+/// Gain specification of a copy of a nonlinear plant.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RateSpec {
-    /// This rate.
+    /// A specified rate.
     Rate(f64),
-    /// The greatest up to this ceiling.
+    /// The largest rate up to this ceiling.
     Fastest(f64),
-    /// What can be proved of this gain, with at least this rate where the design asks for one.
+    /// Analysis of a given gain, with at least this rate if specified.
     Gain(DMatrix<f64>, f64),
 }
 
-/// The kinds of observers, with their wishes.
+/// The kinds of observers, with their specifications.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ObserverKind {
-    /// Luenberger's.
+    /// Luenberger observer.
     Luenberger(LinearSpec),
-    /// The stationary Kalman filter, which is Luenberger's with another gain.
+    /// Stationary Kalman filter: a Luenberger observer with the Kalman gain.
     Kalman(LinearSpec),
-    /// The cubic one.
+    /// Cubic observer.
     Cubic {
         /// Its linear part.
         linear: LinearSpec,
@@ -203,36 +203,36 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
-    /// The sampled cubic one.
+    /// Sampled cubic observer.
     SampledCubic {
         /// Its linear part.
         linear: LinearSpec,
         /// theta, p x p.
         theta: DMatrix<f64>,
-        /// The strength w.
+        /// The strength w of the cubic term.
         strength: f64,
-        /// The period.
+        /// The sampling period.
         period: f64,
     },
-    /// One gain for all Jacobians over a box.
+    /// One gain for all Jacobians over a box (polytopic design).
     Lpv {
-        /// The box.
+        /// The box of the states.
         region: luenberger_design::Region,
         /// The rate.
         rate: RateSpec,
     },
-    /// One gain for all nonlinearities within sectors.
+    /// One gain for all nonlinearities within given sectors.
     Lipschitz {
-        /// A and the sectors, if they were given.
+        /// A and the sectors, if given.
         split: Option<(DMatrix<f64>, Vec<luenberger_design::Sector>)>,
-        /// The box, for sectors that are read off the Jacobians.
+        /// The box for sectors derived from the Jacobians.
         region: luenberger_design::Region,
         /// The rate.
         rate: f64,
         /// A given gain.
         gain: Option<DMatrix<f64>>,
     },
-    /// The mean-value-theorem observer, repaired.
+    /// The mean-value-theorem observer, in its corrected form.
     MeanValue {
         /// The box.
         region: luenberger_design::Region,
@@ -243,7 +243,7 @@ pub enum ObserverKind {
         /// e(0).
         internal_error: Vec<f64>,
     },
-    /// High gains along chains.
+    /// High-gain observer for integrator chains.
     HighGain {
         /// r.
         r: f64,
@@ -260,38 +260,38 @@ pub enum ObserverKind {
         v: DMatrix<f64>,
         /// P(0), n x n.
         p0: DMatrix<f64>,
-        /// The period.
+        /// The sampling period.
         period: f64,
-        /// Runge-Kutta steps between samples.
+        /// Runge-Kutta steps per sampling period.
         substeps: usize,
     },
-    /// By simulation.
+    /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
 
-/// What is wished of a numerical KKL observer.
+/// Specification of a numerical KKL observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KklSpec {
-    /// The box.
+    /// The box of the states.
     pub domain: Vec<(f64, f64)>,
-    /// The cut-off of the filter.
+    /// The cut-off frequency of the filter.
     pub cutoff: f64,
-    /// The margin outside of which the plant is slowed.
+    /// The margin around the box, outside of which the plant is slowed down.
     pub escape: Option<f64>,
-    /// Points per axis.
+    /// Grid points per axis.
     pub points: usize,
-    /// Leaves of the tree.
+    /// Maximal number of leaves of the tree.
     pub leaves: usize,
     /// Degree of the polynomials.
     pub degree: usize,
-    /// Samples of the fit.
+    /// Number of samples for the fit.
     pub samples: usize,
-    /// Whether the embedded form runs.
+    /// Whether the embedded form is simulated.
     pub embedded: bool,
 }
 
 impl ObserverKind {
-    /// Whether it is found by solving a matrix inequality.
+    /// Whether the design solves a matrix inequality.
     pub fn poses_inequality(&self) -> bool {
         match self {
             Self::Luenberger(linear)
@@ -319,7 +319,7 @@ impl ObserverKind {
         }
     }
 
-    /// The same with poles and rates `factor` times as fast.
+    /// The same specification with poles and rates scaled by `factor`.
     #[must_use]
     pub fn faster(&self, factor: f64) -> Self {
         let linear = |linear: &LinearSpec| LinearSpec {
@@ -346,7 +346,7 @@ impl ObserverKind {
         kind
     }
 
-    /// The same with the cubic term of strength `gamma`; none for kinds that have none.
+    /// The same with cubic term of strength `gamma`; none for kinds without one.
     #[must_use]
     pub fn with_gamma(&self, gamma: f64) -> Option<Self> {
         use luenberger_design::CubicGain;
@@ -360,7 +360,7 @@ impl ObserverKind {
     }
 }
 
-/// What can be drawn.
+/// The available plots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Each state with its estimates.
@@ -373,35 +373,35 @@ pub enum Quantity {
     Inputs,
     /// The outputs.
     Outputs,
-    /// y - h(xhat).
+    /// The innovation y - h(xhat).
     Innovations,
 }
 
-/// What is drawn.
+/// The requested plots.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plot {
-    /// The figures, if the file says.
+    /// The plots, if specified.
     pub show: Option<Vec<Quantity>>,
-    /// The states, from 0.
+    /// Indices of the states, from 0.
     pub states: Option<Vec<usize>>,
     /// The observers, by their names.
     pub observers: Option<Vec<String>>,
-    /// The first time.
+    /// First time.
     pub from: Option<f64>,
-    /// The last time.
+    /// Last time.
     pub to: Option<f64>,
 }
 
-/// What is varied.
+/// The parameters of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Swept {
     /// gamma of the observers that have one.
     Gamma,
     /// A factor of poles and rates.
     Poles,
-    /// A factor of the noise.
+    /// A factor of the noise amplitude.
     Noise,
-    /// A factor of the first error.
+    /// A factor of the initial error.
     Initial,
 }
 
@@ -420,7 +420,7 @@ impl Swept {
 /// A sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    /// What is varied.
+    /// The swept parameter.
     pub parameter: Swept,
     /// Its values.
     pub values: Vec<f64>,

@@ -1,8 +1,8 @@
 //! Tables of numbers from CSV text: measured logs, inputs and references.
 //!
-//! The first line names the columns, the others hold numbers. Cells are separated by commas, semicolons or tabs,
-//! whichever the first line has; lines that begin with `#` are left out. The decimal sign is a point. Everything that
-//! is wrong is reported with its line and its column.
+//! The first line has the names of the columns, the others numbers. The separator is a comma, semicolon or tab, as in
+//! the first line; lines that begin with `#` are comments. The decimal sign is a point. Every mistake is reported with
+//! line and column.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use luenberger_expression::nearest;
 use luenberger_sim::{Between, Recording, Samples, SimError};
 use nalgebra::DMatrix;
 
-/// At most so many numbers are read: 400 MB of them.
+/// The maximal number of values: 400 MB.
 const LARGEST: usize = 50_000_000;
 
-/// What is wrong with a table. Lines and columns count from 1.
+/// Error of a table. Lines and columns count from 1.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
@@ -27,10 +27,10 @@ pub enum TableError {
         /// Why not.
         error: io::Error,
     },
-    /// A text that is not UTF-8, or of which the quotation marks do not match.
+    /// A text that is not UTF-8, or has unbalanced quotation marks.
     #[error("the table cannot be read: {0}")]
     Csv(#[from] csv::Error),
-    /// No lines.
+    /// The text has no lines.
     #[error("the table is empty: expected a line that names the columns")]
     Empty,
     /// A first line with a number where a name should be.
@@ -42,10 +42,10 @@ pub enum TableError {
         line: u64,
         /// The column.
         column: usize,
-        /// What is there.
+        /// The cell.
         cell: String,
     },
-    /// Two columns of one name.
+    /// Two columns with the same name.
     #[error("columns {first} and {second} are both named `{name}`")]
     DuplicateColumn {
         /// The name.
@@ -74,7 +74,7 @@ pub enum TableError {
         column: usize,
         /// Name of the column.
         name: String,
-        /// What is there.
+        /// The cell.
         cell: String,
     },
     /// A cell that is NaN or infinite.
@@ -89,10 +89,10 @@ pub enum TableError {
         /// What is there.
         value: f64,
     },
-    /// More numbers than are read.
+    /// More values than the limit.
     #[error("line {line}: the table has more than {LARGEST} numbers")]
     TooLarge {
-        /// The line at which that is so.
+        /// The line at which the limit is exceeded.
         line: u64,
     },
     /// A column that the table does not have.
@@ -100,17 +100,17 @@ pub enum TableError {
     MissingColumn {
         /// The name.
         name: String,
-        /// The nearest there is, if one is near.
+        /// The nearest name, if one is close.
         nearest: Option<String>,
-        /// The names there are.
+        /// The existing names.
         known: Vec<String>,
     },
     /// Too few lines.
     #[error("the table has {rows} rows; at least {needed} are needed")]
     TooFewRows {
-        /// Rows there are.
+        /// Number of rows.
         rows: usize,
-        /// Rows needed.
+        /// Required number of rows.
         needed: usize,
     },
     /// Times that do not increase.
@@ -123,7 +123,7 @@ pub enum TableError {
         /// The second of the two.
         next: f64,
     },
-    /// What the simulation says of the samples.
+    /// An error of the simulation for these samples.
     #[error(transparent)]
     Samples(#[from] SimError),
 }
@@ -135,14 +135,14 @@ fn advice(nearest: Option<&String>, known: &[String]) -> String {
     }
 }
 
-/// The line of a record: the reader's position is before the empty lines and remarks that it leaves out.
+/// The line number of a record: the reader's position is before the empty lines and comments that it skips.
 fn line_of(text: &str, position: &csv::Position) -> u64 {
     let rest = usize::try_from(position.byte()).ok().and_then(|byte| text.get(byte..)).unwrap_or("");
     let left_out = rest.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count();
     position.line() + left_out as u64
 }
 
-/// Named columns of finite numbers, of one length.
+/// Named columns of finite numbers, of equal length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     names: Vec<String>,
@@ -183,7 +183,7 @@ impl Table {
             let line = record.position().map_or(0, |position| line_of(text, position));
             match &mut table {
                 None => table = Some(Self::header(line, &record)?),
-                // A line of spaces.
+                // A line of spaces only.
                 Some(_) if record.len() == 1 && record[0].is_empty() => {}
                 Some(table) => table.row(line, &record)?,
             }
@@ -259,7 +259,7 @@ impl Table {
         }
     }
 
-    /// The column of times, which must increase and be two at least.
+    /// The time column, which must be increasing and have at least two rows.
     fn times(&self, name: &str) -> Result<Vec<f64>, TableError> {
         let t = self.column(name)?;
         if t.len() < 2 {
@@ -278,7 +278,7 @@ impl Table {
         Ok(DMatrix::from_fn(self.rows(), names.len(), |i, j| columns[j][i]))
     }
 
-    /// Some columns as a quantity that is known at the times of another.
+    /// Some columns as a function of the time column.
     ///
     /// # Errors
     /// [`TableError::MissingColumn`], [`TableError::TooFewRows`], [`TableError::TimesUnsorted`].
@@ -303,7 +303,7 @@ impl Table {
         Ok(Recording::new(self.times(time)?, self.matrix(inputs)?, self.matrix(outputs)?)?)
     }
 
-    /// What looks wrong in a log although it can be read: gaps, and outputs that stand still or end at a limit.
+    /// Suspicious data of a log: gaps, and outputs that are constant or stay at a limit.
     ///
     /// # Errors
     /// [`TableError::MissingColumn`], [`TableError::TooFewRows`], [`TableError::TimesUnsorted`].
@@ -318,16 +318,16 @@ impl Table {
     }
 }
 
-/// Something in a log that a sensor does when it does not measure.
+/// A pattern in a log that suggests a sensor fault.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Suspicion {
-    /// No samples for several of the usual periods.
+    /// No samples for several times the usual period.
     Gap {
-        /// The last time before.
+        /// The last time before the gap.
         from: f64,
-        /// The first time after.
+        /// The first time after the gap.
         to: f64,
-        /// The median of all periods.
+        /// The median period.
         usual: f64,
     },
     /// A column that never changes.
@@ -343,20 +343,20 @@ pub enum Suspicion {
         column: String,
         /// The value.
         value: f64,
-        /// How many samples have it.
+        /// Number of samples at this value.
         samples: usize,
-        /// When the longest stay begins and ends.
+        /// Begin and end of the longest interval.
         longest: (f64, f64),
     },
-    /// A column that repeats one value exactly, in between: a sensor that has dropped out.
+    /// A column that repeats one value exactly, within its range: a sensor dropout.
     Frozen {
         /// Its name.
         column: String,
         /// The value.
         value: f64,
-        /// How many samples in a row have it.
+        /// Number of consecutive samples at this value.
         samples: usize,
-        /// When that begins and ends.
+        /// Begin and end of the interval.
         during: (f64, f64),
     },
 }
@@ -380,15 +380,15 @@ impl core::fmt::Display for Suspicion {
     }
 }
 
-/// Longer than so many usual periods is a gap.
+/// An interval longer than this many usual periods is a gap.
 const GAP: f64 = 5.0;
 
-/// So many samples of one value in a row, at a limit and in between.
+/// Minimal number of consecutive equal samples, at a limit and in between.
 const AT_LIMIT: usize = 4;
 const IN_BETWEEN: usize = 10;
 
-/// A value that has every hundredth step of its range repeats by its coarseness alone: at least so many different
-/// values are needed to speak of repetition.
+/// Coarsely quantized columns repeat values normally: repetitions are only reported if the column has at least this
+/// many different values.
 const DIFFERENT: usize = 100;
 
 fn gaps(t: &[f64]) -> Vec<Suspicion> {
@@ -412,7 +412,7 @@ fn stuck(name: &str, t: &[f64], column: &[f64]) -> Vec<Suspicion> {
     if different.len() < DIFFERENT.min(column.len() / 4) {
         return Vec::new();
     }
-    // Runs of equal values: start, length.
+    // Runs of equal values: start index, length.
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (k, value) in column.iter().enumerate() {
         match runs.last_mut() {

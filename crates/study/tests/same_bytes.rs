@@ -1,4 +1,4 @@
-//! The same study has the same bytes, however many threads there are and wherever the memory lies.
+//! The same study gives identical bytes, for any number of threads and any memory alignment.
 #![allow(unsafe_code, reason = "an allocator is an unsafe trait; this one passes on, and moves what it gets")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
 
-/// Gives memory at every place of a line of the cache in turn: kernels that begin at an aligned address would add up in
-/// another order each time.
+/// Allocator that cycles through the offsets within a cache line: kernels that depend on alignment would sum in a
+/// different order each time.
 struct Shifting;
 
 static NEXT: AtomicUsize = AtomicUsize::new(0);
 
-/// A line of the cache, and the widest vector there is.
+/// Size of a cache line, and of the widest vector.
 const LINE: usize = 64;
 
 fn outer(layout: Layout) -> Option<Layout> {
@@ -60,8 +60,8 @@ unsafe impl GlobalAlloc for Shifting {
 #[global_allocator]
 static ALLOCATOR: Shifting = Shifting;
 
-/// The rod of twenty temperatures with a gain from inequalities in 271 unknowns: large enough for kernels with several
-/// threads, if any asked for them.
+/// The rod of twenty temperatures with a gain from inequalities in 271 unknowns: large enough for multithreaded
+/// kernels, if enabled.
 fn rod() -> Study {
     let text = template::template("heat-rod").unwrap().text;
     let (plant, _) = text.split_once("[[observer]]").unwrap();
@@ -70,7 +70,7 @@ fn rod() -> Study {
     Study::from_text("rod.toml", &format!("{plant}{observer}{initial}"), Format::Toml, ".".as_ref()).unwrap()
 }
 
-/// The design in all its digits, and its certificate.
+/// The design with all digits, and its certificate.
 fn design(study: &Study, threads: usize) -> (String, String) {
     let options = RunOptions { threads: Some(threads), ..RunOptions::default() };
     let results = execute(study, Step::Design, &options).unwrap();

@@ -1,1 +1,1 @@
-//! Nothing but a list of features, in `Cargo.toml`: see there.
+//! An empty crate with a list of features, see its `Cargo.toml`.

@@ -1,5 +1,5 @@
-//! Mutants of certificates by the hundred thousand, and what is wrong with the accepted ones: nothing, or the program
-//! fails. `cargo xtask stress theorems`, or `cargo run --release -p luenberger-tests --bin falsify -- --mutants 100000 --seed
+//! Stress test of the checker on hundreds of thousands of mutated certificates; fails if an accepted one is wrong.
+//! `cargo xtask stress theorems`, or `cargo run --release -p luenberger-tests --bin falsify -- --mutants 100000 --seed
 //! 2019`.
 
 use std::process::ExitCode;

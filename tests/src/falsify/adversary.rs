@@ -1,10 +1,10 @@
-//! Who tries to contradict an accepted certificate: from the text of the document alone, in exact arithmetic, without
+//! Attempts to contradict an accepted certificate, from the text of the document alone, in exact arithmetic, without
 //! `luenberger-proof`.
 //!
-//! Where a statement is one about eigenvalues or about quadratic forms, the exact answer is computed, of the numbers as
-//! written; where data are bounds, of numbers drawn from between them. The worst of a switching polytope is at a vertex
-//! in every step, the worst w of a sector on its boundary: these are drawn, and their inequality is decided for all e
-//! at once. The margins that a file claims are held against the exact matrices.
+//! For statements about eigenvalues or quadratic forms, the exact answer is computed for the numbers as written; where
+//! data are intervals, for numbers sampled from them. The worst case of a switching polytope is at a vertex in every
+//! step, the worst w of a sector on its boundary: these are sampled, and their inequality is decided for all e at once.
+//! The claimed margins are compared with the exact matrices.
 
 use serde_json::Value;
 

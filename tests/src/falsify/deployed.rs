@@ -1,10 +1,10 @@
-//! The adversary of the deployed observer: the step run bit by bit, in binary32, binary64 or two's complement, on a
-//! plant in twice the digits of binary64.
+//! Falsification of the deployed observer: the step is executed bit by bit, in binary32, binary64 or two's complement,
+//! on a plant with twice the digits of binary64.
 //!
-//! Inputs, noise, states and first errors lie within their bounds, most often on them; the noise is the one that pushes
-//! the error outwards. The sums are computed forwards, backwards and with fused operations. What is held against the
-//! statement: the stored numbers, the contraction of the stored matrices, the ball at every step, and at the end the
-//! bounds of the limit. The cubic step in floating point is that of `luenberger_observers::SampledCubicObserver`
+//! Inputs, noise, states and initial errors lie within their bounds, most often on them; the noise is the one that
+//! increases the error most. The sums are computed forwards, backwards and with fused operations. Compared with the
+//! statement are: the stored numbers, the contraction of the stored matrices, the ball at every step, and at the end
+//! the bounds of the limit. The cubic step in floating point is that of `luenberger_observers::SampledCubicObserver`
 //! itself.
 
 use luenberger_observers::{SampledCubicObserver, SampledObserver};
@@ -16,7 +16,7 @@ use super::document::{binary64, float_matrix, floats, matrix};
 use super::exact::Exact;
 use super::random::Random;
 
-/// How many steps are run.
+/// Number of steps.
 const STEPS: usize = 240;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,7 +183,7 @@ fn all_nearest(format: Format, stored: &DMatrix<f64>, exact: &Exact, what: &str)
     Ok(())
 }
 
-/// What runs.
+/// The implemented observer.
 enum Step {
     Joined { f: DMatrix<f64> },
     Innovation { a: DMatrix<f64>, c: DMatrix<f64> },

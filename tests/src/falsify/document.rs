@@ -1,5 +1,5 @@
-//! A certificate as the JSON document that it is, read here without `luenberger-proof`: hexadecimal floats, integers,
-//! fractions, and bounds of which a number between is drawn.
+//! A certificate as a JSON document, read without `luenberger-proof`: hexadecimal floats, integers, fractions, and
+//! intervals, from which a number is sampled.
 
 use dashu_int::{IBig, UBig};
 use serde_json::Value;
@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::exact::Exact;
 use super::random::Random;
 
-/// The rational number that a text stands for; `None` where it is none.
+/// The rational number of a text; `None` if it is not one.
 pub(super) fn number(text: &str) -> Option<Exact> {
     let (negative, magnitude) = text.strip_prefix('-').map_or((false, text), |rest| (true, rest));
     let signed = |x: UBig| if negative { -IBig::from(x) } else { IBig::from(x) };
@@ -91,7 +91,7 @@ pub(super) fn matrix(value: &Value, random: &mut Random) -> Exact {
     matrix_with_columns(value, 0, random)
 }
 
-/// The same; `columns` says how many there are where there are no rows.
+/// The same; `columns` is the number of columns if there are no rows.
 pub(super) fn matrix_with_columns(value: &Value, columns: usize, random: &mut Random) -> Exact {
     let rows = value.as_array().expect("a matrix");
     let columns = rows.first().map_or(columns, |row| row.as_array().expect("a row").len());

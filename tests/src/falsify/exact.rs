@@ -1,5 +1,5 @@
-//! Matrices of rational numbers: integers times a power of two, over a common denominator. What is asked of them is
-//! asked of characteristic polynomials over the integers.
+//! Matrices of rational numbers: integers times a power of two, over a common denominator. Their properties are decided
+//! by characteristic polynomials over the integers.
 //!
 //! Symmetric matrices: all eigenvalues are real, so that Descartes' rule of signs counts the positive ones exactly.
 //! Others: Routh's array decides whether all eigenvalues have negative real parts, and with `z = (1 + s)/(1 - s)`
@@ -18,7 +18,7 @@ pub(super) struct Exact {
     denominator: IBig,
 }
 
-/// How many eigenvalues have which sign.
+/// Number of eigenvalues of each sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Inertia {
     pub(super) positive: usize,

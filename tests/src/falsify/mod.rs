@@ -1,13 +1,12 @@
-//! Falsification of the theorems of `luenberger-proof`: certificates of random designs, changed in ways that mean
-//! something, sealed again, and each accepted one held against an adversary.
+//! Falsification of the theorems of `luenberger-proof`: certificates of random designs are changed meaningfully and
+//! sealed again, and each accepted one is tested for contradictions.
 //!
-//! A certificate goes through as the JSON document that a user has: `mutate` changes its data, `CertificateFile::read`
-//! has to accept the shape, `CertificateFile::prove` the mathematics with margins of its own, and [`verify`] the
-//! result; now and then also the document itself, with the margins it had, one of them an ulp larger, with new words
-//! and a new digest. `adversary` reads the accepted text without `luenberger-proof` and tries to contradict it. An
-//! accepted mutant is often the next to be changed, so that mutants wander; and where the change of one number makes
-//! the difference between accepted and refused, the boundary between the two is searched by bisection, down to
-//! neighbouring numbers.
+//! A certificate is processed as a JSON document: `mutate` changes its data, `CertificateFile::read` must accept the
+//! form, `CertificateFile::prove` the mathematics with its own margins, and [`verify`] the result; occasionally also
+//! the document itself, with the original margins, one of them an ulp larger, with new text and a new digest.
+//! `adversary` reads the accepted text without `luenberger-proof` and tries to contradict it. An accepted mutant is
+//! often mutated again, so that changes accumulate; and where the change of one number decides between acceptance and
+//! rejection, the boundary is found by bisection, down to neighbouring numbers.
 
 mod adversary;
 mod deployed;
@@ -26,10 +25,10 @@ use document::{float, hexadecimal};
 use random::Random;
 use seeds::GENERATORS;
 
-/// How many mutants descend from one design.
+/// Number of mutants derived from one design.
 const MUTANTS_OF_A_DESIGN: u64 = 100;
 
-/// What came of the mutants of one theorem.
+/// Results for the mutants of one theorem.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
     /// Certificates of designs.
@@ -44,7 +43,7 @@ pub struct Tally {
     pub tried: u64,
     /// Those of them that it contradicts: it has to find something where there is something.
     pub convicted: u64,
-    /// What contradicts an accepted one, with the document.
+    /// The contradictions to accepted mutants, with the document.
     pub wrong: Vec<String>,
 }
 
@@ -181,7 +180,7 @@ impl Run {
         verified
     }
 
-    /// What the adversary says of a refused mutant without its margins.
+    /// The adversary's result for a rejected mutant without its margins.
     fn convict(&mut self, mutant: &Value) {
         if CertificateFile::read(mutant.to_string().as_bytes()).is_err() {
             return;

@@ -1,12 +1,11 @@
-//! Changes of a certificate that mean something: of its numbers, matrices, lists, dimensions and words, wherever they
-//! stand.
+//! Meaningful changes of a certificate: of its numbers, matrices, lists, dimensions and text, in any place.
 
 use serde_json::Value;
 
 use super::document::{float, hexadecimal};
 use super::random::Random;
 
-/// What is not data.
+/// Members that are not data.
 const FRAME: [&str; 7] = ["format", "version", "title", "theorem", "statement", "margins", "sha256"];
 
 /// Words that a field of a file may hold in place of another.
@@ -20,7 +19,7 @@ const WORDS: &[&[&str]] = &[
     &["bounds", "primal infeasible", "dual infeasible"],
 ];
 
-/// Where things stand in a document, as JSON pointers.
+/// Positions in a document, as JSON pointers.
 #[derive(Debug, Default)]
 struct Map {
     numbers: Vec<String>,

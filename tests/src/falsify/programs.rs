@@ -1,5 +1,5 @@
-//! The adversary of linear matrix inequalities and semidefinite programs: points and multipliers evaluated exactly, and
-//! feasible points looked for where there should be none, or none so good.
+//! Falsification of linear matrix inequalities and semidefinite programs: points and multipliers are evaluated exactly,
+//! and feasible points are searched that would contradict infeasibility or a bound.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! The whole way, from a plant to a run, with what users hand over by mistake and in units that they choose.
+//! Invalid input and unusual units in the whole chain from a plant to a simulation.
 
 use luenberger_design::{
     CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, joint_design, robust,

@@ -1,5 +1,5 @@
-//! From the design to the file to the checker: the theorems of the cubic paper and every other design that carries
-//! proofs, and what becomes of files that were tampered with.
+//! From design to file to checker: the theorems of the cubic paper and every other design with a certificate, and the
+//! rejection of modified files.
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};

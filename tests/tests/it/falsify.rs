@@ -1,4 +1,4 @@
-//! A sample of what `cargo xtask stress theorems` tries by the hundred thousand.
+//! A sample of the cases of `cargo xtask stress theorems`.
 
 use luenberger_tests::falsify::{falsify, kinds};
 

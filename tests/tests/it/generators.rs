@@ -1,5 +1,5 @@
-//! What the theorems assume, built: plants that are observable by construction, gains that are admissible, columns of a
-//! size.
+//! Generators for the hypotheses of the theorems: plants that are observable by construction, admissible gains, columns
+//! of a given size.
 
 use std::ops::RangeInclusive;
 

@@ -1,4 +1,4 @@
-//! Trajectories against a second integrator, written by others: diffsol's BDF and Tsit45.
+//! Trajectories compared with independent integrators: diffsol's BDF and Tsit45.
 
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod};
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};

@@ -1,9 +1,8 @@
-//! The numerical KKL observer end to end: designed by `design`, run by `sim`, on trajectories that nothing was fitted
-//! on.
+//! The numerical KKL observer end to end: designed by `design`, run by `sim`, on trajectories not used in the fit.
 //!
-//! The reverse Duffing oscillator is what learned observers are measured on: from (0.5, 0.5), on the box [-1, 1]^2,
-//! published ones reach root mean squares of (6.9e-3, 1.1e-2) with five target states. With three, the embedded form
-//! has to stay below (1e-4, 1e-3), the interpolated one below 1e-5 in both, from t = 10 on, begun at z = 0.
+//! The reverse Duffing oscillator is a benchmark of learned observers: from (0.5, 0.5), on the box [-1, 1]^2, published
+//! ones reach root mean squares of (6.9e-3, 1.1e-2) with five target states. With three, the embedded form must stay
+//! below (1e-4, 1e-3), the interpolated one below 1e-5 in both, from t = 10 on, started at z = 0.
 
 use std::ops::ControlFlow::Continue;
 use std::sync::OnceLock;

@@ -1,4 +1,4 @@
-//! The pages of `docs/`, the README and its like: every link leads somewhere, and every page is in the book.
+//! The pages of `docs/` and the READMEs: every link resolves, and every page is in the book.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

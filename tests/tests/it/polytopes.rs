@@ -1,5 +1,5 @@
-//! What an LPV design promises, held against simulation: errors stay below the proved envelope for as long as the
-//! hypothesis holds.
+//! Guarantees of an LPV design compared with simulation: errors stay below the proved bound as long as the hypothesis
+//! holds.
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::{LpvDesign, Region};

@@ -1,5 +1,5 @@
-//! Two checkers of certificate files, one format: `luenberger-verify`, and `tests/second_checker` in Python. Both prove
-//! the files of the examples, the templates and the papers; on files that were changed neither accepts what the other
+//! Two independent checkers of certificate files: `luenberger-verify`, and `tests/second_checker` in Python. Both
+//! accept the files of the examples, the templates and the papers; of changed files, neither accepts one that the other
 //! refutes.
 
 use std::path::{Path, PathBuf};

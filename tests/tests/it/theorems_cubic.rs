@@ -1,5 +1,5 @@
-//! The theorems of the cubic observer as properties over random systems, in the form in which they are true, and the
-//! false forms by their counterexamples. Statements and proofs: docs/theory-cubic.md.
+//! The theorems of the cubic observer as properties of random systems, in their corrected form, and counterexamples to
+//! the false forms. Statements and proofs: docs/theory-cubic.md.
 
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_lyapunov_margin, theorem5_bound};
 use luenberger_design::{
@@ -345,7 +345,8 @@ fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
     assert!((goes[1] - 1.0 / 121.0_f64.sqrt()).abs() < 1e-9, "{goes:?}");
 }
 
-/// (13) as printed: refuted by a direction that no output sees, for every plant with fewer outputs than states.
+/// (13) as printed: refuted by an unobserved direction (in the kernel of C), for every plant with fewer outputs than
+/// states.
 #[test]
 fn the_strict_condition_has_a_verified_counterexample() {
     let plant = double_integrator().to_dynamic();

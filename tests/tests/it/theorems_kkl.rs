@@ -1,7 +1,7 @@
 //! KKL and [KKL+PEB] observers beyond the converter: Propositions 6 and 7.
 //!
-//! Error equations are checked as algebra at random states, not by integrating: the right-hand side of an observer and
-//! that of the plant say what the error does.
+//! Error equations are checked as algebraic identities at random states, not by integration: the error dynamics follow
+//! from the right-hand sides of observer and plant.
 
 use luenberger_design::kkl::{KklSettings, Pieces};
 use luenberger_design::{IntervalDual, KklCandidate, Region, SymbolicPolynomial};

@@ -1,7 +1,7 @@
-//! The observers of the Cuk converter: the error equations that are theorems, exactly, and the run of the paper.
+//! The observers of the Cuk converter: the exact error equations, and the run of the paper.
 //!
-//! Error equations are checked as algebra at random states, not by integrating: the right-hand side of an observer and
-//! that of the plant say what the error does. The run uses the controller and the set-points of the paper.
+//! Error equations are checked as algebraic identities at random states, not by integration: the error dynamics follow
+//! from the right-hand sides of observer and plant. The run uses the controller and the set-points of the paper.
 
 use std::sync::OnceLock;
 

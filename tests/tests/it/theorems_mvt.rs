@@ -1,8 +1,8 @@
-//! The mean-value-theorem observer: the identities that hold, the repair as a theorem, and the paper's Theorem 1 by its
-//! counterexamples.
+//! The mean-value-theorem observer: valid identities, the corrected theorem, and counterexamples to the paper's Theorem
+//! 1.
 //!
-//! Theorem 1 says that with eta >= 1 xhat converges to x. What the proof shows is that the internal error e converges
-//! to 0. The two are one when e(0) = x(0) - xhat(0), that is, when the observer is told x(0).
+//! Theorem 1 states that with eta >= 1 xhat converges to x. Its proof shows that the internal error e converges to 0.
+//! The two are the same if e(0) = x(0) - xhat(0), that is, if x(0) is given to the observer.
 
 use luenberger_design::DesignError;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
@@ -184,8 +184,8 @@ fn a_tenth_of_the_speed_is_never_found() {
     }
 }
 
-/// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that a millionth of the error that was
-/// not told grows like e^(t/2). Told exactly, the observer is right; that is what the printed examples show.
+/// Counterexample 3, x1' = x2, x2' = x2/2, y = x1, observable: d2' = d2/2, so that an unknown part of the initial error
+/// of 1e-6 grows like e^(t/2). With known x(0) the observer is correct, as in the printed examples.
 #[test]
 fn what_was_not_told_grows() {
     let (plant, x0) = (unstable(), Vector2::new(1.0, 1.0));
@@ -204,7 +204,7 @@ fn what_was_not_told_grows() {
     assert!(error.abs() < 1e-6, "{error}");
 }
 
-/// The repair of the same plant, told nonsense: poles of A - L C at -2 and -3, L = (5.5, 8.75).
+/// The corrected observer for the same plant, with wrong e(0): poles of A - L C at -2 and -3, L = (5.5, 8.75).
 #[test]
 fn the_repair_needs_not_be_told() {
     let (plant, x0) = (unstable(), Vector2::new(1.0, 1.0));

@@ -1,7 +1,8 @@
-//! The matrix equations beside scipy, slycot, python-control and other Rust crates, interleaved in one run.
+//! Benchmark of the matrix equations against scipy, slycot, python-control and other Rust crates, interleaved in one
+//! run.
 //!
-//! The other tools are installed, at the versions below, into a virtual environment under `target`; the Rust peers are
-//! dependencies of a package of their own, outside the workspace, which a script drives.
+//! The other tools are installed, at the versions below, into a virtual environment under `target`; the Rust crates are
+//! dependencies of a separate package outside the workspace, which a script drives.
 
 use crate::step::{Failure, cargo, program, root};
 use std::fs;
@@ -10,7 +11,7 @@ use std::path::Path;
 /// Versions are pinned, because a comparison with whatever is newest cannot be repeated.
 const PACKAGES: [&str; 4] = ["scipy==1.17.1", "numpy==2.4.6", "slycot==0.7.1", "control==0.10.2"];
 
-/// Between these lines of the page stands what was measured.
+/// The results are written between these lines of the page.
 const MARKS: [&str; 2] = ["<!-- measured -->\n", "<!-- end of what was measured -->"];
 
 /// Orders 2 to 1000, or to `largest`; the model-reduction plants of `../shared/data/mor` where they lie beside the

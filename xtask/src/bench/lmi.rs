@@ -1,7 +1,7 @@
-//! Our solver beside others on the same problems.
+//! Benchmark of the built-in solver against others on the same problems.
 //!
-//! The other tools are installed, at the versions below, into a virtual environment under `target`, so that nothing of
-//! the user's is touched.
+//! The other tools are installed, at the versions below, into a virtual environment under `target`, so that the user's
+//! environment is unchanged.
 
 use crate::step::{Failure, cargo, program, root};
 use serde_json::Value;

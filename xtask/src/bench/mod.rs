@@ -1,4 +1,4 @@
-//! What is measured beside others, or against what is published.
+//! Benchmarks against other tools or published results.
 
 pub(crate) mod linalg;
 pub(crate) mod lmi;

@@ -1,4 +1,4 @@
-//! Rigorous bounds of semidefinite programs: every `.dat-s` file of a folder, with the published optimum where it is
+//! Rigorous bounds of semidefinite programs: every `.dat-s` file of a folder, compared with the published optimum if
 //! known.
 
 use crate::step::{Failure, cargo, root};
@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-/// Where SDPLIB is expected by default.
+/// Default folder of SDPLIB.
 pub(crate) const INSTANCES: &str = "../shared/data/sdplib";
 
 /// Optima as SDPLIB prints them (B. Borchers, SDPLIB 1.2, Optimization Methods and Software 11, 1999); those of hinf

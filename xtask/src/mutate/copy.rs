@@ -1,4 +1,5 @@
-//! A copy of the workspace's sources that keeps the times of what has not changed, so that cargo builds it once.
+//! A copy of the workspace's sources that preserves modification times of unchanged files, so that cargo builds them
+//! once.
 
 use std::fs;
 use std::path::Path;

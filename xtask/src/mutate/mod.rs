@@ -1,9 +1,8 @@
-//! Mutation testing: the formulas of the papers, each changed as a mistake would change it, and the tests that have
-//! to notice.
+//! Mutation testing: the formulas of the papers, each changed by a typical error that the tests must detect.
 //!
 //! The mutants are data ([`table`]). A run copies the workspace to `target/mutate` (the checkout is never edited) and
-//! goes in rounds: first the tests of the crates that own the formulas, then, for what these did not notice, those of
-//! the crates above. Each round begins with the unchanged tests; the first failing test ends a mutant.
+//! has rounds: first the tests of the crates that define the formulas, then, for undetected mutants, those of the
+//! dependent crates. Each round begins with the unchanged tests; the first failing test detects a mutant.
 
 mod copy;
 mod suite;
@@ -20,7 +19,7 @@ use table::{Mutant, SOURCES, Source};
 
 const MINUTE: Duration = Duration::new(60, 0);
 
-/// What became of one mutant.
+/// Result for one mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Fate {
     /// By this test, or by the time that a suite may take.

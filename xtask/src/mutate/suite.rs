@@ -1,7 +1,7 @@
-//! One row of tests of one package: built, run until the first test fails, ended after a time.
+//! One set of tests of one package: built, run until the first test fails, with a time limit.
 //!
-//! The test binaries of `design` and of the workspace take minutes to compile, and a mutant needs a few modules of
-//! them: these are compiled alone, in a package of their own that exists in the copy only.
+//! The test binaries of `design` and of the workspace take minutes to compile, and a mutant needs few of their modules:
+//! these are compiled alone, in a package that exists in the copy only.
 
 use std::fmt;
 use std::fs;
@@ -73,7 +73,7 @@ pub(super) fn write_modules(tree: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a suite says of a tree.
+/// Result of a suite.
 #[derive(Debug)]
 pub(super) enum Answer {
     Passed { time: Duration },
@@ -112,7 +112,7 @@ impl Suite {
         Ok(Answer::Passed { time: began.elapsed() })
     }
 
-    /// The binaries, or what the compiler says.
+    /// The binaries, or the compiler's error.
     fn build(&self, tree: &Path, target: &Path) -> Result<Result<Vec<Binary>, String>, Failure> {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let output = Command::new(&cargo)
@@ -184,7 +184,7 @@ impl Suite {
     }
 }
 
-/// The name of the test that this line of the harness says has failed.
+/// The name of the failed test in a line of the harness.
 fn failed(line: &str) -> Option<String> {
     Some(line.strip_prefix("test ")?.strip_suffix(" ... FAILED")?.to_owned())
 }

@@ -1,5 +1,5 @@
-//! The mutants: formulas of the papers and of the theorems in `docs/theory-*.md`, as the code has them, and what a
-//! mistake would make of them.
+//! The mutants: formulas of the papers and of the theorems in `docs/theory-*.md` in their code form, and their changed
+//! versions.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub(super) struct Source {
     pub(super) mutants: &'static [Mutant],
 }
 
-/// What is wrong with a mutant.
+/// Defect of a mutant.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     Sign,

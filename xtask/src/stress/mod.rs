@@ -1,4 +1,4 @@
-//! What is tried by the million, for longer than a suite of tests may take.
+//! Randomized tests with millions of cases, too long for the test suite.
 
 pub(crate) mod proof;
 pub(crate) mod theorems;

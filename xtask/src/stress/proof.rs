@@ -1,5 +1,5 @@
-//! Random and adversarial matrices through the judges of `proof`, held against an oracle that shares no code with them.
-//! The program is an example of that crate, so that nothing of the workspace is linked here.
+//! Tests the verdicts of `proof` on random and adversarial matrices against an independent reference. The program is an
+//! example of that crate, so that xtask links nothing of the workspace.
 
 use crate::step::{Failure, cargo};
 

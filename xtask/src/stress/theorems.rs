@@ -1,5 +1,5 @@
-//! Mutants of certificates through the checker, the accepted ones held against adversaries that share no code with it.
-//! The program is a binary of the workspace's tests, so that nothing of the workspace is linked here.
+//! Runs the checker on mutated certificates and tests the accepted ones by an independent implementation. The program
+//! is a binary of the workspace's tests, so that xtask links nothing of the workspace.
 
 use crate::step::{Failure, cargo};
 

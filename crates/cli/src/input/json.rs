@@ -1,6 +1,6 @@
-//! The objects that the matrix tools read: matrices as lists of rows, poles as numbers or `[re, im]`.
+//! JSON input of the matrix commands: matrices as lists of rows, poles as numbers or `[re, im]`.
 //!
-//! Keys are those of the command and no others. Every mistake is reported with line and column.
+//! Only the keys of the command are accepted. Every mistake is reported with line and column.
 
 use super::Source;
 use super::json_matrix::{Document, Found};
@@ -8,12 +8,12 @@ use crate::failure::Failure;
 use nalgebra::DMatrix;
 use serde::de::DeserializeSeed;
 
-/// The matrices with these keys, and nothing else.
+/// The matrices with these keys; other keys are errors.
 pub(crate) fn matrices<const N: usize>(source: &Source, keys: [&'static str; N]) -> Result<[DMatrix<f64>; N], Failure> {
     Ok(document(source, Document { keys, poles: None })?.0)
 }
 
-/// The matrices with these keys, and the numbers under `poles`.
+/// The matrices with these keys, and the numbers under the key `poles`.
 pub(crate) fn matrices_and_poles<const N: usize>(
     source: &Source,
     keys: [&'static str; N],
@@ -38,11 +38,11 @@ fn document<const N: usize>(source: &Source, document: Document<N>) -> Result<Fo
     })
 }
 
-/// What Python's `json.dump` and others write for numbers that are none, if that is what stands where the reader
-/// stopped.
+/// The word for a non-finite number (NaN, Infinity), which Python's `json.dump` and others write, if one is at the
+/// place where the reader stopped.
 fn not_a_number(text: &str, line: usize, column: usize) -> Option<&'static str> {
     let line = text.lines().nth(line.checked_sub(1)?)?;
-    // The column is that of the first letter, or of the one after a sign.
+    // The column is that of the first letter, or of the letter after a sign.
     let from = line.get(column.saturating_sub(2)..)?;
     let word = from.trim_start_matches([' ', '[', ',', ':', '\t']);
     ["NaN", "nan", "-Infinity", "Infinity", "-inf", "inf"]

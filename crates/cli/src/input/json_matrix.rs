@@ -1,14 +1,14 @@
-//! Typed readers for serde, which give each mistake its place in the text.
+//! Typed serde readers that report each mistake with its position in the text.
 
 use luenberger_study::nearest;
 use nalgebra::{Complex, DMatrix};
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// The matrices of a document, and its poles; none where it has no key for them.
+/// The matrices of a document, and its poles; no poles without a key for them.
 pub(super) type Found<const N: usize> = ([DMatrix<f64>; N], Vec<Complex<f64>>);
 
-/// An object with exactly these matrices, and with a list of poles if that has a key.
+/// Reads an object with exactly these matrices, and a list of poles if `poles` names a key.
 pub(super) struct Document<const N: usize> {
     pub(super) keys: [&'static str; N],
     pub(super) poles: Option<&'static str>,
@@ -19,7 +19,7 @@ impl<const N: usize> Document<N> {
         self.keys.into_iter().chain(self.poles)
     }
 
-    /// The keys as a sentence has them.
+    /// The keys as a list for messages.
     fn list(&self) -> String {
         self.known().map(|key| format!("{key:?}")).collect::<Vec<_>>().join(", ")
     }
@@ -118,7 +118,7 @@ impl<'de> Visitor<'de> for Matrix {
     }
 }
 
-/// One row, whose entries are appended; returns its length.
+/// One row, whose entries are appended to the vector; returns its length.
 struct Row<'a> {
     name: &'static str,
     index: usize,
@@ -156,7 +156,7 @@ impl<'de> Visitor<'de> for Row<'_> {
     }
 }
 
-/// One number, with the words for where it stands.
+/// One number, with a description of its position.
 struct Number<'a> {
     what: &'a str,
     indices: Option<(usize, usize)>,

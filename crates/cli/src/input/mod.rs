@@ -1,4 +1,4 @@
-//! Where the input of a command comes from, and its bytes as text.
+//! Input of a command, from a file or standard input, as text.
 
 pub(crate) mod json;
 mod json_matrix;
@@ -11,7 +11,7 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Longest input that is read, in bytes: a dense matrix of order 3000 with all its digits.
+/// Maximal length of the input in bytes: enough for a dense matrix of order 3000 with all digits.
 const LONGEST: u64 = 256 << 20;
 
 /// A file, or standard input.
@@ -39,7 +39,7 @@ impl fmt::Display for Source {
 }
 
 impl Source {
-    /// All of it, as text; a byte order mark is not part of it.
+    /// The whole input as text, without a byte order mark.
     pub(crate) fn text(&self) -> Result<String, Failure> {
         let bytes = self.bytes(LONGEST)?;
         let text = String::from_utf8(bytes).map_err(|error| {
@@ -60,7 +60,7 @@ impl Source {
         })
     }
 
-    /// All of it, if it is not longer than `limit`.
+    /// The whole input, if it is not longer than `limit`.
     pub(crate) fn bytes(&self, limit: u64) -> Result<Vec<u8>, Failure> {
         let unreadable = |error| Failure::Read { origin: self.to_string(), error };
         let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Matrices and complex numbers as JSON has them: lists of rows, and `[re, im]`.
+//! Matrices and complex numbers as JSON: lists of rows, and `[re, im]`.
 
 use nalgebra::{Complex, DMatrix};
 

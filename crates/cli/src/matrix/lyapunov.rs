@@ -1,5 +1,5 @@
-//! `luenberger lyap` and `luenberger dlyap`, in python-control's form: the observer's form of the library with `A'` for
-//! `A`.
+//! `luenberger lyap` and `luenberger dlyap`, in python-control's form; the library's observer form is used with `A'`
+//! for `A`.
 
 use super::{from, json_output};
 use crate::answer::Answer;
@@ -9,13 +9,13 @@ use crate::numbers;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-/// A solution of a linear matrix equation.
+/// Solution of a linear matrix equation.
 #[derive(Serialize)]
 pub(super) struct Solution {
     x: Vec<Vec<f64>>,
     residual: f64,
     condition: f64,
-    /// A bound of the relative error of x; none where no digit is known.
+    /// Bound of the relative error of x; none if no digit is certain.
     forward_error: Option<f64>,
 }
 
@@ -33,7 +33,7 @@ pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
     solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition, found.forward_error())
 }
 
-/// The answer of an equation with one unknown.
+/// Result of an equation with one unknown.
 pub(super) fn solution(
     equation: &str,
     x: &DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! The matrix tools: an equation from JSON, its solution as JSON or as aligned matrices.
+//! Matrix commands: an equation from JSON, its solution as JSON or as aligned matrices.
 
 mod json_output;
 pub(crate) mod lyapunov;
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::input::Source;
 use luenberger_linalg::LinalgError;
 
-/// The error of the library, with where its matrices came from.
+/// The error of the library, with the source of its matrices.
 fn from(source: &Source) -> impl Fn(LinalgError) -> Failure {
     move |error| Failure::Matrix { origin: source.to_string(), error }
 }

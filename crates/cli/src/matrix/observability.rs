@@ -27,7 +27,7 @@ struct Margin {
     margin: f64,
 }
 
-/// What the outputs see of each mode.
+/// Observability margin of each mode.
 pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
     let [a, c] = json::matrices(source, ["a", "c"])?;
     let found = luenberger_linalg::observability(&a, &c).map_err(from(source))?;
@@ -38,7 +38,7 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
         text.extend(["  mode ", &eigenvalue, ": margin ", &margin, "\n"]);
     }
     for mode in &found.unobservable {
-        // The direction has the length 1.
+        // The direction has unit length.
         let entry =
             |v: &Complex<f64>| numbers::complex(Complex::new(numbers::beside(v.re, 1.0), numbers::beside(v.im, 1.0)));
         let direction: Vec<String> = mode.direction.iter().map(entry).collect();

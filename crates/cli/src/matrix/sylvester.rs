@@ -11,7 +11,7 @@ pub(crate) fn sylv(source: &Source) -> Result<Answer, Failure> {
     let [a, b, q] = json::matrices(source, ["a", "b", "q"])?;
     let found = luenberger_linalg::sylvester(&a, &b, &-q).map_err(|error| {
         from(source)(match error {
-            // The library's right-hand side is c.
+            // The library's right-hand side is called c.
             LinalgError::DimensionMismatch { expected, found, .. } => {
                 LinalgError::DimensionMismatch { what: "q", expected, found }
             }

@@ -1,13 +1,13 @@
-//! A study that takes long says so before it begins. Nothing is asked: Ctrl-C is the answer to what is too long.
+//! Estimated computing time of a study, reported before it starts. There is no prompt; Ctrl-C aborts.
 
 use luenberger_study::{Estimate, Step, Study, estimate};
 use std::io::Write;
 use std::thread::available_parallelism;
 
-/// Below so many seconds nothing is said: the progress bar says enough.
+/// Estimates below this many seconds are not reported.
 const WORTH_SAYING: f64 = 10.0;
 
-/// Says on standard error what the step will cost, if that is much.
+/// Reports the estimated time of the step on standard error, if it is long.
 pub(super) fn announce(study: &Study, step: Step, threads: Option<usize>) {
     let cost = estimate(study, step);
     if cost.seconds >= WORTH_SAYING {
@@ -25,7 +25,7 @@ fn sentence(cost: &Estimate, threads: usize) -> String {
     )
 }
 
-/// An order of magnitude: one digit, in the largest unit of which there is at least one.
+/// Order of magnitude: one digit, in the largest unit of which there is at least one.
 fn rounded(seconds: f64) -> String {
     const UNITS: [(f64, &str); 4] = [(86400.0, "day"), (3600.0, "hour"), (60.0, "minute"), (1.0, "second")];
     let (unit, name) = UNITS.into_iter().find(|(unit, _)| seconds >= *unit).unwrap_or((1.0, "second"));

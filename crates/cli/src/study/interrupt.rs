@@ -1,4 +1,4 @@
-//! Ctrl-C: once ends the work after what is being done, and leaves what is finished on disk; twice ends it at once.
+//! Ctrl-C: the first one stops the work after the current item and keeps finished files; the second stops at once.
 
 use crate::exit::INTERRUPTED;
 use std::io::Write;
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// The flag that Ctrl-C sets from now on.
+/// Installs the handler; returns the flag that Ctrl-C sets.
 pub(super) fn flag() -> &'static AtomicBool {
     let handled = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
@@ -14,7 +14,7 @@ pub(super) fn flag() -> &'static AtomicBool {
         }
         _ = writeln!(std::io::stderr(), "interrupted: waiting for what is being done; Ctrl-C again to stop at once");
     });
-    // Without a handler Ctrl-C ends the command as it ends others, and files are written whole or not at all.
+    // Without a handler Ctrl-C ends the command as usual. Files are written atomically, so none is incomplete.
     drop(handled);
     &INTERRUPT
 }

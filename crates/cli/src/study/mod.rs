@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) use new::new;
 
-/// Does one step of a study, or all.
+/// Executes one step of a study, or all.
 pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     let study = Study::from_path(&input.study)?;
     cost::announce(&study, step, input.threads);
@@ -34,8 +34,7 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
 }
 
-/// Where the results go: where the user says; else `study-results` for `study.toml`, for the steps whose results are
-/// files.
+/// Output folder: the one given, or by default `study-results` for `study.toml` if the results of the step are files.
 fn folder(step: Step, input: &StudyInput) -> Option<PathBuf> {
     let leaves_files = matches!(step, Step::Run | Step::Certify | Step::Simulate | Step::Sweep);
     let stem = input.study.file_stem().unwrap_or_else(|| Path::new("study").as_os_str());

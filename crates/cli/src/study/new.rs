@@ -1,4 +1,4 @@
-//! `luenberger new`: a commented study to start from.
+//! `luenberger new`: writes a commented study template.
 
 use crate::answer::Answer;
 use crate::arguments::NewInput;
@@ -41,7 +41,7 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
     write(&input.output, text, input.force)?;
     let folder = input.output.parent().unwrap_or(Path::new(""));
     let mut written = Vec::new();
-    // Editors complete keys by the schema that the study names. One that is there already may be of use as it is.
+    // Editors complete keys by the schema that the study names. An existing schema file is kept.
     let schema = folder.join("study.schema.json");
     if input.force || !schema.exists() {
         write(&schema, SCHEMA, true)?;

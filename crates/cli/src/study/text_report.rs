@@ -1,4 +1,4 @@
-//! Results for people: what was found, what failed, where the files are.
+//! Results as text: values, failures, and the files written.
 
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
@@ -10,13 +10,13 @@ use nalgebra::Complex;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The most modes that are told of one point; --json has all.
+/// Maximal number of modes printed for one point; --json has all.
 const SHOWN: usize = 12;
 
-/// The most entries of a matrix that are told; --json and study.json have all.
+/// Maximal number of matrix entries printed; --json and study.json have all.
 const ENTRIES: usize = 36;
 
-/// All that the results hold.
+/// The whole text.
 pub(super) fn results(step: Step, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
     let plant = &results.plant;
     let mut text = format!(
@@ -30,7 +30,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     if let Some(report) = &results.observability {
         observability(&mut text, report);
     }
-    // Gains and proofs are told where they were asked for.
+    // Gains and proofs are printed by `design`, `certify` and `run` only.
     let is_full = matches!(step, Step::Design | Step::Certify | Step::Run);
     if !is_full && !results.observers.is_empty() {
         text.push('\n');
@@ -87,7 +87,7 @@ fn observability(text: &mut String, report: &ObservabilityReport) {
         for line in nonlinear.words.lines() {
             text.extend(["  ", line, "\n"]);
         }
-        // The greatest comes first.
+        // The eigenvalues are sorted, the largest first.
         if let Some(least) = nonlinear.gramian.last() {
             _ = writeln!(text, "  empirical Gramian: least eigenvalue {}", size(*least));
         }
@@ -102,7 +102,7 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         let [re, im] = mode.eigenvalue.map(|part| beside(part, largest));
         complex(Complex::new(re, im))
     };
-    // Those that are seen least come first, and stand for the rest of a large plant.
+    // The least observable modes come first; of a large plant only these are printed.
     let mut modes: Vec<&ModeReport> = point.modes.iter().collect();
     modes.sort_by(|x, y| x.margin.total_cmp(&y.margin));
     for mode in modes.iter().take(SHOWN) {
@@ -229,10 +229,10 @@ fn sweep(text: &mut String, report: &SweepReport) {
     table(text, &rows);
 }
 
-/// Rows of cells, the columns aligned on their left.
+/// Rows of cells, left-aligned in columns.
 fn table(text: &mut String, rows: &[Vec<String>]) {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
-    // A row that ends early says why in words that may be long: they widen nothing.
+    // A row that ends early holds an error message, which may be long and does not affect the column widths.
     let width = |column: usize| {
         let full = rows.iter().filter(|row| row.len() == columns);
         full.filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or_default()

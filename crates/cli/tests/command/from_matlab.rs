@@ -1,11 +1,11 @@
-//! What `docs/from-matlab.md` says of transposes and signs: the command and the Rust function beside it give the same.
+//! Transposes and signs in `docs/from-matlab.md`: the command and the corresponding Rust function give the same result.
 
 use crate::terminal::luenberger;
 use luenberger_linalg::{discrete_kalman_gain, kalman_gain, lyapunov, observability, place_observer, stein, sylvester};
 use nalgebra::{Complex, DMatrix, dmatrix};
 use serde_json::{Value, json};
 
-/// The two ways share their algorithms; a transposition may change the order of a few sums.
+/// Both use the same algorithms; a transposition may change the order of a few sums.
 const ROUNDING: f64 = 1e-12;
 
 fn rows(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
@@ -54,18 +54,17 @@ fn gains_of_observers_are_those_of_the_transposed_plant_transposed() {
     assert_near(&answer("care", &input, "k").transpose(), &kalman_gain(&a, &c, &w, &v).unwrap().l);
     let predictor = discrete_kalman_gain(&a, &c, &w, &v).unwrap();
     assert_near(&answer("dare", &input, "k").transpose(), &predictor.l);
-    // MATLAB's dlqe: the gain of the filter.
+    // MATLAB's dlqe returns the filter gain.
     let filter = &predictor.p * c.transpose() * (&c * &predictor.p * c.transpose() + v).try_inverse().unwrap();
     assert_near(&(&a * filter), &predictor.l);
 }
 
-/// python-control 0.10.2, `dlqe([[0.9, 0.2], [0, 0.7]], eye(2), [[1, 0]], eye(2), [[2]])`, returns the predictor's
-/// gain.
+/// python-control 0.10.2, `dlqe([[0.9, 0.2], [0, 0.7]], eye(2), [[1, 0]], eye(2), [[2]])`, returns the predictor gain.
 #[test]
 fn dlqe_of_python_control_is_the_predictor() {
     let (a, c) = (dmatrix![0.9, 0.2; 0.0, 0.7], dmatrix![1.0, 0.0]);
     let found = discrete_kalman_gain(&a, &c, &DMatrix::identity(2, 2), &dmatrix![2.0]).unwrap().l;
-    // Printed to eight decimals.
+    // The reference is printed to eight decimals.
     assert!((found - dmatrix![0.46338713; 0.06883806]).amax() <= 1e-8);
 }
 

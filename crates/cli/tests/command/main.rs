@@ -1,4 +1,4 @@
-//! The command from end to end: the built binary, its streams and its exit code.
+//! End-to-end tests of the built binary: streams and exit codes.
 
 mod from_matlab;
 mod manners;

@@ -1,4 +1,4 @@
-//! How the command behaves among others: help, colours, pipes.
+//! Help, colours, closed pipes.
 
 use crate::terminal::{luenberger, run};
 use std::io::{BufRead, BufReader};
@@ -42,10 +42,10 @@ fn there_is_no_colour_off_the_terminal() {
     }
 }
 
-/// A reader that has seen enough, such as `head -1`, is no reason to panic.
+/// A closed pipe, as with `head -1`, does not cause a panic.
 #[test]
 fn a_closed_pipe_is_no_panic() {
-    // More than a pipe holds, so that the writing meets the closed end.
+    // More than a pipe buffers, so that writing fails on the closed end.
     let rows: Vec<String> = (0..120).map(|i| format!("[{}]", vec![(i % 7).to_string(); 120].join(","))).collect();
     let input = format!("{{\"a\": [{}], \"c\": [[{}]]}}", rows.join(","), vec!["1"; 120].join(","));
     let mut child = Command::new(env!("CARGO_BIN_EXE_luenberger"))

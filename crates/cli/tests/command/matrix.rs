@@ -1,5 +1,5 @@
-//! The matrix tools against python-control and scipy (`tests/golden`, written by `generate.py` there), and against
-//! their equations.
+//! The matrix commands against python-control and scipy (`tests/golden`, written by `generate.py` there), and against
+//! the residuals of their equations.
 
 use crate::terminal::luenberger;
 use nalgebra::{Complex, DMatrix};
@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Backward errors of both tools are some `n eps`; the problems of `generate.py` amplify them by less than 1e5.
+/// Backward errors of both tools are a small multiple of `n eps`; the problems of `generate.py` amplify them by less
+/// than 1e5.
 const AGREEMENT: f64 = 1e-10;
 
 fn matrix(value: &Value) -> DMatrix<f64> {
@@ -20,7 +21,7 @@ fn complex(value: &Value) -> Vec<Complex<f64>> {
     pairs.into_iter().map(|[re, im]| Complex::new(re, im)).collect()
 }
 
-/// The same numbers in any order: each has a partner of its own.
+/// Equality up to order: a one-to-one matching of the numbers.
 #[track_caller]
 fn assert_same_set(name: &str, found: &[Complex<f64>], mut expected: Vec<Complex<f64>>) {
     assert_eq!(found.len(), expected.len(), "{name}");
@@ -69,7 +70,7 @@ fn answers_are_those_of_python_control() {
     assert_eq!(count, 24);
 }
 
-/// The keys of each answer, in their order, and nothing else.
+/// Exactly these keys of each answer, in this order.
 #[test]
 fn answers_have_the_keys_they_are_documented_with() {
     let pair = json!({ "a": [[-1, 1], [0, -2]], "q": [[1, 0], [0, 1]] });
@@ -96,7 +97,7 @@ fn answers_have_the_keys_they_are_documented_with() {
     }
 }
 
-/// The error of a feedback gain is seen in the poles; a gain transposed or of the other sign is not near.
+/// An error of a feedback gain shows in the poles: a transposed or negated gain gives different ones.
 #[test]
 fn several_inputs_place_the_poles_of_a_minus_b_k() {
     let (a, b) = (json!([[0, 1, 0], [0, 0, 1], [3, -2, 1]]), json!([[0, 1], [1, 0], [0, 2]]));
@@ -126,8 +127,8 @@ fn a_hidden_mode_is_named_with_its_direction() {
     assert_eq!(seen["rank"], 1);
     assert_eq!(seen["unobservable"], json!([{ "eigenvalue": [-2.0, 0.0], "direction": [[0.0, 0.0], [1.0, 0.0]] }]));
     let margins = seen["margins"].as_array().unwrap();
-    // sigma_min of [A + I; C] for A = diag(-1, -2), C = [1 0] is 1, and |[A; C]| = sqrt 6 in the units given; in those
-    // chosen it is another number of that size.
+    // sigma_min of [A + I; C] for A = diag(-1, -2), C = [1 0] is 1, and |[A; C]| = sqrt 6 before scaling; scaling
+    // changes the value but not its order of magnitude.
     assert!(margins[0]["margin"].as_f64().unwrap() > 0.1 && margins[1]["margin"].as_f64().unwrap() < 1e-15);
     let text = luenberger(&["obsv", "-"], &input);
     assert_eq!(text.code, Some(0));
@@ -143,18 +144,17 @@ fn matrices_for_people_are_aligned() {
 }
 
 proptest! {
-    // Each case is a process.
+    // Each case runs a process.
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// What is printed are the very doubles: X read back solves the equation to rounding, with A in units from 1e-6 to
-    /// 1e6.
+    /// Numbers are printed without loss: X read back solves the equation to rounding, with A scaled by 1e-6 to 1e6.
     #[test]
     fn printed_solutions_solve_their_equations(
         (n, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), prop::collection::vec(-1.0..1.0_f64, 2 * n * n))),
         decade in -6..=6_i32,
     ) {
         let units = 10.0_f64.powi(decade);
-        // Row sums below n: with n on the diagonal every eigenvalue has a real part below -1/2 in these units.
+        // Row sums below n: with n on the diagonal every eigenvalue has a real part below -1/2 after scaling.
         let a = DMatrix::from_fn(n, n, |i, j| units * (entries[i * n + j] - if i == j { n as f64 + 0.5 } else { 0.0 }));
         let half = DMatrix::from_fn(n, n, |i, j| entries[n * n + i * n + j]);
         let q = &half + half.transpose();
@@ -164,14 +164,14 @@ proptest! {
         let found = ran.json();
         let x = matrix(&found["x"]);
         let defect = (&a * &x + &x * a.transpose() + &q).norm() / (2.0 * a.norm() * x.norm() + q.norm()).max(f64::MIN_POSITIVE);
-        // Bartels and Stewart: a few roundings for each of n steps; decimals that were not exact would cost as much
-        // again at 1e-16, six of them 1e-6.
+        // Bartels and Stewart: a few roundings for each of n steps. Printing with 16 digits instead of exactly would
+        // add an error of the same order, with six digits one of 1e-6.
         prop_assert!(defect <= 50.0 * n as f64 * f64::EPSILON, "{defect:e}");
         prop_assert!(found["residual"].as_f64().unwrap() <= 50.0 * n as f64 * f64::EPSILON);
     }
 
-    /// Doubles that go in by their shortest decimals come out by them, in whatever units. (Within one matrix they are
-    /// of comparable size: an eigenvalue that is below a rounding of another may be lost.)
+    /// Doubles in shortest decimal form are printed in the same form, at any scale. (Within one matrix they are of
+    /// comparable size: an eigenvalue below the rounding error of another may be lost.)
     #[test]
     fn doubles_survive_the_way_through(entries in prop::collection::vec(-1.0..1.0_f64, 1..=3), exponent in -400..=400_i32) {
         let n = entries.len();

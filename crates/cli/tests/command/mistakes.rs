@@ -1,10 +1,10 @@
-//! Every mistake has its sentence on standard error, its object with `--json`, and its exit code.
+//! Every error has a message on standard error, an object with `--json`, and its exit code.
 
 use crate::terminal::{Ran, folder, luenberger};
 
 const SHORT: &str = r#"{"a": [[0, 1], [-2, -3]]}"#;
 
-/// Command, input, exit code, and what the sentence says after `error: standard input: `.
+/// Command, input, exit code, and the message after `error: standard input: `.
 const MISTAKES: &[(&str, &str, i32, &str)] = &[
     ("eig", "", 2, "line 1, column 1: the input is empty, and a JSON object is expected"),
     ("eig", "[[1]]", 2, "line 1, column 1: invalid type: sequence, expected an object with the keys \"a\""),
@@ -126,7 +126,7 @@ const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "line 1, column 36: invalid type: integer `-1`, expected the list of \"poles\", such as [-1, -2] or [[-1, 2], [-1, -2]]",
     ),
     ("place", r#"{"a": [[1, 0], [0, 2]], "b": [[1, 0], [0, 1]], "poles": [-1, -1]}"#, 0, ""),
-    // A right question with no for an answer.
+    // Valid input with a negative answer.
     (
         "lyap",
         r#"{"a": [[1, 0], [0, -1]], "q": [[1, 0], [0, 1]]}"#,
@@ -212,7 +212,7 @@ fn bytes_that_are_no_text_are_located() {
     let ran = luenberger(&["eig", "-"], b"{\"a\":\n [[1, \xff]]}");
     assert_eq!(ran.code, Some(2));
     assert_eq!(ran.stderr, "error: standard input: line 2, column 7: byte 13 of the input, 0xff, is not UTF-8\n");
-    // The mark that Windows puts before a text is none of it.
+    // The byte order mark that Windows puts before a text is ignored.
     assert_eq!(luenberger(&["eig", "-"], "\u{feff}{\"a\": [[1]]}").code, Some(0));
 }
 

@@ -1,14 +1,14 @@
 //! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, in `docs/guide.md` and in the READMEs are
-//! run, and do what the pages say.
+//! run, and their output is compared with the pages.
 
 use crate::terminal::{folder, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What differs from machine to machine.
+/// Keys whose values depend on the machine.
 const ANYTHING: &str = "[..]";
 
-/// Residuals are rounding errors: any two below this are the same.
+/// Residuals are rounding errors: any two below this count as equal.
 const ZERO: f64 = 1e-12;
 
 fn docs() -> PathBuf {
@@ -23,8 +23,8 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The commands of a page, each with the lines that follow it. A block "```toml NAME" is a command as well: its lines
-/// are added to the file of that name. In a block "```sh" the commands `luenberger` are run, and have to succeed.
+/// The commands of a page, each with the lines that follow it. The lines of a block "```toml NAME" are appended to the
+/// file of that name. In a block "```sh" the commands `luenberger` are run and must succeed.
 fn examples(page: &str) -> Vec<(String, Vec<String>)> {
     let mut examples: Vec<(String, Vec<String>)> = Vec::new();
     let (mut is_inside, mut is_file, mut is_shell) = (false, false, false);
@@ -53,7 +53,7 @@ fn examples(page: &str) -> Vec<(String, Vec<String>)> {
     examples
 }
 
-/// A line as words and numbers, the spaces between them left out.
+/// A line as words and numbers, without the spaces between them.
 #[derive(Debug, PartialEq)]
 enum Token {
     Text(char),
@@ -66,7 +66,7 @@ fn tokens(line: &str) -> Vec<Token> {
     let mut before = ' ';
     while let Some(first) = rest.chars().next() {
         let is_number = first.is_ascii_digit() || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
-        // A digit within a word, such as x1, is part of the word.
+        // A digit within a word, such as x1, belongs to the word.
         if is_number && !before.is_alphanumeric() {
             let bytes = rest.as_bytes();
             let is_part = |i: usize, c: char| {
@@ -112,7 +112,7 @@ fn is_line(found: &str, expected: &str) -> bool {
     }
 }
 
-/// A line that is nothing but `[..]` stands for any number of lines.
+/// A line `[..]` stands for any number of lines.
 fn is_output(found: &[&str], expected: &[String]) -> bool {
     match (found, expected) {
         ([], []) => true,
@@ -142,7 +142,7 @@ fn every_example_does_what_its_page_says() {
                 .current_dir(&here)
                 .env("PATH", path.as_ref().unwrap());
             let ran = run(&mut shell, b"");
-            // The estimate of a run's length, which a slow machine is given, is on no page.
+            // The estimate of a run's time, printed on slow machines only, is not in the pages.
             let found: Vec<&str> = ran.stdout.lines().filter(|line| !line.starts_with("this takes about")).collect();
             if !is_output(&found, &expected) {
                 let (found, expected) = (&ran.stdout, expected.join("\n"));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The commands of this file are given whole paths: tests share one working folder.
+/// The commands of this file get absolute paths, since tests share one working folder.
 fn study(name: &str, plant: &str) -> (PathBuf, String) {
     let folder = folder(name);
     let file = folder.join("study.toml").to_str().unwrap().to_owned();
@@ -16,7 +16,7 @@ fn study(name: &str, plant: &str) -> (PathBuf, String) {
     (folder, file)
 }
 
-/// Every file below a folder, with its bytes.
+/// Every file below a folder, with its content.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut open = vec![folder.to_owned()];
@@ -90,7 +90,7 @@ fn a_run_is_the_same_twice_and_its_certificates_hold() {
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let outcomes = ran.json();
     assert!(outcomes["files"].as_array().unwrap().iter().all(|file| file["outcome"] == "proved"));
-    // A digit of a certificate changed: rejected, and the answer is no.
+    // With one digit of a certificate changed, it is rejected and the answer is negative.
     let text = std::fs::read_to_string(&certificates[0]).unwrap().replacen("\"title\": \"", "\"title\": \"not ", 1);
     let forged = folder.join("forged.json");
     std::fs::write(&forged, text).unwrap();
@@ -122,7 +122,8 @@ fn steps_tell_their_part() {
     assert!(!folder.join("study-results").exists());
 }
 
-/// With the velocity measured, the position is hidden and does not decay: no observer fits, and the answer is no.
+/// With the velocity measured, the position is unobservable and not stable: no observer exists, and the answer is
+/// negative.
 #[test]
 fn an_observer_that_does_not_fit_is_a_no_with_its_reason() {
     let (_, file) = study("blind", "double-integrator");
@@ -188,8 +189,7 @@ fn an_imported_model_is_a_study() {
     assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("data")));
 }
 
-/// Runs the study, sends an interrupt as Ctrl-C does once `file` is in the folder of the results, and waits for the
-/// end.
+/// Runs the study, sends an interrupt like Ctrl-C as soon as `file` is in the output folder, and waits for the end.
 #[cfg(unix)]
 fn interrupted(study: &str, out: &Path, file: &str) -> Ran {
     let child = Command::new(env!("CARGO_BIN_EXE_luenberger"))
@@ -220,7 +220,7 @@ fn written(out: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("study.json")).unwrap()).unwrap()
 }
 
-/// Ctrl-C while a sweep that would take hours is on: exit code 130, soon, and what was written before is whole.
+/// Ctrl-C during a sweep that would take hours: exit code 130 soon after, and the files written before are complete.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_sweep_leaves_what_is_finished() {
@@ -228,9 +228,9 @@ fn an_interrupted_sweep_leaves_what_is_finished() {
     let text = std::fs::read_to_string(&file).unwrap().replace("count = 5", "count = 2000\nensemble = 1000");
     std::fs::write(&file, text).unwrap();
     let out = folder.join("results");
-    // The runs come before the sweep.
+    // The simulations come before the sweep.
     let ran = interrupted(&file, &out, "trajectories/sampled.npz");
-    // It said so first: 3 runs, and 2000 x 1000 of each observer in the sweep.
+    // The estimate was printed first: 3 runs, and 2000 x 1000 of each observer in the sweep.
     assert!(
         ran.stderr.starts_with("this takes about ")
             && ran.stderr.contains("000003 runs; the runs take most of it); Ctrl-C"),
@@ -240,8 +240,8 @@ fn an_interrupted_sweep_leaves_what_is_finished() {
     assert!(written(&out)["observers"].is_array());
 }
 
-/// Ctrl-C while a table of T is computed that would take an hour: the observer that stands after it in the file, and
-/// takes no time, is on disk with its certificate.
+/// Ctrl-C while a table of T is computed that would take an hour: a later, fast observer of the file is on disk with
+/// its certificate.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_design_leaves_the_designs_that_are_finished() {

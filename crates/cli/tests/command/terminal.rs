@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What one run left behind.
+/// Output and exit code of one run.
 #[derive(Debug)]
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,
@@ -28,7 +28,7 @@ impl Ran {
     }
 }
 
-/// The binary with these arguments and this standard input, which is no terminal.
+/// Runs the binary with these arguments and this standard input, which is not a terminal.
 #[track_caller]
 pub(crate) fn luenberger(arguments: &[&str], input: impl AsRef<[u8]>) -> Ran {
     run(Command::new(env!("CARGO_BIN_EXE_luenberger")).args(arguments), input.as_ref())
@@ -37,7 +37,7 @@ pub(crate) fn luenberger(arguments: &[&str], input: impl AsRef<[u8]>) -> Ran {
 #[track_caller]
 pub(crate) fn run(command: &mut Command, input: &[u8]) -> Ran {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // A command that refuses its arguments does not read.
+    // A command that rejects its arguments does not read standard input.
     _ = child.stdin.take().unwrap().write_all(input);
     let output = child.wait_with_output().unwrap();
     Ran {
@@ -47,7 +47,7 @@ pub(crate) fn run(command: &mut Command, input: &[u8]) -> Ran {
     }
 }
 
-/// A fresh folder for one test, below the build folder.
+/// A new folder for one test, below the build folder.
 pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     _ = std::fs::remove_dir_all(&folder);

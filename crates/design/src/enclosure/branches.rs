@@ -1,4 +1,4 @@
-//! How far apart the branches of a right-hand side can be where they meet.
+//! Bounds of the jump between two branches of a right-hand side.
 //!
 //! Let `f_i` and `f_j` be the formulas of two ways through the comparisons that a part X of the box leaves open, c the
 //! middle of X. By the mean value theorem, over all coordinates (states, inputs and time),
@@ -19,8 +19,8 @@ use super::paths::{Undefined, Way, explore_ways, follow};
 use super::scalar::IntervalDual;
 use luenberger_proof::wording::significant;
 
-/// What is known of f and h where they change branches. That they are continuous there is a hypothesis of whatever is
-/// concluded from the Jacobians: a jump can be as small as one likes.
+/// Bounds of the discontinuity of f and h where they change branches. Continuity there is a hypothesis of every
+/// conclusion from the Jacobians: a jump can be arbitrarily small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branches {
     /// How many parts of the box leave a comparison open.

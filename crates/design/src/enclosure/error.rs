@@ -1,4 +1,4 @@
-//! Why there is no enclosure.
+//! Errors of an enclosure.
 
 use thiserror::Error;
 
@@ -23,7 +23,7 @@ pub enum EnclosureError {
     Dimension {
         /// Of what.
         what: &'static str,
-        /// How many the plant says it has.
+        /// The number that the plant declares.
         expected: usize,
         /// How many there are.
         found: usize,

@@ -7,7 +7,7 @@ use super::error::EnclosureError;
 use super::paths::{self, Undefined};
 use super::scalar::IntervalDual;
 
-/// What the search needs of a plant: the Jacobians over one box.
+/// The operation of a plant that the search needs: the Jacobians over one box.
 pub(super) struct Evaluation<'a, S> {
     pub(super) plant: &'a S,
     pub(super) size: Dimensions,
@@ -47,7 +47,7 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
     }
 }
 
-/// The column that a plant asks for.
+/// The column of the Jacobian to be computed.
 pub(super) fn column<C: Column<IntervalDual>>(
     what: &'static str,
     entries: &[IntervalDual],

@@ -1,5 +1,5 @@
-//! Linear plants over boxes: their matrices are numbers, so that they are written for one scalar only, and these are
-//! the others.
+//! Linear plants over boxes: their matrices are binary64, so a plant exists for one scalar only; these are the other
+//! scalars.
 
 use luenberger_plants::{Dimensions, LinearPlant, Plant, Size};
 use nalgebra::{DefaultAllocator, Dim, OVector, convert};

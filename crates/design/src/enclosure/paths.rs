@@ -1,14 +1,14 @@
-//! Comparisons that a box leaves open: every way a right-hand side can take is taken.
+//! Comparisons that are undecided on a box: all branches are evaluated.
 //!
 //! A right-hand side that branches (`if d < 1 { .. } else { .. }`) takes one branch at some points of a box and the
-//! other at others. The comparison of overlapping intervals therefore answers from a script, and the right-hand side is
-//! run again until all answers have been given: for each point of the box, one of the runs takes the branches that the
-//! point takes. An operation that is not defined on the whole box is noted in the same place, so that its result is
-//! never used.
+//! other at others. The comparison of overlapping intervals therefore returns an answer from a script, and the
+//! right-hand side is evaluated again until all answers have been used: for each point of the box, one of the
+//! evaluations takes the branches of that point. An operation that is undefined somewhere on the box is recorded in the
+//! same place, so that its result is never used.
 //!
-//! The script is thread-local because a comparison has no other place to look; an inner exploration puts the outer one
-//! back when it ends, by a panic too. A question from a thread without a script (a right-hand side that starts threads
-//! of its own) is counted, and no exploration that ran meanwhile has a result.
+//! The script is thread-local because a comparison has no other access to it; a nested exploration restores the outer
+//! one when it ends, also by a panic. A comparison on a thread without a script (a right-hand side that starts threads)
+//! is counted, and no exploration that ran at the same time has a result.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -28,7 +28,7 @@ pub enum Undefined {
     TooManyBranches,
 }
 
-/// The longest way that is written down. What takes more comparisons cannot be followed at another point.
+/// The longest recorded script. A path with more comparisons cannot be repeated at another point.
 const MAX_TRACE: usize = 4096;
 
 #[derive(Default)]

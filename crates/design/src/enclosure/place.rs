@@ -1,4 +1,4 @@
-//! Coordinates, entries and places of a box in words.
+//! Coordinates, entries and positions in a box as text.
 
 use core::fmt;
 

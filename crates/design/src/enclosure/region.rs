@@ -1,4 +1,4 @@
-//! The box in which the plant's state and its estimate live, with the boxes of inputs and times.
+//! The box of the plant's state and its estimate, with the intervals of inputs and times.
 
 use core::fmt;
 
@@ -8,10 +8,10 @@ use luenberger_proof::Interval;
 use super::error::EnclosureError;
 use super::place::Axis;
 
-/// How many bisections are spent on tightening unless [`Region::subdivisions`] says otherwise.
+/// Default number of bisections for tightening, see [`Region::subdivisions`].
 const SUBDIVISIONS: usize = 400;
 
-/// A box of states, with what is known of inputs and time. Ends may be infinite.
+/// A box of states, with bounds of inputs and time. Ends may be infinite.
 ///
 /// ```
 /// use luenberger_design::Region;
@@ -93,7 +93,7 @@ impl Region {
 }
 
 impl fmt::Display for Region {
-    /// The bounds that say something; "everywhere" if none does.
+    /// The finite bounds; "everywhere" if there is none.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let states = self.states.iter().enumerate().map(|(k, bounds)| (Axis::State(k), bounds));
         let inputs = self.inputs.iter().flatten().enumerate().map(|(k, bounds)| (Axis::Input(k), bounds));

@@ -1,8 +1,8 @@
 //! The scalar over which a plant is evaluated on a box: an interval, and the interval of its derivative along a
 //! direction.
 //!
-//! It is a [`RealField`](nalgebra::RealField), so that a plant written once for every scalar is a plant over it. Three
-//! things differ from a number:
+//! It is a [`RealField`](nalgebra::RealField), so that a generic plant can be evaluated over it. Three things differ
+//! from a number:
 //! - A comparison of overlapping intervals has no answer; see [`paths`](super::paths) for what happens then. The
 //!   absolute value, maximum and minimum need no comparison: their derivative is between those of the two sides.
 //! - An operation that is not defined on the whole interval (`ln` at 0, division across 0), or jumps there (`floor`,
@@ -21,7 +21,7 @@ use crate::real_field::{Real, real_field};
 
 /// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
 ///
-/// Plants see it as their scalar `T` and need to know nothing of it.
+/// Plants use it as their scalar `T` without knowing the type.
 #[derive(Debug, Clone, Copy)]
 pub struct IntervalDual {
     value: Interval,
@@ -218,7 +218,7 @@ impl Real for IntervalDual {
         if x == core::f64::consts::PI { Self::constant(Interval::PI) } else { Self::about(x) }
     }
 
-    /// What is decided or computed from a single number is not so for the box, and is noted.
+    /// Operations that need a single number are undefined for an interval, which is recorded.
     fn is_number(&self) -> bool {
         let constant = self.value.is_point() && self.slope.is_zero();
         if !constant {

@@ -1,4 +1,4 @@
-//! Bisection of the box: first until every part has a finite enclosure, then where the extremes of an entry are.
+//! Bisection of the box: first until every part has a finite enclosure, then where an entry attains its extremes.
 
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Matrix};
@@ -18,7 +18,7 @@ const HALVINGS: u32 = 48;
 /// How many parts may be examined in search of a finite enclosure everywhere.
 const PARTS: usize = 20_000;
 
-/// An excess over the samples below this share of an entry's range is not worth a bisection.
+/// A part is not bisected if the excess over the samples is below this fraction of an entry's range.
 const WORTHWHILE: f64 = 0.01;
 
 /// A part of the box, with how often each coordinate was halved.
@@ -50,7 +50,7 @@ impl Cell {
         self.axes.iter().map(|axis| Interval::new(middle(axis), middle(axis)).unwrap_or(*axis)).collect()
     }
 
-    /// The coordinates chosen, in words for an error.
+    /// The chosen coordinates, as text for an error.
     fn place(&self, size: Dimensions, chosen: impl Fn(usize) -> bool) -> Place {
         let value = |axis: &Interval| match (axis.contains(0.0), axis.lo().is_finite(), axis.hi().is_finite()) {
             (true, ..) => 0.0,
@@ -69,7 +69,7 @@ impl Cell {
 /// Two halves, with how many of them failed and how often the coordinate was halved before.
 type Ranked<T> = ((usize, u32), T);
 
-/// The [Jacobians](Evaluation::jacobians) over one box, and what is known of jumps where it left a branch open.
+/// The [Jacobians](Evaluation::jacobians) over one box, and bounds of jumps where a branch is undecided.
 struct Jacobians {
     entries: Vec<Interval>,
     gap: Option<Gap>,
@@ -148,7 +148,7 @@ fn united(leaves: &[Leaf]) -> Vec<Interval> {
     hull
 }
 
-/// What became of one part.
+/// Result for one part.
 enum Outcome {
     Finite(Jacobians),
     Unbounded(usize),
@@ -284,7 +284,7 @@ fn least_halved(cell: &Cell, limit: u32) -> Option<usize> {
         .min_by_key(|&k| cell.halvings[k])
 }
 
-/// What of a part leaves a branch open, in parts with a finite enclosure.
+/// The part of a box on which a branch is undecided, in parts with a finite enclosure.
 fn branched_parts<S: Plant<IntervalDual>>(
     evaluation: &Evaluation<'_, S>,
     whole: &Cell,

@@ -1,4 +1,4 @@
-//! A candidate: the plant, and the maps of the observer that is going to run, over any scalar.
+//! A candidate: the plant, and the maps of the observer as implemented, over any scalar.
 
 use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kkl::{KklMap, KklSize};

@@ -1,7 +1,7 @@
-//! Two states that have one image under Phi = (phi, h), verified: what refutes injectivity.
+//! Verified refutation of injectivity: two states with the same image under Phi = (phi, h).
 //!
-//! Floating point finds pairs whose images are close; that is no witness, since `2^-27 x` is injective. A common image
-//! is shown in one of two ways:
+//! Floating point finds pairs whose images are close; that is not a proof, since `2^-27 x` is injective. A common image
+//! is proved in one of two ways:
 //! - **By a symmetry.** Phi is collected at x and at sigma x, for sigma the change of some signs or the exchange of two
 //!   coordinates, and the difference is the polynomial without terms. Both states are then binary64 numbers, and their
 //!   images are equal exactly. This is how an overdetermined Phi is refuted.
@@ -11,9 +11,9 @@
 //!   inverse of the Jacobian, Krawczyk's `K(Z) = z - Y (Phi(z) - Phi(x)) + (I - Y J(Z)) (Z - z)` in the interior of Z
 //!   shows that Z holds a solution, and x is not in Z.
 //!
-//! What neither can show stays undecided: an overdetermined Phi without such a symmetry, such as `(sin x, cos x)` over
-//! more than a period; solutions at which the Jacobian is singular; maps without a collected form that have more rows
-//! than states.
+//! Otherwise the question is undecided: for an overdetermined Phi without such a symmetry, such as `(sin x, cos x)`
+//! over more than a period; for solutions at which the Jacobian is singular; for maps without a collected form that
+//! have more rows than states.
 //!
 //! Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, section 8.2.
 

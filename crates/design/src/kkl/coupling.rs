@@ -1,10 +1,10 @@
-//! Which entries of xi the injection B reads, and whether the errors of the entries then decay one after the other.
+//! Dependence of the injection B on xi, and whether the errors of the entries decay in cascade.
 //!
 //! With `xi' = Lambda xi + B(t, xi, u, y)` and a phi that solves (4), the error `e = xi - phi(x)` obeys
 //! ```text
 //!     e' = Lambda e + B(t, phi + e, u, y) - B(t, phi, u, y)
 //! ```
-//! and Lambda alone decides only where B reads no xi: `Lambda = -1, B = 2 xi` is `xi' = xi`. Here is proved that
+//! and Lambda alone decides only if B does not depend on xi: `Lambda = -1, B = 2 xi` is `xi' = xi`. Proved here:
 //! - B_i reads xi_j for `j < i` only, for all xi and over the box of states, inputs and times;
 //! - Lambda and B have no way from entry i back to an entry that B_i reads, and none of these is only integrated;
 //! - B is Lipschitz in the entries that it reads, on every bounded set of xi and there uniformly over the box.
@@ -14,9 +14,9 @@
 //! input, and each later one has inputs that decay. Hence e decays exponentially from every start, with a factor that
 //! depends on the start where B is Lipschitz on bounded sets only.
 //!
-//! Method: derivatives by xi_j over intervals with every xi unbounded, where a slope that is 0 on every way through the
-//! branches, none of which is chosen by xi_j, shows that xi_j is not read; and the collected form of B, which knows
-//! what cancels. Either is enough. Both speak of xi for which B is defined.
+//! Method: derivatives by xi_j over intervals with unbounded xi: if a derivative is 0 on every path through the
+//! branches, and no branch condition depends on xi_j, then B does not depend on xi_j; alternatively the collected form
+//! of B, in which terms cancel. Either is sufficient. Both hold for xi for which B is defined.
 
 use luenberger_plants::Dimensions;
 use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict};
@@ -27,12 +27,12 @@ use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{explore, steered};
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect};
 
-/// What is known of B as a function of xi.
+/// Dependence of B on xi.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
     /// The pairs (i, j), from 0, for which `B_i` was not shown to be independent of `xi_j`.
     pub reads: Vec<(usize, usize)>,
-    /// The first pair that stands in the way; none where the verdict is `Proved`.
+    /// The first pair that violates the condition; none if the verdict is `Proved`.
     pub obstacle: Option<OpenCoupling>,
     /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure.
     /// `Refuted`: B_i reads xi_j with `j >= i`, which is not what a [`KklMap`](luenberger_observers::KklMap) may do;

@@ -1,4 +1,4 @@
-//! Why a candidate for a KKL or [KKL+PEB] observer does not do, or could not be checked.
+//! Errors of the checks of a KKL or [KKL+PEB] candidate.
 
 use luenberger_linalg::LinalgError;
 use luenberger_observers::ObserverError;
@@ -15,7 +15,7 @@ use crate::error::{DesignError, from_through_design_error};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum KklError {
-    /// A matrix or a vector is not what is asked for, or a computation with one failed.
+    /// A matrix or a vector is invalid, or a computation with one failed.
     #[error(transparent)]
     Design(#[from] DesignError),
     /// The box, or a Jacobian over it.
@@ -61,9 +61,9 @@ pub enum KklError {
     ResidualUndecided {
         /// Row, from 0.
         row: usize,
-        /// What was proved.
+        /// The verified value.
         bound: f64,
-        /// What would have to be.
+        /// The required value.
         allowed: f64,
     },
     /// A matrix that has to be Hurwitz has an eigenvalue that is not in the open left half plane.
@@ -81,13 +81,13 @@ pub enum KklError {
         what: &'static str,
         /// Its eigenvalue of the largest real part, in the middle of the box.
         eigenvalue: Complex<f64>,
-        /// What became of the Lyapunov inequality.
+        /// The result of the Lyapunov inequality.
         verdict: Verdict<luenberger_proof::certificate::Witness>,
     },
     /// Two states with one image.
     #[error("(phi, h) is not injective on the box: {0}")]
     NotInjective(CommonImage),
-    /// Two states that no left inverse in binary64 tells apart, where injectivity is undecided.
+    /// Two states that no left inverse in binary64 distinguishes; injectivity is undecided.
     #[error("it is undecided whether (phi, h) is injective on the box, and it is not to eight digits: {0}")]
     Indistinct(TwoStates),
     /// B reads an entry of xi that is not before its own.
@@ -150,7 +150,7 @@ pub enum KklError {
     NotExciting {
         /// The least eigenvalue achieved, delta of (42).
         delta: f64,
-        /// What was asked for, or the rounding error of delta.
+        /// The required value, or the rounding error of delta.
         needed: f64,
         /// Length of the window, T of (42).
         window: f64,

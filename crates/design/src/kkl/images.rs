@@ -1,4 +1,4 @@
-//! `Phi = (phi, h)` of a candidate: values, Jacobians and boxes of them.
+//! `Phi = (phi, h)` of a candidate: values, Jacobians, and enclosures of both.
 
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::{Interval, Ring};

@@ -1,5 +1,4 @@
-//! Whether (phi, h) tells the states of the box apart: measured over pairs, refuted by two states with one image,
-//! proved by one matrix.
+//! Injectivity of (phi, h) on the box: measured over pairs, refuted by two states with one image, proved by one matrix.
 //!
 //! The proof: over a box of states, which is convex, `Phi(x) - Phi(x') = J (x - x')` with J, the mean of Jacobians over
 //! the segment, in the enclosure of DPhi over the box. If for one matrix M `M J + J'M' > 0` for every J of the
@@ -8,7 +7,7 @@
 //! matrix that could do it. It is asked for only where Phi is known to be continuous: where it has a collected form, or
 //! leaves no comparison open on the box.
 //!
-//! The refutation: [`common_image`](super::common_image). Two images that are only close refute nothing, and are
+//! The refutation: [`common_image`](super::common_image). Two images that are only close are not a refutation, and are
 //! reported as a near collision.
 
 use luenberger_plants::Dimensions;

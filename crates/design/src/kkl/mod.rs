@@ -1,30 +1,28 @@
-//! Checks a Kazantzis-Kravaris-Luenberger observer supplied by the user: does phi solve its equation, does Lambda
-//! forget, can phi be inverted?
+//! Checks a user-supplied Kazantzis-Kravaris-Luenberger observer: the equation for phi, the stability of Lambda, the
+//! injectivity of (phi, h).
 //!
 //! Proposition 1 of Yi, Ortega and Zhang asks for phi, Lambda and B with
 //! ```text
 //!     Dphi(x) f(x, u) = Lambda phi(x) + B(h(x), u)          (4)          Lambda Hurwitz, (phi, h) injective
 //! ```
-//! and there is no general way to find them, so that people find them by hand, with the slips of hands.
-//! [`KklCandidate`] takes the plant and the very maps that are going to run, and answers for a whole box of states and
-//! inputs:
+//! There is no general method to find them; they are derived by hand, which is error-prone. [`KklCandidate`] takes the
+//! plant and the maps as implemented, and checks them over a box of states and inputs:
 //!
 //! | question | measured | decided |
 //! |---|---|---|
-//! | (4) | the largest residual over evenly spread points, beside its terms | bounded on the box by intervals; refuted at a point |
+//! | (4) | the largest residual over evenly spread points, relative to its terms | bounded on the box by intervals; refuted at a point |
 //! | Lambda Hurwitz | eigenvalues | a Lyapunov matrix for every Lambda over the box, by `luenberger-proof` |
 //! | B in cascade | - | proved of the derivatives of B by xi, for all xi; refuted where one that has to be 0 is not |
 //! | (phi, h) injective | ratios over pairs, singular values | proved by one matrix for all mean Jacobians; refuted by two states whose images coincide, verified |
 //! | phi^L(phi(x), h(x)) = x | the largest difference | - |
 //!
-//! What is proved is a statement about real arithmetic with the constants that plant and maps store, about the box, and
-//! where both are smooth. phi is what [`KklMap::image`] says it is, of the states that the map estimates. Lambda may
-//! depend on t, u and y; B may read xi in cascade, and is taken at `xi = phi(x)` in (4). Maps and plant are supposed to
-//! be functions of their arguments: the same operations for every scalar, and nothing kept from one evaluation to the
-//! next.
+//! The proofs are statements about real arithmetic with the constants stored in plant and maps, on the box, and where
+//! both are smooth. phi is [`KklMap::image`] of the states that the map estimates. Lambda may depend on t, u and y; B
+//! may depend on xi in cascade form, and is evaluated at `xi = phi(x)` in (4). Maps and plant are assumed to be pure
+//! functions of their arguments: the same operations for every scalar, and no state kept between evaluations.
 //!
 //! Maps and plant are evaluated over two scalars, [`IntervalDual`] and [`SymbolicPolynomial`], in which the two sides
-//! of (4) cancel before they are enclosed; which is to say that they are to be written once for every scalar.
+//! of (4) cancel before they are enclosed; hence they must be generic over the scalar.
 //!
 //! | file | subject |
 //! |---|---|
@@ -33,7 +31,7 @@
 //! | `stability` | Lambda over the box |
 //! | `coupling` | B as a function of xi |
 //! | `injectivity`, `images`, `common_image` | (phi, h) over the box; two states with one image |
-//! | `witness`, `error` | what refutes a candidate; why one is refused |
+//! | `witness`, `error` | witnesses of failed checks; errors |
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Propositions 1 and 3.
 
@@ -88,7 +86,7 @@ impl Default for KklSettings {
     }
 }
 
-/// What is known of a candidate.
+/// Results of the checks of a candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklReport {
     /// Of (4).
@@ -105,8 +103,8 @@ pub struct KklReport {
 }
 
 impl<S, K> KklCandidate<'_, S, K> {
-    /// Everything that is known of the candidate on `region`, whose states and inputs have to be bounded. A candidate
-    /// that does not do is a report, not an error.
+    /// All checks of the candidate on `region`, whose states and inputs must be bounded. A candidate that fails a check
+    /// gives a report, not an error.
     ///
     /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi =
     /// (x2, x3):
@@ -348,7 +346,7 @@ impl fmt::Display for KklReport {
 pub struct KklDesign<K> {
     /// The observer, ready to run.
     pub observer: KklObserver<K>,
-    /// What is known of it.
+    /// The report of its checks.
     pub report: KklReport,
 }
 

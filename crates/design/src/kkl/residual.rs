@@ -9,7 +9,7 @@ use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{Undefined, explore};
 use crate::symbolic_polynomial::{Arena, Polynomial, SymbolicPolynomial, collect, evaluate, sum};
 
-/// What is known of the residual over the box.
+/// The residual over the box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
     /// Among the samples, the point and the row with the largest residual relative to its terms.

@@ -1,6 +1,6 @@
-//! Whether the part of Lambda that is to forget does so: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over
-//! the box. That is a statement about `e' = Lambda e`, which is the error of the observer where B reads no xi; else see
-//! [`coupling`](super::coupling).
+//! Stability of the part of Lambda that must be stable: `P > 0` and `Lambda'P + P Lambda < 0`, for every Lambda over
+//! the box. This is a statement about `e' = Lambda e`, which is the error of the observer if B does not depend on xi;
+//! otherwise see [`coupling`](super::coupling).
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, symmetric_part};
 use luenberger_proof::certificate::{Certificate, Certified, HurwitzStability};
@@ -11,7 +11,7 @@ use super::error::KklError;
 use crate::certificate::exact;
 use crate::error::DesignError;
 
-/// What is known of Lambda over the box.
+/// Stability of Lambda over the box.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stability {
     /// Lambda, entry by entry, over the box of states and inputs.
@@ -83,7 +83,7 @@ pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
     Ok(Forgetting { spectrum, p: Some(p), certificate })
 }
 
-/// What is known of this Lambda.
+/// Stability of this Lambda.
 pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignError> {
     let order = lambda.rows();
     let nothing = |i: usize| (0..order).all(|j| lambda[(i, j)].is_zero() && lambda[(j, i)].is_zero());
@@ -102,7 +102,7 @@ pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignErr
 }
 
 impl Stability {
-    /// An error that names the eigenvalue, unless the whole of Lambda is proved to forget.
+    /// An error that names the eigenvalue, unless the whole of Lambda is proved stable.
     pub(super) fn required(&self) -> Result<(), KklError> {
         let zero = Complex::new(0.0, 0.0);
         if !self.integrated.is_empty() {

@@ -1,4 +1,4 @@
-//! What refutes a candidate, or stands in the way of a proof: points, pairs of states, entries of B and xi.
+//! Witnesses of a failed check: points, pairs of states, entries of B and xi.
 
 use core::fmt;
 
@@ -90,14 +90,14 @@ pub enum CouplingObjection {
     NotLipschitz,
 }
 
-/// The entry of B, the entry of xi, and what is the matter with them.
+/// The entry of B, the entry of xi, and the violated condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OpenCoupling {
     /// The entry of B, from 0.
     pub row: usize,
     /// The entry of xi, from 0.
     pub entry: usize,
-    /// What is the matter.
+    /// The violated condition.
     pub why: CouplingObjection,
 }
 

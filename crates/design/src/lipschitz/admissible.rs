@@ -1,7 +1,7 @@
-//! The greatest constant: how far the sectors may be widened before the inequality has no solution.
+//! The largest admissible constant: how far the sectors can be widened while the inequality remains feasible.
 //!
-//! Feasibility falls with the width, because a wide sector contains the narrow one; bisection on the verdict therefore
-//! brackets the threshold.
+//! Feasibility is monotone in the width, because a wide sector contains the narrow one; bisection on the verdict
+//! therefore brackets the threshold.
 
 use luenberger_lmi::{Settings, greatest_parameter};
 use nalgebra::DMatrix;

@@ -1,22 +1,22 @@
-//! Observers of Lipschitz plants: one gain L that converges whatever the nonlinearity does within its bounds.
+//! Observers of Lipschitz plants: one gain L that ensures convergence for every nonlinearity within its bounds.
 //!
-//! Plant `x' = A x + sum_k G_k phi_k(t, H_k x, u) + known terms`, `y = C x`; the observer that runs is
-//! [`NonlinearLuenbergerObserver`]. Each phi_k is known through an incremental [`Sector`] only:
-//! `|phi(x) - phi(z)| <= gamma |x - z|` (Thau, Rajamani), the same with G and H (structured), or a slope in
-//! `[low, high]` (circle criterion). With `w_k` the difference of phi_k between x and xhat, the error obeys
-//! `e' = (A - LC) e + sum G_k w_k`, and the inequality
+//! Plant `x' = A x + sum_k G_k phi_k(t, H_k x, u) + known terms`, `y = C x`; the implemented observer is
+//! [`NonlinearLuenbergerObserver`]. Each phi_k is only known to lie in an incremental [`Sector`]: `|phi(x) - phi(z)| <=
+//! gamma |x - z|` (Thau, Rajamani), the same with G and H (structured), or a slope in `[low, high]` (circle criterion).
+//! With `w_k` the difference of phi_k between x and xhat, the error obeys `e' = (A - LC) e + sum G_k w_k`, and the
+//! inequality
 //! ```text
 //! [ A'P + PA - YC - C'Y' + 2 rate P - sum tau_k low_k high_k H_k'H_k     P G_k + tau_k (low_k + high_k)/2 H_k' ]
 //! [ its transpose                                                                     -tau_k I                ]  < 0,   P > 0,   L = P^-1 Y
 //! ```
-//! makes `V = e'Pe` fall faster than `exp(-2 rate t)`. For one sector it is necessary too: refuted means that no L and
-//! no quadratic V serve every phi of the sector. For several it is sufficient only.
+//! makes `V = e'Pe` decay faster than `exp(-2 rate t)`. For one sector it is necessary too: refuted means that no L and
+//! no quadratic V work for every phi of the sector. For several it is sufficient only.
 //!
-//! What the constant may be: for C = [I 0] with one unmeasured direction v, `G = H = I`, the greatest constant over all
-//! L is `min over s >= 0 of |(A - s I) v|`: how little has to be added to A for (A, C) to lose detectability (Rajamani
-//! and Cho). In other units of the unmeasured states it is another number ([`Sector::rescaled`]), and naming where phi
-//! acts (G, H) does better than any units ([`Sector::structured`]): what rescaling proves, structure proves with the
-//! same P.
+//! The largest admissible constant: for C = [I 0] with one unmeasured direction v, `G = H = I`, the largest constant
+//! over all L is `min over s >= 0 of |(A - s I) v|`: the smallest perturbation of A for which (A, C) loses
+//! detectability (Rajamani and Cho). It depends on the units of the unmeasured states ([`Sector::rescaled`]), and
+//! specifying where phi acts (G, H) is at least as good as any scaling ([`Sector::structured`]): what rescaling proves,
+//! structure proves with the same P.
 //!
 //! Sources: F. E. Thau, International Journal of Control 17, 1973; R. Rajamani, IEEE Transactions on Automatic Control
 //! 43, 1998; R. Rajamani and Y. M. Cho, Existence and design of observers for nonlinear systems: relation to distance
@@ -47,7 +47,7 @@ certified!(LipschitzDesign);
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct LipschitzDesign {
-    /// What is known of the plant.
+    /// The model of the plant.
     pub plant: LipschitzPlant,
     /// The gain L, n x p, of `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L (y - C xhat)`.
     pub l: DMatrix<f64>,
@@ -115,7 +115,7 @@ impl LipschitzDesign {
         proposal.certified(plant, l, rate, settings)
     }
 
-    /// What is proved of a gain L supplied by the user, n x p.
+    /// Verification of a user-supplied gain L, n x p.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the
@@ -189,7 +189,7 @@ fn multiplier(k: usize) -> String {
     format!("tau {}", k + 1)
 }
 
-/// A solution that the solver proposed and that `lmi` proved.
+/// A solution of the solver, verified by `lmi`.
 struct Proposal {
     p: DMatrix<f64>,
     /// None when the gain was given.
@@ -205,7 +205,7 @@ impl Proposal {
         Some(Self { p: solution.named("P")?.clone(), y: solution.named("Y").cloned(), tau })
     }
 
-    /// The design with what is proved of it as stored.
+    /// The design with its certificate for the stored numbers.
     ///
     /// `L = P^-1 Y` is rounded, which can cost a thin margin: P is then sought again for the L that is stored.
     fn certified(

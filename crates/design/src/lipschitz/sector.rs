@@ -1,4 +1,4 @@
-//! What is known of a nonlinearity: where it acts, what it depends on, and the sector of its increments.
+//! Description of a nonlinearity: where it acts, its argument, and the sector of its increments.
 
 use luenberger_proof::ProofError;
 use luenberger_proof::statement::SectorTerm;
@@ -61,7 +61,7 @@ impl Sector {
         &self.g
     }
 
-    /// What it depends on, r x n.
+    /// Matrix of its argument, r x n.
     pub fn h(&self) -> &DMatrix<f64> {
         &self.h
     }

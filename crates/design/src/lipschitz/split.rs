@@ -1,8 +1,8 @@
 //! A plant split at a point into its linear part and the rest: `f(t, x, u) = A x + phi(t, x, u)` with
 //! `A = Df(t, x0, u0)`.
 //!
-//! The Lipschitz constant of phi over a region is the largest `|Df(t, x, u) - A|` there. That is a supremum, which
-//! points do not prove: the user states the constant, and [`Split::slope`] at any point can contradict it.
+//! The Lipschitz constant of phi over a region is the largest `|Df(t, x, u) - A|` there. A supremum is not proved by
+//! sampling: the user states the constant, and [`Split::slope`] at any point can contradict it.
 
 use luenberger_linalg::lambda_max;
 use luenberger_plants::{Differentiable, Size};
@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 use crate::error::DesignError;
 
-/// `A = Df(t, x0, u0)` and `C = Dh(t, x0)` at a point; phi is what is left of f.
+/// `A = Df(t, x0, u0)` and `C = Dh(t, x0)` at a point; phi is the remainder of f.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Split {
     /// A, n x n.

@@ -1,4 +1,4 @@
-//! Why there is no common gain, or no polytope.
+//! Errors of the LPV design: no common gain, or no polytope.
 
 use core::fmt;
 
@@ -17,7 +17,7 @@ use crate::error::{DesignError, from_through_design_error};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LpvError {
-    /// A matrix or a rate is not what is asked for, or the inequality stayed undecided.
+    /// A matrix or a rate is invalid, or the inequality is undecided.
     #[error(transparent)]
     Design(#[from] DesignError),
     /// The Jacobians have no enclosure over the box.
@@ -33,8 +33,8 @@ pub enum LpvError {
         /// Which ones.
         entries: VaryingEntries,
     },
-    /// Somewhere in the polytope a direction is not seen by any output, and an error along it does not decay at the
-    /// rate asked for.
+    /// At some point of the polytope a direction is unobservable, and an error along it does not decay at the specified
+    /// rate.
     #[error("{0}")]
     HiddenMode(Box<HiddenMode>),
     /// Vertices that are possible alone exclude each other.
@@ -45,7 +45,7 @@ pub enum LpvError {
     UnstableVertex {
         /// The vertex, from 0.
         vertex: usize,
-        /// The vertex in words.
+        /// The vertex as text.
         place: String,
         /// The largest real part of an eigenvalue there.
         abscissa: f64,
@@ -69,9 +69,9 @@ impl fmt::Display for VaryingEntries {
 /// for, in exact arithmetic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenMode {
-    /// The rate asked for.
+    /// The specified rate.
     pub rate: f64,
-    /// Which pair: a vertex in words, or a point inside the polytope.
+    /// The pair: a vertex, or a point inside the polytope, as text.
     pub place: String,
     /// A.
     pub a: DMatrix<f64>,
@@ -104,12 +104,12 @@ impl fmt::Display for HiddenMode {
 /// Vertices that together exclude a common P, each of them being possible alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conflict {
-    /// The rate asked for.
+    /// The specified rate.
     pub rate: f64,
     /// The vertices (from 0): two that exclude each other if such a pair was found, else all that take part in the
     /// contradiction.
     pub vertices: Vec<usize>,
-    /// Each of them in words.
+    /// Each vertex as text.
     pub places: Vec<String>,
     /// Whether it is a pair. If not, no two of them were found to exclude each other alone.
     pub is_pair: bool,

@@ -12,13 +12,13 @@
 //!     |x(t) - xhat(t)| <= sqrt(cond P) |x(0) - xhat(0)| exp(-rate t).                            (2)
 //! ```
 //! With `Y = P L` (1) is linear in (P, Y) also where the outputs are nonlinear. The enclosure is outward rounded and
-//! (1) is decided by `luenberger-proof` for boxes around the vertices, so that a proved certificate covers every point
-//! of the box and not only samples of it.
+//! (1) is verified by `luenberger-proof` for boxes around the vertices, so that a certificate covers every point of the
+//! box and not only samples.
 //!
-//! The hull forgets that entries of a Jacobian vary together; a refutation is one of the method and not of observers in
-//! general. Where (1) is infeasible the error says what stands in the way, with a witness: a direction that no output
-//! sees at some point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each
-//! other (multipliers). Without a witness it is undecided.
+//! The hull neglects correlations between the entries of a Jacobian; a refutation concerns the method, not observers in
+//! general. Where (1) is infeasible the error names the obstacle, with a witness: an unobservable direction at some
+//! point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each other
+//! (multipliers). Without a witness it is undecided.
 //!
 //! Sources: A. Zemouche, M. Boutayeb, G. I. Bara, Observers for a class of Lipschitz systems with extension to
 //! H-infinity performance analysis, Systems and Control Letters 57, 2008 (the mean value theorem and the polytope); S.
@@ -52,7 +52,7 @@ use crate::gain_lmi::{self, Gain};
 use crate::number::decay;
 use crate::robust::greatest_rate;
 
-/// The relative width to which [`LpvDesign::certify`] finds the greatest rate.
+/// Relative accuracy of the greatest rate in [`LpvDesign::certify`].
 const RELATIVE_RATE: f64 = 1e-3;
 
 impl<S, N: Dim, M: Dim, P: Dim> Certified for LpvDesign<S, N, M, P>
@@ -85,8 +85,8 @@ where
     pub vertex_rates: Vec<f64>,
     /// The vertex that limits the rate, from 0: the one with the least of [`vertex_rates`](Self::vertex_rates).
     pub limiting: usize,
-    /// Where the search for the greatest rate ended: the least rate tried for which nothing was proved, and why. None
-    /// for a rate that was given, and where the ceiling itself was reached.
+    /// The end of the search for the greatest rate: the least rate tried for which nothing was proved, and why. None
+    /// for a given rate, and if the ceiling itself was reached.
     pub stopped: Option<(f64, Box<LpvError>)>,
     /// The box.
     pub region: Region,
@@ -116,8 +116,9 @@ where
     /// # Errors
     /// [`LpvError::Enclosure`] for the box, and for a Jacobian that is not bounded on it, with the point;
     /// [`LpvError::TooManyVertices`]; [`DesignError::BadRate`];
-    /// [`LpvError::HiddenMode`] names a direction that no output sees, with an exact witness, [`LpvError::Conflict`]
-    /// the vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with what was seen.
+    /// [`LpvError::HiddenMode`] names an unobservable direction, with an exact witness, [`LpvError::Conflict`] the
+    /// vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with the best margin
+    /// found.
     pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, LpvError> {
         Self::new_with(plant, region, rate, &Settings::default())
     }
@@ -139,8 +140,8 @@ where
 
     /// The gain with the greatest rate that can be proved in `[0, ceiling]`, to within `tolerance`.
     ///
-    /// A ceiling has to be given: for many plants every rate is possible, with gains that grow without bound.
-    /// [`stopped`](Self::stopped) says what stands in the way of a greater rate.
+    /// A ceiling is required: for many plants every rate is possible, with gains that grow without bound.
+    /// [`stopped`](Self::stopped) has the reason why a greater rate was not proved.
     ///
     /// Cost: that of [`new`](Self::new) for each of `2 + log2(ceiling / tolerance)` steps.
     ///
@@ -254,8 +255,7 @@ where
     /// How far each component of the error can ever be from 0 when it starts at `e0` (n entries):
     /// `|e_i(t)| <= sqrt((P^-1)_ii e0'P e0)`, to rounding; none for another length.
     ///
-    /// This closes the hypothesis: where x(t) is known to stay at these distances inside the box, xhat(t) stays in the
-    /// box.
+    /// This verifies the hypothesis: if x(t) stays at these distances inside the box, xhat(t) stays in the box.
     pub fn excursion(&self, e0: &DVector<f64>) -> Option<DVector<f64>> {
         let inverse = self.p.clone().cholesky()?.inverse();
         (e0.len() == self.p.nrows()).then(|| {
@@ -264,12 +264,12 @@ where
         })
     }
 
-    /// The vertices by what varies in them, for [`Fact::inequality_naming`].
+    /// Labels of the vertices by their varying entries, for [`Fact::inequality_naming`].
     pub fn vertex_names(&self) -> Vec<String> {
         self.polytope.vertices.iter().map(ToString::to_string).collect()
     }
 
-    /// What a proved certificate says, with its hypothesis.
+    /// The statement of a proved certificate, with its hypothesis.
     pub fn statement(&self) -> String {
         let hypothesis = match self.region.to_string().as_str() {
             "everywhere" => "From every x(0) and xhat(0)".to_owned(),
@@ -325,7 +325,7 @@ where
     }
 }
 
-/// (1) for P and Y at as many vertices as matter.
+/// (1) for P and Y at the relevant vertices.
 fn pose(polytope: &Polytope, rate: f64, settings: &Settings) -> Problem {
     let at = |active: &[usize]| {
         let mut lmi = Problem::new();
@@ -340,7 +340,7 @@ fn pose(polytope: &Polytope, rate: f64, settings: &Settings) -> Problem {
     growing(polytope, at, half, settings)
 }
 
-/// (1) for P, the gain being given.
+/// (1) for P with a given gain.
 fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64, settings: &Settings) -> Problem {
     let at = |active: &[usize]| {
         let mut lmi = Problem::new();
@@ -364,12 +364,12 @@ fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64, settings: &Setting
 /// Up to this many vertices, all inequalities are posed at once.
 const AT_ONCE: usize = 16;
 
-/// How many vertices are added in a round.
+/// Number of vertices added per round.
 const ADDED: usize = 4;
 
-/// The problem at a set of vertices that grows until its solution serves all of them with half its margin, or until it
-/// has none: what is infeasible for a few vertices is so for all. `half` is X of the left-hand side X + X' of (1). A
-/// proposal in floating point, like the solver's: the proof looks at every vertex.
+/// The problem at a set of vertices that grows until its solution satisfies all of them with half its margin, or until
+/// it is infeasible: infeasibility for a few vertices implies it for all. `half` is X of the left-hand side X + X' of
+/// (1). The solution is approximate; the verification uses every vertex.
 fn growing(
     polytope: &Polytope,
     at: impl Fn(&[usize]) -> Problem,

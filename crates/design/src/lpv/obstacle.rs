@@ -1,4 +1,4 @@
-//! Why there is no common gain: a direction that no output sees, or vertices that exclude each other.
+//! Reasons why there is no common gain: an unobservable direction, or vertices that exclude each other.
 
 use luenberger_linalg::{detectability, observability};
 use luenberger_lmi::{Infeasibility, Problem, Settings};
@@ -16,8 +16,8 @@ use crate::gain_lmi::{self, decrease_at};
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
 
-/// What is said when no gain was proved for the polytope at this rate. A hidden mode is one in exact arithmetic; a mode
-/// that floating point calls hidden is told beside an undecided verdict.
+/// The error if no gain was proved for the polytope at this rate. A hidden mode is unobservable in exact arithmetic; a
+/// mode that is unobservable only in floating point is reported with an undecided verdict.
 pub(super) fn explain(
     polytope: &Polytope,
     rate: f64,
@@ -90,7 +90,7 @@ fn mean(polytope: &Polytope, weights: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     (a, c)
 }
 
-/// What is known of the modes of a pair that no output sees, at the rate asked for.
+/// The unobservable modes of a pair, at the specified rate.
 enum Seen {
     Nothing,
     /// In floating point only.
@@ -99,7 +99,7 @@ enum Seen {
     Hidden(Box<HiddenMode>),
 }
 
-/// Floating point says where to look, exact arithmetic decides.
+/// Candidates come from floating point; exact arithmetic decides.
 fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Seen {
     let n = a.nrows();
     let Ok(pair) = detectability(&(&a + DMatrix::identity(n, n) * rate), &c) else { return Seen::Nothing };

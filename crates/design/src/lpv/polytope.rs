@@ -1,4 +1,5 @@
-//! The polytope of an enclosure: finitely many pairs `(A_k, C_k)` whose convex hull holds every pair of mean Jacobians.
+//! The polytope of an enclosure: finitely many pairs `(A_k, C_k)` whose convex hull contains every pair of mean
+//! Jacobians.
 
 use core::fmt;
 
@@ -9,7 +10,7 @@ use super::error::{LpvError, VaryingEntries};
 use crate::enclosure::{Entry, JacobianEnclosure};
 use luenberger_proof::wording::significant;
 
-/// How many entries may vary: 2^12 = 4096 vertices, each with a proof of its own.
+/// Maximal number of varying entries: 2^12 = 4096 vertices, each with its own proof.
 pub const MAX_VARYING: usize = 12;
 
 /// An entry known to this relative width does not count as varying. Its interval goes into the proof, and the vertices

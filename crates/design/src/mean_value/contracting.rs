@@ -1,4 +1,4 @@
-//! Coordinates in which the unmeasured states contract by themselves, so that the observer converges as printed.
+//! Coordinates in which the unmeasured states contract without injection, so that the observer converges as printed.
 //!
 //! With C = [I 0] and `d = x - z`, `z = xhat + e`, the printed observer has `d' = (D - [G_m 0; 0 0]) d`, D the mean
 //! Jacobian between z and x: injection in the measured rows and nothing in the others, where
@@ -13,7 +13,7 @@
 //! is read off the vertices, entry by entry, since both means have each entry between the least and the largest of the
 //! vertices.
 //!
-//! This is the reduced-order observer of Luenberger, found again: z_w is one, driven by the measured states.
+//! This recovers Luenberger's reduced-order observer: z_w is one, driven by the measured states.
 
 use luenberger_lmi::{Problem, he};
 use luenberger_observers::mean_value::{MappedObserver, Mean, MeanValueObserver};

@@ -1,4 +1,4 @@
-//! The repaired mean-value-theorem observer: L and P for all mean Jacobians, and the envelope of what it believes.
+//! The corrected mean-value-theorem observer: L and P for all mean Jacobians, and a bound of its error.
 //!
 //! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean
 //! Jacobian between z and x. Where every such Jacobian lies in a polytope and one P serves all its vertices,

@@ -1,4 +1,4 @@
-//! The paper's own way to beta: `min sum_i X_i(beta_i)^2` over `[0, 1]^n` (its eq. 12), by bounded nonlinear least
+//! The paper's computation of beta: `min sum_i X_i(beta_i)^2` over `[0, 1]^n` (its eq. 12), by bounded nonlinear least
 //! squares.
 //!
 //! `X_i(beta_i) = f_i(xhat + e) - f_i(xhat) - Df_i(xhat + beta_i e) e` (11) depends on beta_i alone, so that a solver
@@ -42,7 +42,7 @@ impl Default for LeastSquares {
     }
 }
 
-/// What least squares found along one segment.
+/// Result of least squares along one segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeastSquaresMean<N: Dim>
 where

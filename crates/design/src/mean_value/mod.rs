@@ -1,9 +1,9 @@
-//! The mean-value-theorem observer: what its design needs beyond what runs on the target.
+//! Design of the mean-value-theorem observer, beyond what runs on the target.
 //!
-//! [`MeanValueDesign`] finds the gain of the repaired observer, with the envelope of its error;
-//! [`ContractingCoordinates`] finds coordinates in which the observer converges as printed, [`OutputCoordinates`] those
-//! in which any linear output is the first states; [`LeastSquares`] is the paper's own way to beta. The observer itself
-//! and the other means are in [`luenberger_observers::mean_value`]; what is true of it stands in `docs/theory-mvt.md`.
+//! [`MeanValueDesign`] computes the gain of the corrected observer, with the error bound; [`ContractingCoordinates`]
+//! computes coordinates in which the observer converges as printed, [`OutputCoordinates`] those in which any linear
+//! output is the first states; [`LeastSquares`] is the paper's computation of beta. The observer itself and the other
+//! computations are in [`luenberger_observers::mean_value`]; its properties are in `docs/theory-mvt.md`.
 
 mod contracting;
 mod gain;

@@ -1,10 +1,10 @@
 //! Coordinates in which the outputs are the first states: `x = T z` with `C T = [I 0]`.
 //!
-//! The observer of the paper asks for C = [I 0]. Every C of full row rank becomes that: with `C' = Q [R; 0]`,
-//! `T = [Q_1 R^-T, s Q_2]`. The first columns are the pseudo-inverse of C, s is free. No T has a smaller condition than
-//! C itself: its first columns are some right inverse of C, no shorter than the pseudo-inverse, and `T^-1` contains C.
-//! With s the reciprocal of the geometric mean of the largest and the smallest singular value, T has just that
-//! condition.
+//! The observer of the paper requires C = [I 0]. Every C of full row rank can be transformed to it: with `C' = Q [R;
+//! 0]`, `T = [Q_1 R^-T, s Q_2]`. The first columns are the pseudo-inverse of C, s is free. No T has a smaller condition
+//! number than C itself: its first columns are some right inverse of C, with norm at least that of the pseudo-inverse,
+//! and `T^-1` contains C. With s the reciprocal of the geometric mean of the largest and the smallest singular value, T
+//! attains that condition number.
 
 use std::fmt;
 

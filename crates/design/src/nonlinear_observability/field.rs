@@ -1,4 +1,4 @@
-//! [`Jet`] as a field of nalgebra's, so that a plant written once for every scalar is a plant over it.
+//! [`Jet`] as a field of nalgebra, so that a generic plant can be evaluated over it.
 
 use core::cmp::Ordering;
 use core::fmt;

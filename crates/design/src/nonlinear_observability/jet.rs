@@ -1,5 +1,5 @@
-//! A truncated power series in time whose coefficients carry a derivative: the scalar over which a plant differentiates
-//! its own output.
+//! A truncated power series in time whose coefficients are dual numbers: the scalar over which the output of a plant is
+//! differentiated.
 //!
 //! `x(t + s) = x_0 + x_1 s + .. + x_K s^K`, `K` = [`HIGHEST_ORDER`], each `x_k` a dual number `x_k + d_k eps`,
 //! `eps^2 = 0`. Sums, products and quotients are those of truncated series; an elementary function `g(x)` follows from
@@ -25,7 +25,7 @@ pub(crate) struct Dual {
 
 /// A truncated power series in time over dual numbers.
 ///
-/// Plants see it as their scalar `T` and need to know nothing of it. Comparisons are those of the value at `s = 0`.
+/// Plants use it as their scalar `T` without knowing the type. Comparisons are those of the value at `s = 0`.
 #[derive(Debug, Clone, Copy)]
 pub struct Jet {
     pub(crate) c: [Dual; COUNT],

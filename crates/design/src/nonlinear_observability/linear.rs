@@ -1,4 +1,4 @@
-//! What the outputs of a linear plant see, in words: every mode with its margin, and the directions that are hidden.
+//! Observability of a linear plant as text: every mode with its margin, and the unobservable directions.
 
 use core::fmt;
 
@@ -27,7 +27,7 @@ use super::words::direction_in_words;
 pub struct InWords<'a> {
     /// The answer of [`observability`](luenberger_linalg::observability()).
     pub seen: &'a Observability,
-    /// Names of the states; `x1`, `x2`, .. stand in for those that are missing.
+    /// Names of the states; missing ones are `x1`, `x2`, ...
     pub names: &'a [&'a str],
 }
 

@@ -11,20 +11,20 @@
 //! ```
 //! has rank n, then no other state near x gives the same output with this input: the plant is locally observable there.
 //! For a linear plant `k! y_k = C A^k x + ..` and O is the observability matrix, so that K = n - 1 decides. For a
-//! nonlinear plant a deficient rank *at a point* decides nothing: a higher order may see (`x1' = x2^3`, `y = x1` at
-//! `x2 = 0` needs three derivatives), or none (`y = x^3` at 0 is injective all the same). The lowest order at which the
-//! rank is full is the observability index of the point.
+//! nonlinear plant a rank deficiency *at a point* is inconclusive: a higher order may have full rank (`x1' = x2^3`, `y
+//! = x1` at `x2 = 0` needs three derivatives), or none may have (`y = x^3` at 0 is injective all the same). The lowest
+//! order at which the rank is full is the observability index of the point.
 //!
 //! # The input
-//! It is part of the question. [`Instant::new`] holds no input; [`Instant::constant_input`] takes u as constant, so
-//! that the plant may seem less observable than with one that moves; [`Instant::input_series`] takes the Taylor
-//! coefficients of a given u(t). Time in f and h is differentiated too.
+//! Observability depends on the input. [`Instant::new`] holds no input; [`Instant::constant_input`] takes u as
+//! constant, so that the plant may appear less observable than with a varying input; [`Instant::input_series`] takes
+//! the Taylor coefficients of a given u(t). Time in f and h is differentiated too.
 //!
 //! # Units
-//! Singular values are those of `O` in units chosen once for the whole trajectory: states in multiples of their scales
+//! Singular values are those of `O` after a scaling fixed for the whole trajectory: states in multiples of their scales
 //! (given, or the largest magnitude along the trajectory), outputs and time such that no derivative of an output is
-//! larger than the output itself. So neither a rank nor a margin changes when a unit does, and a margin of 1e-3 at one
-//! point means a thousandth of what is seen at the best.
+//! larger than the output itself. So neither ranks nor margins depend on units, and a margin of 1e-3 at one point means
+//! one thousandth of the best observability.
 //!
 //! # Exactness
 //! Derivatives are those of a truncated series over dual numbers ([`Jet`]): exact to rounding. Rank decisions are
@@ -101,7 +101,7 @@ pub enum ObservabilityError {
     /// More derivatives than a [`Jet`] keeps.
     #[error("derivatives up to order {order} are asked for; {highest} is the highest that is kept")]
     Order {
-        /// The order asked for.
+        /// The requested order.
         order: usize,
         /// The highest.
         highest: usize,
@@ -121,7 +121,7 @@ pub enum ObservabilityError {
         output: usize,
         /// The state, from 0.
         state: usize,
-        /// What it is.
+        /// The value.
         value: f64,
         /// Where.
         t: f64,
@@ -173,7 +173,7 @@ impl Instant {
 pub struct LieSettings {
     /// Highest order K of the derivatives (default `2 n - 1`, at most [`HIGHEST_ORDER`]).
     pub order: Option<usize>,
-    /// What counts as one of each state (default the largest magnitude along the trajectory), 1 for a state that stays 0.
+    /// Scale of each state (default: largest magnitude along the trajectory, 1 for a state that stays 0).
     pub scales: Option<Vec<f64>>,
     /// Singular values at or below this share of the largest along the trajectory count as zero (default
     /// `100 n (K + 1) eps`): each coefficient is a sum of at most K + 1 products for each of the operations of f and h,
@@ -181,7 +181,7 @@ pub struct LieSettings {
     pub tolerance: Option<f64>,
 }
 
-/// What the output and its derivatives see at one point.
+/// Observability from the output and its derivatives at one point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiePoint {
     /// The time.
@@ -194,14 +194,14 @@ pub struct LiePoint {
     pub singular_values: Vec<f64>,
     /// The lowest order at which the rank is n; none if it never is.
     pub index: Option<usize>,
-    /// Orthonormal in the scaled states, as columns in the units given: the n - rank directions that are not seen.
+    /// Orthonormal in the scaled states, as columns in the original units: the n - rank unobservable directions.
     pub unseen: DMatrix<f64>,
-    /// The direction that is seen least, in the units given.
+    /// The least observable direction, in the original units.
     pub weakest: DVector<f64>,
 }
 
 impl LiePoint {
-    /// The smallest singular value: how well the direction seen least is seen.
+    /// The smallest singular value: the observability of the least observable direction.
     pub fn margin(&self) -> f64 {
         self.singular_values.last().copied().unwrap_or(0.0)
     }
@@ -241,7 +241,7 @@ impl fmt::Display for InputTreatment {
     }
 }
 
-/// What the output and its derivatives see along a trajectory. `Display` is for the engineer.
+/// Observability from the output and its derivatives along a trajectory. `Display` gives a summary as text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LieObservability {
     /// Every point, in the order given.
@@ -250,9 +250,9 @@ pub struct LieObservability {
     pub size: Dimensions,
     /// Highest order of the derivatives.
     pub order: usize,
-    /// What counts as one of each state.
+    /// Scale of each state.
     pub scales: Vec<f64>,
-    /// What counts as one of time.
+    /// Scale of time.
     pub time_scale: f64,
     /// Share of the largest singular value below which one counts as zero.
     pub tolerance: f64,

@@ -1,8 +1,8 @@
-//! Directions of the state space in words.
+//! Directions of the state space as text.
 
 use crate::names::state;
 
-/// Entries below this share of the largest are not worth a word.
+/// Entries below this fraction of the largest are omitted.
 const SHARE: f64 = 0.005;
 
 /// A direction as a sum of states, its largest entry one: `x3`, `x1 - x2`, `x1 + 0.5 x3`.

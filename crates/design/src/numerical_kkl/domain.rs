@@ -1,19 +1,19 @@
-//! Where the plant is observed, and what it does outside: the box, and the field that T belongs to.
+//! The domain of the observer: the box, and the modified plant outside of it, for which T is defined.
 //!
-//! T asks for the whole past of a state, and the past of most plants is unbounded. `x' = chi(x) f(x)` with chi = 1 in
+//! T depends on the whole past of a state, and the past of most plants is unbounded. `x' = chi(x) f(x)` with chi = 1 in
 //! the box and 0 outside a larger one has a bounded past, and the same right-hand side in the box: T of the slowed
-//! plant obeys `DT f = D T + B h` *in the box*, and z - T(x) dies exactly as long as x is in the box. Only outside the
-//! box is anything approximated.
+//! plant obeys `DT f = D T + B h` *in the box*, and z - T(x) decays exactly as long as x is in the box. The
+//! modification is an approximation outside the box only.
 
 use nalgebra::SVector;
 
 use crate::check::within;
 use crate::numerical_kkl::error::NumericalKklError;
 
-/// What the plant does outside the box.
+/// The dynamics outside the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Escape {
-    /// What it does: for plants whose past is bounded.
+    /// The unmodified plant: for plants whose past is bounded.
     Free,
     /// It is slowed to a standstill over a margin around the box: `margin` half-widths wide on every side.
     Slowed {

@@ -1,4 +1,4 @@
-//! What can stand between a plant and its numerical KKL observer.
+//! Errors of the numerical KKL design.
 
 use luenberger_linalg::LinalgError;
 use luenberger_observers::ObserverError;
@@ -11,7 +11,7 @@ use crate::error::{DesignError, from_through_design_error};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NumericalKklError {
-    /// A matrix, a pole or a column is not what is asked for, or a computation with one failed.
+    /// A matrix, a pole or a column is invalid, or a computation with one failed.
     #[error(transparent)]
     Design(#[from] DesignError),
     /// No target states, no plant states or no outputs.
@@ -42,7 +42,7 @@ pub enum NumericalKklError {
         /// The largest offered.
         largest: usize,
     },
-    /// (D, B) is not controllable: some target states never see the output, and say nothing of x.
+    /// (D, B) is not controllable: some target states do not depend on the output, and carry no information on x.
     #[error("(D, B) is not controllable: the eigenvalues of its Gramian have the ratio {ratio:e}")]
     Uncontrollable {
         /// Smallest eigenvalue of the controllability Gramian over the largest.
@@ -61,7 +61,7 @@ pub enum NumericalKklError {
     /// A grid larger than is computed.
     #[error("a grid of {points} points; at most {most} are computed")]
     GridTooLarge {
-        /// Points asked for.
+        /// The requested number of points.
         points: f64,
         /// The cap.
         most: usize,
@@ -109,7 +109,7 @@ pub enum NumericalKklError {
         /// Attempted steps.
         steps: usize,
     },
-    /// Two states of the box that T maps to one point, to the accuracy of T: y does not tell them apart.
+    /// Two states of the box that T maps to one point, to the accuracy of T: y does not distinguish them.
     #[error(
         "T is not injective on the box: {first:?} and {second:?}, {distance:e} apart, have images {gap:e} apart, \
          and T is known to {accuracy:e}"
@@ -126,10 +126,10 @@ pub enum NumericalKklError {
         /// How accurately T is known.
         accuracy: f64,
     },
-    /// Whoever was told of the progress ended the design.
+    /// The progress callback ended the design.
     #[error("stopped at step {done} of {total} of the stage \"{stage}\"")]
     Stopped {
-        /// What was being done.
+        /// The stage.
         stage: &'static str,
         /// Steps of it that were done.
         done: usize,

@@ -1,9 +1,9 @@
 //! Integration of thousands of short trajectories: the midpoint rule, extrapolated to order 10.
 //!
-//! T(x) is one integral along one backward trajectory, wanted at thousands of x and nowhere in between. So nothing here
-//! is kept: no dense output, no allocation per step, one error estimate. Gragg's modified midpoint rule with 2, 4, ...,
-//! 10 substeps, extrapolated by Aitken and Neville in h^2; the difference of the last two columns (order 8) is what is
-//! kept below the tolerance.
+//! T(x) is one integral along one backward trajectory, needed at thousands of x but not at intermediate times. Hence
+//! there is no dense output, no allocation per step, and a single error estimate. Gragg's modified midpoint rule with
+//! 2, 4, ..., 10 substeps, extrapolated by Aitken and Neville in h^2; the difference of the last two columns (order 8)
+//! is kept below the tolerance.
 //!
 //! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
 //! section II.9.

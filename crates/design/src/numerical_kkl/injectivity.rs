@@ -1,8 +1,8 @@
-//! Whether y tells the states of the box apart: numbers for the injectivity of T.
+//! Quantitative injectivity of T on the box: whether y distinguishes the states.
 //!
-//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: what noise in z
-//! costs in x is at most one over the former, and locally one over the latter. A singular value of zero is no proof
-//! against injectivity (x^3 is injective); two states with one image are, and they are searched: from the worst distant
+//! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: noise in z is
+//! amplified in x by at most the reciprocal of the former, and locally of the latter. A singular value of zero does not
+//! disprove injectivity (x^3 is injective); two states with one image do, and they are searched: from the worst distant
 //! pairs, `T(x'') = T(x)` is solved for x'' beginning at x', first on the spline, then by Gauss-Newton steps on T
 //! itself.
 
@@ -25,7 +25,7 @@ pub struct Injectivity<const N: usize> {
     pub smallest_ratio: f64,
     /// The pair that has it.
     pub pair: (SVector<f64, N>, SVector<f64, N>),
-    /// The largest such ratio: T's Lipschitz constant, as far as the grid sees.
+    /// The largest such ratio: an estimate of T's Lipschitz constant from the grid.
     pub largest_ratio: f64,
     /// The smallest singular value of DT on the grid.
     pub smallest_singular_value: f64,

@@ -1,8 +1,8 @@
-//! The cubic spline through the values of a map on a grid.
+//! Interpolation of a map on a grid by cubic splines.
 //!
-//! One axis after the other: on each, the coefficients follow from the values by
-//! `(c_j + 4 c_(j+1) + c_(j+2)) / 6 = v_j` and the two conditions that the third derivative does not jump at the first
-//! and the last inner point (not-a-knot), so that cubics are reproduced exactly.
+//! The axes are treated one after the other: on each, the coefficients follow from the values by `(c_j + 4 c_(j+1) +
+//! c_(j+2)) / 6 = v_j` and the two conditions that the third derivative does not jump at the first and the last inner
+//! point (not-a-knot), so that cubics are reproduced exactly.
 //!
 //! Source: C. de Boor, A Practical Guide to Splines, rev. ed., Springer 2001, ch. IV (not-a-knot) and XVII (tensor
 //! products).

@@ -14,13 +14,13 @@
 //! | `extrapolation` | the integrator of the many short trajectories |
 //! | `transform` | T and DT by simulation |
 //! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
-//! | `injectivity` | whether y tells the states apart |
-//! | `progress` | how far a design has come, and whether it is to go on |
-//! | `report` | errors where nothing was fitted, and costs |
+//! | `injectivity` | injectivity of T |
+//! | `progress` | progress of a design, and its cancellation |
+//! | `report` | errors at validation points, and costs |
 //!
-//! The plant has no input, or a constant one, which T then belongs to.
+//! The plant has no input, or a constant one; T is then specific to that input.
 //!
-//! What is proved: nothing. Every number in [`Report`] is measured, at points that the fit has not seen.
+//! There is no proof: every number in [`Report`] is measured, at validation points not used in the fit.
 
 mod domain;
 mod error;
@@ -56,7 +56,7 @@ pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
 pub use target::Target;
 pub use transform::Transform;
 
-/// What a numerical KKL design may spend.
+/// Limits of a numerical KKL design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings<const N: usize> {
     /// Accuracy of T by simulation, relative to the size of y (default 1e-11).
@@ -69,17 +69,17 @@ pub struct Settings<const N: usize> {
     pub leaves: usize,
     /// Samples of the box that the embedded form is fitted to, 100 to a million (default 20000).
     pub samples: usize,
-    /// Ridge of the regression, relative (default 1e-8). More of it makes estimates less sensitive to noise in z.
+    /// Ridge of the regression, relative (default 1e-8). A larger ridge makes estimates less sensitive to noise in z.
     pub ridge: f64,
-    /// Cap on the evaluations of T per iteration of the interpolated form (default 40).
+    /// Maximal number of evaluations of T per iteration of the interpolated form (default 40).
     pub max_evaluations: usize,
     /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64 (default 9).
     pub fallback: usize,
     /// Grid points per axis of the injectivity check, 3 to 64 (default 17).
     pub injectivity_points: usize,
-    /// Points at which the fit is judged, 10 to 100000 (default 500).
+    /// Number of validation points, 10 to 100000 (default 500).
     pub held_out: usize,
-    /// Where the sequences of sample points begin.
+    /// Seed of the sequences of sample points.
     pub seed: u64,
 }
 
@@ -106,23 +106,23 @@ pub type Embedded<const N: usize, const Z: usize> = PolynomialInverse<f64, Vec<N
 /// The interpolated form, as designed.
 pub type Interpolated<const N: usize, const Z: usize> = InterpolatedInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>;
 
-/// Both observers, and the evidence.
+/// Both observers, with the measured accuracy.
 #[derive(Clone, Debug)]
 pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, const Z: usize> {
     /// The observer for a microcontroller.
     pub embedded: NumericalKklObserver<Embedded<N, Z>, f64, N, M, P, Z>,
     /// The accurate one.
     pub interpolated: NumericalKklObserver<Interpolated<N, Z>, f64, N, M, P, Z>,
-    /// What was measured.
+    /// The measured accuracy.
     pub report: Report<N>,
 }
 
 impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z> {
     /// The observers of `plant` at the constant input `input` on `domain`, with the target `target`.
     ///
-    /// `progress` is told how far it is after every trajectory and every few samples of the regression, and says
-    /// whether it goes on: a design can take minutes, and [`ControlFlow::Break`] ends it within a step. The result
-    /// depends on the other arguments alone.
+    /// `progress` is called after every trajectory and every few samples of the regression, and decides whether the
+    /// design continues: it can take minutes, and [`ControlFlow::Break`] ends it within a step. The result depends on
+    /// the other arguments only.
     ///
     /// The reverse Duffing oscillator, x1' = x2^3, x2' = -x1, of which x1 is measured:
     /// ```

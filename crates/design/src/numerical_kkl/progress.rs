@@ -1,4 +1,4 @@
-//! How far a design has come, and whether it is to go on.
+//! Progress of a design, and its cancellation.
 
 use std::ops::ControlFlow;
 
@@ -7,7 +7,7 @@ use crate::numerical_kkl::error::NumericalKklError;
 /// How far a design has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// What is being done.
+    /// The stage.
     pub stage: &'static str,
     /// Steps of it that are done.
     pub done: usize,
@@ -15,7 +15,7 @@ pub struct Progress {
     pub total: usize,
 }
 
-/// Who is told of the progress, and says whether the design goes on.
+/// Callback for progress; its return value decides whether the design continues.
 pub(crate) type Listener<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
 
 impl Progress {

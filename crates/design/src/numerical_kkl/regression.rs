@@ -1,12 +1,12 @@
-//! Regression of a map by polynomials on a tree of cells.
+//! Regression of a map by polynomials on the cells of a tree.
 //!
-//! Best first: of all leaves the one with the largest sum of squared errors is cut next, across the middle of its
-//! samples' bounding box, along the coordinate that leaves the smallest sum of the *roots* of the two sums: a cut that
-//! leaves all the trouble on one side is better than one that halves it, because that side can be cut again. Samples
-//! near the cut count on both sides. A leaf is fitted by ridge-regularised least squares on the normal equations, in
+//! Best first: the leaf with the largest sum of squared errors is split next, across the middle of its samples'
+//! bounding box, along the coordinate with the smallest sum of the *roots* of the two sums: a split that leaves the
+//! whole error on one side is better than one that halves it, because that side can be split again. Samples near the
+//! split count on both sides. A leaf is fitted by ridge-regularised least squares on the normal equations, in
 //! coordinates that map the bounding box of its samples to [-1, 1]. The ridge bounds the coefficients along directions
 //! in which the samples of a leaf do not spread: T(box) is a surface, a leaf of it is nearly flat, and off the surface
-//! (noise, the transient) the polynomial must not run away.
+//! (noise, the transient) the polynomial must stay bounded.
 //!
 //! Sources: L. Breiman et al., Classification and Regression Trees, Wadsworth 1984, for the tree; J. R. Quinlan,
 //! Learning with continuous classes, 1992, for models in its leaves.
@@ -16,7 +16,7 @@ use luenberger_observers::numerical_kkl::{Branch, Node, PolynomialTree};
 
 use crate::numerical_kkl::error::NumericalKklError;
 
-/// What the tree may cost.
+/// Limits of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Budget {
     pub(crate) degree: usize,
@@ -30,7 +30,7 @@ pub(crate) struct Budget {
 pub(crate) struct Samples<'s, const I: usize, const O: usize> {
     pub(crate) points: &'s [[f64; I]],
     pub(crate) values: &'s [[f64; O]],
-    /// What counts as 1 in each value.
+    /// Scale of each value.
     pub(crate) scale: [f64; O],
 }
 

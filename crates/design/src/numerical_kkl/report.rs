@@ -1,4 +1,4 @@
-//! What the observer is worth: errors where nothing was fitted.
+//! Accuracy of the observer: errors at validation points.
 
 use std::fmt;
 
@@ -120,7 +120,7 @@ where
     Ok(HeldOut { inside: Errors::of(inside.into_iter()), outside: Errors::of(outside.into_iter()) })
 }
 
-/// What one form of the left inverse costs on the target.
+/// Cost of one form of the left inverse on the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Footprint {
     /// Numbers stored, those of [`Coordinates`](crate::numerical_kkl::Coordinates) included; what only `initial` needs
@@ -155,9 +155,9 @@ pub struct Report<const N: usize> {
     pub interpolated: Errors<N>,
     /// Evaluations of T that the interpolated form needed per estimate, at those points: mean and largest.
     pub evaluations: (f64, usize),
-    /// What the embedded form costs.
+    /// Cost of the embedded form.
     pub embedded_footprint: Footprint,
-    /// What the interpolated form costs.
+    /// Cost of the interpolated form.
     pub interpolated_footprint: Footprint,
 }
 

@@ -1,11 +1,11 @@
 //! The target `z' = D z + B y`: D Hurwitz, (D, B) controllable.
 //!
-//! Every output feeds a bank of filters of its own, with the same poles. A filter has the static gain 1, so that z is
-//! measured in units of y.
+//! Every output drives its own bank of filters, with the same poles. A filter has static gain 1, so that z has the
+//! units of y.
 //!
-//! How fast: z - T(x) dies with the slowest pole, which bounds it from above; the faster D is, the shorter its memory,
-//! and the closer T comes to the output and its derivatives, whose noise it then has. T is k times differentiable where
-//! the slowest pole is faster than k times the expansion rate of the plant *backward* in time.
+//! Choice of the speed: z - T(x) decays with the slowest pole, which bounds the convergence rate; the faster D is, the
+//! shorter its memory, and the closer T comes to the output and its derivatives, which amplifies noise. T is k times
+//! differentiable if the slowest pole is faster than k times the expansion rate of the plant *backward* in time.
 
 use luenberger_linalg::{LinalgError, eigenvalues, lyapunov, spectral_abscissa, symmetric_eigenvalues};
 use luenberger_plants::error::check_matrix;

@@ -1,15 +1,15 @@
-//! The map `T(x) = int_0^inf e^{D s} B h(X(-s, x)) ds`: the state that the target has when the plant has come to x.
+//! The map `T(x) = int_0^inf e^{D s} B h(X(-s, x)) ds`: the state of the target when the plant has reached x.
 //!
 //! One pass backward in time. With `E' = D E`, `E(0) = B` beside the plant, `w' = E h(x)` is a stable quadrature:
 //! nothing unstable is integrated, neither z backward nor a guess of it forward. The rest of the integral,
 //! `e^{D s} T(X(-s, x))`, is below the tolerance at the horizon. DT comes from the same pass with the variational
 //! equation along the n directions, derivatives of f and h by [`Differentiable`].
 //!
-//! That is what is cut off where the past is bounded; where it grows at the rate g, and e^{D s} falls at the rate
-//! lambda, it is about the power (lambda - g) / lambda of the tolerance.
+//! This bounds the truncation error if the past is bounded; if it grows at the rate g, and e^{D s} decays at the rate
+//! lambda, the truncation error is about the power (lambda - g) / lambda of the tolerance.
 //!
-//! T exists where h stays bounded along the past, or grows more slowly than e^{D s} decays; it is k times
-//! differentiable where e^{D s} beats k times the rate at which the backward flow pulls neighbours apart.
+//! T exists if h stays bounded along the past, or grows more slowly than e^{D s} decays; it is k times differentiable
+//! if the decay rate of e^{D s} exceeds k times the expansion rate of the backward flow.
 
 use luenberger_linalg::expm;
 use luenberger_plants::Differentiable;
@@ -109,7 +109,7 @@ where
         &self.input
     }
 
-    /// The largest |y| seen in the box.
+    /// The largest |y| found in the box.
     pub fn output_scale(&self) -> f64 {
         self.output_scale
     }

@@ -1,5 +1,5 @@
-//! The margins that need no inequality to be solved: (23), its exact form for a fixed P, the spectral abscissa, and
-//! what the error is bounded by when the plant is forced.
+//! Margins that need no LMI: (23), its exact form for a fixed P, the spectral abscissa, and the error bound for a
+//! forced plant.
 
 use luenberger_linalg::{LinalgError, lambda_max, lambda_min, symmetric_part};
 use nalgebra::DMatrix;

@@ -1,13 +1,13 @@
-//! Certificates for a cubic gain that came without a P, and the margin with N fixed and P free.
+//! Certificates for a given cubic gain without P, and the margin with N fixed and P free.
 //!
 //! `sup eps : P > 0, (F + eps I)'P + P(F + eps I) < 0, P N = -C'S, S + S' > 0`, `F = A - L C`, a generalised eigenvalue
 //! problem. The equation is solved away: for C N invertible, `P N = -C'S` holds iff `P = C'G C + T'Y T` with `T N = 0`
 //! (T of n - p rows) and `S = -G C N`, G and Y symmetric. What is left is linear in G and Y.
 //!
-//! F and C N are multiplied out exactly where it matters; T is exact for one output and for as many as states, and
-//! rounded in between. The answer carries what is then proved for A, L, C and N as stored; that there is no P is said
-//! only where all numbers of the inequality are exact and its multipliers are verified, or where exact arithmetic finds
-//! an unstable eigenvalue of C N.
+//! F and C N are computed exactly where needed; T is exact for one output and for as many outputs as states, and
+//! rounded in between. The result carries the properties that are then proved for A, L, C and N as stored;
+//! non-existence of P is claimed only if all numbers of the inequality are exact and its multipliers are verified, or
+//! if exact arithmetic finds an unstable eigenvalue of C N.
 
 use luenberger_linalg::{spectral_abscissa, symmetric_part};
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
@@ -24,11 +24,11 @@ use crate::error::{DesignError, InfeasibilityReason};
 
 certified!(GainCertificate);
 
-/// A P (and S) for gains that came without one, with what is proved of them.
+/// A P (and S) for gains given without one, with the certificate.
 #[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainCertificate {
-    /// The plant that it is about: with `A + margin I` as rounded, where a margin was asked for.
+    /// The plant: with `A + margin I` as rounded, if a margin was specified.
     pub plant: StateSpace,
     /// The gain L.
     pub l: DMatrix<f64>,
@@ -57,7 +57,7 @@ pub struct FixedGainMargin {
     /// Whether the inequality at `stopped_at` was refuted, by multipliers verified for the numbers as stored (else it
     /// stayed undecided).
     pub refuted: bool,
-    /// What proves it at `margin`: the certificate is for `A + margin I` as rounded.
+    /// The certificate at `margin`, for `A + margin I` as rounded.
     pub at_margin: GainCertificate,
 }
 
@@ -149,7 +149,7 @@ impl<'a> Family<'a> {
         Ok(Self { plant, l, n_gain, f: &plant.a - l * c, cn, t, exact })
     }
 
-    /// The error behind a verdict. What is refuted with T as rounded is not refuted.
+    /// The error for a verdict. A refutation with rounded T is not a refutation.
     fn not_proved(&self, verdict: Option<Verdict<Infeasibility>>) -> DesignError {
         match verdict {
             Some(Verdict::Refuted { witness }) if !self.exact => {

@@ -1,9 +1,9 @@
 //! How much uncertainty a cubic observer tolerates: Theorems 4 and 5, and the exact margins behind them.
 //!
-//! For `A(eps) = A + eps I` and an observer that runs the nominal A, the error obeys
-//! `e' = F e + (y~'theta y~) N y~ + eps x`: it tends to zero only if x does. What every margin here guarantees is
-//! exponential stability of `e' = (F + eps I) e + (y~'theta y~) N y~`, and input-to-state stability with respect to the
-//! forcing ([`input_to_state_gain`]), for the cubic observer as for the linear one.
+//! For `A(eps) = A + eps I` and an observer with the nominal A, the error obeys `e' = F e + (y~'theta y~) N y~ + eps
+//! x`: it tends to zero only if x does. Every margin here guarantees exponential stability of `e' = (F + eps I) e +
+//! (y~'theta y~) N y~`, and input-to-state stability with respect to the forcing ([`input_to_state_gain`]), for the
+//! cubic observer as for the linear one.
 //!
 //! In increasing order of freedom:
 //!

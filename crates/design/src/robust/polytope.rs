@@ -1,9 +1,9 @@
 //! Theorem 4: one gain and one P for every plant of a polytope.
 //!
 //! If `A_k'P + P A_k - YC - C'Y' < 0` at every vertex, it holds on their convex hull, and the observer with
-//! `L = P^-1 Y` and any `N = -P^-1 C'S` decreases `V = e'Pe` for every `A(eps)` of the hull, as far as the error
-//! dynamics `e' = (A(eps) - LC) e + ..` go. The forcing `(A(eps) - A) x` of an observer that runs the nominal A is not
-//! covered by the theorem: see [`super`].
+//! `L = P^-1 Y` and any `N = -P^-1 C'S` decreases `V = e'Pe` for every `A(eps)` of the hull, for the error dynamics
+//! `e' = (A(eps) - LC) e + ..`. The forcing `(A(eps) - A) x` of an observer with the nominal A is not covered by the
+//! theorem: see [`super`].
 
 use luenberger_lmi::{Problem, Settings};
 use luenberger_plants::StateSpace;

@@ -1,25 +1,25 @@
-//! Polynomials with outward rounded coefficients: right-hand sides collected by their monomials, so that what cancels
-//! is gone before anything is enclosed.
+//! Polynomials with outward rounded coefficients: right-hand sides are collected by monomials, so that terms cancel
+//! before the enclosure.
 //!
-//! The two sides of `Dphi f = Lambda phi + B` are large and their difference is nothing: over a box, interval
-//! arithmetic forgets that both contain the same `x1^2 + sin x1` and returns twice its width. Here a value is a
-//! polynomial in atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded
-//! coefficients. Equal atoms are one atom, equal monomials are added, and the difference that is left is what a box is
-//! put into. For a phi that solves the equation, nothing is left but the rounding of coefficients.
+//! The two sides of `Dphi f = Lambda phi + B` are large and their difference is zero: over a box, interval arithmetic
+//! ignores that both contain the same `x1^2 + sin x1` and returns twice its width. Here a value is a polynomial in
+//! atoms, the variables and functions of polynomials (`sin x1`, `1/(1 + x1^2)`), with outward rounded coefficients.
+//! Equal atoms are identified, equal monomials are added, and the remaining difference is evaluated over a box. For a
+//! phi that solves the equation, only the rounding of the coefficients remains.
 //!
-//! An interval coefficient stands for one unknown number in it, and two that look the same need not be the same number.
-//! Functions of polynomials that have such coefficients are therefore one atom only where they were computed by the
+//! An interval coefficient stands for one unknown number in it, and two equal intervals need not stand for the same
+//! number. Functions of polynomials with such coefficients are therefore identified only if they were computed by the
 //! same operations from the same values.
 //!
-//! [`SymbolicPolynomial`] is a scalar, so that a map that is written once for every scalar is collected by evaluating
-//! it. What cannot be (a branch, an absolute value, too many terms) is noted, and there is no result. A polynomial
-//! encloses the function wherever all atoms are defined.
+//! [`SymbolicPolynomial`] is a scalar, so that a map that is generic over the scalar is collected by evaluating it. If
+//! that is impossible (a branch, an absolute value, too many terms), this is recorded, and there is no result. A
+//! polynomial encloses the function wherever all atoms are defined.
 //!
-//! The arena of an evaluation belongs to its thread, and every value carries the number of its arena. A value of
-//! another arena (kept from an earlier evaluation) or of none (made on another thread) has no polynomial here: an
-//! operation on it leaves the evaluation without a result. A value that is used elsewhere, where a comparison cannot be
-//! answered, leaves the evaluation that it belongs to without a result. What is not noticed: a map that lets a thread
-//! work for it which is itself in the middle of another evaluation, if that thread compares constants only.
+//! The arena of an evaluation is thread-local, and every value carries the number of its arena. A value of another
+//! arena (kept from an earlier evaluation) or of none (created on another thread) has no polynomial here: an operation
+//! on it leaves the evaluation without a result. If a value is used elsewhere, where a comparison is undecidable, the
+//! evaluation it belongs to has no result. Not detected: a map that delegates work to a thread which is itself in
+//! another evaluation, if that thread compares constants only.
 
 mod scalar;
 
@@ -45,7 +45,7 @@ const UNDERFLOW: f64 = 1e-250;
 /// on its own.
 pub(crate) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
 
-/// A value in an arena: a polynomial in atoms. Plants and maps see it as their scalar `T`.
+/// A value in an arena: a polynomial in atoms. Plants and maps use it as their scalar `T`.
 #[derive(Clone, Copy, Debug)]
 pub struct SymbolicPolynomial {
     /// The number of its arena; 0 for a value that was made where there is none.
@@ -167,7 +167,7 @@ impl Drop for Writing {
     }
 }
 
-/// What `f` computes in an arena of its own, with the arena; or what it did that has no polynomial.
+/// The result of `f` in its own arena, with the arena; or the operation that has no polynomial.
 pub(crate) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Arena), &'static str> {
     let writing = Writing::begin();
     let result = f();

@@ -1,4 +1,4 @@
-//! [`SymbolicPolynomial`] as a scalar of nalgebra: what it can, by its polynomials; what it cannot, noted.
+//! [`SymbolicPolynomial`] as a scalar of nalgebra; unsupported operations are recorded.
 
 use core::cmp::Ordering;
 use core::fmt;

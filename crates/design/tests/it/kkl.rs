@@ -390,7 +390,7 @@ fn bad_boxes_indices_and_settings_are_refused() {
     assert!(dimension(with(&[], &[(0.0, 1.0)])) && dimension(with(&states, &[])));
     let unbounded = |error: KklError| matches!(error, KklError::Unbounded { .. });
     assert!(unbounded(with(&[(-1.0, 1.0), (0.0, f64::INFINITY), (0.0, 1.0)], &[(0.0, 1.0)])));
-    // Inputs that nobody bounded.
+    // Unbounded inputs.
     assert!(unbounded(candidate.check(&Region::new(&states), &settings()).unwrap_err()));
     let region = Region::new(&states).inputs(&[(0.0, 1.0)]);
     for bad in [

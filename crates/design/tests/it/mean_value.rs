@@ -207,7 +207,7 @@ fn outputs_that_cannot_become_states_are_refused_with_numbers() {
     ));
 }
 
-/// The unmeasured block of a plant whose unmeasured states nobody sees cannot be made to contract, and that is proved.
+/// The unmeasured block of a plant with unobservable unmeasured states cannot be made to contract, which is proved.
 #[test]
 fn what_no_coordinates_make_contracting_is_refuted() {
     let hidden = dmatrix![-1.0, 0.0; 1.0, 0.5];

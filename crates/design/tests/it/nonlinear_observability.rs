@@ -106,7 +106,7 @@ fn the_rank_drops_where_the_output_is_stationary() {
     assert_eq!(seen.points.iter().map(|point| point.rank).collect::<Vec<_>>(), [1, 0]);
     assert!(seen.points[0].unseen.column(0).sum().abs() <= 4.0 * f64::EPSILON);
     assert_eq!((seen.points[1].condition(), seen.points[1].margin()), (f64::INFINITY, 0.0));
-    // y = x1^3 + x2 at x1 = 0: injective, and yet no derivative says so.
+    // y = x1^3 + x2 at x1 = 0: injective, but the rank of the derivatives is deficient.
     let seen = at(&Cube, &[[1.0, 1.0], [0.0, 1.0]], 5);
     assert_eq!(seen.points.iter().map(|point| point.rank).collect::<Vec<_>>(), [2, 1]);
     assert!(seen.to_string().ends_with("x1 is not seen there"), "{seen}");

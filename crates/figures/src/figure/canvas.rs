@@ -1,7 +1,7 @@
-//! A page of lines, areas and upright words, as SVG and, drawn by tiny-skia, as PNG.
+//! A page of lines, areas and horizontal text, as SVG and, rendered by tiny-skia, as PNG.
 //!
-//! Both forms have butt caps, round joins and the same dashes; the words of the PNG are set in DejaVu Sans, which the
-//! SVG asks its viewer for first.
+//! Both forms have butt caps, round joins and the same dashes; the text of the PNG is set in DejaVu Sans, which is also
+//! the first font family of the SVG.
 
 use super::FigureError;
 use super::style::{Rgb, hex};
@@ -73,7 +73,7 @@ impl Canvas {
         self.shapes.push((Outline::Words { at: rounded(at), text: text.to_owned(), size, anchor }, color, None));
     }
 
-    /// The width of a line of words.
+    /// The width of a line of text.
     pub(crate) fn width(&self, text: &str, size: f64) -> f64 {
         let advances = text.chars().map(|c| f64::from(self.letters.glyph_hor_advance(self.glyph(c)).unwrap_or(0)));
         advances.sum::<f64>() * size / f64::from(self.letters.units_per_em())

@@ -1,7 +1,7 @@
-//! The picture for the report: what plotly draws, as the `data` and `layout` that its JavaScript takes.
+//! Interactive figure for the report: the `data` and `layout` objects of plotly's JavaScript.
 //!
-//! Seven digits are enough for a screen; the CSV beside the picture has them all. Colours of the page (text, grid) are
-//! left to the page, which knows whether the reader wants it light or dark.
+//! Numbers have seven digits, enough for a screen; the CSV file of the figure has all digits. The colours of text and
+//! grid are set by the page, depending on the light or dark mode.
 
 use super::style::{Resolved, hex, resolve};
 use super::ticks::Axis;
@@ -10,7 +10,7 @@ use serde_json::{Map, Value as Json, json};
 
 /// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout.
 /// # Errors
-/// [`FigureError`] says what in the figure cannot be drawn.
+/// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
     figure.check()?;
     let looks = resolve(figure);
@@ -42,7 +42,7 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
         let (x_domain, y_domain) = (part(column, columns, 0.11), part(rows - 1 - row, rows, row_gap / inner));
         let mut x_axis = axis(&panel.x_label, x.scale, Some((x.from, x.to)), &x_domain, &format!("y{n}"));
         let first = figure.panels.iter().position(|other| other.x_label == panel.x_label).unwrap_or(i);
-        // A zoom along one of the stacked panels is a zoom along all that have its abscissa.
+        // Zooming one of the stacked panels zooms all panels with the same abscissa.
         if columns == 1 && first < i && Axis::horizontal(&figure.panels[first])? == x {
             x_axis["matches"] = json!(if first == 0 { "x".to_owned() } else { format!("x{}", first + 1) });
         }

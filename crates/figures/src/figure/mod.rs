@@ -32,7 +32,7 @@ pub(crate) mod ticks;
 pub struct Figure {
     /// A short title. It stands in the report; the still pictures, made for papers, leave titles to the caption.
     pub title: String,
-    /// What the reader should see, with the assumptions that matter. Stands below the figure in the report.
+    /// What the figure shows, with the relevant assumptions. Printed below the figure in the report.
     pub caption: String,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
@@ -61,7 +61,7 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// Bars, each on its own named line of the vertical axis. A panel with bars has no curves.
     pub bars: Vec<Bar>,
-    /// Reference lines, bands and words.
+    /// Reference lines, bands and labels.
     pub marks: Vec<Mark>,
 }
 
@@ -84,11 +84,11 @@ pub struct Series {
     pub x: Vec<f64>,
     /// Ordinates.
     pub y: Vec<f64>,
-    /// Its look, where it is not left to its place in the panel.
+    /// Its style; unset parts follow from its position in the panel.
     pub look: Look,
 }
 
-/// How a series is drawn; what is absent follows from the place of the series in its panel.
+/// Style of a series; unset parts follow from the position of the series in its panel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Look {
     /// Colour.
@@ -111,7 +111,7 @@ pub enum Hue {
     Palette(usize),
     /// A point of the cividis colour map between 0 (dark blue) and 1 (yellow), for ordered families of curves.
     Ramp(f64),
-    /// Grey, for what should stay in the background.
+    /// Grey, for background series.
     Grey,
 }
 
@@ -158,16 +158,16 @@ pub struct Bar {
     pub hue: Hue,
 }
 
-/// Something drawn beside the data.
+/// An annotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
-    /// What and where.
+    /// Type and position.
     pub kind: MarkKind,
-    /// Words beside it.
+    /// Label.
     pub label: Option<String>,
 }
 
-/// What a [`Mark`] is.
+/// Type and position of a [`Mark`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MarkKind {
     /// A line at an ordinate.
@@ -271,7 +271,7 @@ impl Figure {
         self
     }
 
-    /// Whether everything in the figure can be drawn.
+    /// Checks that the figure can be drawn.
     /// # Errors
     /// [`FigureError`] names the first series, bar, mark, range or axis that cannot.
     pub fn check(&self) -> Result<(), FigureError> {

@@ -1,4 +1,4 @@
-//! The picture for a paper, as SVG and as PNG.
+//! Static figure for a paper, as SVG and as PNG.
 //!
 //! One column of a journal is 8.8 cm, drawn here as 520 pixels, so that 17 pixels are 8 points; the PNG has three times
 //! as many. The legend stands above the axes, where it cannot cover data, and is shared by the panels. Panels stacked
@@ -22,14 +22,14 @@ const TICK: f64 = 5.0;
 
 /// The figure as SVG.
 /// # Errors
-/// [`FigureError`] says what in the figure cannot be drawn.
+/// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn svg(figure: &Figure) -> Result<String, FigureError> {
     Ok(page(figure)?.svg())
 }
 
 /// The figure as PNG, 1560 pixels wide per column.
 /// # Errors
-/// [`FigureError`] says what in the figure cannot be drawn.
+/// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn png(figure: &Figure) -> Result<Vec<u8>, FigureError> {
     page(figure)?.png()
 }
@@ -68,7 +68,7 @@ fn page(figure: &Figure) -> Result<Canvas, FigureError> {
         let foot = panels[here.clone()].iter().map(Prepared::foot).fold(0.0, f64::max);
         for k in here {
             let column = k % columns;
-            // Panels of one column are aligned, so that a common abscissa can be followed down.
+            // Panels of one column are aligned, so that their common abscissa lines up.
             let left = panels.iter().skip(column).step_by(columns).map(|p| p.left).fold(0.0, f64::max);
             let origin = COLUMN * column as f64;
             let frame =
@@ -248,7 +248,7 @@ impl Page {
             let label = with_factor(&p.panel.x_label, &p.x_ticks.factor);
             self.text((middle, frame.bottom + TICK + 43.0), &label, LABEL, Anchor::Middle);
         }
-        // Above its axis, where it reads without turning the head and takes no width from the data.
+        // The label is above the axis, where it is horizontal and takes no width from the data.
         let label = with_factor(&p.panel.y_label, &p.y_ticks.factor);
         self.text((origin + 8.0, frame.top - 12.0), &label, LABEL, Anchor::Start);
     }

@@ -1,5 +1,4 @@
-//! Curves on a page: clipped to their axes, so that no ordinate is beyond what renderers take, and thinned to what can
-//! be seen.
+//! Curves on a page: clipped to the axes, which bounds the coordinates, and simplified to the visible resolution.
 
 use super::canvas::Point;
 
@@ -53,8 +52,8 @@ pub(crate) fn clip(points: &[Point], within: &Rect) -> Vec<Vec<Point>> {
     pieces
 }
 
-/// The polyline without the points that a reader cannot tell from the line between their neighbours: those less than
-/// `tolerance` from it, and that do not turn back.
+/// The polyline without points that are closer than `tolerance` to the line between their neighbours and do not turn
+/// back.
 pub(crate) fn thin(points: &[Point], tolerance: f64) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::new();
     let mut start = 0;

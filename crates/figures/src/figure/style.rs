@@ -1,4 +1,4 @@
-//! Colours, dashes and widths, the same in every rendering, and who gets which.
+//! Colours, dashes and line widths, the same in every rendering, and their assignment to series.
 //!
 //! Colours: M. Okabe, K. Ito, "Color Universal Design", 2008, without the yellow, which vanishes on white; cividis:
 //! J. Nunez, C. Anderton, R. Renslow, PLoS ONE 13(7), 2018.
@@ -61,7 +61,7 @@ impl Dash {
         }
     }
 
-    /// The word plotly uses.
+    /// Plotly's name.
     pub(crate) fn plotly(self) -> &'static str {
         match self {
             Self::Solid => "solid",
@@ -74,7 +74,7 @@ impl Dash {
 }
 
 impl Marker {
-    /// The word plotly uses.
+    /// Plotly's name.
     pub(crate) fn plotly(self) -> &'static str {
         match self {
             Self::Circle => "circle",
@@ -85,7 +85,7 @@ impl Marker {
     }
 }
 
-/// A look with nothing left open.
+/// A style with all parts set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Resolved {
     pub(crate) rgb: Rgb,
@@ -95,8 +95,8 @@ pub(crate) struct Resolved {
     pub(crate) line: bool,
 }
 
-/// The looks of all series, panel by panel. A name has one look in the whole figure: the next free colour and dash
-/// where its series leave it open. Series without a name are grey and unbroken unless they say otherwise.
+/// The styles of all series, panel by panel. A name has one style in the whole figure: by default the next free colour
+/// and dash. Series without a name are grey and solid by default.
 pub(crate) fn resolve(figure: &Figure) -> Vec<Vec<Resolved>> {
     let mut names: Vec<&str> = Vec::new();
     let mut looks = Vec::with_capacity(figure.panels.len());
@@ -107,7 +107,7 @@ pub(crate) fn resolve(figure: &Figure) -> Vec<Vec<Resolved>> {
 }
 
 fn resolve_one<'a>(series: &'a Series, names: &mut Vec<&'a str>) -> Resolved {
-    // Series with a look of their own still take a place, so that no two names share a look by accident.
+    // Series with an explicit style also take a place, so that no two names share a style by accident.
     let place = (!series.name.is_empty()).then(|| {
         names.iter().position(|name| *name == series.name).unwrap_or_else(|| {
             names.push(&series.name);

@@ -1,4 +1,4 @@
-//! Axes: the range of the data, round numbers within it, and the way from a number to its place.
+//! Axes: range of the data, tick positions, and the mapping from values to positions.
 
 use super::{FigureError, MarkKind, Panel, Scale};
 
@@ -28,7 +28,7 @@ impl Axis {
         }
     }
 
-    /// The horizontal axis of a panel: exactly as wide as its data, unless bars ask for room.
+    /// The horizontal axis of a panel: the range of the data, extended only for bars.
     pub(crate) fn horizontal(panel: &Panel) -> Result<Self, FigureError> {
         let mut values: Vec<f64> = panel.series.iter().flat_map(|s| s.x.iter().copied()).collect();
         values.extend(panel.bars.iter().flat_map(|bar| bar.from.into_iter().chain([bar.to])));
@@ -39,7 +39,7 @@ impl Axis {
         let only_points = !panel.series.is_empty() && panel.series.iter().all(|s| s.look.points_only);
         let room = if panel.bars.is_empty() && !only_points { 0.0 } else { 0.06 };
         let axis = Self::around(&values, panel.x_scale, room, panel.x_range, "horizontal")?;
-        // Bars show lengths, and a length begins at zero.
+        // Bars show lengths, so the axis starts at zero.
         let from_zero = !panel.bars.is_empty() && panel.x_range.is_none() && panel.x_scale == Scale::Linear;
         Ok(if from_zero { Self { from: axis.from.min(0.0), ..axis } } else { axis })
     }
@@ -87,7 +87,7 @@ impl Axis {
                 (from / grow, to * grow)
             }
         };
-        // Beyond this the differences themselves overflow or vanish.
+        // Beyond this range the differences overflow or underflow.
         let sound = low.is_finite() && high.is_finite() && low < high && (high - low).is_finite();
         if sound { Ok(Self { from: low, to: high, scale }) } else { Err(FigureError::Range { axis, from, to }) }
     }
@@ -155,7 +155,7 @@ impl Axis {
         let mut major: Vec<(f64, String)> =
             (first..=last).filter(|e| e.rem_euclid(stride) == 0).map(|e| name(1, e)).collect();
         if decades < 2 {
-            // Less than two decades: powers of ten alone would leave the axis almost bare.
+            // Less than two decades: powers of ten alone would give too few ticks.
             for e in first - 1..=last {
                 major.extend([2, 5].map(|m| name(m, e)).into_iter().filter(|(x, _)| within(*x)));
             }

@@ -1,4 +1,4 @@
-//! What a figure refuses, and what its renderings share.
+//! Errors of invalid figures, and consistency of the renderings.
 
 use luenberger_figures::figure::{FigureError, interactive, still};
 use luenberger_figures::{Bar, Figure, Mark, Panel, Series};
@@ -10,7 +10,7 @@ fn panel() -> Panel {
 fn refused(panel: Panel) -> FigureError {
     let figure = Figure::new("").panel(panel);
     let error = still::svg(&figure).unwrap_err();
-    // By their words, because an error that carries NaN differs from itself.
+    // Compared by message, because an error that contains NaN is not equal to itself.
     assert_eq!(still::png(&figure).unwrap_err().to_string(), error.to_string());
     assert_eq!(interactive::plotly(&figure).unwrap_err().to_string(), error.to_string());
     error

@@ -1,4 +1,4 @@
-//! A report from its parts to its bytes.
+//! Tests of the HTML report.
 
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
@@ -72,7 +72,7 @@ fn text_is_text_and_every_element_is_closed() {
 fn the_page_is_the_same_every_time_and_loads_nothing() {
     let html = report().html().unwrap();
     assert_eq!(html, report().html().unwrap());
-    // Everything but the plotting library, which has addresses within its text and asks for none of them.
+    // Everything except the plotting library, which contains addresses in its text but loads none of them.
     let library = html.rfind("</script>\n<script>\n").unwrap();
     let own = [&html[..html.find("</script>").unwrap()], &html[library..]].concat();
     for address in ["http:", "https:", "//cdn", "@import", "url("] {
@@ -111,7 +111,7 @@ fn sections_and_figures_never_share_an_anchor() {
     }
 }
 
-/// HTML, a style sheet and a script supplied by the user stand in the page as they are, after what every page has.
+/// User-supplied HTML, style sheet and script are unchanged in the page, after the default ones.
 #[test]
 fn a_report_takes_html_of_ones_own() {
     let report = Report::new("").head("<p id=\"head\"></p>").with("b { x: y }", "own();");
@@ -121,7 +121,7 @@ fn a_report_takes_html_of_ones_own() {
     assert!(html.contains("b { x: y }</style>") && html.contains("own();</script>"));
 }
 
-/// What stands in every report is the file that its README names.
+/// The embedded library is the file named in its README.
 #[test]
 fn the_plotting_library_is_the_one_that_is_named() {
     let digest = Sha256::digest(include_bytes!("../../assets/plotly-basic-3.7.0.min.js"));

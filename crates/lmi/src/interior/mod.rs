@@ -15,8 +15,8 @@
 //! follows their entries. A general conic solver factors a matrix of order n (n + 1)/2 per block instead: n^6
 //! operations where these are n^3.
 //!
-//! The iterates stay positive definite, and once the equations hold they are strictly feasible: what a proof needs. All
-//! of the last ones are handed out, since the last of all is the one nearest the boundary.
+//! The iterates stay positive definite, and once the equations hold they are strictly feasible, as a proof requires.
+//! The last several are returned, since the final one is closest to the boundary.
 //!
 //! Sources: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, An interior-point method for semidefinite
 //! programming, SIAM J. Optim. 6, 1996; K. Fujisawa, M. Kojima, K. Nakata, Exploiting sparsity in primal-dual
@@ -48,17 +48,17 @@ pub(crate) struct Path {
     pub(crate) iterations: u32,
 }
 
-/// How many iterates are kept.
+/// Number of iterates returned.
 const KEPT: usize = 16;
 
-/// A relative gap and residuals below this are as good as this arithmetic gets.
+/// Relative gap and residuals below this are at the limit of the precision.
 const PRECISE: f64 = 1e-12;
 
-/// Below this, an iteration that gains nothing is followed by more of them; above, by better ones.
+/// Below this gap the method stops after 3 iterations without progress, above it after 25.
 const FINE: f64 = 1e-8;
 
-/// Runs the method, with no iteration begun after `end`. `None` for a program without unknowns or constraints, or if
-/// not one step could be taken.
+/// Runs the method, with no iteration started after `end`. `None` for a program without unknowns or constraints, or if
+/// no step could be taken.
 pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<Instant>) -> Option<Path> {
     if program.cost.is_empty() || program.blocks.is_empty() {
         return None;
@@ -108,7 +108,7 @@ pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<I
 }
 
 impl Path {
-    /// The path of another solver, which has one iterate.
+    /// The iterate of another solver, which returns only one.
     #[cfg(feature = "clarabel")]
     pub(crate) fn of(
         program: &ConicProgram,

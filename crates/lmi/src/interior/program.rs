@@ -1,4 +1,4 @@
-//! The program as the method sees it: scaled, sparse, by constraint, with dense blocks and numbers apart.
+//! Internal form of the program: scaled, sparse, by constraint, with dense blocks separate from scalars.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::conic::ConicProgram;
 
-/// A pair of points; nothing about them is proved.
+/// A primal-dual pair of points, not verified.
 #[derive(Debug, Clone)]
 pub(crate) struct Iterate {
     pub(crate) unknowns: Vec<f64>,

@@ -101,8 +101,8 @@ fn folded(u: &Mat<f64>) -> Vec<f64> {
     folded
 }
 
-/// The factor of a matrix that is positive definite but for rounding: where its constraints are nearly dependent, or
-/// the optimum is near, a touch of regularisation, which refinement takes back.
+/// The factor of a matrix that is positive definite up to rounding: with nearly dependent constraints, or near the
+/// optimum, a small regularisation is added, whose effect iterative refinement removes.
 pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Cholesky> {
     let largest = (0..matrix.nrows()).map(|i| matrix[(i, i)]).fold(0.0, f64::max);
     [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {

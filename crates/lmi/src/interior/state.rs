@@ -8,10 +8,10 @@ use super::schur::{assemble, joined, refined, regularised};
 use crate::conic::Ending;
 use crate::sequential::{Cholesky, eigenvalues, product};
 
-/// A ray is believed when its equations hold to this, relative to its size.
+/// A ray is accepted if its equations hold to this tolerance, relative to its size.
 const RAY: f64 = 1e-9;
 
-/// Where the method stands.
+/// Current iterate.
 pub(super) struct State {
     pub(super) x: Vec<f64>,
     /// X, which is `F_0 + sum x_i F_i` up to the residual.
@@ -20,7 +20,7 @@ pub(super) struct State {
     pub(super) dual: Blocks,
     /// Whether X is `F_0 + sum x_i F_i`.
     pub(super) is_primal_feasible: bool,
-    /// The residual of that, as a share of what it was at the start.
+    /// The residual of that, as a fraction of its initial value.
     pub(super) residual: f64,
 }
 
@@ -29,14 +29,14 @@ pub(super) struct Progress {
     pub(super) residual: f64,
 }
 
-/// A direction.
+/// A search direction.
 pub(super) struct Direction {
     pub(super) x: Vec<f64>,
     pub(super) primal: Blocks,
     pub(super) dual: Blocks,
 }
 
-/// What an iteration computes once.
+/// Quantities computed once per iteration.
 pub(super) struct Factors {
     pub(super) x: Vec<Cholesky>,
     pub(super) y: Vec<Cholesky>,
@@ -67,7 +67,7 @@ impl State {
         dense + self.primal.numbers.iter().zip(&self.dual.numbers).map(|(x, y)| x * y).sum::<f64>()
     }
 
-    /// One iteration. `None` where a factorisation fails or a step is too short to go on.
+    /// One iteration. `None` if a factorisation fails or the step is too short to continue.
     pub(super) fn step(&mut self, scaled: &Scaled) -> Option<Progress> {
         let factors = self.factors(scaled)?;
         let rows = scaled.rows as f64;
@@ -182,7 +182,7 @@ impl State {
         Some(Direction { x, primal: dx, dual: dy })
     }
 
-    /// The longest steps, at most 1, that keep this share of the distance to the boundary.
+    /// The longest steps, at most 1, that keep this fraction of the distance to the boundary.
     pub(super) fn lengths(&self, factors: &Factors, d: &Direction, share: f64) -> Option<(f64, f64)> {
         let mut ends = [f64::INFINITY; 2];
         for (end, llts, changes, at, steps) in [
@@ -256,7 +256,7 @@ impl State {
         }
     }
 
-    /// Whether x or Y have become a ray that shows the other program infeasible, as far as this arithmetic can tell.
+    /// Whether x or Y has become a ray that shows the other program infeasible, to working precision.
     pub(super) fn ray(&self, scaled: &Scaled) -> Option<Ending> {
         let value = -scaled.cost.iter().zip(&self.x).map(|(c, x)| c * x).sum::<f64>();
         // X - F_0 >= - |F_0|, and the constants have norm 1.

@@ -1,8 +1,9 @@
-//! Which proposal to prove: the last that can be, or one drawn towards a centre as little as it takes.
+//! Selection of a point that can be verified: the last suitable iterate, or a point moved towards a centre as little as
+//! needed.
 
-/// Calls `accept` with growing shares of the way to the centre, from `10^least` by decades to 1, until it says yes;
-/// then halves the gap between the last no and the yes three times on the logarithmic scale. Whether it ever said yes;
-/// at most 18 calls from 1e-14.
+/// Calls `accept` with growing fractions of the way to the centre, from `10^least` by decades to 1, until it returns
+/// true; then bisects three times on the logarithmic scale between the last failure and the success. Returns whether it
+/// succeeded; at most 18 calls from 1e-14.
 pub(super) fn draw(least: i32, mut accept: impl FnMut(f64) -> bool) -> bool {
     let Some(mut yes) = (least..=0).map(|k| 10f64.powi(k)).find(|&share| accept(share)) else { return false };
     let mut no = yes / 10.0;
@@ -17,9 +18,9 @@ pub(super) fn draw(least: i32, mut accept: impl FnMut(f64) -> bool) -> bool {
     true
 }
 
-/// Calls `accept` with the numbers below `count`, backwards in growing steps until it says yes, then twice between the
-/// last no and the yes. The last yes; about 3 + log2(count) calls, where most that are offered get worse towards 0 and
-/// are easier to accept.
+/// Calls `accept` with the numbers below `count`, backwards in growing steps until it returns true, then twice between
+/// the last failure and the success. Returns the last success; about 3 + log2(count) calls. Iterates with smaller index
+/// are typically worse but easier to accept.
 pub(super) fn last(count: usize, mut accept: impl FnMut(usize) -> bool) -> Option<usize> {
     let mut no = 0;
     let mut back = 1;

@@ -1,8 +1,8 @@
-//! What was proved of a program, as a certificate file: the program, the points behind its bounds or the ray of its
+//! Certificate file of a semidefinite program: the program, and the points that prove its bounds or the ray that proves
 //! infeasibility.
 //!
-//! A decimal of the SDPA file that binary64 does not have stands there as the interval around it, so that what the file
-//! proves holds for the decimal.
+//! A decimal of the SDPA file that is not representable in binary64 is stored as an enclosing interval, so that the
+//! proof holds for the decimal.
 
 use luenberger_proof::certificate::{CertificateFile, SemidefiniteEvidence, SemidefiniteProgram};
 use luenberger_proof::semidefinite::Program;
@@ -11,10 +11,10 @@ use super::{Outcome, Status};
 use crate::error::LmiError;
 
 impl Outcome {
-    /// The certificate file of what is proved of `program`, the one that was [solved](super::solve): both bounds, the
-    /// one that is finite, or the infeasibility.
+    /// The certificate file for the verified result of `program`, the one that was [solved](super::solve): both bounds,
+    /// the finite one, or infeasibility.
     ///
-    /// Checking it needs neither this crate nor a solver, and costs what proving the final points once costs.
+    /// Verification needs neither this crate nor a solver, and costs as much as one verification of the final points.
     ///
     /// ```
     /// use luenberger_proof::certificate::verify;
@@ -27,8 +27,8 @@ impl Outcome {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`LmiError::CertificateFile`] where nothing is proved, for another program, and for one that is larger than a
-    /// file may be: blocks of order 512, 8 MiB of text.
+    /// [`LmiError::CertificateFile`] if nothing is verified, for another program, and for one that exceeds the limits
+    /// of a file: blocks of order 512, 8 MiB of text.
     pub fn certificate_file(&self, program: &Program, title: &str) -> Result<CertificateFile, LmiError> {
         let evidence = match self.status {
             Status::PrimalInfeasible => SemidefiniteEvidence::PrimalInfeasible(self.y.clone()),

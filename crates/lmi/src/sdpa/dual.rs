@@ -1,4 +1,4 @@
-//! Points of (D) in binary64: proposals, of which nothing is proved here.
+//! Approximate points of (D) in binary64; nothing is verified here.
 
 use faer::Mat;
 use luenberger_proof::Matrix;
@@ -71,12 +71,12 @@ impl Point {
         self
     }
 
-    /// The point at this share of the way to another.
+    /// The point at this fraction of the way to another.
     pub(super) fn towards(&self, other: &Self, share: f64) -> Self {
         Self(self.0.iter().zip(&other.0).map(|(y, z)| y * (1.0 - share) + z * share).collect())
     }
 
-    /// For the prover.
+    /// The point in the form that the verification takes.
     pub(super) fn into_blocks(self, program: &Program) -> Vec<DualBlock> {
         self.0
             .into_iter()

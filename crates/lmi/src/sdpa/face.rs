@@ -1,8 +1,8 @@
-//! Constraints that leave (D) no interior: `tr(F_k Y) = 0` with `F_k >= 0` confines Y to a face of the cone, where
-//! `Y > 0` is impossible, and with it a proof that a feasible Y is near. Partitions of graphs (`e e'`) and quadratic
-//! assignments are of this kind.
+//! Constraints for which (D) has no interior: `tr(F_k Y) = 0` with `F_k >= 0` confines Y to a face of the cone.
+//! Then `Y > 0` is impossible, and a feasible Y cannot be verified. Graph partitioning (`e e'`) and quadratic
+//! assignment problems are of this kind.
 //!
-//! Nothing is claimed from this: it saves looking for what cannot be found.
+//! No claim depends on this; it only avoids a futile search.
 
 use faer::Mat;
 use luenberger_proof::Ring;

@@ -1,18 +1,18 @@
-//! Semidefinite programs in SDPA's form, with bounds of their optimum that are proved: the whole field's instances, run
-//! by the solver behind this crate and judged outside it.
+//! Semidefinite programs in SDPA's form, with rigorous bounds on the optimum: solved numerically, then verified
+//! independently of the solver.
 //!
 //! ```text
 //! (P)  minimise  c'x          subject to  X = x_1 F_1 + ... + x_m F_m - F_0 >= 0
 //! (D)  maximise  tr(F_0 Y)    subject to  tr(F_i Y) = c_i,  Y >= 0
 //! ```
-//! [`read`] takes a file, [`solve`] returns a lower and an upper bound of the optimum, or a proof that (P) or (D) has
-//! no feasible point. A bound is infinite where no feasible point of the other program could be *proved*: where that
-//! program has none in its interior, no binary64 computation can find one, and rigorous bounds from points do not
-//! exist.
+//! [`read`] reads a file, [`solve`] returns a lower and an upper bound on the optimum, or a proof that (P) or (D) is
+//! infeasible. A bound is infinite if no feasible point of the corresponding program could be *proved*: a program
+//! without interior points has none that a binary64 computation can prove feasible, so that rigorous bounds from points
+//! do not exist.
 //!
-//! The way: the solver proposes x and Y near the optimum. Y is moved onto the equations, and where a proposal is not
-//! quite feasible it is drawn towards a well-centred point just as far as it takes (`centre.rs`). What is proved of the
-//! result, and by which inequality, stands in [`luenberger_proof::semidefinite`], which alone decides.
+//! Method: the solver computes approximate x and Y near the optimum. Y is projected onto the equations, and a point
+//! that is not quite feasible is moved towards a well-centred point as little as needed (`centre.rs`). The
+//! verification, and the inequalities it uses, are in [`luenberger_proof::semidefinite`].
 
 mod centre;
 mod certificate_file;
@@ -35,7 +35,7 @@ use crate::interior::{Iterate, Path};
 use crate::solver::Solver;
 use dual::{Equations, Point};
 
-/// What is proved of a program.
+/// Verified status of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// Both bounds are finite: the optimum exists and lies between them.
@@ -44,11 +44,11 @@ pub enum Status {
     PrimalInfeasible,
     /// (D) has no feasible point.
     DualInfeasible,
-    /// Neither; a bound that is finite holds all the same.
+    /// Neither; a finite bound is valid nevertheless.
     Undecided,
 }
 
-/// Why a program stayed undecided.
+/// Why a program is undecided.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NoBoundReason {
@@ -60,19 +60,19 @@ pub enum NoBoundReason {
         /// Bytes.
         allowed: usize,
     },
-    /// The solver was left out of this build.
+    /// The solver is not compiled in.
     #[error("the solver {solver} is not part of this build")]
     NotBuiltIn {
-        /// The solver that was asked for.
+        /// The requested solver.
         solver: Solver,
     },
-    /// The time allowed was over.
+    /// The time limit was reached.
     #[error("the time allowed was over")]
     Time,
-    /// The lower bound stands, the upper is open.
+    /// The lower bound is verified, the upper is not.
     #[error("no feasible point of (P) could be proved: its interior is empty or thin")]
     NoPrimalPoint,
-    /// The upper bound stands, the lower is open.
+    /// The upper bound is verified, the lower is not.
     #[error("no feasible point of (D) could be proved: its interior is empty or thin, or its equations are dependent")]
     NoDualPoint,
     /// Neither bound.
@@ -80,10 +80,10 @@ pub enum NoBoundReason {
     NoPoint,
 }
 
-/// What [`solve`] found.
+/// Result of [`solve`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What is proved.
+    /// The verified status.
     pub status: Status,
     /// The optimum of (P), where (P) has feasible points, is at least this; minus infinity if no feasible point of (D)
     /// could be proved.
@@ -97,43 +97,43 @@ pub struct Outcome {
     /// The matrix near which a feasible point of (D) gives `lower`, or a ray of (D) shows (P) infeasible; empty where
     /// neither is proved.
     pub y: Vec<DualBlock>,
-    /// The solver's own word for how its first run ended. Nothing rests on it.
+    /// The solver's own status of its first run; not used in any proof.
     pub word: &'static str,
-    /// Where the status is undecided, what stood in the way.
+    /// For an undecided status, the reason.
     pub why: Option<NoBoundReason>,
-    /// How often the solver ran.
+    /// Number of solver runs.
     pub runs: usize,
-    /// Its iterations, summed.
+    /// Total number of iterations.
     pub iterations: u32,
     /// Time in the solver.
     pub solving: Duration,
-    /// Time in moving, centring (but for the solver's part) and proving.
+    /// Time for projection, centring (without the solver's part) and verification.
     pub verifying: Duration,
 }
 
-/// How much of its cost a centre may give for its margin, relative to `1 + |value|`: little first.
+/// Cost that a centre may give up for its margin, relative to `1 + |value|`, smallest first.
 const ROOMS: [f64; 2] = [1e-3, 1.0];
 
-/// The least shares of the way to a centre, and to a point already proved, as powers of ten.
+/// The smallest fractions of the way to a centre, and to a point already verified, as powers of ten.
 const NEAREST: i32 = -14;
 const NEAR: i32 = -7;
 
-/// Whether the cost of a proved point is so far from that of a proposal that it pays to look between them.
+/// Whether the costs of a verified point and an approximate one differ enough to search between them.
 fn is_wide(proposed: f64, proved: f64) -> bool {
     (proposed - proved).abs() > 1e-8 * (1.0 + proposed.abs())
 }
 
-/// By whom and how hard it is tried.
+/// Solver and limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// The solver that proposes; what it proposes is verified all the same.
+    /// The solver; its results are always verified.
     pub solver: Solver,
-    /// The solver stops after this many iterations.
+    /// Maximal number of iterations of the solver.
     pub iterations: u32,
-    /// The largest memory, in bytes, that the solver may be expected to take; it is not started beyond.
+    /// Memory limit in bytes; the solver is not started if its estimated memory exceeds it.
     pub memory: usize,
-    /// No iteration of the solver and no attempt at a proof is begun after this time; what is proved by then stands.
-    /// Without it, what is found does not depend on the machine.
+    /// Time limit: no solver iteration or verification starts after it; results verified before are kept. Without a
+    /// limit the result does not depend on the machine.
     pub time: Option<Duration>,
 }
 
@@ -259,8 +259,8 @@ impl Run<'_> {
         }
     }
 
-    /// An upper bound from the last iterate that is proved feasible, from a point between it and the last of all where
-    /// the two are far apart; if none is, from the last of all, drawn towards a centre as far as it takes.
+    /// An upper bound from the last iterate that can be verified as feasible, or from a point between it and the final
+    /// one if their costs differ much; if no iterate is feasible, from the final one, moved towards a centre.
     fn bound_above(&mut self, path: &Path, outcome: &mut Outcome) {
         let program = self.program;
         let mut accept = |x: &[f64]| {
@@ -353,7 +353,7 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the program is proved infeasible in the way that `ending` says.
+    /// Whether the program is verified as infeasible in the way given by `ending`.
     fn is_infeasible(&mut self, ending: Ending, path: &Path, equations: &Equations, outcome: &mut Outcome) -> bool {
         let is_primal = ending == Ending::NoPoint;
         if is_primal && let Some(ray) = self.primal_infeasible(path, equations) {

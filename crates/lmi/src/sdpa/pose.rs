@@ -1,16 +1,17 @@
-//! The conic programs that propose points: the program itself, and where its proposals lie too near the boundary, its
-//! centres.
+//! The conic programs whose approximate solutions are verified: the program itself, and its centring problems, for
+//! solutions too close to the boundary.
 //!
-//! With S the size of what is sought, and the cost kept within `g = room (1 + |value|)` of the proposal's (the margin
-//! is a concave function of g, so that a small g gives more of it for the cost, and a large one more of it),
+//! With S the size of the sought point, and the cost kept within `g = room (1 + |value|)` of the approximate optimum
+//! (the margin is a concave function of g, so that a small g gives more margin per cost, and a large one more margin in
+//! total),
 //! ```text
 //! centre of (P):  maximise s   subject to  X(x) >= s I,  s <= S,  c'x <= value + g
 //! centre of (D):  maximise s   subject to  tr(F_i Y) = c_i,  Y >= s I,  s <= S,  tr(F_0 Y) >= value - g
 //! ray of (P):     maximise s   subject to  x_1 F_1 + ... >= s I,  c'x <= -s |c|,  |x_i| <= 1/|F_i|
 //! ray of (D):     maximise s   subject to  tr(F_i Y) = 0,  Y >= s I,  tr(F_0 Y) >= s |F_0|,  tr Y <= 1
 //! ```
-//! Those of (D) are posed as their duals, in the unknowns x and mu, so that each has as few unknowns as (P): with
-//! `Z = x_1 F_1 + ... - mu F_0`,
+//! Those of (D) are posed as their duals, in the unknowns x and mu, so that each has as few unknowns as (P): with `Z =
+//! x_1 F_1 + ... - mu F_0`,
 //! ```text
 //! centre:  minimise  c'x - mu (value - g) + S (1 - tr Z)   subject to  Z >= 0, tr Z <= 1, mu >= 0:   Y = W + (S - eta) I
 //! ray:     minimise  tau   subject to  Z + tau I >= 0,  tr(Z + tau I) + mu |F_0| >= 1,  mu, tau >= 0:           Y = W + eta I
@@ -140,10 +141,10 @@ pub(super) fn primal_ray(program: &Program) -> ConicProgram {
     ConicProgram { cost, blocks }
 }
 
-/// A conic program whose multipliers are a point of (D).
+/// A conic program whose multipliers give a point of (D).
 pub(super) struct Posed {
     pub(super) program: ConicProgram,
-    /// Which block's multiplier is eta.
+    /// The block whose multiplier is eta.
     trace: usize,
     /// The shift of W is `offset + factor eta`.
     offset: f64,

@@ -8,11 +8,11 @@
 //! 10.0                    the costs c, and perhaps words
 //! 0 1 1 2 -1.0            matrix (0 for F_0), block, row, column, value: of the upper triangle, numbers from 1
 //! ```
-//! Commas, parentheses and braces count as blanks, an entry below the diagonal for its mirror image, entries at one
-//! position add up. The numbers are read as the decimals they are: as a single binary64 number where that is exact, as
-//! an interval of the two neighbours otherwise.
+//! Commas, parentheses and braces count as blanks, an entry below the diagonal as its mirror image; entries at the same
+//! position are added. The numbers are read as exact decimals: as one binary64 number if it is exact, otherwise as the
+//! interval between the two neighbouring binary64 numbers.
 //!
-//! Memory is bounded by the length of the text, whatever sizes it announces.
+//! Memory is bounded by the length of the text, independent of the declared sizes.
 
 use std::io::BufRead;
 
@@ -20,7 +20,7 @@ use luenberger_proof::semidefinite::{Block, Entry, Program, ProgramError};
 use luenberger_proof::{Interval, Ring};
 use thiserror::Error;
 
-/// Why a text is not a semidefinite program in SDPA's sparse format. Lines are counted from 1.
+/// Error of reading SDPA's sparse format. Lines are counted from 1.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -29,7 +29,7 @@ pub enum ReadError {
     Io {
         /// The line.
         line: usize,
-        /// What the system says.
+        /// The error of the system.
         message: String,
     },
     /// A line is longer than [`LONGEST_LINE`].
@@ -56,14 +56,14 @@ pub enum ReadError {
         /// What is missing.
         expected: &'static str,
     },
-    /// Something else stands where a number is expected.
+    /// A number is expected, and something else found.
     #[error("line {line}: {found:?} stands where {expected} is expected")]
     Number {
         /// The line.
         line: usize,
-        /// What is expected.
+        /// The expectation.
         expected: &'static str,
-        /// What is there, shortened.
+        /// The text found, shortened.
         found: String,
     },
     /// A number out of its range.
@@ -71,16 +71,16 @@ pub enum ReadError {
     Range {
         /// The line.
         line: usize,
-        /// Which number.
+        /// Meaning of the number.
         what: &'static str,
-        /// What is there.
+        /// The value found.
         found: i64,
-        /// The least that makes sense.
+        /// The smallest valid value.
         least: i64,
-        /// The most that makes sense.
+        /// The largest valid value.
         most: i64,
     },
-    /// The numbers are well-formed and make no program.
+    /// The numbers are well-formed but do not define a program.
     #[error(transparent)]
     Program(#[from] ProgramError),
 }
@@ -88,7 +88,7 @@ pub enum ReadError {
 /// Longest line that is read, in bytes.
 pub const LONGEST_LINE: usize = 1 << 28;
 
-/// Largest order of a block, and number of blocks, that is taken for meant.
+/// The largest accepted order of a block, and number of blocks.
 const LARGEST: i64 = 1 << 24;
 
 /// Reads a program.
@@ -209,7 +209,7 @@ impl<R: BufRead> Tokens<R> {
         self.at = self.line.len();
     }
 
-    /// What is left of the line is a comment unless it begins like a number: `(2, -3) = the orders`.
+    /// The rest of the line is a comment unless it begins like a number: `(2, -3) = the orders`.
     fn words_are_comment(&mut self) {
         let rest = self.line[self.at..].trim_start_matches(is_blank);
         if !rest.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) {
@@ -217,7 +217,7 @@ impl<R: BufRead> Tokens<R> {
         }
     }
 
-    /// Whether there is another number; stands at it if there is.
+    /// Moves to the next number; false if there is none.
     fn more(&mut self) -> Result<bool, ReadError> {
         loop {
             let rest = &self.line[self.at..];
@@ -268,7 +268,7 @@ fn is_blank(c: char) -> bool {
     c.is_whitespace() || matches!(c, ',' | '(' | ')' | '{' | '}' | '[' | ']')
 }
 
-/// A count, none of which is beyond [`LARGEST`].
+/// A count, at most [`LARGEST`].
 fn signed(count: usize) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }
@@ -277,7 +277,7 @@ fn shorten(token: &str) -> String {
     token.chars().take(40).collect()
 }
 
-/// The real number that a decimal is, enclosed; the token back if it is none, or too large for binary64.
+/// The enclosure of a decimal number; the token back if it is not a number, or too large for binary64.
 fn decimal(token: &str) -> Result<Interval, String> {
     // Fortran writes 1.0D+00.
     let plain = token.replace(['d', 'D'], "e");

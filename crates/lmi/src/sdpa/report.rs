@@ -1,4 +1,4 @@
-//! An outcome in words and as JSON, for every program that prints one.
+//! A result as text and as JSON.
 
 use super::{Outcome, Status};
 
@@ -15,8 +15,8 @@ impl Status {
 }
 
 impl Outcome {
-    /// Two lines for people, and one that says why where the optimum stays undecided. `seconds` is the time of the
-    /// whole, with that of reading the file.
+    /// Two lines of text, and a third with the reason if undecided. `seconds` is the total time, including reading the
+    /// file.
     pub fn sentence(&self, seconds: f64) -> String {
         let why = self.why.map_or(String::new(), |why| format!("{why}\n"));
         format!(
@@ -30,8 +30,8 @@ impl Outcome {
     }
 
     /// One JSON object on one line, with `seconds` as in [`sentence`](Self::sentence): `status`, `lower`, `upper`,
-    /// `primal_margin`, `seconds`, `solve_seconds`, `verify_seconds`, `runs`, `reason`. A bound that is infinite is
-    /// null, and so is the reason of what is decided.
+    /// `primal_margin`, `seconds`, `solve_seconds`, `verify_seconds`, `runs`, `reason`. An infinite bound is null, and
+    /// so is `reason` if the program is decided.
     ///
     /// ```
     /// use luenberger_lmi::sdpa;

@@ -84,7 +84,7 @@ proptest! {
         prop_assert!(along.amax() < 1e-12, "the multiplier lies in the kernel of C: {}", along);
     }
 
-    /// An unstable mode that no output sees: no P, Y exist, whatever the rest of the plant. Here A is block triangular.
+    /// An unstable unobservable mode: no P, Y exist, whatever the rest of the plant. Here A is block triangular.
     #[test]
     fn an_undetectable_plant_is_refuted(seed: u64, n in 1usize..=4, rate in 0.0f64..2.0) {
         let (a, c) = plant(n, 1, seed);

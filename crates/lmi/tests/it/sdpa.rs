@@ -1,5 +1,5 @@
-//! SDPA's files and the bounds proved of them: closed forms, programs whose optimum is known by construction, programs
-//! without one, and texts that are no programs.
+//! SDPA's files and rigorous bounds: closed forms, programs with an optimum known by construction, infeasible programs,
+//! and invalid files.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -63,7 +63,7 @@ fn one_unknown_and_one_row() {
     assert!(found.lower <= 7.5 && 7.5 <= found.upper && found.upper - found.lower < 1e-7, "{found:?}");
 }
 
-/// Solved, written, checked; and the same with each bound better by one unit in the last place, which is rejected.
+/// Solved, written, verified; with each bound improved by one unit in the last place, the file is rejected.
 fn goes_into_a_file(text: &str) -> Outcome {
     let program = read(text.as_bytes()).unwrap();
     let found = solve(&program, &Settings::default());
@@ -132,7 +132,7 @@ fn what_is_proved_goes_into_a_file() {
     assert!(one_sided.upper.is_finite());
 }
 
-/// Nothing proved, no file; and the points of one program prove nothing of another.
+/// Without a verified result there is no file; and the points of one program do not prove another.
 #[test]
 fn an_undecided_program_has_no_file() {
     let program = read(cycle(5).as_bytes()).unwrap();

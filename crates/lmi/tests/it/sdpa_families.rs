@@ -53,7 +53,7 @@ fn what_is_known_of_each_family_comes_out() {
     }
 }
 
-/// What would cost too much is not begun, and says so.
+/// Problems that exceed the memory or time limit are not started, and the reason is returned.
 #[test]
 fn without_memory_or_time_the_answer_is_a_reason() {
     let program = read(families::max_cut(24, 5.0, 1).text.as_bytes()).expect("an SDPA file");

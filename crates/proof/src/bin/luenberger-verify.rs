@@ -1,4 +1,4 @@
-//! `luenberger-verify FILE...`: what certificate files prove, derived again from their data.
+//! `luenberger-verify FILE...`: verifies certificate files; all claims are derived again from their data.
 //!
 //! Depends on `luenberger-proof` alone: no solver, no linear-algebra library, no parser of arguments.
 
@@ -102,7 +102,7 @@ impl Outcome {
     }
 }
 
-/// No more than a certificate may have, and one byte to tell that there are more.
+/// One byte more than the maximal length of a certificate, to detect longer input.
 fn read(path: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let limit = LARGEST_FILE as u64 + 1;

@@ -1,4 +1,4 @@
-//! What can be wrong with a certificate file, with the line and the field.
+//! Errors of a certificate file, with the line and the field.
 
 use core::fmt;
 
@@ -11,14 +11,14 @@ use crate::error::ProofError;
 use crate::semidefinite::ProgramError;
 use crate::verdict::Verdict;
 
-/// Why a text is no certificate: before any mathematics.
+/// Why a text is not a certificate, before any verification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileError {
     /// The line, from 1.
     pub line: usize,
     /// The field, as in `lyapunov.P[1][0]`; empty where the text is not yet a tree of fields.
     pub path: String,
-    /// What is wrong there.
+    /// The error.
     pub fault: Fault,
 }
 
@@ -27,7 +27,7 @@ impl FileError {
         Self { line, path: String::new(), fault }
     }
 
-    /// Whether no JSON document could be read at all.
+    /// Whether the text is not JSON at all.
     pub fn is_unreadable(&self) -> bool {
         matches!(
             self.fault,
@@ -56,17 +56,17 @@ impl fmt::Display for FileError {
     }
 }
 
-/// What is wrong at a place of a file.
+/// Error at a position of a file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
-    /// More bytes than are read.
+    /// More bytes than the limit.
     #[error("the file has {bytes} bytes or more, {LARGEST_FILE} are read at most")]
     TooLarge {
-        /// How many there are, at least.
+        /// The number of bytes, at least.
         bytes: usize,
     },
-    /// Bytes that are no text.
+    /// The bytes are not UTF-8 text.
     #[error("the byte at position {byte} is not UTF-8")]
     NotUtf8 {
         /// The position, from 0.
@@ -75,18 +75,18 @@ pub enum Fault {
     /// The text ends early.
     #[error("the file ends where {expected} should be")]
     Truncated {
-        /// What should follow.
+        /// The expectation.
         expected: &'static str,
     },
-    /// A character that does not belong there.
+    /// An unexpected character.
     #[error("{found:?} stands where {expected} should be")]
     Unexpected {
-        /// What should be there.
+        /// The expectation.
         expected: &'static str,
-        /// What is there.
+        /// The character found.
         found: char,
     },
-    /// Arrays in arrays without end.
+    /// The nesting exceeds the limit.
     #[error("arrays and objects are nested deeper than {DEEPEST}")]
     TooDeep,
     /// An object with more members than any certificate has.
@@ -95,7 +95,7 @@ pub enum Fault {
     /// More values than any certificate has.
     #[error("the file has more than {MOST_VALUES} values")]
     TooManyValues,
-    /// A text that begins as a number and is none of JSON's.
+    /// A text that begins as a number but is not a JSON number.
     #[error("{text} is no number of JSON (no leading zeros, digits on both sides of a point, digits in an exponent)")]
     NotJson {
         /// The text, or its beginning.
@@ -113,21 +113,21 @@ pub enum Fault {
         /// Its name.
         name: &'static str,
     },
-    /// A field that a certificate of this kind does not have.
+    /// An unknown field for this kind of certificate.
     #[error("the field \"{name}\" does not belong here")]
     Unknown {
         /// Its name.
         name: String,
     },
-    /// A value of another type.
+    /// A value of the wrong type.
     #[error("is {found}, and should be {expected}")]
     Type {
-        /// What it should be.
+        /// The expected type.
         expected: &'static str,
-        /// What it is.
+        /// The actual type.
         found: &'static str,
     },
-    /// A text that is no number.
+    /// A text that is not a number.
     #[error("{0}")]
     Number(#[from] NumberError),
     /// A fraction where the theorem takes the numbers that are stored, or multipliers that must satisfy equations
@@ -136,10 +136,10 @@ pub enum Fault {
     NotExact {
         /// The number, or its beginning.
         number: String,
-        /// What it should be.
+        /// The expectation.
         needed: &'static str,
     },
-    /// Bounds that are not in order.
+    /// A lower bound above the upper bound.
     #[error("the lower bound {lo} lies above the upper bound {hi}")]
     Bounds {
         /// The lower bound.
@@ -155,7 +155,7 @@ pub enum Fault {
         /// Entries of this one.
         found: usize,
     },
-    /// A matrix that does not fit the others.
+    /// A matrix of the wrong shape.
     #[error("is {} x {}, and should be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape {
         /// Rows and columns it should have.
@@ -171,7 +171,7 @@ pub enum Fault {
     TooManyRows {
         /// The larger of rows and columns.
         order: usize,
-        /// How many are allowed.
+        /// The limit.
         allowed: usize,
     },
     /// Sparse matrices that are too large together.
@@ -179,15 +179,15 @@ pub enum Fault {
     TooManyEntries {
         /// How many.
         entries: usize,
-        /// How many are allowed.
+        /// The limit.
         allowed: usize,
     },
-    /// A list of another length than another field asks for.
+    /// A list whose length does not match another field.
     #[error("has {found} elements, and should have {expected}")]
     Length {
-        /// How many it should have.
+        /// The required length.
         expected: usize,
-        /// How many it has.
+        /// The actual length.
         found: usize,
     },
     /// A matrix that must be symmetric.
@@ -198,15 +198,15 @@ pub enum Fault {
         /// The entry above.
         upper: String,
     },
-    /// A word that is none of those known.
+    /// A word that is not one of the allowed ones.
     #[error("\"{found}\" is unknown; known are {known}")]
     Word {
         /// The word.
         found: String,
-        /// Those that would do.
+        /// The allowed words.
         known: String,
     },
-    /// An index that points nowhere.
+    /// An index out of range.
     #[error("the index {found} is too large: {limit} is the largest")]
     Index {
         /// The index.
@@ -214,15 +214,15 @@ pub enum Fault {
         /// The largest.
         limit: usize,
     },
-    /// A quantity outside the range in which the statement means something.
+    /// A quantity outside its valid range.
     #[error("is {value}, and {requirement}")]
     Range {
         /// Its value.
         value: f64,
-        /// What it should be.
+        /// The valid range.
         requirement: &'static str,
     },
-    /// Data that make no semidefinite program.
+    /// Data that do not define a semidefinite program.
     #[error("{0}")]
     Program(#[from] ProgramError),
     /// Another version of the format.
@@ -233,27 +233,27 @@ pub enum Fault {
     },
 }
 
-/// Why a certificate that was read proves nothing, or not what it says.
+/// Why a certificate that was read is rejected.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Rejection {
-    /// The text is no certificate.
+    /// The text is not a certificate.
     #[error("{0}")]
     File(#[from] FileError),
-    /// A design claims no theorem, so that there is nothing to write.
+    /// The design has no theorem, so there is nothing to write.
     #[error("no theorem is claimed")]
     Nothing,
-    /// The content is not what was sealed.
+    /// The content does not match its digest.
     #[error("line {line}, sha256: the digest of the content is {computed}, and the file says {found}")]
     Digest {
         /// The line of the digest.
         line: usize,
-        /// What the file says.
+        /// The value in the file.
         found: String,
-        /// What its content has.
+        /// The digest of its content.
         computed: String,
     },
-    /// The words say something else than the data.
+    /// The text does not match the data.
     #[error("line {line}, statement: the words do not say what the data say; they should be \"{derived}\"")]
     Words {
         /// The line of the statement.
@@ -261,7 +261,7 @@ pub enum Rejection {
         /// What the checker derives from the data.
         derived: String,
     },
-    /// An inequality is claimed that the theorem does not need, or in another place.
+    /// A claimed inequality is not one of the theorem, or in the wrong position.
     #[error("line {line}, margins[{index}].inequality: the inequality in this place is \"{expected}\"")]
     Inequality {
         /// The line.
@@ -281,7 +281,7 @@ pub enum Rejection {
         /// Claims of the file.
         found: usize,
     },
-    /// A margin is claimed that is not there.
+    /// A claimed margin is larger than the verified one.
     #[error(
         "line {line}, margins[{index}].margin: {inequality} is proved with the margin {proved} ({proved_decimal:e}), and {claimed} ({claimed_decimal:e}) is claimed"
     )]
@@ -296,7 +296,7 @@ pub enum Rejection {
         claimed: Box<Number>,
         /// The same, rounded.
         claimed_decimal: f64,
-        /// What is proved.
+        /// The verified margin.
         proved: Box<Number>,
         /// The same.
         proved_decimal: f64,
@@ -306,7 +306,7 @@ pub enum Rejection {
     NotProved {
         /// The inequality.
         inequality: String,
-        /// What is known of it.
+        /// The verdict.
         verdict: Box<Verdict<Witness>>,
     },
     /// The inequality could not be evaluated.

@@ -1,4 +1,4 @@
-//! What is known of the theorems that a design claims: decided once, and kept with their data.
+//! Verification results of the theorems of a design, computed once and stored with their data.
 
 use core::fmt;
 

@@ -1,4 +1,4 @@
-//! The fields of a certificate, read from the tree with everything that can be wrong named by line and path.
+//! The fields of a certificate, read from the tree; every error names line and path.
 
 use super::error::{Fault, FileError};
 use super::json::{Member, Node, Value};
@@ -14,7 +14,7 @@ pub const MOST_ENTRIES: usize = 1 << 20;
 
 const QUOTED: &str = "a number in quotes, such as \"0x1.8p-3\" or \"42/85\"";
 
-/// A value, and where it stands.
+/// A value and its position.
 #[derive(Debug, Clone)]
 pub(super) struct Field<'a> {
     node: &'a Node,
@@ -331,7 +331,7 @@ impl<'a> Fields<'a> {
         Err(field.error(Fault::Range { value: rate, requirement: "a rate of decay is 0 or more" }))
     }
 
-    /// An error for the first member that nobody asked for.
+    /// An error for the first unknown member.
     pub(super) fn finish(self) -> Result<(), FileError> {
         for (member, taken) in self.members.iter().zip(&self.taken) {
             if !taken {

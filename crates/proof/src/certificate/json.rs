@@ -1,10 +1,10 @@
-//! JSON as certificate files use it: a tree in which every value knows its line.
+//! JSON parser for certificate files: a tree in which every value has its line number.
 //!
-//! A reader of its own, because everything that can be wrong with a certificate has to name its line, long after the
-//! text was parsed; because the numbers of a general reader are rounded; and because the checker is to be trusted, so
-//! that every line of it should be short reading. It is strict: no duplicate names, no control characters in strings
-//! (escaped or not), no escapes of halves of surrogate pairs, no depth beyond [`DEEPEST`], no text after the end, no
-//! byte order mark, no size beyond [`LARGEST_FILE`] and [`MOST_VALUES`].
+//! A dedicated parser is used for three reasons: errors of a certificate must name their line, long after parsing;
+//! general parsers round numbers; and the checker is trusted code, which must be short and readable. It is strict: no
+//! duplicate names, no control characters in strings (escaped or not), no escapes of halves of surrogate pairs, no
+//! depth beyond [`DEEPEST`], no text after the end, no byte order mark, no size beyond [`LARGEST_FILE`] and
+//! [`MOST_VALUES`].
 
 use super::error::{Fault, FileError};
 use super::number::quoted;

@@ -1,12 +1,12 @@
-//! Certificate files: a statement, the exact numbers that prove it, and a checker that believes neither.
+//! Certificate files: a statement, the exact numbers that prove it, and an independent checker.
 //!
 //! A [`CertificateFile`] is a JSON document with the plant, the observer, a [`Theorem`], the matrices that prove it, a
-//! margin for each of its inequalities, and the statement in words. [`verify`] derives all of that again from the
-//! plant's data: every inequality is evaluated by [`statement`](crate::statement) in arithmetic without rounding
-//! errors, the words are generated anew and compared, and a margin that is claimed to be larger than the one proved, by
-//! one unit in the last place, is rejected. A digest over the [canonical form](CertificateFile#canonical-form) detects
-//! accidents, also in what the mathematics would not miss; it is no signature, and nothing rests on it.
-//! `docs/certificates.md` of the repository shows a file and says what one must trust.
+//! margin for each of its inequalities, and the statement as text. [`verify`] derives all of that again from the
+//! plant's data: every inequality is evaluated by [`statement`](crate::statement) in exact or interval arithmetic, the
+//! text is generated again and compared, and a claimed margin that exceeds the verified one by one unit in the last
+//! place is rejected. A digest over the [canonical form](CertificateFile#canonical-form) detects accidental changes,
+//! including those that the verification would not notice; it is not a signature, and no proof depends on it.
+//! `docs/certificates.md` of the repository shows a file and lists what must be trusted.
 //!
 //! ```
 //! use luenberger_proof::Matrix;
@@ -17,7 +17,7 @@
 //! let file = CertificateFile::prove("a damped oscillator", HurwitzStability::new(&a, &p)?)?.to_json();
 //! let proved = verify(file.as_bytes())?;
 //! assert!(proved.facts.iter().any(|fact| fact.inequality == "A'P + PA < 0"));
-//! // A digit of A changed: the digest says so, and without it the words and the margins would.
+//! // A digit of A changed: the digest detects it, and without it the text and the margins would.
 //! let forged = file.replace("-0x1.8p1", "-0x1.9p1");
 //! assert!(verify(forged.as_bytes()).is_err());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -50,7 +50,7 @@ use fields::Field;
 use json::{Node, canonical, parse};
 use write::Out;
 
-/// What the field `format` of every certificate says.
+/// The value of the field `format` of every certificate.
 pub const FORMAT: &str = "luenberger-certificate";
 
 /// The version of the format that this crate reads and writes.
@@ -137,7 +137,7 @@ pub enum Witness {
         row: usize,
         /// The column, from 0.
         column: usize,
-        /// What the file says is stored.
+        /// The value in the file.
         stored: f64,
         /// What rounding to nearest gives.
         nearest: f64,
@@ -161,7 +161,7 @@ impl fmt::Display for Witness {
 /// What a file proves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proved {
-    /// The title, by which the file calls itself: nothing is claimed with it.
+    /// The title of the file; it carries no claim.
     pub title: String,
     /// The statement in words, generated from the data.
     pub statement: String,
@@ -198,7 +198,7 @@ struct Found {
 /// What the bytes of a file prove: read, compared with its own words and digest, and checked.
 ///
 /// # Errors
-/// [`Rejection`] says what is wrong with the text, or which inequality fails and by what.
+/// [`Rejection`] describes the error of the text, or the inequality that fails and by how much.
 pub fn verify(bytes: &[u8]) -> Result<Proved, Rejection> {
     CertificateFile::read(bytes)?.check()
 }
@@ -217,8 +217,7 @@ impl CertificateFile {
         Self::read(sealed(title, theorem, &theorem.words(), claims)?.as_bytes())
     }
 
-    /// The certificate in the bytes of a file, as far as it is one; [`check`](Self::check) says whether it proves
-    /// anything.
+    /// Reads a certificate from the bytes of a file, without verification; see [`check`](Self::check) for that.
     ///
     /// # Errors
     /// [`FileError`] with the line and the field.
@@ -300,7 +299,7 @@ impl CertificateFile {
         draft(&self.title, &self.theorem, &self.statement, &self.claims, &self.digest)
     }
 
-    /// What the certificate proves, if it proves what it says. Everything is derived again from the data.
+    /// Verifies the certificate; everything is derived again from the data.
     ///
     /// # Errors
     /// [`Rejection`]: the first thing that is wrong, in the order digest, words, inequalities, margins.
@@ -380,7 +379,7 @@ fn digest_of(node: &Node) -> String {
     bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).filter_map(|half| char::from_digit(half.into(), 16)).collect()
 }
 
-/// The digest that a text should carry: for whoever writes a certificate by hand, or with another program.
+/// The digest of a text, for certificates written by hand or by another program.
 ///
 /// # Errors
 /// [`FileError`] when the text is no JSON document.

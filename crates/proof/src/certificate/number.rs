@@ -1,9 +1,9 @@
-//! Exact numbers as certificate files write them: hexadecimal floats for what binary64 has, fractions for the rest.
+//! Exact numbers in certificate files: hexadecimal floats for binary64 numbers, fractions for others.
 //!
 //! `"0x1.8p-3"` is 1.5 times 2 to the power -3. The digits are hexadecimal, the exponent of two is decimal, and the
-//! number must be one that binary64 has, to the last digit: nothing is rounded on reading. `"7"` and `"42/85"` are
-//! integers and fractions of any length. A fraction that binary64 does not have is enclosed between its two neighbours
-//! where an interval will do.
+//! number must be exactly representable in binary64: reading does not round. `"7"` and `"42/85"` are integers and
+//! fractions of any length. Where an interval is allowed, a fraction that is not representable is enclosed between the
+//! two neighbouring binary64 numbers.
 
 use core::fmt;
 use core::str::FromStr;

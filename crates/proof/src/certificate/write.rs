@@ -1,4 +1,4 @@
-//! Writing a certificate for people: one member to a line, one row of a matrix to a line.
+//! Formatted output of a certificate: one member per line, one matrix row per line.
 
 use super::json::write_string;
 use super::number::{Datum, Number};

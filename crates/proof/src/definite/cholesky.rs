@@ -1,6 +1,6 @@
-//! The quick yes: a floating-point Cholesky factorisation that runs to completion proves positive definiteness, once
-//! its rounding errors are paid for by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46,
-//! 2006; the bound below is derived here).
+//! Proof of positive definiteness by a floating-point Cholesky factorisation that runs to completion, with its rounding
+//! errors compensated by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46, 2006; the
+//! bound below is derived here).
 //!
 //! **Setting.** u = 2^-53, eta = 2^-1075 (half the smallest subnormal). For floats, `fl(x + y) = (x + y)/(1 + e)`,
 //! `fl(xy) = xy(1 + e) + f`, `fl(x/y) = (x/y)/(1 + e) + f`, `fl(sqrt x) = sqrt(x)/(1 + e)`, with |e| <= u and |f| <=
@@ -164,7 +164,7 @@ pub(super) fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, us
             let pivot = b[(k, k)];
             // Not `<=`: a NaN stops here as well.
             if !(pivot > 0.0 && pivot.is_finite()) {
-                // Rows beyond the panel have not seen it yet; none who is told of the stop reads them.
+                // Rows beyond the panel are not updated yet; they are not used after an early stop.
                 return Err((b, k));
             }
             let root = pivot.sqrt();

@@ -1,8 +1,8 @@
-//! The quick no: a direction `v` with `v'Mv` provably of the wrong sign.
+//! Refutation of definiteness: a direction `v` with `v'Mv` rigorously of the wrong sign.
 //!
-//! Where the candidate comes from proves nothing and need not: the diagonal, a 2 x 2 minor, the pivot at which Cholesky
-//! stopped, or an approximate eigenvector. The quadratic form is then enclosed with outward rounding, and computed
-//! exactly when the enclosure does not tell and the entries are known exactly.
+//! The candidate need not be rigorous: it comes from the diagonal, a 2 x 2 minor, the pivot at which Cholesky stopped,
+//! or an approximate eigenvector. The quadratic form is then enclosed with outward rounding, and computed exactly if
+//! the enclosure is inconclusive and the entries are exact.
 
 use super::Direction;
 use super::cholesky::{Ball, Factor, factor, half_exponent, rounding_bound, times_power_of_two};

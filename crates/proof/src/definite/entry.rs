@@ -1,4 +1,4 @@
-//! The three kinds of matrix entries whose definiteness can be asked.
+//! The three kinds of matrix entries for the definiteness tests.
 
 use crate::exact::Exact;
 use crate::interval::Interval;

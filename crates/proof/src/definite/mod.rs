@@ -1,17 +1,16 @@
 //! Whether a symmetric matrix is positive or negative (semi)definite: proved, refuted, or undecided.
 //!
-//! Three judges, the cheap ones first:
-//! 1. a floating-point Cholesky factorisation of a shifted, equilibrated matrix with a proven bound of its rounding
-//!    error says yes (`cholesky.rs`);
-//! 2. a direction `v` whose quadratic form `v'Mv`, enclosed or computed exactly, is negative says no (`direction.rs`);
-//! 3. where both are silent, exact elimination without fractions says which, up to order [`REFEREE_ORDER`]
-//!    (`referee.rs`).
+//! Three tests, in the order of their cost:
+//! 1. a floating-point Cholesky factorisation of a shifted, equilibrated matrix with a rigorous bound of its rounding
+//!    error proves definiteness (`cholesky.rs`);
+//! 2. a direction `v` with negative `v'Mv`, enclosed or computed exactly, refutes it (`direction.rs`);
+//! 3. if both are inconclusive, exact fraction-free elimination decides, up to order [`REFEREE_ORDER`] (`referee.rs`).
 //!
-//! A matrix of intervals stands for all symmetric matrices within: `Proved` holds for every one of them, and `Refuted`
-//! gives one direction that refutes every one of them. Anything between is `Undecided`.
+//! An interval matrix stands for all symmetric matrices within it: `Proved` holds for every one of them, and `Refuted`
+//! gives one direction that refutes every one of them. Everything else is `Undecided`.
 //!
-//! The matrix of order 0 is definite and semidefinite of both signs (there is no direction to refute it), with the
-//! margin infinity (the minimum over no direction).
+//! The matrix of order 0 is definite and semidefinite of both signs, with margin infinity, since there are no
+//! directions.
 
 mod cholesky;
 mod direction;
@@ -51,7 +50,7 @@ impl fmt::Display for Direction {
     }
 }
 
-/// The order up to which the exact referee is called; beyond, what the first two judges cannot see stays undecided.
+/// The order up to which exact elimination is used; for larger matrices the first two tests must decide.
 pub const REFEREE_ORDER: usize = 64;
 
 /// The order up to which exact elimination is used to better a margin that floating point has already proved.
@@ -182,7 +181,7 @@ pub(crate) fn proved_eigenvalue_bound(m: &Matrix<Interval>) -> Option<f64> {
         .find(|c| *c > 0.0 && matches!(cholesky::certify(&ball, *c), Completion::Certified(_)))
 }
 
-/// `M^-1 rhs` for a positive definite M, in floating point: a proposal, about which nothing is proved.
+/// `M^-1 rhs` for a positive definite M, in floating point, not rigorous.
 pub(crate) fn solve_approximately(m: &Matrix<f64>, rhs: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = m.rows();
     let r = cholesky::factor(m.clone()).ok()?;
@@ -194,7 +193,7 @@ pub(crate) fn solve_approximately(m: &Matrix<f64>, rhs: &Matrix<f64>) -> Option<
     columns.as_slice().iter().all(|x| x.is_finite()).then(|| columns.transpose())
 }
 
-/// The first two judges.
+/// The first two tests.
 fn quick(ball: &Ball, enclosed: &Matrix<Interval>, exact: Option<&Matrix<Exact>>, strict: bool) -> Verdict<Direction> {
     let refutation = |v: Vec<f64>| direction::verify(enclosed, exact, v, strict);
     let completion = cholesky::certify(ball, 0.0);

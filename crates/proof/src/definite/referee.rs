@@ -1,5 +1,4 @@
-//! The referee: exact elimination without fractions (Bareiss, Math. Comp. 22, 1968), with diagonal pivoting, on
-//! integers.
+//! Exact decision by fraction-free elimination (Bareiss, Math. Comp. 22, 1968), with diagonal pivoting, on integers.
 //!
 //! For positive diagonal D of powers of two, `D M D` and M are definite together, and `D M D` times a power of two is
 //! an integer matrix A. After k steps of Bareiss' elimination with pivots on the diagonal, the entry (i, j) of what
@@ -11,8 +10,8 @@
 //! - when nothing remains M is semidefinite, and definite if no row was left out.
 //!
 //! A direction w for S is lifted to `v = (-A_II^-1 A_IJ w, w)`, for which `v'Av = w'Sw`; by Cramer's rule v times the
-//! minor of the pivots is an integer vector, found by back substitution without fractions. Every witness is verified
-//! against M before it leaves.
+//! minor of the pivots is an integer vector, found by fraction-free back substitution. Every witness is verified
+//! against M before it is returned.
 
 use std::cell::Cell;
 
@@ -25,7 +24,7 @@ use crate::exact::{Exact, power_of_two};
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// The elementary operations that the referee may spend on one matrix, in words of 64 bits multiplied: some seconds.
+/// Limit of elementary operations for one matrix, in 64-bit word multiplications: some seconds.
 const BUDGET: f64 = 3e9;
 
 thread_local! {

@@ -1,16 +1,16 @@
 //! Elementary functions of intervals, outward rounded.
 //!
-//! Each function returns an interval that contains the function's value at every point of its argument, and `None`
-//! where the function is not defined, or has no bound that an interval could carry, at some point of it (`ln` at 0,
-//! `1/x` across 0, `tan` across a pole): nothing is ever cut off in silence.
+//! Each function returns an interval that contains the function's value at every point of its argument, and `None` if
+//! the function is undefined, or unbounded, at some point of it (`ln` at 0, `1/x` across 0, `tan` across a pole): an
+//! argument is never silently restricted to the domain.
 //!
 //! # What is assumed
 //! `sqrt` is correctly rounded, as IEEE 754 prescribes. The other functions are those of the platform's mathematical
-//! library, of which it is assumed that they err by at most [`LIBM_ULPS`] units in the last place; every bound is moved
-//! outwards by that much. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos
-//! and of at most 3 for expm1, log1p, tan, sinh, cosh, tanh (manual, section Errors in Math Functions, x86_64 and
-//! aarch64); musl, derived from FreeBSD's library, has errors below 2. The places of the extrema of sine and cosine and
-//! of the poles of the tangent are decided with an enclosure of pi, not with a rounded pi.
+//! library, whose errors are assumed to be at most [`LIBM_ULPS`] units in the last place; every bound is moved outwards
+//! by that much. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos and of at
+//! most 3 for expm1, log1p, tan, sinh, cosh, tanh (manual, section Errors in Math Functions, x86_64 and aarch64); musl,
+//! derived from FreeBSD's library, has errors below 2. The positions of the extrema of sine and cosine and of the poles
+//! of the tangent are decided with an enclosure of pi, not with a rounded pi.
 
 use core::f64::consts;
 

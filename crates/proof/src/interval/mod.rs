@@ -1,9 +1,9 @@
 //! Intervals with outward rounding.
 //!
 //! Each operation rounds to nearest and then steps one float outwards (`next_down`, `next_up`), which costs at most one
-//! ulp more than directed rounding and needs no control register. Sums know their rounding error and step only when it
-//! is not 0. Overflow leaves an infinite bound, which is true; NaN does not occur, because a bound that is infinite
-//! times an operand that is exactly 0 counts as 0 (the product of a real and 0).
+//! ulp more than directed rounding and needs no rounding mode. Sums compute their rounding error and step only if it is
+//! not 0. Overflow gives an infinite bound, which is valid; NaN does not occur, because an infinite bound times an
+//! operand that is exactly 0 is defined as 0 (the product of a real and 0).
 
 mod elementary;
 

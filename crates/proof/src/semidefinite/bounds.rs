@@ -1,4 +1,4 @@
-//! The four statements of the [module](super), each from one proposed point.
+//! The four statements of the [module](super), each from one approximate point.
 
 use super::gram::{inner, is_above, norm};
 use super::{Block, DualBlock, Program};
@@ -17,12 +17,12 @@ pub struct PrimalBound {
     pub margin: f64,
 }
 
-/// A feasible point of (D), or a ray of it, near the proposed one.
+/// A feasible point of (D), or a ray of it, near the given approximate one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DualBound {
     /// A lower bound of `tr(F_0 Y*)`, and so, for a point, of the optimum.
     pub value: f64,
-    /// An upper bound of the Frobenius distance from the proposed Y to the Y* that satisfies the equations.
+    /// An upper bound of the Frobenius distance from the given Y to the Y* that satisfies the equations.
     pub distance: f64,
 }
 

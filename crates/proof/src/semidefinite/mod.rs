@@ -1,11 +1,12 @@
-//! Semidefinite programs: what a proposed point proves about one, without a solver.
+//! Semidefinite programs: rigorous bounds from given approximate points, without a solver.
 //!
 //! ```text
 //! (P)  minimise  c'x          subject to  X = x_1 F_1 + ... + x_m F_m - F_0 >= 0
 //! (D)  maximise  tr(F_0 Y)    subject to  tr(F_i Y) = c_i,  Y >= 0
 //! ```
-//! in the sign convention of SDPA. The data are intervals, so that a statement proved holds for the decimal numbers of
-//! a file and not only for their binary64 neighbours. Four statements, each about *every* program within the intervals:
+//! in the sign convention of SDPA. The data are intervals, so that a proved statement holds for the decimal numbers of
+//! a file and not only for their binary64 neighbours. Four statements, each valid for *every* program within the
+//! intervals:
 //!
 //! | given | when | then |
 //! |---|---|---|
@@ -72,7 +73,7 @@ pub struct Entry {
     pub value: Interval,
 }
 
-/// A block of a proposed dual matrix.
+/// A block of an approximate dual matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DualBlock {
     /// A symmetric matrix.

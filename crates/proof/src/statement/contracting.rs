@@ -1,10 +1,10 @@
-//! Measured rows injected, unmeasured rows contracting by themselves: the error of an observer in the coordinates
-//! `(x_m, x_u - K x_m)`.
+//! Output injection into the measured rows, with contracting unmeasured rows: the error of an observer in the
+//! coordinates `(x_m, x_u - K x_m)`.
 //!
 //! With `T = [I 0; K I]` the Jacobian J becomes `T^-1 J T`, whose unmeasured block is `J_uu - K J_mu`. An injection of
 //! the measured error into the measured rows, `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and `G_m >= g I`, is
-//! judged by `V = |d_m|^2 + d_w' Q d_w`: the term of the injection is `-2 d_m' G_m d_m`, so that what holds for `g I`
-//! holds for every larger G_m.
+//! analysed with `V = |d_m|^2 + d_w' Q d_w`: the injection contributes `-2 d_m' G_m d_m`, so that a decrease for `g I`
+//! implies one for every larger G_m.
 
 use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{Direction, Sense};

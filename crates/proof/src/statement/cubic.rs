@@ -1,10 +1,10 @@
 //! The cubic term of the cubic observer: condition (13') of Share Pasand, `P N C + C'N'P <= 0`.
 //!
-//! Where rank C < n the inequality is never strict, and it says more than it seems: it holds if and only if
-//! `P N = -C'S` with `S + S' >= 0` (C of full row rank). A gain `N` rounded to binary64 misses `P N = -C'S` in the last
-//! digit, and then the inequality for the data as given is false, by about 1e-17. Three statements tell the truth about
-//! that:
-//! - [`cubic_dissipation`] decides the inequality for `N` as given, to the last bit;
+//! Where rank C < n the inequality is never strict, and it is equivalent to a structural condition: it holds if and
+//! only if `P N = -C'S` with `S + S' >= 0` (C of full row rank). A gain `N` rounded to binary64 violates `P N = -C'S`
+//! in the last digit, and then the inequality for the given data is false, by about 1e-17. There are three statements
+//! for this:
+//! - [`cubic_dissipation`] decides the inequality exactly for `N` as given;
 //! - [`cubic_dissipation_structured`] decides it for the real gain `N = -P^-1 C'S`, which is defined by `S`;
 //! - [`deployed_cubic`](super::deployed_cubic) proves convergence with `N` as given by other means.
 

@@ -1,12 +1,12 @@
-//! Convergence of the cubic observer with the gain that is stored, `N` rounded to binary64 and all.
+//! Convergence of the cubic observer with the stored gain `N`, rounded to binary64.
 //!
 //! `e' = F e + (y'theta y) N y`, `y = Ce`, `F = A - LC` (Share Pasand, eq. 7). The design has `N0 = -P^-1 C'S`; what is
 //! stored is `N`, with the residual `R = P N + C'S`, some 1e-16 of its terms. With `V = e'Pe` and `F'P + PF <= -q I`,
 //! ```text
 //! V' <= -q |e|^2 + (y'theta y) (-2 y'Sy + 2 e'R y),                                                     (*)
 //! ```
-//! and the last term has no sign where |e| is huge and |y| small: `V` itself cannot prove convergence from everywhere.
-//! Two ways out.
+//! and the last term is indefinite where |e| is large and |y| small: `V` itself cannot prove global convergence. There
+//! are two alternatives.
 //!
 //! **Another Lyapunov matrix, for which the stored gain is exact.** For symmetric X (p x p) and the orthogonal
 //! projector `T = N (N'N)^-1 N'` put
@@ -52,7 +52,7 @@ pub struct DeployedCubic {
     pub accretive: Verdict<Direction>,
     /// A rigorous upper bound of the spectral norm of `R = P N + C'S`, by which the stored gain misses the structure.
     pub residual: f64,
-    /// From which errors the observer is proved to converge. [`Reach::Unproved`] unless the four verdicts above are
+    /// The errors from which the observer is proved to converge. [`Reach::Unproved`] unless the four verdicts above are
     /// `Proved`.
     pub reach: Reach,
 }

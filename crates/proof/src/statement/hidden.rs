@@ -1,11 +1,11 @@
-//! Motions that leave no trace in the outputs, found and judged in exact arithmetic.
+//! Unobservable motions, computed and analysed in exact arithmetic.
 //!
 //! The unobservable subspace of `(A, C)` is the kernel of the observability matrix `[C; CA; ..; CA^(n-1)]`. For
-//! binary64 data it has a basis of integers, found by elimination without rounding: `C V = 0`, `A V d = V M` with an
-//! integer d > 0. An error in that subspace obeys `z' = (M / d) z` whatever the gain is, so that no gain gives
-//! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. That is decided exactly as well: the
-//! characteristic polynomial by the method of Faddeev and Leverrier, in integers, and Routh's scheme, whose first
-//! column is positive iff all roots lie in the open left half plane.
+//! binary64 data it has an integer basis, found by exact elimination: `C V = 0`, `A V d = V M` with an integer d > 0.
+//! An error in that subspace obeys `z' = (M / d) z` for every gain, so that no gain gives `(A - LC)'P + P(A - LC) + 2
+//! rate P < 0` unless `M / d + rate I` is Hurwitz. That is decided exactly as well: the characteristic polynomial by
+//! the method of Faddeev and Leverrier, in integers, and Routh's scheme, whose first column is positive iff all roots
+//! lie in the open left half plane.
 //!
 //! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus,
 //! 1969 (the subspace and its modes).
@@ -22,7 +22,7 @@ use crate::ring::Ring;
 /// bits, seconds here.
 pub const HIDDEN_ORDER: usize = 48;
 
-/// What no output sees of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and the motion in it,
+/// The unobservable part of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and the motion in it,
 /// `C V = 0`, `A V d = V M`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenMotion {

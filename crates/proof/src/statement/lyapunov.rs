@@ -1,4 +1,5 @@
-//! Lyapunov and Stein inequalities: `F'P + PF + 2 alpha P < 0`, `F'PF - P < 0`, and what they say of the spectrum.
+//! Lyapunov and Stein inequalities, `F'P + PF + 2 alpha P < 0` and `F'PF - P < 0`, and their consequences for the
+//! spectrum.
 
 use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{self, Direction, Sense};

@@ -1,7 +1,7 @@
-//! The statements of control theory that this project proves, evaluated from the raw data.
+//! The control-theoretic statements that this project proves, evaluated from the original data.
 //!
-//! Each is a matrix expression written once over a [`Ring`]. It is evaluated with outward rounding first; where that
-//! does not decide, exactly. Nothing is ever multiplied in floating point before it is judged.
+//! Each is a matrix expression written once over a [`Ring`]. It is evaluated with outward rounding first, and exactly
+//! if that is inconclusive. No product is computed in floating point before the verification.
 //!
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly:
 //! symmetrise what a solver returns), `F = A - LC`.

@@ -1,10 +1,9 @@
-//! Where the eigenvalues lie, from a matrix P > 0: Schur stability, and bounds of the spectral abscissa and the
-//! spectral radius.
+//! Bounds of eigenvalues from a matrix P > 0: Schur stability, spectral abscissa and spectral radius.
 //!
-//! With the norm `|v|_P^2 = v'Pv`: `A'P + PA <= 2 s P` gives `Re lambda <= s`, and `A'PA <= r^2 P` gives
-//! `|Av|_P <= r |v|_P`, hence `|lambda| <= r`. How near these bounds come to the spectrum is up to P: to the spectral
-//! abscissa and radius themselves for the P of an eigenvector basis, less near for the solution of a Lyapunov equation
-//! with Q = I. From below, the largest is at least the mean of all, `trace(A)/n`.
+//! With the norm `|v|_P^2 = v'Pv`: `A'P + PA <= 2 s P` gives `Re lambda <= s`, and `A'PA <= r^2 P` gives `|Av|_P <= r
+//! |v|_P`, hence `|lambda| <= r`. The tightness depends on P: the bounds attain the spectral abscissa and radius for
+//! the P of an eigenvector basis, and are less tight for the solution of a Lyapunov equation with Q = I. From below,
+//! the largest real part is at least the mean of all, `trace(A)/n`.
 
 use super::lyapunov::{Stein, largest_eigenvalue_bound, stable_by};
 use super::{Expression, embed, embed_symmetric, positive};

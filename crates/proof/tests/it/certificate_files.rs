@@ -460,7 +460,7 @@ fn bad_files_of_deployed_observers_say_where() {
     ] {
         assert!(found.contains(expected), "{found}");
     }
-    // A format that nobody supports is refused by the mathematics.
+    // An unsupported format is rejected by the verification of the theorem.
     let wide = resealed(&text.replacen("\"stored\": \"binary32\"", "\"stored\": \"Q60.12\"", 1));
     assert!(why(&wide).contains("at least 1 integer bit and 2 to 53 bits in all are supported"), "{}", why(&wide));
     // Larger than is checked in seconds.

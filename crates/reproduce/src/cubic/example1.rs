@@ -1,4 +1,4 @@
-//! Example 1: the double integrator. Figures 1 to 5, and the fan of errors over all directions of e(0).
+//! Example 1: the double integrator. Figures 1 to 5, and error trajectories for all directions of e(0).
 
 use std::sync::Arc;
 

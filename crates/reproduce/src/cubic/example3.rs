@@ -1,4 +1,4 @@
-//! Example 3: the observer in the loop `u = -K xhat`. Figure 9.
+//! Example 3: the observer in the feedback loop `u = -K xhat`. Figure 9.
 
 use std::sync::Arc;
 

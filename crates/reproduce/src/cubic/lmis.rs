@@ -1,8 +1,8 @@
 //! (12) with (13), (12) with (13') and (25) as linear matrix inequalities in all of their unknowns, each solved by both
 //! solvers.
 //!
-//! Neither solver is believed: an answer counts as feasible when the values that it proposes are proved, and as
-//! infeasible when its multipliers are, exactly.
+//! The solvers are not trusted: a problem counts as feasible if the returned values are verified, and as infeasible if
+//! the multipliers are verified exactly.
 
 use std::fmt;
 
@@ -82,10 +82,10 @@ impl fmt::Display for Answers {
     }
 }
 
-/// Whether each solver comes to what is expected of an inequality; none where it is undecided.
+/// Whether each solver reaches the expected result for an inequality; none if undecided.
 type Expected = [Option<bool>; 2];
 
-/// What the two solvers come to for each inequality, and their answers in words.
+/// The results of the two solvers for each inequality, and their answers as text.
 fn answers(problems: &[(Problem, bool)]) -> Result<(Vec<Expected>, String), CheckError> {
     let mut truths = vec![[None; 2]; problems.len()];
     let mut said = vec![format!("{} inequalities, each solved twice. Seed {SEED}.", problems.len())];
@@ -123,7 +123,7 @@ fn by_both(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::cases(truths.concat())).note(said))
 }
 
-/// What is proved by one solver decides an inequality, unless the other contradicts it.
+/// A proof by one solver decides an inequality, unless the other contradicts it.
 fn by_either(problems: &[(Problem, bool)]) -> Result<Outcome, CheckError> {
     let (truths, said) = answers(problems)?;
     let decided = |truths: &Expected| truths.iter().copied().flatten().reduce(|one, other| one && other);
@@ -229,7 +229,7 @@ mod tests {
             for answer in ["interior: ", "clarabel: "] {
                 assert!(record.note.contains(answer), "{}", record.note);
             }
-            // Of the house's solver, and of all cases together.
+            // For the built-in solver, and for all cases together.
             assert!(record.note.matches(", 0 undecided").count() >= 2, "{}", record.note);
         }
     }

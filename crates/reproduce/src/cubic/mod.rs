@@ -1,6 +1,6 @@
 //! Paper 1: Luenberger-type cubic observers.
 //!
-//! What is true of the paper's theory and what is not, with proofs, stands in `docs/theory-cubic.md` of the repository.
+//! The corrected theory, with proofs, is in `docs/theory-cubic.md` of the repository.
 
 mod example1;
 mod example2;
@@ -15,7 +15,7 @@ mod theorems;
 
 use crate::paper::Paper;
 
-/// What every robust margin of this paper leaves out; it stands wherever one is reported.
+/// The limitation of every robust margin of this paper; printed wherever one is reported.
 const FORCING: &str = "This is a margin of the error dynamics in the paper's proof. An observer that runs the nominal A on such a plant has the \
                        forcing εx in its error besides: it is input-to-state stable, and its error tends to 0 only if x does.";
 

@@ -1,4 +1,4 @@
-//! The first objection to a cubic observer: what noise on y does to it. Ours, the paper has no noise.
+//! Effect of measurement noise on the cubic observer. Our addition: the paper does not consider noise.
 //!
 //! With `y = C x + v` the error obeys `e' = F e - L v + (w'θw) N w`, `w = C e + v`. For (14), `P N = -γ C'θ`, the cubic
 //! term adds to `V'` `-2 γ (w'θw) (w - v)'θw <= 2 γ |w|^3 (|v| - |w|)` in the norm of θ, whose largest value over |w|
@@ -51,7 +51,7 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-/// What the cubic term adds to V' at e under the noise v, from the right-hand side that runs.
+/// The contribution of the cubic term to V' at e under the noise v, computed from the implemented right-hand side.
 fn addition(
     observer: &luenberger_observers::CubicObserver<f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>,
     p: &nalgebra::DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! Random plants for the theorems: seeded, so that every run examines the same ones.
+//! Random plants for the theorems, seeded for reproducibility.
 
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector};

@@ -1,4 +1,4 @@
-//! What the paper says in passing: the behaviour near 0, Zubov's equation of Remark 2 and the shift of footnote 1.
+//! Minor claims of the paper: the behaviour near 0, Zubov's equation of Remark 2 and the shift of footnote 1.
 
 use luenberger_design::CubicDesign;
 use luenberger_design::robust::theorem5_bound;

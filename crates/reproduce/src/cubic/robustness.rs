@@ -1,4 +1,4 @@
-//! Theorems 4 and 5: what they prove, what they leave out, and how tight (23) is.
+//! Theorems 4 and 5: what they prove, what they do not cover, and the conservatism of (23).
 
 use luenberger_design::robust::{PolytopicDesign, fixed_gain_margin, input_to_state_gain, theorem5_bound};
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};

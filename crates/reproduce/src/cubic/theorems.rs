@@ -1,5 +1,5 @@
-//! Theorems 1 to 3 and 6, Lemma 1, Corollary 1 and the first and third remarks: what holds, what does not, and what
-//! holds instead.
+//! Theorems 1 to 3 and 6, Lemma 1, Corollary 1 and the first and third remarks: true statements, false ones, and their
+//! corrections.
 
 use luenberger_design::robust::fixed_lyapunov_margin;
 use luenberger_design::{

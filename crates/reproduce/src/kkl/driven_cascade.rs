@@ -1,4 +1,4 @@
-//! The plant [`DrivenCascade`](luenberger_plants::DrivenCascade) in the pieces of the class of Proposition 7.
+//! The plant [`DrivenCascade`](luenberger_plants::DrivenCascade) in the form of the class of Proposition 7.
 
 use luenberger_observers::cascade::Cascade;
 use nalgebra::{Matrix1, RealField, U1, U2, Vector1, Vector2, convert};

@@ -7,14 +7,13 @@
 //! x2hat = xi1,  x3hat = xi2 + ln Theta_hat                                                (35), (36)
 //! ```
 //!
-//! Theta is positive, and its estimate has to be: it starts at 1, for an exact regression it approaches Theta
-//! monotonically, and noise cannot take it below [`LOWEST`], where it is held;
-//! [`Diagnose`](luenberger_observers::Diagnose) reports that, and beforehand that it is about to happen. psi(0) = 0,
-//! not positive as the paper has it: the regression is then exact from the start (psi(0) > 0 adds a transient to it
-//! that decays with the filter).
+//! Theta is positive, and its estimate must be positive too: it starts at 1, for an exact regression it approaches
+//! Theta monotonically, and under noise it is bounded below by [`LOWEST`]; [`Diagnose`](luenberger_observers::Diagnose)
+//! reports when this bound is active or nearly reached. psi(0) = 0, not positive as in the paper: the regression is
+//! then exact from the start (psi(0) > 0 adds a transient to it that decays with the filter).
 //!
-//! F3, that the plant admits no KKLO, is true of a constant Lambda, and of one that depends on y. With a Lambda that
-//! depends on y and u, as the paper's own KKLO of the converter has, there is one: [`kklo`].
+//! F3, that the plant admits no KKLO, is true for a constant Lambda, and for one that depends on y. With a Lambda that
+//! depends on y and u, as in the paper's own KKLO of the converter, there is one: [`kklo`].
 
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 

@@ -1,6 +1,6 @@
-//! The directions in which the paper says that its designs can be extended: Proposition 7 with more blocks, with
-//! several rows of S and with a monotonic map of x4, and, from its outlook, a change of coordinates that reads the
-//! input. Each with its hypotheses checked and its conclusion along runs.
+//! Extensions of the designs announced in the paper: Proposition 7 with more blocks, with several rows of S and with a
+//! monotonic map of x4, and, from its outlook, a change of coordinates that depends on the input. Each with its
+//! hypotheses checked and its conclusion along runs.
 
 use std::f64::consts::PI;
 
@@ -94,7 +94,7 @@ fn both_rows(u: &Vector2<f64>) -> Matrix2<f64> {
     Matrix2::new(u[0], u[1], u[1], -u[0])
 }
 
-/// What y' is beside S.
+/// The remaining terms of y' besides S.
 fn without_s(y: &Vector2<f64>, x2: f64, x5: f64) -> Vector2<f64> {
     Vector2::new(x5 - y[0], x2 - 2.0 * y[1])
 }
@@ -136,7 +136,7 @@ struct ThreeBlocksMap {
 }
 
 impl ThreeBlocksMap {
-    /// A second row of zeros, which says nothing, where only the first is used.
+    /// A second row of zeros, without effect, where only the first is used.
     fn used(self) -> Matrix2<f64> {
         Matrix2::from_diagonal(&Vector2::new(1.0, f64::from(u8::from(self.both))))
     }

@@ -1,4 +1,4 @@
-//! The errata: what does not hold as printed, each with the claims that show it.
+//! The errata: printed statements that are false, each with the claims that show it.
 
 use crate::paper::Finding;
 

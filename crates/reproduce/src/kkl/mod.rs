@@ -1,6 +1,6 @@
 //! Paper 3: KKL, PEB, [KKL+PEB] and I&I observers.
 //!
-//! What is true of the paper's theory and what is not stands in `docs/theory-kkl.md` of the repository.
+//! The corrected theory is in `docs/theory-kkl.md` of the repository.
 
 mod converter;
 pub mod cuk;

@@ -1,4 +1,4 @@
-//! Proposition 6: the plant (31), its [KKL+PEB]O, and the KKLO that it is said not to have.
+//! Proposition 6: the plant (31), its [KKL+PEB]O, and the KKLO that does not exist according to the paper.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Proposition 7: a plant of the class with two parameters, the gradient estimator beside DREM.
+//! Proposition 7: a plant of the class with two parameters; comparison of the gradient estimator with DREM.
 
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Propositions 1 to 4 and the remarks R5, R6, R9: each with its hypotheses checked and its conclusion along a run.
+//! Propositions 1 to 4 and the remarks R5, R6, R9: hypotheses checked, and conclusions checked along a run.
 //!
 //! Proposition 1 on van der Pol's oscillator, which has a KKLO with a constant Lambda in closed form: with
 //! `m(y) = mu (y - y^3/3)`, `phi_i(x) = lambda_i x1 + x2 - m(x1)` obeys `phi_i' = lambda_i phi_i + lambda_i m(y) - y -

@@ -1,5 +1,5 @@
-//! R2: the open integration of a PEBO, the safety nets that the paper points at, and what they cost. Ours: the paper
-//! names none.
+//! R2: the open-loop integration of a PEBO, remedies for its drift, and their cost. The remedies are chosen here; the
+//! paper mentions but does not specify them.
 //!
 //! On van der Pol's oscillator `phi = x2 - m(x1)`, `m(y) = mu (y - y^3/3)`, obeys `phi' = -y`: Lambda = 0, `xi' = -y`,
 //! and `y' = xi + m(y) + theta`.

@@ -1,4 +1,5 @@
-//! What raising eta does: the internal error vanishes faster, and what was not told more slowly.
+//! Effect of increasing eta: the internal error converges faster, and the part of the initial error not given to the
+//! observer more slowly.
 
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use crate::paper::{Drawing, Plate};
 use crate::table::Table;
 use crate::value::short;
 
-/// The values of eta; the paper asks for 1 or more.
+/// The values of eta; the paper requires eta >= 1.
 const ETAS: [f64; 8] = [0.6, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
 pub(super) fn claims() -> Vec<Claim> {
@@ -49,8 +50,8 @@ pub(super) fn claims() -> Vec<Claim> {
     )]
 }
 
-/// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, what was not told: it outlives e, so
-/// that x - xhat goes at its rate.
+/// Mean rates of decay, per second, negative for growth. "Error" is x - xhat - e, the part unknown to the observer: it
+/// decays more slowly than e, and determines the rate of x - xhat.
 struct Rates {
     eta: f64,
     /// Of the internal error in Example 1.

@@ -1,5 +1,5 @@
-//! Example 1: a chaotic plant without a linear term. Figures 2 to 5, and X(beta) in the place of the block diagram of
-//! Figure 1.
+//! Example 1: a chaotic plant without a linear term. Figures 2 to 5, and X(beta) instead of the block diagram of Figure
+//! 1.
 
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_plants::Chaotic;

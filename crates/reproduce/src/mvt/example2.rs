@@ -1,5 +1,5 @@
 //! Example 2: the robot link with a flexible joint. Figures 6 to 9. The claims are decided on the plant with a44 = 0
-//! and the printed C; two variants keep their names.
+//! and the printed C; two variants are named separately.
 
 use luenberger_design::Region;
 use luenberger_linalg::spectral_abscissa;
@@ -281,7 +281,7 @@ struct Jump {
 /// x̂ and e at an instant, and beta_4 with its X_4.
 type Segment = (Vector4<f64>, Vector4<f64>, [f64; 2]);
 
-/// At a time of the run that was told x(0), where e is x - xhat.
+/// At a time of the run with known x(0), where e is x - xhat.
 fn segment(trajectory: &Trajectory, t: f64) -> Result<Segment, CheckError> {
     let at = |read: &dyn Fn(&View<'_>) -> f64| trajectory.trace(read).at(t);
     let (mut xhat, mut e) = (Vector4::zeros(), Vector4::zeros());

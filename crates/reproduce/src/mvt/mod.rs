@@ -1,6 +1,6 @@
 //! Paper 2: a nonlinear observer by the mean value theorem.
 //!
-//! What is true of it and what is not, with proofs, stands in `docs/theory-mvt.md` of the repository.
+//! The corrected theory, with proofs, is in `docs/theory-mvt.md` of the repository.
 
 mod eta;
 mod example1;

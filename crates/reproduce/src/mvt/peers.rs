@@ -1,5 +1,5 @@
-//! The peers of Example 2: the printed gain of [16], Lipschitz and polytopic designs, the extended Kalman filter.
-//! Figure 9.
+//! Other observers for Example 2: the printed gain of [16], Lipschitz and polytopic designs, the extended Kalman
+//! filter. Figure 9.
 //!
 //! [17] cannot be identified from the paper, which gives no equation of it.
 
@@ -267,7 +267,7 @@ fn horizon(system: System) -> f64 {
     if system == System::Corrected { 20.0 } else { system.end() }
 }
 
-/// What runs side by side on one plant.
+/// The observers that run in parallel on one plant.
 struct Joint {
     clean: Compared,
     noisy: Compared,

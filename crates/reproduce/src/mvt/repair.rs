@@ -1,4 +1,4 @@
-//! The repaired observer on the paper's examples, from a wrong internal error.
+//! The corrected observer on the paper's examples, with a wrong initial internal error.
 
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::{LpvDesign, LpvError, Region};
@@ -103,7 +103,7 @@ pub(super) fn design(system: System) -> Result<MeanValueDesign, CheckError> {
     Ok(MeanValueDesign::new(&vertices(system), system.outputs(), RATE)?)
 }
 
-/// The internal errors that tell the observer nothing or nonsense.
+/// Internal errors with no information or wrong information.
 fn wrong(system: System) -> [Vec<f64>; 3] {
     let start = system.start();
     [start.e01.to_vec(), vec![0.0; system.states()], start.e0.iter().map(|e| -e).collect()]
@@ -153,7 +153,7 @@ fn coordinates(_: &Context) -> Result<Outcome, CheckError> {
     )))
 }
 
-/// |x - xhat| at `end`, told nothing; eta; K; and whether the decrease is proved.
+/// |x - xhat| at `end` without prior information; eta; K; and whether the decrease is proved.
 fn in_coordinates<const P: usize>(
     plant: FlexibleJoint<P>,
     system: System,

@@ -1,17 +1,18 @@
-//! The two examples and their sixteen runs: plants, starts, and the observer as printed.
+//! The two examples and their sixteen runs: plants, initial states, and the observer as printed.
 //!
-//! What reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and column k of |g|
-//! (the diagonal counted twice), e1 the measured errors in the first p rows and the internal ones in the rest, one beta
-//! for each row.
+//! The following reading reproduces the text: g = Df(c) with c built from the internal e, alpha_k the sum of row and
+//! column k of |g| (the diagonal counted twice), e1 the measured errors in the first p rows and the internal ones in
+//! the rest, one beta for each row.
 //!
-//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that corrects its misprint
-//! and nothing else. Two variants keep their names: the classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33`
-//! as printed.
+//! Example 2 is run on the plant with `a44 = 0` and the printed `C = [I3 0]`: the reading that only corrects its
+//! misprint. Two variants are named separately: the classical benchmark with its own `C = [I2 0]`, and `a44 = 3.33` as
+//! printed.
 //!
 //! A run is written as `data/mvt-<system>-eta<1|2>-<e0|e01>.csv` with the columns `t`, `x1..xn`, `x1_hat..xn_hat`,
 //! `e1..en`, `beta1..betan`. Here e is the observer's *internal* error; the real one is x - x_hat. States and errors
-//! are good to 1e-8. beta is as good as X determines it, a few units of rounding of f divided by the curvature of f
-//! along e: where `X(1/2)` is rounding it is 1/2, and once the internal error is below about 1e-4 it always is.
+//! are accurate to 1e-8. beta is as accurate as X determines it, a few units of rounding of f divided by the curvature
+//! of f along e: where `X(1/2)` is at rounding level it is 1/2, which is always the case once the internal error is
+//! below about 1e-4.
 
 use std::sync::Arc;
 
@@ -39,7 +40,7 @@ pub(super) enum System {
     Printed,
 }
 
-/// What the observer is told about `x(0) - xhat(0)` through its e(0).
+/// The information about `x(0) - xhat(0)` given to the observer by its e(0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Told {
     /// The paper's e0, which is `x(0) - xhat(0)`.
@@ -48,7 +49,7 @@ pub(super) enum Told {
     E01,
 }
 
-/// Where an experiment starts.
+/// The initial state of an experiment.
 pub(super) struct Start {
     pub(super) x: &'static [f64],
     pub(super) xhat: &'static [f64],
@@ -197,7 +198,7 @@ pub(super) enum Theorem {
     Integral,
 }
 
-/// One run of the observer, as printed or repaired, from the start of an example.
+/// One run of the observer, as printed or corrected, from the initial state of an example.
 pub(super) struct Experiment<'a> {
     pub(super) eta: f64,
     /// e(0), the internal error at the start.
@@ -315,7 +316,7 @@ pub(super) fn internal(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError
     Ok(trajectory.observer(OBSERVER)?.state.columns(n, n).into_owned())
 }
 
-/// `x - xhat - e`: what the observer was not told, and cannot see.
+/// `x - xhat - e`: the part of the error that is unknown to the observer.
 pub(super) fn untold(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError> {
     Ok(real(trajectory)? - internal(trajectory)?)
 }

@@ -1,4 +1,4 @@
-//! Theorem 1: what its proof shows, and five plants for which what it says is false, each with every hypothesis
+//! Theorem 1: what its proof shows, and five plants as counterexamples to its statement, each with every hypothesis
 //! evaluated.
 
 use luenberger_design::enclosure::enclose;

@@ -1,4 +1,4 @@
-//! The report: the ledger as one HTML file, by the report of `luenberger-figures`.
+//! The report of all claims as one HTML file, with the report type of `luenberger-figures`.
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
@@ -29,7 +29,7 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
     report.section(claims).section(figures).section(Section::new("Data").links(files)).html()
 }
 
-// Writing into a String cannot fail; `let _ =` says so at each place below.
+// Writing into a String cannot fail, hence `let _ =` below.
 
 fn head(papers: &[Paper], summary: &Summary) -> String {
     let mut page = String::new();

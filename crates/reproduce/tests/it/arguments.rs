@@ -1,4 +1,4 @@
-//! What the program says to arguments that are no folder, and that it writes nothing then.
+//! Invalid arguments are reported, and nothing is written.
 
 use std::path::Path;
 use std::process::{Command, Output};

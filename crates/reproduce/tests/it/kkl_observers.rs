@@ -1,4 +1,4 @@
-//! The observers of the converter: their states taken apart, and what their constructors refuse.
+//! The observers of the converter: parts of their states, and errors of their constructors.
 
 use luenberger_observers::diagnosis::{Diagnose, Diagnosis};
 use luenberger_observers::{Observer, ObserverDimensions, ObserverError};

@@ -1,4 +1,4 @@
-//! `data/kkl-prop6.csv` beside another method and other equations.
+//! `data/kkl-prop6.csv` compared with another method and other equations.
 
 use luenberger_reproduce::Context;
 use luenberger_sim::{Integrator, Scenario, Signal};

@@ -1,8 +1,7 @@
-//! The sixteen runs of the mean-value-theorem paper: that the files are there, and that their numbers are right to
-//! 1e-8.
+//! The sixteen runs of the mean-value-theorem paper: the files exist, and their numbers are accurate to 1e-8.
 //!
-//! The reference shares nothing with them: the right-hand sides are written out by hand, with the mean slope in closed
-//! form where the runs search for beta, and the integrator is the implicit one.
+//! The reference is independent: the right-hand sides are written out by hand, with the mean slope in closed form where
+//! the runs search for beta, and the integrator is the implicit one.
 
 use luenberger_reproduce::{papers, run_papers};
 use luenberger_sim::{Integrator, Settings, solve};

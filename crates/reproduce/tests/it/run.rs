@@ -1,4 +1,4 @@
-//! A run from end to end, on a paper of one line: what is written, and what a failure does.
+//! End-to-end run on a paper with one claim: files written, and the effect of a failure.
 
 // A check returns a Result by its type, also where it cannot fail.
 #![allow(clippy::unnecessary_wraps)]

@@ -1,4 +1,5 @@
-//! Why an observer does not fit: the hypothesis that fails, with its numbers, and the kinds that would fit.
+//! Diagnosis of an observer that is not applicable: the violated hypothesis with its numbers, and applicable
+//! alternatives.
 
 use std::fmt::Write;
 
@@ -15,7 +16,7 @@ use crate::model::{Builtin, Model};
 use crate::results::FailureReport;
 use crate::study::{ObserverSpec, Study};
 
-/// A design that failed, or a hypothesis that is checked here.
+/// Error of a design, or a hypothesis that is checked here.
 pub(super) enum Misfit {
     Design(DesignError),
     Enclosure(EnclosureError),
@@ -71,7 +72,7 @@ fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -
     FailureReport { hypothesis, alternatives, line: wish.place.line }
 }
 
-/// The kinds that take nonlinear plants and could take this one.
+/// The kinds of observers for nonlinear plants that are applicable to this one.
 fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
     let size = study.plant.model.size();
     let mut kinds = vec![
@@ -100,7 +101,7 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
     failure(wish, hypothesis, for_nonlinear(study, kind))
 }
 
-/// A misfit in the words of the study.
+/// The diagnosis, with the names of the study.
 pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> FailureReport {
     let kind = wish.kind.name();
     let (hypothesis, alternatives) = match misfit {
@@ -165,7 +166,7 @@ fn another_gain() -> Vec<String> {
     vec!["poles, decay_rate or lmi in place of a given gain".to_owned()]
 }
 
-/// A linear plant with a mode that no output sees: which mode, in which direction, and what is possible nevertheless.
+/// A linear plant with an unobservable mode: the mode, its direction, and which observers still exist.
 fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
     let mut hypothesis = why;
     let mut alternatives = Vec::new();
@@ -198,7 +199,7 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
     failure(wish, hypothesis, alternatives)
 }
 
-/// Output k is state k, at points that no coincidence survives.
+/// Whether output k is state k, tested at points where a coincidence is unlikely.
 fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
     let size = model.size();
     for point in points(size.states) {
@@ -212,7 +213,7 @@ fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
     Ok(())
 }
 
-/// A few states without symmetry, inside of the domain of most right-hand sides.
+/// A few states without symmetry, inside the domain of most right-hand sides.
 fn points(n: usize) -> Vec<DVector<f64>> {
     let entry = |seed: f64| move |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
     [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
@@ -237,7 +238,7 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Resul
     })
 }
 
-/// Each chain begins at its output, and no state of a chain but the next one enters its equation from above.
+/// Each chain begins at its output, and each equation of a chain depends on no later state than the next one.
 pub(super) fn triangular(study: &Study, wish: &ObserverSpec, chains: &Chains) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
     let (states, kind) = (&study.plant.states, wish.kind.name());

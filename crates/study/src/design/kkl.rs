@@ -1,4 +1,4 @@
-//! Numerical KKL observers of the plants of a study: sizes go into types here.
+//! Numerical KKL observers of the plants of a study: run-time sizes are converted to const generics here.
 
 use std::ops::ControlFlow::{Break, Continue};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,7 +31,7 @@ pub enum Kkl {
     ThreeEmbedded(Box<NumericalKklObserver<Embedded<3, 4>, f64, 3, 0, 1, 4>>),
 }
 
-/// A model without inputs and with one output, its number of states in its type.
+/// A model without inputs and with one output; the number of states is a const generic.
 #[derive(Debug, Clone)]
 struct Sized<const N: usize>(Model);
 
@@ -54,7 +54,7 @@ impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
     }
 }
 
-/// The design, for a model whose sizes have been checked: 2 or 3 states, no input, one output. It ends once `cancel` is
+/// The design for a model whose sizes have been checked: 2 or 3 states, no input, one output. It stops once `cancel` is
 /// true.
 pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
     if model.size().states == 2 {
@@ -91,7 +91,7 @@ fn of_size<const N: usize, const Z: usize>(
         leaves: wish.leaves,
         degree: wish.degree,
         samples: wish.samples,
-        // Three axes of 17 points are beyond the pairs that are compared.
+        // A grid of 17 points on three axes is too large for the comparison of all pairs.
         injectivity_points: if N > 2 { 9 } else { 17 },
         ..Settings::default()
     };

@@ -1,4 +1,4 @@
-//! The observers of linear plants.
+//! Designs of the observers of linear plants.
 
 use luenberger_design::number::decay;
 use luenberger_design::{CubicDesign, CubicGain, DesignError, LinearDesign, SampledCubicDesign};

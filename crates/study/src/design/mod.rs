@@ -1,4 +1,4 @@
-//! Each `[[observer]]` to its design, or to the reason why there is none.
+//! Design of each `[[observer]]`, or the reason why it has none.
 
 mod explain;
 mod kkl;
@@ -31,16 +31,16 @@ pub struct Designed {
     pub runnable: Runnable,
     /// Its design in numbers and words.
     pub report: DesignReport,
-    /// What is proved of the design; none for observers whose evidence is measured, or who have none.
+    /// The certificate of the design; none for observers with measured evidence or without evidence.
     pub certificate: Option<Certificate>,
 }
 
 /// Why an observer has no design.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoDesign {
-    /// It does not fit the plant: which hypothesis fails, and what would fit.
+    /// The observer is not applicable to the plant: violated hypothesis and alternatives.
     Misfit(FailureReport),
-    /// The user has interrupted.
+    /// Interrupted by the user.
     Interrupted,
 }
 
@@ -50,8 +50,8 @@ impl From<FailureReport> for NoDesign {
     }
 }
 
-/// The design of one observer of a study. The one that takes minutes, of the kind `kkl-numerical`, looks at `cancel`
-/// all the while, and ends once it is true.
+/// The design of one observer of a study. A design of kind `kkl-numerical` takes minutes; it checks `cancel`
+/// continuously and stops once it is true.
 ///
 /// # Errors
 /// [`NoDesign`].
@@ -59,7 +59,7 @@ pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result
     study.plant.names().with(|| in_words(study, wish, cancel))
 }
 
-/// As [`design`], with the names of the study in all sentences.
+/// As [`design`], with the names of the study in all messages.
 fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let settings = Settings { solver: study.solver, ..Settings::default() };
@@ -151,7 +151,7 @@ fn verdict(certificate: &Certificate) -> String {
     word.to_owned()
 }
 
-/// From which errors the cubic observer converges with its gains as stored.
+/// The region of convergence of the cubic observer, with its gains as stored in floating point.
 fn reach(certificate: &Certificate) -> String {
     if certificate.converges_from_everywhere() {
         return "With its gains exactly as stored it converges from every first error.".to_owned();

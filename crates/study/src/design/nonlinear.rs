@@ -1,4 +1,4 @@
-//! The observers of nonlinear plants.
+//! Designs of the observers of nonlinear plants.
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
@@ -20,7 +20,7 @@ use crate::study::{RateSpec, Study};
 pub(super) fn lpv(model: &Model, region: &Region, rate: &RateSpec, settings: &Settings) -> Result<Designed, Misfit> {
     let design = match rate {
         RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, settings),
-        // A hundredth of the ceiling is as near as a plan for an observer needs it.
+        // The rate is determined to one hundredth of the ceiling, which is enough for a design.
         RateSpec::Fastest(ceiling) => {
             LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, settings)
         }
@@ -50,7 +50,7 @@ pub(super) fn lpv(model: &Model, region: &Region, rate: &RateSpec, settings: &Se
 /// A, C and the sectors of a plant.
 type Split = (DMatrix<f64>, DMatrix<f64>, Vec<Sector>);
 
-/// The entries of Df that vary over the box, each as a sector of its own: by the mean value theorem, component by
+/// The entries of Df that vary over the box, each as its own sector: by the mean value theorem, applied to each
 /// component, `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
 fn sectors(model: &Model, region: &Region) -> Result<Split, Misfit> {
     let n = model.size().states;
@@ -62,7 +62,7 @@ fn sectors(model: &Model, region: &Region) -> Result<Split, Misfit> {
     for i in 0..n {
         for j in 0..n {
             let entry = &jacobians.a[(i, j)];
-            // What is constant up to the rounding of its enclosure is a coefficient.
+            // An entry that is constant up to the rounding of its enclosure is a coefficient.
             if entry.width() <= 8.0 * f64::EPSILON * size {
                 a[(i, j)] = f64::midpoint(entry.lo(), entry.hi());
             } else {

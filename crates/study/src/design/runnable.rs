@@ -1,4 +1,4 @@
-//! The observers of a study as they run: one type for all, so that they go through the same simulations.
+//! The observers of a study as one type for simulation.
 
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
@@ -15,25 +15,25 @@ use crate::model::Model;
 /// An observer, ready to run.
 #[derive(Debug, Clone)]
 pub enum Runnable {
-    /// Luenberger's, and the Kalman filter.
+    /// Luenberger observer, or stationary Kalman filter.
     Linear(Box<LinearObserver<f64, Dyn, Dyn, Dyn>>),
-    /// The cubic one.
+    /// Cubic observer.
     Cubic(Box<CubicObserver<f64, Dyn, Dyn, Dyn>>),
-    /// The sampled cubic one.
+    /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
-    /// The copy of the plant with a gain.
+    /// Copy of the plant with output injection.
     NonlinearLuenberger(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
-    /// The mean-value-theorem observer.
+    /// Mean-value-theorem observer.
     MeanValue(Box<MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn>>),
-    /// High gains along chains.
+    /// High-gain observer for a plant of integrator chains.
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
-    /// The extended Kalman filter.
+    /// Extended Kalman filter.
     ExtendedKalman(Box<ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
-    /// By simulation.
+    /// Numerical KKL observer.
     Kkl(Box<Kkl>),
 }
 
-/// The same call for each kind, in continuous time and in samples.
+/// The same expression for each kind, in continuous time and for samples.
 macro_rules! each {
     ($runnable:expr, $continuous:ident => $flow:expr, $sampled:ident => $step:expr) => {
         match $runnable {
@@ -55,7 +55,7 @@ macro_rules! each {
 }
 
 impl Runnable {
-    /// The scenario with this observer in it.
+    /// The scenario with this observer added.
     pub fn join<'a>(&'a self, scenario: Scenario<'a>, name: &str, initial: &[f64]) -> Scenario<'a> {
         each!(
             self,
@@ -64,10 +64,10 @@ impl Runnable {
         )
     }
 
-    /// The replay of a log with this observer in it.
+    /// The replay of a log with this observer added.
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         if let Self::ExtendedKalman(filter) = self {
-            // As a filter it says what covariance it believes its innovation to have.
+            // `filter` also records the innovation covariance.
             return replay.filter(name, filter.as_ref().clone(), initial);
         }
         each!(
@@ -77,7 +77,7 @@ impl Runnable {
         )
     }
 
-    /// Its sampling period; none in continuous time.
+    /// The sampling period; none in continuous time.
     pub fn period(&self) -> Option<f64> {
         each!(self, _observer => None, sampled => Some(sampled.period()))
     }
@@ -88,7 +88,7 @@ impl Runnable {
     }
 }
 
-/// A plant in triangular form: chain k has `lengths[k]` consecutive states, of which the first is the output k.
+/// A plant in triangular form: chain k has `lengths[k]` consecutive states, the first of which is output k.
 #[derive(Debug, Clone)]
 pub struct Chains {
     pub(super) model: Model,
@@ -121,7 +121,7 @@ impl HighGainMap<f64> for Chains {
             }
             head += length;
         }
-        // Beyond the last chain: no position, which the constructor refuses.
+        // Beyond the last chain there is no position, and the constructor returns an error.
         Place { output: self.lengths.len(), position: 0 }
     }
 

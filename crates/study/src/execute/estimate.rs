@@ -1,4 +1,4 @@
-//! What an execution will cost, before it begins: an order of magnitude, from a short piece of the run.
+//! Estimate of the cost of an execution, to an order of magnitude, from a short part of the run.
 
 use std::time::Instant;
 
@@ -7,24 +7,25 @@ use super::{Step, sweep};
 use crate::signal::Input;
 use crate::study::{ObserverKind, Simulation, Study};
 
-/// What an execution will cost.
+/// Estimated cost of an execution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// How many runs of the plant it has.
+    /// Number of runs of the plant.
     pub runs: usize,
     /// Seconds on one thread, to an order of magnitude.
     pub seconds: f64,
-    /// What most of them are spent on.
+    /// The step that takes most of the time.
     pub mostly: String,
 }
 
-/// One value of T by simulation, in seconds: a trajectory over the memory of the filter at 1e-11.
+/// Seconds for one value of T by simulation: a trajectory over the memory of the filter with tolerance 1e-11.
 const ONE_T: f64 = 2e-3;
 
-/// Values of T that a design needs besides its table: held-out points, and pairs that y might not tell apart.
+/// Number of values of T that a design needs besides its table: validation points, and pairs tested for
+/// indistinguishability.
 const BESIDES: f64 = 2000.0;
 
-/// What a step will cost. Runs the plant over a fiftieth of the duration to find out.
+/// Estimated cost of a step, from a simulation of one fiftieth of the duration.
 pub fn estimate(study: &Study, step: Step) -> Estimate {
     let tables: f64 = study
         .observers
@@ -63,17 +64,17 @@ pub fn estimate(study: &Study, step: Step) -> Estimate {
 /// Seconds of one run with an observer.
 fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     const SHARE: f64 = 0.02;
-    // An observer has about the cost of the plant, and its transient that of the plant again.
+    // An observer costs about as much as the plant, and its transient about as much again.
     const WITH_OBSERVER: f64 = 4.0;
     let mut short = simulation.clone();
     short.duration *= SHARE;
     short.samples = 2;
     let plant = Study { input: study.input.program().cloned().map_or(Input::Zero, Input::Program), ..study.clone() };
     let began = Instant::now();
-    // A plant that cannot be run costs nothing; the run itself will say why.
+    // A plant that cannot be simulated is estimated as zero; the run itself reports the error.
     let _ = simulate::trajectory(&plant, &short, &[], None, Variation::NONE);
     let plant = began.elapsed().as_secs_f64() / SHARE * WITH_OBSERVER;
-    // Filters step at their own period, whatever the integrator does.
+    // Filters step with their own period, independent of the integrator.
     let step = |wish: &crate::study::ObserverSpec| match &wish.kind {
         ObserverKind::ExtendedKalman { period, substeps, w, .. } => {
             let n = w.nrows() as f64;

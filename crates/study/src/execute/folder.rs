@@ -1,5 +1,4 @@
-//! The folder of the results: every file is written beside its place and moved into it, so that none is ever half
-//! there.
+//! Output folder. Files are written under a temporary name and moved into place, so that no file is incomplete.
 
 use std::io::Cursor;
 use std::path::PathBuf;
@@ -10,7 +9,7 @@ use luenberger_figures::{Figure, Table};
 
 use crate::error::StudyError;
 
-/// A folder, or nothing where nothing is to be written.
+/// A folder, or none if nothing is to be written.
 pub(super) struct Folder {
     root: Option<PathBuf>,
     written: Mutex<Vec<String>>,
@@ -28,7 +27,7 @@ impl Folder {
         self.root.is_some()
     }
 
-    /// Writes a file of the folder, by its name with `/` between its parts.
+    /// Writes a file of the folder; the parts of the name are separated by `/`.
     pub(super) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
         let Some(root) = &self.root else { return Ok(()) };
         let path = root.join(name);
@@ -46,7 +45,7 @@ impl Folder {
         Ok(())
     }
 
-    /// The files written so far, in the order of their names.
+    /// The files written so far, sorted by name.
     pub(super) fn written(&self) -> Vec<String> {
         let mut written = self.written.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone();
         written.sort();

@@ -1,4 +1,4 @@
-//! The observers on a measured log: no plant is run, and what counts is the innovation.
+//! The observers on a measured log: no plant is simulated; the innovation is the figure of merit.
 
 use luenberger_sim::replay::{Recording, Replay, ReplayedObserver};
 use luenberger_sim::{Settings, SimError};
@@ -40,7 +40,7 @@ fn report(study: &Study, recording: &Recording, replayed: &ReplayedObserver) -> 
     })
 }
 
-/// An observer with its estimates on the log, if it came to the end.
+/// An observer with its estimates on the log, if the replay finished.
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
 pub(super) fn all<'a>(
@@ -91,7 +91,7 @@ fn run(recording: &Recording, replayed: ReplayedObserver) -> Run {
         values
     };
     let (u, y) = (at(recording.inputs()), at(recording.outputs()));
-    // The state of a log is not known.
+    // The true state of a log is unknown.
     let x = DMatrix::zeros(replayed.t.len(), 0);
     Run { t: replayed.t, x, u, y, estimate: Some(replayed.estimate) }
 }

@@ -1,4 +1,4 @@
-//! The steps of a study: observability, designs, runs, sweep, and the folder that they leave.
+//! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
 mod estimate;
 mod folder;
@@ -25,7 +25,7 @@ use crate::results::{FailureReport, ObserverReport, PlantSummary, Results, repor
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
-/// An observer that has a design.
+/// An observer that has been designed.
 #[derive(Clone, Copy)]
 pub(crate) struct Member<'a> {
     pub(crate) wish: &'a ObserverSpec,
@@ -36,10 +36,10 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
     members.iter().find(|member| member.wish.name == name)
 }
 
-/// Does one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
+/// Executes one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
 ///
-/// With [`RunOptions::output`] the results are written as they come: `study.json` after each stage, trajectories,
-/// figures and certificates as they are finished. The same study gives the same bytes.
+/// With [`RunOptions::output`] results are written as soon as they are available: `study.json` after each stage,
+/// trajectories, figures and certificates one by one. The same study gives identical bytes.
 ///
 /// ```
 /// use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
@@ -52,9 +52,9 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// [`StudyError::Missing`] when the study has no table for the step, [`StudyError::Interrupted`] when the user has
-/// interrupted, [`StudyError::Io`] and its kin for what cannot be written. An observer that does not fit, or a run that
-/// blows up, is no error: see [`Results::failures`].
+/// [`StudyError::Missing`] if the study has no table for the step, [`StudyError::Interrupted`] if the user has
+/// interrupted, [`StudyError::Io`] and similar for files that cannot be written. An observer that is not applicable, or
+/// a simulation that diverges, is not an error: see [`Results::failures`].
 pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
     let Some(threads) = options.threads else { return stages(study, step, options) };
     let pool =
@@ -70,7 +70,7 @@ pub fn run(study: &Study, options: &RunOptions<'_>) -> Result<Results, StudyErro
     execute(study, Step::Run, options)
 }
 
-/// What the study has to have for the step.
+/// Checks that the study has the tables the step needs.
 fn check(study: &Study, step: Step) -> Result<(), StudyError> {
     let missing = |needs| Err(StudyError::Missing { step: step.name(), needs });
     let data = study.simulation.is_some() || study.log.is_some();
@@ -99,7 +99,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         files: Vec::new(),
     };
     let all = step == Step::Run;
-    // A nonlinear plant is observed along its trajectory, which under feedback needs the observers.
+    // A nonlinear plant is linearized along its trajectory, which depends on the observers under feedback.
     let designs = if step == Step::Observe && simulate::fed(study).is_none() {
         Vec::new()
     } else {
@@ -155,7 +155,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         let alone;
         let first = match of.first() {
             Some((_, run)) => Some(*run),
-            // No observer came to the end: the plant by itself, if it can be run.
+            // No observer run finished: the plant alone, if it can be simulated.
             None if simulate::fed(study).is_none() => {
                 let trajectory = simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE)?;
                 alone = simulate::samples(simulation, &trajectory, None);
@@ -207,21 +207,21 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     Ok(results)
 }
 
-/// The results so far, on disk.
+/// Writes the results so far.
 fn save(folder: &Folder, results: &mut Results) -> Result<(), StudyError> {
     results.files = folder.written().into_iter().filter(|name| name != "study.json").collect();
     if folder.is_wanted() { folder.write("study.json", results.to_json()?.as_bytes()) } else { Ok(()) }
 }
 
-/// What came of the design of an observer.
+/// Result of the design of an observer.
 struct Outcome {
     designed: Result<Designed, FailureReport>,
-    /// Why its proof makes no file.
+    /// Why its proof cannot be written as a file.
     open: Option<String>,
 }
 
-/// The designs, in parallel, in the order of the observers, each with its certificate as `certificates/NAME.json` as
-/// soon as it is there, if `certified`; none for those that an interruption has left unfinished.
+/// The designs, in parallel, in the order of the observers. If `certified`, each certificate is written to
+/// `certificates/NAME.json` as soon as it exists. Designs not finished before an interruption are `None`.
 fn designs(
     study: &Study,
     options: &RunOptions<'_>,
@@ -248,7 +248,7 @@ fn designs(
         options.tell("design", &wish.name, count, total);
         Ok(Some(Outcome { designed, open }))
     };
-    // Those that take minutes come last, so that an interruption finds the others finished.
+    // Long designs are started last, so that an interruption keeps the others.
     let takes_long = |wish: &ObserverSpec| matches!(wish.kind, ObserverKind::KklNumerical(_));
     let mut outcomes: Vec<Option<Outcome>> = study.observers.iter().map(|_| None).collect();
     for long in [false, true] {
@@ -270,7 +270,7 @@ fn described(study: &Study, wish: &ObserverSpec, outcome: &Outcome) -> ObserverR
     ObserverReport { name: wish.name.clone(), kind: wish.kind.name().to_owned(), solver, design, failure }
 }
 
-/// The certificate of an observer, if it has one, as a file; or why its proof makes none.
+/// The certificate of an observer as a file, if it has one, or why its proof cannot be written.
 fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Option<String>, StudyError> {
     match designed.certificate.as_ref().map(|certificate| certificate.file(name)) {
         Some(Ok(file)) => {
@@ -288,7 +288,7 @@ fn summary(study: &Study) -> PlantSummary {
         Model::Expressions(expressions) => {
             let f = plant.states.iter().zip(expressions.f()).map(|(name, row)| format!("{name}' = {}", row.text()));
             let h = plant.outputs.iter().zip(expressions.h()).enumerate().map(|(k, (name, row))| match row.text() {
-                // An output that is called as the state that it measures: `v2 = v2` would say nothing.
+                // An output with the same name as the state it measures: `v2 = v2` carries no information.
                 text if text == name => format!("y{} = {text}", k + 1),
                 text => format!("{name} = {text}"),
             });

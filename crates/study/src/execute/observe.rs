@@ -1,4 +1,4 @@
-//! What the outputs see of the states.
+//! Observability analysis.
 
 use std::fmt::Write;
 
@@ -14,11 +14,11 @@ use crate::error::StudyError;
 use crate::results::{LieRank, ModeReport, NonlinearObservability, ObservabilityAt, ObservabilityReport};
 use crate::study::Study;
 
-/// Points along the trajectory at which a nonlinear plant is linearised.
+/// Number of points along the trajectory at which a nonlinear plant is linearized.
 const POINTS: usize = 5;
 
-/// Of a linear plant once; of a nonlinear one at its linearisations along the trajectory of the study, or at the first
-/// row of a log and the origin where there is none.
+/// A linear plant is analysed once. A nonlinear one is linearized along the trajectory of the study; without one, at
+/// the first row of a log and the origin.
 pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<ObservabilityReport, StudyError> {
     let order = study.plant.states.len();
     let points = match study.plant.model.linear() {
@@ -40,8 +40,8 @@ pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<Obs
     Ok(ObservabilityReport { points, order, rank, nonlinear })
 }
 
-/// The rank of the derivatives of the output along the trajectory, and the empirical Gramian; none where a derivative
-/// does not exist.
+/// Rank of the Lie derivatives of the output along the trajectory, and the empirical Gramian; none if a derivative does
+/// not exist.
 fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearObservability>, StudyError> {
     let model = &study.plant.model;
     let instants: Vec<Instant> = along(study, members)?
@@ -62,7 +62,8 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
         weakest: Vec::new(),
         words: lie.in_words(&names),
     };
-    // Under feedback the input depends on an observer; the Gramian is of the plant with an input of its own.
+    // With feedback the input depends on an observer; the Gramian is computed with the input as a given function of
+    // time.
     if let (Some(simulation), None) = (&study.simulation, simulate::fed(study)) {
         let input = |t: f64, u: &mut [f64]| match study.input.program() {
             Some(program) => program.at(t, u),
@@ -70,7 +71,7 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
         };
         let settings = GramianSettings { integration: simulation.settings, ..GramianSettings::default() };
         let span = (0.0, simulation.duration);
-        // A start beside x0 may blow up where x0 does not: then there is no Gramian, and the ranks stand alone.
+        // A perturbed initial state may blow up where x0 does not: then only the ranks are reported.
         if let Ok(gramian) = empirical_gramian(model, &simulation.x0, input, span, &settings) {
             report.weakest = gramian.weakest().map(|v| v.as_slice().to_vec()).unwrap_or_default();
             let _ = write!(
@@ -89,13 +90,13 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
 /// A time, the state and the input there.
 type Moment = (f64, DVector<f64>, DVector<f64>);
 
-/// Where a nonlinear plant is looked at.
+/// The points at which a nonlinear plant is analysed.
 fn along(study: &Study, members: &[Member<'_>]) -> Result<Vec<Moment>, StudyError> {
     let size = study.plant.model.size();
     let Some(simulation) = &study.simulation else {
         let u = DVector::zeros(size.inputs);
         let estimates = study.observers.iter().map(|wish| DVector::from_column_slice(&wish.initial));
-        // The first estimates are the only states that such a study speaks of.
+        // Without a simulation, the initial estimates are the only states given by the study.
         let x = estimates.take(1).next().unwrap_or_else(|| DVector::zeros(size.states));
         return Ok(vec![(0.0, x, u)]);
     };
@@ -139,7 +140,7 @@ fn report(study: &Study, mode: &Mode) -> ModeReport {
     }
 }
 
-/// A direction by the names of the states: `position - 0.5 velocity`.
+/// A direction in terms of the names of the states: `position - 0.5 velocity`.
 pub(crate) fn in_words(study: &Study, direction: &[f64]) -> String {
     let names: Vec<&str> = study.plant.states.iter().map(String::as_str).collect();
     direction_in_words(direction, &names)

@@ -1,31 +1,31 @@
-//! How a study is executed: where its results go, who is told of the progress, and who may interrupt.
+//! Options of an execution: output folder, progress callback, interruption.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::StudyError;
 
-/// The steps of a study. Each does what it needs of the steps before it.
+/// The steps of a study. Each includes what it needs of the steps before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// What the outputs see of the states.
+    /// Observability analysis.
     Observe,
-    /// The observers, with their certificates in words.
+    /// Designs, with their certificates as text.
     Design,
-    /// The observers, with their certificates written to files.
+    /// Designs, with their certificates written to files.
     Certify,
-    /// The runs, with trajectories and figures.
+    /// Simulations, with trajectories and figures.
     Simulate,
-    /// The observers side by side.
+    /// Comparison of the observers.
     Compare,
-    /// The sweep.
+    /// Parameter sweep.
     Sweep,
-    /// All of them, and the report.
+    /// All steps, and the report.
     Run,
 }
 
 impl Step {
-    /// The name of the step, which is that of the command.
+    /// The name of the step, equal to that of the command.
     pub fn name(self) -> &'static str {
         match self {
             Self::Observe => "observe",
@@ -39,34 +39,34 @@ impl Step {
     }
 }
 
-/// How far an execution is.
+/// Progress of an execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
-    /// What is being done: `design`, `simulate`, `sweep`, `figures`, ...
+    /// The stage: `design`, `simulate`, `sweep`, `figures`, ...
     pub stage: &'a str,
-    /// What it is done to: the name of an observer or of a file.
+    /// The current item: the name of an observer or a file.
     pub item: &'a str,
-    /// How many items are done.
+    /// Number of finished items.
     pub done: usize,
-    /// Of how many.
+    /// Total number of items.
     pub total: usize,
 }
 
 /// How a study is executed.
 pub struct RunOptions<'a> {
-    /// The folder of the results, which is made if it is not there; nothing is written without it.
+    /// The output folder, created if missing; without it nothing is written.
     pub output: Option<PathBuf>,
-    /// Told of every item that is done, from any thread.
+    /// Called for every finished item, from any thread.
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
-    /// Looked at between items, and all through a design of the kind `kkl-numerical`: true ends the execution with
-    /// [`StudyError::Interrupted`].
+    /// Checked between items, and continuously during a design of the kind `kkl-numerical`: true ends the execution
+    /// with [`StudyError::Interrupted`].
     pub cancel: &'a AtomicBool,
-    /// The number of threads; as many as there are processors without it. Results do not depend on it.
+    /// Number of threads (default: number of processors). Results do not depend on it.
     pub threads: Option<usize>,
 }
 
 impl Default for RunOptions<'_> {
-    /// Nothing is written, nobody is told, nobody interrupts.
+    /// No output, no progress, no interruption.
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
         Self { output: None, progress: &|_| (), cancel: &NEVER, threads: None }
@@ -74,7 +74,7 @@ impl Default for RunOptions<'_> {
 }
 
 impl RunOptions<'_> {
-    /// An error once the user has interrupted.
+    /// Returns an error once the user has interrupted.
     pub(crate) fn check(&self) -> Result<(), StudyError> {
         if self.cancel.load(Ordering::Relaxed) { Err(StudyError::Interrupted) } else { Ok(()) }
     }

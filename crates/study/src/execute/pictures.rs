@@ -10,7 +10,7 @@ use crate::results::SweepReport;
 use crate::results::report::with_unit;
 use crate::study::{Quantity, Study};
 
-/// What all runs of a study have in common, and each observer's part.
+/// The data common to all runs of a study, and those of each observer.
 pub(super) struct Runs<'a> {
     pub(super) study: &'a Study,
     /// The times of the first run, its states (none on a log), inputs and outputs.
@@ -22,7 +22,7 @@ pub(super) struct Runs<'a> {
 }
 
 impl Runs<'_> {
-    /// The rows between the ends of the plot.
+    /// The rows within the time window of the plot.
     fn rows(&self, run: &Run) -> Vec<usize> {
         let plot = &self.study.plot;
         let within = |t: &f64| plot.from.is_none_or(|from| *t >= from) && plot.to.is_none_or(|to| *t <= to);
@@ -40,7 +40,7 @@ impl Runs<'_> {
         self.study.plot.states.clone().unwrap_or_else(|| (0..self.study.plant.states.len()).collect())
     }
 
-    /// The label of the axis of times.
+    /// The label of the time axis.
     fn time(&self) -> String {
         with_unit("time t", self.study.plant.time_unit.as_ref())
     }
@@ -51,7 +51,7 @@ impl Runs<'_> {
 }
 
 fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Option<Series> {
-    // A picture has a few hundred points of width; what is kept is every so many of them, the last included.
+    // A figure is a few hundred points wide; the data are decimated to about that, including the last sample.
     let step = rows.len().div_ceil(1500).max(1);
     let kept: Vec<usize> = rows.iter().copied().step_by(step).chain(rows.last().copied()).collect();
     let (mut xs, mut ys): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
@@ -65,7 +65,7 @@ fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Opti
     (xs.len() > 1).then(|| Series::line(name, &xs, &ys))
 }
 
-/// The figures with their ids, as the study asks for them.
+/// The requested figures with their ids.
 pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
     let default = if runs.measured {
         vec![Quantity::States, Quantity::Innovations]
@@ -89,7 +89,7 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
 
 type Named = Option<(String, Figure)>;
 
-/// A figure with as many panels as have a curve; none without any.
+/// A figure with one panel for each nonempty set of curves; none if all are empty.
 fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
     let panels: Vec<Panel> = panels.into_iter().filter(|panel| !panel.series.is_empty()).collect();
     if panels.is_empty() {
@@ -142,7 +142,7 @@ fn norm(runs: &Runs<'_>) -> Named {
         let Some(estimate) = &run.estimate else { continue };
         let size = |k: usize| {
             let norm = (run.x.row(k) - estimate.row(k)).norm();
-            // What is 0 has no place on a logarithmic axis.
+            // Zero cannot be drawn on a logarithmic axis.
             if norm > 0.0 { norm } else { f64::NAN }
         };
         if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), size) {
@@ -170,7 +170,7 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
     figure(id, title, &caption, names.iter().enumerate().map(panel).collect())
 }
 
-/// `y - h(xhat)` of a run.
+/// Innovation `y - h(xhat)` of a run.
 pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
     let estimate = run.estimate.as_ref()?;
     let mut innovation = run.y.clone();
@@ -200,10 +200,10 @@ fn innovations(runs: &Runs<'_>) -> Named {
     figure("innovations", "Innovations", caption, runs.study.plant.outputs.iter().enumerate().map(panel).collect())
 }
 
-/// What a row of a sweep is judged by.
+/// Figure of merit of a row of a sweep.
 type Merit = fn(&crate::results::SweepRow) -> Option<f64>;
 
-/// The sweep: each merit against the parameter.
+/// The sweep: each figure of merit against the parameter.
 pub(super) fn sweep(report: &SweepReport, time_unit: Option<&String>) -> Named {
     let observers: Vec<&String> = report.rows.iter().fold(Vec::new(), |mut names, row| {
         if !names.contains(&&row.observer) {
@@ -239,7 +239,7 @@ pub(super) fn sweep(report: &SweepReport, time_unit: Option<&String>) -> Named {
     figure("sweep", "Sweep", &caption, merits.into_iter().map(panel).collect())
 }
 
-/// What the parameter of a sweep is, for an axis.
+/// Axis label of the sweep parameter.
 fn parameter(name: &str) -> &'static str {
     match name {
         "gamma" => "gamma",
@@ -249,14 +249,14 @@ fn parameter(name: &str) -> &'static str {
     }
 }
 
-/// A run as a table: t, states, inputs, outputs as seen, estimates `NAME_hat`.
+/// A run as a table: t, states, inputs, measured outputs, estimates `NAME_hat`.
 pub(super) fn table(study: &Study, run: &Run, measured: bool) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
         for (j, name) in names.iter().enumerate() {
             let column = of.column(j).iter().copied().collect::<Vec<f64>>();
             let mut title = format!("{name}{suffix}");
-            // A state and an output may have one name; a table must not.
+            // A state and an output may have the same name; columns must not.
             while table.columns().iter().any(|(other, _)| *other == title) {
                 title.push('\'');
             }

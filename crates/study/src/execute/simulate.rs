@@ -1,6 +1,6 @@
-//! The runs: each observer by itself, so that one that blows up is a row of the table and not the end of it.
+//! Simulations: each observer in its own run, so that a diverging one affects only its own row of the table.
 //!
-//! Under feedback the observer whose estimate is fed back is in every run; all see the same plant.
+//! With feedback, the observer in the loop is part of every run, so that all see the same plant trajectory.
 
 use luenberger_sim::{Integrand, Merits, Scenario, SimError, Trajectory};
 use nalgebra::DMatrix;
@@ -12,12 +12,12 @@ use crate::results::{MeritsReport, RunReport, SimulationReport};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
-/// What is different from the study's own run.
+/// Deviation from the study's own run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Variation {
-    /// A factor of the noise.
+    /// Factor of the noise amplitude.
     pub(super) noise: f64,
-    /// A number to add to its seed.
+    /// Number added to the seed.
     pub(super) seed: u64,
 }
 
@@ -25,18 +25,18 @@ impl Variation {
     pub(super) const NONE: Self = Self { noise: 1.0, seed: 0 };
 }
 
-/// A run in numbers: one row for each time.
+/// Result of a run: one row for each time.
 pub(super) struct Run {
     pub(super) t: Vec<f64>,
     pub(super) x: DMatrix<f64>,
     pub(super) u: DMatrix<f64>,
-    /// The outputs as the observers see them.
+    /// The measured outputs, with noise.
     pub(super) y: DMatrix<f64>,
     /// The estimates of the observer; none for the plant alone.
     pub(super) estimate: Option<DMatrix<f64>>,
 }
 
-/// The observer whose estimate is fed back.
+/// The observer in the feedback loop.
 pub(super) fn fed(study: &Study) -> Option<&str> {
     match &study.input {
         Input::Feedback { observer, .. } => Some(observer),
@@ -44,7 +44,7 @@ pub(super) fn fed(study: &Study) -> Option<&str> {
     }
 }
 
-/// One run, with the observer `member` and with the one whose estimate is fed back.
+/// One run, with the observer `member` and the one in the feedback loop.
 pub(super) fn trajectory(
     study: &Study,
     simulation: &Simulation,
@@ -81,7 +81,7 @@ pub(super) fn trajectory(
     scenario.run()
 }
 
-/// The first error, |x(0) - xhat(0)|.
+/// The initial error, |x(0) - xhat(0)|.
 pub(super) fn initial_error(simulation: &Simulation, initial: &[f64]) -> f64 {
     simulation.x0.iter().zip(initial).map(|(x, xhat)| (x - xhat).powi(2)).sum::<f64>().sqrt()
 }
@@ -111,7 +111,7 @@ pub(super) fn merits(
     })
 }
 
-/// The samples of a run, with the outputs as the observers saw them.
+/// The samples of a run, with the measured outputs.
 pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: Option<&Member<'_>>) -> Run {
     let mut y = trajectory.y.clone();
     if let Some(wish) = &simulation.noise {
@@ -131,8 +131,8 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
 /// A run with its observer, or the error that ended it.
 pub(super) type Outcome<'a> = (Member<'a>, Result<Run, SimError>);
 
-/// All runs, in the order of the observers. `finished` is told of each as it ends, from any thread. Observers that were
-/// not reached before an interruption are left out.
+/// All runs, in the order of the observers. `finished` is called for each run that ends, from any thread. Observers not
+/// reached before an interruption are omitted.
 pub(super) fn all<'a>(
     study: &Study,
     simulation: &Simulation,
@@ -188,7 +188,7 @@ pub(super) fn all<'a>(
     (report, runs)
 }
 
-/// The observer whose estimate is fed back has a design.
+/// Checks that the observer in the feedback loop has a design.
 fn fed_back(study: &Study, members: &[Member<'_>]) -> Result<(), SimError> {
     match fed(study) {
         Some(observer) if !members.iter().any(|member| member.wish.name == observer) => {

@@ -1,7 +1,7 @@
-//! The sweep: every observer at every value, with an ensemble of noises and first errors, in parallel.
+//! Parameter sweep: every observer at every value, with an ensemble of noise seeds and initial errors, in parallel.
 //!
-//! Each run depends on the study, the value and its number in the ensemble alone, so that neither threads nor their
-//! order change the result.
+//! Each run depends only on the study, the value and its index in the ensemble. Number and order of threads do not
+//! affect the result.
 
 use luenberger_sim::{Noise, SimError};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::error::StudyError;
 use crate::results::{MeritsReport, SweepReport, SweepRow};
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
 
-/// An observer at a value, as it is wished there; none if the parameter is not one of it.
+/// The specification of an observer at a value; none if it does not have the parameter.
 fn varied(wish: &ObserverSpec, simulation: &Simulation, parameter: Swept, value: f64) -> Option<ObserverSpec> {
     let mut wish = wish.clone();
     match parameter {
@@ -30,20 +30,20 @@ fn varied(wish: &ObserverSpec, simulation: &Simulation, parameter: Swept, value:
     Some(wish)
 }
 
-/// The first estimate of a member of the ensemble: member 0 is the study's own, the others err as much in other
-/// directions.
+/// The initial estimate of an ensemble member: member 0 uses the study's own, the others an initial error of the same
+/// norm in random directions.
 fn initial(wish: &ObserverSpec, simulation: &Simulation, seed: u64, number: usize) -> Vec<f64> {
     if number == 0 {
         return wish.initial.clone();
     }
-    // Gaussian in every entry: no direction is preferred.
+    // Gaussian entries, so that the direction is uniformly distributed.
     let direction = Noise::gaussian(&vec![1.0; simulation.x0.len()], 1.0, seed).sample(number as u64);
     let norm = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
     let error = simulate::initial_error(simulation, &wish.initial);
     simulation.x0.iter().zip(&direction).map(|(x, d)| x - error * d / norm).collect()
 }
 
-/// How many runs a sweep has.
+/// Number of runs of a sweep.
 pub(super) fn runs(study: &Study, sweep: &Sweep) -> usize {
     chosen(study, sweep).len() * sweep.values.len() * sweep.ensemble
 }
@@ -53,7 +53,7 @@ fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverSpec> {
     study.observers.iter().filter(named).collect()
 }
 
-/// The rows in the order of the observers and values; those that an interruption has left unfinished are not there.
+/// The rows in the order of observers and values; rows not finished before an interruption are omitted.
 pub(super) fn all(
     study: &Study,
     simulation: &Simulation,
@@ -135,7 +135,8 @@ fn cell(
         options.check()?;
         let wish = ObserverSpec { initial: initial(wish, simulation, sweep.seed, number), ..wish.clone() };
         let member = Member { wish: &wish, designed };
-        // The observer that is fed back is the swept one where it is that, and the study's own otherwise.
+        // If the observer in the feedback loop is the swept one, its swept version is fed back, otherwise the study's
+        // own.
         let variation = Variation { noise: factor, seed: number as u64 };
         let outcome = simulate::trajectory(study, simulation, members, Some(&member), variation)
             .and_then(|trajectory| simulate::merits(study, simulation, &trajectory, &member));
@@ -156,13 +157,13 @@ fn cell(
     row.rms = median(merits.iter().map(|merits| merits.rms));
     row.peak = median(merits.iter().map(|merits| merits.peak));
     row.last = median(merits.iter().map(|merits| merits.last));
-    // One that never settles does so at infinity: the median is finite if most settle.
+    // A run that does not settle counts as infinite: the median is finite if most runs settle.
     let settling = median(merits.iter().map(|merits| merits.settling_last.unwrap_or(f64::INFINITY)));
     row.settling = settling.filter(|time| time.is_finite());
     Ok(row)
 }
 
-/// The middle value; of an even number the lower of the two in the middle, which is one that occurred.
+/// The median; for an even number of values the lower of the middle two, which is an actual value.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

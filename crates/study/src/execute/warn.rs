@@ -1,4 +1,4 @@
-//! What a reader should know before he believes a result.
+//! Warnings that qualify the results.
 
 use luenberger_design::Region;
 use luenberger_proof::wording::significant;
@@ -10,7 +10,7 @@ use crate::results::report::eigenvalue;
 use crate::signal::Input;
 use crate::study::{ObserverKind, Study};
 
-/// Below this margin a mode is seen, and hardly.
+/// Modes with a margin below this are weakly observable.
 const HARDLY: f64 = 1e-6;
 
 pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
@@ -45,7 +45,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
     warnings
 }
 
-/// The box of an observer's certificate, if it has one with an end.
+/// The box of an observer's certificate, if it has one that is bounded somewhere.
 fn region(kind: &ObserverKind) -> Option<&Region> {
     let (ObserverKind::Lpv { region, .. }
     | ObserverKind::MeanValue { region, .. }
@@ -56,7 +56,7 @@ fn region(kind: &ObserverKind) -> Option<&Region> {
     region.states().iter().any(|(low, high)| low.is_finite() || high.is_finite()).then_some(region)
 }
 
-/// States and estimates that leave the box in which something was proved, and inputs that leave theirs.
+/// States, estimates and inputs that leave the box for which a property was proved.
 pub(super) fn of_runs(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
     let mut warnings = Vec::new();
     for (member, run) in runs {

@@ -1,24 +1,24 @@
-//! Why a file gives no plant.
+//! Errors of importing a model.
 
 use thiserror::Error;
 
-/// Why a file gives no plant.
+/// Error of importing a model.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ImportError {
     /// The file cannot be read.
     #[error("the file cannot be read: {message}")]
     Read {
-        /// What the system says.
+        /// The error of the system.
         message: String,
     },
-    /// The file is longer than is taken for meant.
+    /// The file is longer than the limit.
     #[error("the file is longer than {limit} bytes")]
     TooLong {
         /// The limit.
         limit: u64,
     },
-    /// The first bytes are those of no kind of file that is read here.
+    /// The format is not recognized.
     #[error(
         "the file is of no known kind ({bytes} bytes, the first are {first:02x?}): MATLAB's version 5 (save -v7), numpy's npz and JSON are read"
     )]
@@ -33,24 +33,24 @@ pub enum ImportError {
         "the file is of MATLAB's version 7.3 (HDF5), which is not read: save it with save('model.mat', 'A', 'B', 'C', '-v7')"
     )]
     Hdf5,
-    /// numpy's npy, which holds one array.
+    /// numpy's npy format, which holds a single array.
     #[error("the file holds one array of numpy (npy): save all with np.savez('model.npz', A=A, B=B, C=C)")]
     OneArray,
-    /// The file ends within something, or contradicts itself.
+    /// The file is truncated or inconsistent.
     #[error("the file is damaged: {what} at byte {at}")]
     Damaged {
         /// What is wrong.
         what: &'static str,
-        /// Where; within a compressed part, where that part begins.
+        /// Byte offset; within compressed data, that of the compressed element.
         at: usize,
     },
-    /// The archive of an npz file cannot be opened, or a member of it not be read.
+    /// The archive of an npz file cannot be opened, or a member cannot be read.
     #[error("the archive is damaged: {message}")]
     Archive {
-        /// What the reader of the archive says.
+        /// The error of the zip reader.
         message: String,
     },
-    /// The text is not the JSON asked for.
+    /// The text is not JSON of the expected form.
     #[error("line {line}, column {column}: {message}")]
     Json {
         /// The line, from 1.
@@ -60,7 +60,7 @@ pub enum ImportError {
         /// What is wrong.
         message: String,
     },
-    /// The compressed parts come to more than [`INFLATED`](super::INFLATED).
+    /// The decompressed data are longer than [`INFLATED`](super::INFLATED).
     #[error("the compressed parts of the file come to more than {limit} bytes")]
     Inflated {
         /// The limit.
@@ -78,7 +78,7 @@ pub enum ImportError {
         /// The limit.
         limit: usize,
     },
-    /// A variable that should be a matrix of real numbers is something else.
+    /// A variable that should be a real matrix has another type.
     #[error("{name} is {found}, and must be a matrix of real numbers")]
     NotReal {
         /// The variable.
@@ -86,7 +86,7 @@ pub enum ImportError {
         /// What it is.
         found: String,
     },
-    /// A matrix that a plant needs is missing.
+    /// A required matrix is missing.
     #[error("there is no {name} in the file; it holds {}", listed(.found))]
     Missing {
         /// The matrix.
@@ -94,7 +94,7 @@ pub enum ImportError {
         /// The names in the file.
         found: Vec<String>,
     },
-    /// Two variables differ in the case of their letters alone, or two structures could be meant.
+    /// Two variables differ only in the case of their letters, or two structures are candidates.
     #[error("{first} and {second} could both be meant: leave one of them in the file")]
     Ambiguous {
         /// The one.
@@ -109,7 +109,7 @@ pub enum ImportError {
         name: &'static str,
         /// The shape it has.
         found: (usize, usize),
-        /// The shape it must have, in words.
+        /// The required shape, as text.
         expected: String,
     },
     /// An entry is NaN or infinite.

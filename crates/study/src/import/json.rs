@@ -19,7 +19,7 @@ pub(super) fn read(text: &[u8]) -> Result<Vec<Variable>, ImportError> {
     })
 }
 
-/// An object: a model, or one that holds models by name.
+/// An object: a model, or one that contains models by name.
 struct Object(Vec<Variable>);
 
 impl<'de> Deserialize<'de> for Object {
@@ -45,7 +45,7 @@ impl<'de> Visitor<'de> for Fields {
             if variables.iter().any(|variable| variable.name == name) {
                 return Err(M::Error::custom(format!("the key {name:?} stands twice")));
             }
-            // What is not known may be a structure that holds the model.
+            // An unknown key may be a structure that contains the model.
             let is_known = is_known(&name);
             let value = map.next_value_seed(Field { is_outer: self.is_outer && !is_known, is_known })?;
             variables.push(match value {
@@ -61,7 +61,7 @@ impl<'de> Visitor<'de> for Fields {
 struct Field {
     /// Whether a structure may be the model.
     is_outer: bool,
-    /// Whether a matrix is wanted.
+    /// Whether a matrix is expected.
     is_known: bool,
 }
 

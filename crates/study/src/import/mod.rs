@@ -6,13 +6,12 @@
 //! | numpy's `.npz` | `np.savez("model.npz", A=A, B=B, C=C, D=D)`, compressed or not |
 //! | JSON | `json.dump({"A": sys.A.tolist(), ...}, file)` |
 //!
-//! Names count in both cases. `A` (n x n) and `C` (p x n) have to be there; `B` (n x m) may be missing. `D` has to be
-//! zero, `E` the identity, and the sampling time (`dt`, `Ts`) absent or zero, since the plant of a study is
-//! `x' = A x + B u`, `y = C x`. Sparse matrices become dense. Everything else in the file is left alone, and listed.
+//! Names may be in upper or lower case. `A` (n x n) and `C` (p x n) are required; `B` (n x m) is optional. `D` must be
+//! zero, `E` the identity, and the sampling time (`dt`, `Ts`) absent or zero, since the plant of a study is `x' = A x +
+//! B u`, `y = C x`. Sparse matrices are converted to dense ones. All other variables are ignored, and listed.
 //!
-//! The kind of a file is told by its first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
-//! [`INFLATED`]: a file that says it holds more is refused before anything is allocated for it, and no sequence of
-//! bytes makes the reader panic.
+//! The format is recognized from the first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
+//! [`INFLATED`]: a file that declares more is rejected before memory is allocated, and no input makes the reader panic.
 
 mod error;
 mod json;
@@ -31,19 +30,20 @@ use std::path::Path;
 pub use error::ImportError;
 pub use model::Model;
 
-/// The longest file that is read, in bytes.
+/// The maximal length of a file in bytes.
 pub const LONGEST_FILE: u64 = 256 << 20;
 
-/// The most entries that one matrix may have: order 4096.
+/// The maximal number of entries of one matrix: order 4096.
 pub const LARGEST_MATRIX: usize = 1 << 24;
 
-/// The most bytes that the compressed parts of one file may come to.
+/// The maximal total length of decompressed data of one file, in bytes.
 pub const INFLATED: u64 = 1 << 30;
 
 /// The model in a file.
 ///
 /// # Errors
-/// [`ImportError`]: the file cannot be read, is of no known kind, is damaged, or what it holds is no plant `x' = A x + B u`, `y = C x`.
+/// [`ImportError`]: the file cannot be read, has an unknown format, is damaged, or is not a plant `x' = A x + B u`, `y
+/// = C x`.
 ///
 /// # Example
 /// ```no_run

@@ -13,12 +13,12 @@ pub struct Model {
     pub b: DMatrix<f64>,
     /// C, p x n, p at least 1.
     pub c: DMatrix<f64>,
-    /// The names of what else is in the file.
+    /// The names of the other variables in the file.
     pub ignored: Vec<String>,
 }
 
 impl Model {
-    /// Chooses the matrices among the variables, and checks them.
+    /// Selects the matrices among the variables, and checks them.
     pub(super) fn new(variables: Vec<Variable>) -> Result<Self, ImportError> {
         let mut ignored = Vec::new();
         let variables = chosen(variables, &mut ignored)?;
@@ -34,7 +34,7 @@ impl Model {
         if c.ncols() != n || c.nrows() == 0 {
             return Err(shape("C", &c, format!("p x {n} (A is {n} x {n})")));
         }
-        // MATLAB and numpy write a matrix without columns as 0 x 0, too.
+        // MATLAB and numpy may write a matrix without columns as 0 x 0.
         let b = take.matrix("B")?.filter(|b| !b.is_empty()).unwrap_or_else(|| DMatrix::zeros(n, 0));
         if b.nrows() != n {
             return Err(shape("B", &b, format!("{n} x m (A is {n} x {n})")));
@@ -54,7 +54,7 @@ impl Model {
     }
 }
 
-/// The variables themselves, if A is among them, or else the fields of the one structure that has an A.
+/// The variables themselves, if A is among them, otherwise the fields of the one structure that has an A.
 fn chosen(variables: Vec<Variable>, ignored: &mut Vec<String>) -> Result<Vec<Variable>, ImportError> {
     let has_a = |list: &[Variable]| list.iter().any(|variable| variable.name.eq_ignore_ascii_case("a"));
     if has_a(&variables) {
@@ -78,7 +78,7 @@ fn chosen(variables: Vec<Variable>, ignored: &mut Vec<String>) -> Result<Vec<Var
             ignored.extend(rest.into_iter().map(|variable| variable.name));
             Ok(fields)
         }
-        // Nothing fits: the names are for the error.
+        // No model found: the names are for the error message.
         None => Ok(rest),
     }
 }
@@ -88,7 +88,7 @@ struct Take {
 }
 
 impl Take {
-    /// The variable of this name in either case, which is taken out.
+    /// Removes and returns the variable of this name, in upper or lower case.
     fn variable(&mut self, name: &str) -> Result<Option<Variable>, ImportError> {
         let of = |list: &[Variable]| list.iter().position(|variable| variable.name.eq_ignore_ascii_case(name));
         let Some(place) = of(&self.variables) else { return Ok(None) };
@@ -119,7 +119,7 @@ impl Take {
         Ok(Some(m))
     }
 
-    /// Refuses a model with a sampling time: 0, nothing and `None` are those of continuous time.
+    /// Rejects a model with a sampling time; 0, an empty matrix and `None` mean continuous time.
     fn sampling_time(&mut self, name: &str) -> Result<(), ImportError> {
         let Some(Variable { name, value }) = self.variable(name)? else { return Ok(()) };
         let value = match value {
@@ -142,7 +142,7 @@ fn feedthrough(d: &DMatrix<f64>, outputs: usize, inputs: usize) -> Result<(), Im
     if d[(row, column)] != 0.0 {
         return Err(ImportError::Feedthrough { row, column, value: d[(row, column)] });
     }
-    // One zero stands for all in python-control and MATLAB.
+    // In python-control and MATLAB a scalar zero stands for a zero matrix.
     if d.len() > 1 && d.shape() != (outputs, inputs) {
         return Err(shape("D", d, format!("{outputs} x {inputs}")));
     }
@@ -164,7 +164,7 @@ fn descriptor(e: &DMatrix<f64>, n: usize) -> Result<(), ImportError> {
     Ok(())
 }
 
-/// A variable that may be left out of memory: its name is not one that a model has.
+/// Whether a variable may be skipped: its name is not one of a model.
 pub(super) fn unread(name: String) -> Variable {
     debug_assert!(!is_known(&name));
     Variable { name, value: Value::Other(UNREAD.to_owned()) }

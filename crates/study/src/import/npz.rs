@@ -1,8 +1,8 @@
-//! numpy's archives: a zip file with one npy file for each array.
+//! numpy's npz archives: a zip file with one npy file for each array.
 //!
-//! An npy file is a magic, a version, the length of a header, a Python dictionary with `descr`, `fortran_order` and
-//! `shape`, and the numbers. Read here and not by the crate that writes tables, npyz: of a damaged header it multiplies
-//! the dimensions without a check and parses nested brackets by recursion.
+//! An npy file has a magic number, a version, the length of a header, a Python dictionary with `descr`, `fortran_order`
+//! and `shape`, and the numbers. The crate npyz, used for writing tables, is not used for reading: for a damaged header
+//! it multiplies the dimensions without an overflow check, and it parses nested brackets by recursion.
 //!
 //! Source: NumPy Enhancement Proposal 1.
 
@@ -13,10 +13,10 @@ use nalgebra::DMatrix;
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
-/// The most members that are looked at.
+/// The maximal number of members that are read.
 const MEMBERS: usize = 4096;
 
-/// The longest header that numpy reads without being told to.
+/// The maximal length of a header that numpy reads by default.
 const LONGEST_HEADER: usize = 10_000;
 
 /// The variables of an archive.
@@ -34,7 +34,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Variable>, ImportError> {
             continue;
         }
         let mut data = Vec::new();
-        // Not more than the largest matrix of complex numbers, whatever the archive says.
+        // At most the size of the largest complex matrix, whatever the archive claims.
         let limit = left.min(16 * LARGEST_MATRIX as u64 + LONGEST_HEADER as u64);
         member.take(limit + 1).read_to_end(&mut data).map_err(|error| damaged(&error))?;
         left = left.checked_sub(data.len() as u64).ok_or(ImportError::Inflated { limit: INFLATED })?;
@@ -64,7 +64,7 @@ fn array(name: &str, data: &[u8]) -> Result<Value, ImportError> {
     let header = std::str::from_utf8(header).map_err(|_| damaged("an array of the archive whose header is no text"))?;
     let header = Header::parse(header).ok_or_else(|| damaged("an array of the archive whose header is not numpy's"))?;
     let (rows, columns) = match header.shape[..] {
-        // One dimension: which way it lies, nobody said, and for one entry nobody needs to.
+        // One dimension: row or column is not specified; for one entry it does not matter.
         [] | [1] => (1, 1),
         [rows, columns] => (rows, columns),
         _ => return Ok(Value::Other(format!("an array of the shape {:?}", header.shape))),
@@ -83,9 +83,9 @@ fn array(name: &str, data: &[u8]) -> Result<Value, ImportError> {
     }))
 }
 
-/// What a header says.
+/// The content of a header.
 struct Header {
-    /// `<f8`: the order of the bytes, a letter and the width.
+    /// `<f8`: the byte order, a letter and the width.
     kind: String,
     is_fortran: bool,
     shape: Vec<u64>,
@@ -97,7 +97,7 @@ impl Header {
             let at = text.find(&format!("'{key}'"))?;
             text[at + key.len() + 2..].trim_start().strip_prefix(':').map(str::trim_start)
         };
-        // A record has a list here, and is no matrix; its first bytes serve as its name.
+        // A record has a list here, and is not a matrix; its first bytes serve as its name.
         let kind = value("descr")?;
         let kind = match kind.strip_prefix('\'') {
             Some(quoted) => quoted.split('\'').next()?.to_owned(),

@@ -1,4 +1,4 @@
-//! A model as a study file, ready to be run and to be edited.
+//! A model as a study file, to be run and edited.
 
 use super::Model;
 use luenberger_linalg::eigenvalues;
@@ -6,8 +6,8 @@ use nalgebra::DMatrix;
 use std::fmt::Write;
 
 impl Model {
-    /// The study file (TOML) of this plant: its matrices, every number to its last digit, a run from a state of ones,
-    /// and a Kalman filter; comments say what to change. `title` may be any text.
+    /// The study file (TOML) of this plant: its matrices with all digits, a simulation from the initial state of all
+    /// ones, and a Kalman filter; comments explain what to change. `title` may be any text.
     pub fn study(&self, title: &str) -> String {
         let n = self.a.nrows();
         let mut text = format!("title = {}\n\n[plant]\n", quoted(title));
@@ -25,10 +25,10 @@ impl Model {
         text
     }
 
-    /// A power of ten, about ten times the time of the slowest motion that is not at rest.
+    /// A power of ten, about ten times the slowest nonzero time constant.
     fn duration(&self) -> f64 {
         let rates: Vec<f64> = eigenvalues(&self.a).unwrap_or_default().iter().map(|lambda| lambda.norm()).collect();
-        // Six decades below the fastest an eigenvalue may as well be zero, and a run that long would be long.
+        // Eigenvalues six decades below the fastest count as zero, since the simulation would take too long.
         let rest = 1e-6 * rates.iter().copied().fold(0.0, f64::max);
         let slowest = rates.into_iter().filter(|&rate| rate > rest).fold(f64::INFINITY, f64::min);
         if slowest.is_finite() { 10.0_f64.powi((-slowest.log10()).round().clamp(-12.0, 12.0) as i32 + 1) } else { 10.0 }

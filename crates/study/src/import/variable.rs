@@ -1,9 +1,9 @@
-//! What a file of any kind holds: named variables.
+//! Content of a model file of any format: named variables.
 
 use super::{ImportError, LARGEST_MATRIX};
 use nalgebra::DMatrix;
 
-/// The names that mean something here, in lower case.
+/// The names that are used, in lower case.
 const KNOWN: [&str; 7] = ["a", "b", "c", "d", "e", "dt", "ts"];
 
 /// One variable of a file.
@@ -20,12 +20,12 @@ pub(super) enum Value {
     Matrix(DMatrix<f64>),
     /// A structure, with its fields.
     Structure(Vec<Variable>),
-    /// Something else, in words.
+    /// Anything else, with a description.
     Other(String),
 }
 
 impl Variable {
-    /// The name, with a word for what is no matrix and no model, if more is known than that.
+    /// The name, with a description of the type if it is neither a matrix nor a model and its type is known.
     pub(super) fn described(&self) -> String {
         match &self.value {
             Value::Other(what) if what != UNREAD => format!("{} ({what})", self.name),
@@ -34,18 +34,18 @@ impl Variable {
     }
 }
 
-/// The word for what was not looked at.
+/// Description of a variable that was skipped.
 pub(super) const UNREAD: &str = "not read";
 
-/// Whether a variable of this name is looked at; of all others only the names are kept.
+/// Whether a variable of this name is read; of all others only the names are kept.
 pub(super) fn is_known(name: &str) -> bool {
     KNOWN.iter().any(|known| known.eq_ignore_ascii_case(name))
 }
 
-/// The number of entries of a matrix, if that is allowed.
+/// The number of entries of a matrix, if it is within the limit.
 pub(super) fn entries(name: &str, rows: u64, columns: u64) -> Result<usize, ImportError> {
     let too_large = || ImportError::TooLarge { name: name.to_owned(), rows, columns, limit: LARGEST_MATRIX };
-    // A side is bounded as well: an empty matrix has no entries, however long.
+    // The dimensions are bounded too: an empty matrix has no entries, whatever its other dimension.
     if rows.max(columns) > LARGEST_MATRIX as u64 {
         return Err(too_large());
     }

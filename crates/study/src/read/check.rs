@@ -1,7 +1,7 @@
-//! A tree against the description of the tables: unknown keys, keys that are missing, values of another kind.
+//! Check of a tree against the description of the tables: unknown keys, missing keys, values of the wrong type.
 //!
-//! What concerns one key alone is checked here; what joins several (dimensions, alternatives) where the study is put
-//! together.
+//! Conditions on a single key are checked here; those on several keys (dimensions, alternatives) when the study is
+//! built.
 
 use luenberger_expression::nearest;
 
@@ -9,7 +9,7 @@ use super::tree::{Node, Value};
 use crate::diagnostic::Diagnostic;
 use crate::schema::{Key, Kind, Range, Table};
 
-/// Appends every mistake of `node` as a table of this description.
+/// Appends the mistakes of `node` as a table of this description.
 pub(super) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) {
     let Value::Table(entries) = &node.value else {
         let message = format!("{} is {}", table.name, node.kind());
@@ -179,7 +179,7 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The value, where it is short enough to be repeated, else its kind.
+/// The value, if it is short enough to be quoted, otherwise its type.
 fn shown(node: &Node) -> String {
     match &node.value {
         Value::Number(x, _) => x.to_string(),

@@ -1,4 +1,4 @@
-//! CSV files that a study names: tables of inputs and measured logs.
+//! CSV files named in a study: input tables and measured logs.
 
 use luenberger_sim::{Between, Samples};
 
@@ -8,10 +8,10 @@ use crate::model::PlantModel;
 use crate::study::Log;
 use crate::table::{Table, TableError};
 
-/// What is made of a file, or its mistake at the key that names it.
+/// The result of reading a file, or its mistake at the key that names it.
 fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(&Table) -> Result<T, TableError>) -> Option<T> {
     let name = node.text()?;
-    // The name as the study has it: a message should not depend on the folder.
+    // The name as in the study: a message should not depend on the folder.
     let message = match std::fs::read_to_string(reader.folder.join(name)) {
         Ok(text) => match Table::parse(&text).and_then(|table| made(&table)) {
             Ok(made) => return Some(made),

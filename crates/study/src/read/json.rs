@@ -1,4 +1,4 @@
-//! JSON, strictly, by the crate `jsonc-parser`, which knows where everything stands.
+//! Strict JSON by the crate `jsonc-parser`, which keeps the position of every value.
 
 use jsonc_parser::ast::{self, ObjectPropName};
 use jsonc_parser::common::Ranged;
@@ -7,7 +7,7 @@ use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use super::tree::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
 
-/// JSON and nothing more: no comments, no trailing commas.
+/// Standard JSON: no comments, no trailing commas.
 const STRICT: ParseOptions = ParseOptions {
     allow_comments: false,
     allow_loose_object_property_names: false,
@@ -21,7 +21,7 @@ const STRICT: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
-/// The tree of a JSON text, and its first mistake of grammar.
+/// The tree of a JSON text, and its first syntax error.
 pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
     let nothing = Node { span: 0..text.len(), value: Value::Table(Vec::new()) };
     match parse_to_ast(text, &CollectOptions::default(), &STRICT) {

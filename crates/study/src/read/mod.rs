@@ -1,8 +1,8 @@
-//! From a text to a study, with every mistake on the way reported at its place.
+//! Parser from text to a study; every mistake is reported at its position.
 //!
-//! Three passes: the grammar (`toml`, `json`), each key by itself (`check`, from the description in [`crate::schema`]),
-//! and what joins keys: dimensions, alternatives, names. A later pass speaks only of what the earlier ones left
-//! standing, so that one mistake is reported once.
+//! Three passes: syntax (`toml`, `json`), each key by itself (`check`, from the description in [`crate::schema`]), and
+//! conditions on several keys: dimensions, alternatives, names. A later pass skips what an earlier one has reported, so
+//! that each mistake is reported once.
 
 mod check;
 mod csv;
@@ -44,16 +44,16 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
         Format::Toml => toml::tree(text),
         Format::Json => json::tree(text),
     };
-    // After a mistake of grammar the rest of the tree is a guess.
+    // After a syntax error the rest of the tree is unreliable.
     if mistakes.is_empty() {
         check::table(&root, &STUDY, &mut mistakes);
         let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned() };
         let study = assemble(&root, &source, &mut reader);
-        // What is absent where a key is misspelt is most likely that key.
+        // A key that is missing where another is unknown is most likely misspelt.
         let starts = starts(&root);
         let table = |mistake: &Diagnostic| starts.partition_point(|start| *start <= mistake.span.start);
         let spoilt: Vec<usize> = mistakes.iter().map(table).collect();
-        // And what is no value of its key has been said to be none.
+        // An invalid value of a key has been reported already.
         let said: Vec<Range<usize>> = mistakes.iter().map(|mistake| mistake.span.clone()).collect();
         let new = |mistake: &Diagnostic| {
             !said.iter().any(|span| span.start < mistake.span.end && mistake.span.start < span.end)
@@ -64,7 +64,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
             return Ok(study);
         }
         if mistakes.is_empty() {
-            // Each part that is missing has said why.
+            // Each missing part has been reported.
             mistakes.push(Diagnostic::new(0..0, "the study could not be put together", "expected a complete study"));
         }
     }
@@ -108,15 +108,15 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     })
 }
 
-/// A table that is absent is well; one that is there and has mistakes is not.
+/// An absent table is allowed; a present one with mistakes is not.
 fn sound<T>(root: &Node, key: &str, table: Option<T>) -> Result<Option<T>, Reported> {
     if table.is_none() && root.get(key).is_some() { Err(Reported) } else { Ok(table) }
 }
 
-/// A mistake that the reader keeps already.
+/// Marker of a mistake that is recorded already.
 struct Reported;
 
-/// Where the tables begin: those of the first level, and each of a list of them.
+/// Starts of the tables: those of the first level, and each element of an array of tables.
 fn starts(root: &Node) -> Vec<usize> {
     let mut starts = Vec::new();
     for entry in root.entries() {
@@ -136,10 +136,10 @@ fn starts(root: &Node) -> Vec<usize> {
     starts
 }
 
-/// Where mistakes of the third pass go, and where files are sought.
+/// Collects the mistakes of the third pass, and resolves file names.
 struct Reader {
     mistakes: Vec<Diagnostic>,
-    /// Mistakes that consist in something not being there.
+    /// Mistakes about missing keys.
     absences: Vec<Diagnostic>,
     folder: std::path::PathBuf,
 }
@@ -153,7 +153,7 @@ impl Reader {
         self.absences.push(Diagnostic::new(span, message, expected));
     }
 
-    /// A list of numbers of that length.
+    /// A list of numbers of the given length.
     fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
         let numbers = node.numbers()?;
         if numbers.len() != length {
@@ -164,7 +164,7 @@ impl Reader {
         Some(numbers)
     }
 
-    /// A matrix; a dimension that is `None` may be any.
+    /// A matrix; a dimension given as `None` is arbitrary.
     fn matrix(
         &mut self,
         node: &Node,
@@ -185,7 +185,7 @@ impl Reader {
         Some(matrix)
     }
 
-    /// A weight of that order: a number, a diagonal or a matrix.
+    /// A weight of the given order: a number, a diagonal or a matrix.
     fn weight(&mut self, node: &Node, name: &str, order: usize, why: &str) -> Option<DMatrix<f64>> {
         if let Some(x) = node.number() {
             return Some(DMatrix::identity(order, order) * x);
@@ -201,7 +201,7 @@ impl Reader {
         }
     }
 
-    /// The position of a name among those that are known.
+    /// The index of a name among the known ones.
     fn position(&mut self, node: &Node, what: &str, known: &[String]) -> Option<usize> {
         let name = node.text()?;
         let found = known.iter().position(|known| known == name);
@@ -222,7 +222,7 @@ impl Reader {
     }
 }
 
-/// A matrix from its rows; none where the rows have mistakes that are reported already.
+/// A matrix from its rows; none if the rows have mistakes, which are reported already.
 fn rows_of(node: &Node) -> Option<DMatrix<f64>> {
     let rows: Vec<Vec<f64>> = node.list()?.iter().map(Node::numbers).collect::<Option<_>>()?;
     let columns = rows.first()?.len();

@@ -10,7 +10,7 @@ use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
 
-/// The observers; none if one of them has mistakes.
+/// The observers; none if one has mistakes.
 pub(super) fn observers(
     root: &Node,
     plant: &PlantModel,
@@ -38,7 +38,7 @@ pub(super) fn observers(
     sound.then_some(observers)
 }
 
-/// The name as part of the name of a file: letters, digits, `-` and `_`.
+/// Checks that the name can be part of a file name: letters, digits, `-` and `_`.
 pub(crate) fn file_name(name: &str) -> String {
     let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
@@ -160,12 +160,12 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 embedded: node.get("form").and_then(Node::text) == Some("embedded"),
             })
         }
-        // The description of the kinds knows no other.
+        // The description of the kinds has no other.
         _ => return None,
     })
 }
 
-/// At most one of these keys, or exactly one; an error names those that are there.
+/// At most one of these keys, or exactly one; an error names those that are present.
 fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
     let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
     match &there[..] {

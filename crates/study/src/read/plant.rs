@@ -11,7 +11,7 @@ use super::{Reader, check};
 use crate::diagnostic::Diagnostic;
 use crate::model::{Builtin, Model, PlantModel};
 
-/// The keys of each way to say what the plant is.
+/// The keys of each form of a plant.
 const WAYS: [(&str, &[&str]); 3] =
     [("matrices", &["a", "b", "c"]), ("expressions", &["f", "h", "parameters"]), ("builtin", &["builtin"])];
 
@@ -57,7 +57,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit })
 }
 
-/// What states, inputs and outputs are called.
+/// Names of states, inputs and outputs.
 struct Names {
     states: Vec<String>,
     inputs: Vec<String>,
@@ -99,7 +99,7 @@ fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
     Some(Names { states: states?, inputs: inputs?, outputs: outputs? })
 }
 
-/// Where the entry of a list stands.
+/// The span of an entry of a list.
 fn entry_of(node: &Node, index: usize) -> Range<usize> {
     node.list().and_then(|list| list.get(index)).map_or(node.span.clone(), |entry| entry.span.clone())
 }
@@ -163,7 +163,7 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
         }
     };
     let parameters = parameters(node.get("parameters"), &scope, reader)?;
-    // Checked one by one when they were read.
+    // Each was checked when it was read.
     let (scope, outputs) = (scope.with(&parameters).ok()?, outputs.with(&parameters).ok()?);
     let (rows, measured) = (list(f, &scope, reader), list(h, &outputs, reader));
     rows.and(measured)?;
@@ -176,11 +176,11 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     }
 }
 
-/// m of the greatest `um` that a text names.
+/// The number of inputs m: the largest index of a `um` in the texts.
 fn greatest_input(text: &str) -> usize {
     let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
     let numbers = words.filter_map(|word| word.strip_prefix('u')?.parse::<usize>().ok());
-    // More inputs than anyone has are a slip, which the expression's own message will name.
+    // Very large indices are typing errors, reported by the parser of the expression.
     numbers.filter(|number| *number <= 1000).max().unwrap_or(0)
 }
 
@@ -223,8 +223,8 @@ fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Express
     }
 }
 
-/// The bytes of the file that an error within a text speaks of; the whole text, where escapes or several lines make
-/// that unclear.
+/// The span in the file of an error within a string; the whole string if escapes or line breaks make the position
+/// ambiguous.
 fn within(node: &Node, error: &ExpressionError) -> Range<usize> {
     let quotes = node.span.len().saturating_sub(error.text().len());
     if quotes == 2 {

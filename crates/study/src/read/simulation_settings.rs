@@ -36,7 +36,8 @@ pub(super) fn input(
         (Some(entry), None) => {
             let count = entry.node.list()?.len();
             if count == inputs {
-                // Names of states and inputs are known here too, so that the message says why they may not be used.
+                // Names of states and inputs are known here too, so that the message can explain why they are not
+                // allowed.
                 let scope = Scope::time().named(&plant.states, &plant.inputs).unwrap_or_else(|_| Scope::time());
                 plant::list(&entry.node, &scope, reader).map(|list| Some(Program::Expressions(list)))
             } else {
@@ -66,7 +67,7 @@ pub(super) fn input(
     })
 }
 
-/// The input is finite over the run, and a table reaches over it.
+/// Checks that the input is finite over the run, and that a table covers it.
 pub(super) fn input_over(node: &Node, input: &Input, inputs: usize, simulation: &Simulation, reader: &mut Reader) {
     if let Err(error) = input.check(inputs, 0.0, simulation.duration) {
         let span = node.get("expressions").or(node.get("table")).unwrap_or(node).span.clone();
@@ -85,7 +86,7 @@ fn feedback(
     let why = format!("the plant has {m} inputs and {n} states");
     let k = reader.matrix(node.get("k")?, "k", (Some(m), Some(n)), &why);
     let name = node.get("observer")?;
-    // Observers with mistakes are reported; their names are not held against those who use them.
+    // Observers with mistakes are reported elsewhere; references to their names are not reported again.
     let names: Vec<String> = observers?.iter().map(|observer| observer.name.clone()).collect();
     reader.position(name, "observer", &names)?;
     Some((k?, name.text()?.to_owned()))
@@ -95,7 +96,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
     let at = node.get("x0")?;
     let x0 = reader.numbers(at, "x0", plant.states.len(), "states")?;
-    // A duration that is none is reported already, and nothing can be held against it.
+    // An invalid duration is reported elsewhere; checks that depend on it are skipped.
     let duration = node.get("duration")?.number().filter(|duration| *duration > 0.0 && duration.is_finite())?;
     if let Model::Expressions(expressions) = &plant.model
         && let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()])
@@ -197,7 +198,7 @@ pub(super) fn plot(
     Some(Plot { show, states, observers: named, from, to })
 }
 
-/// The names of the key `observers`, each of which must be one; `None` without the key.
+/// The names under the key `observers`, each of which must exist; `None` without the key.
 fn named(
     node: &Node,
     observers: Option<&[ObserverSpec]>,

@@ -1,4 +1,4 @@
-//! TOML, by the crate `toml`, which goes on after a mistake and knows where everything stands.
+//! TOML by the crate `toml`, which continues after a mistake and keeps the position of every value.
 
 use ::toml::Spanned;
 use ::toml::de::{DeTable, DeValue};
@@ -6,7 +6,7 @@ use ::toml::de::{DeTable, DeValue};
 use super::tree::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
 
-/// The tree of a TOML document, and its mistakes of grammar.
+/// The tree of a TOML document, and its syntax errors.
 pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
     let (table, errors) = DeTable::parse_recoverable(text);
     let mistakes = errors.iter().map(|error| {
@@ -28,7 +28,7 @@ fn entries(table: &DeTable<'_>) -> Vec<Entry> {
         Entry { key: key.get_ref().clone().into_owned(), span: key.span(), node: node(value) }
     };
     let mut entries: Vec<Entry> = table.iter().map(entry).collect();
-    // The crate sorts by name; a reader reads from the top.
+    // The crate sorts by name; here the order of the file is restored.
     entries.sort_by_key(|entry| entry.span.start);
     entries
 }

@@ -1,8 +1,8 @@
-//! What a file says, whatever its format: values with the bytes they stand at.
+//! Syntax tree of a study, independent of the format: values with their spans in bytes.
 
 use std::ops::Range;
 
-/// A value and where it stands.
+/// A value with its span.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
     pub(crate) span: Range<usize>,
@@ -18,7 +18,7 @@ pub(crate) enum Value {
     Truth(bool),
     List(Vec<Node>),
     Table(Vec<Entry>),
-    /// What no study file has a use for, such as a date.
+    /// A value of a type that studies do not use, such as a date.
     Other(&'static str),
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct Entry {
 }
 
 impl Node {
-    /// The kind of the value in words.
+    /// The type of the value for messages.
     pub(crate) fn kind(&self) -> &'static str {
         match &self.value {
             Value::Text(_) => "a text",
@@ -43,7 +43,7 @@ impl Node {
         }
     }
 
-    /// The value of a key; none for a key that is absent, and for what is no table.
+    /// The value of a key; none if the key is absent or `self` is not a table.
     pub(crate) fn get(&self, key: &str) -> Option<&Node> {
         self.entry(key).map(|entry| &entry.node)
     }
@@ -72,7 +72,7 @@ impl Node {
         }
     }
 
-    /// The number; `"inf"` and `"-inf"` are numbers too, since JSON has no other way to write them.
+    /// The number; the strings `"inf"` and `"-inf"` are accepted, since JSON cannot represent them otherwise.
     pub(crate) fn number(&self) -> Option<f64> {
         match &self.value {
             Value::Number(x, _) => Some(*x),
@@ -82,13 +82,13 @@ impl Node {
         }
     }
 
-    /// The count: a number without a fraction, from 0 to 2^53.
+    /// A nonnegative integer up to 2^53.
     pub(crate) fn count(&self) -> Option<usize> {
         let x = self.number()?;
         ((0.0..=9_007_199_254_740_992.0).contains(&x) && x.fract() == 0.0).then_some(x as usize)
     }
 
-    /// The truth.
+    /// The boolean.
     pub(crate) fn truth(&self) -> Option<bool> {
         match &self.value {
             Value::Truth(truth) => Some(*truth),

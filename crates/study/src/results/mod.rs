@@ -1,8 +1,8 @@
-//! What comes of a study: numbers first. `study.json` is exactly this, and the report, the terminal and machines read
-//! it.
+//! Results of a study as data. `study.json` is their serialization; the report and the terminal output are generated
+//! from them.
 //!
-//! Nothing in here depends on the time of day, on the machine's paths or on how long anything took, so that the same
-//! study gives the same bytes.
+//! Nothing in here depends on the time, the machine's paths or the computing time, so that the same study gives
+//! identical bytes.
 
 pub(crate) mod report;
 
@@ -10,16 +10,16 @@ pub use report::leading;
 
 use serde::Serialize;
 
-/// What came of the steps that were executed; absent parts were not asked for, or the study has no table for them.
+/// Results of the executed steps. Parts that were not requested, or for which the study has no table, are absent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Results {
     /// The title.
     pub title: String,
-    /// What the study is for.
+    /// Description of the study.
     pub about: String,
     /// The plant.
     pub plant: PlantSummary,
-    /// What the outputs see.
+    /// Observability.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<ObservabilityReport>,
     /// The observers, as designed; one for each of the study, in its order.
@@ -34,7 +34,7 @@ pub struct Results {
     /// The sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepReport>,
-    /// What a reader should know before he believes the rest.
+    /// Warnings that qualify the results.
     pub warnings: Vec<String>,
     /// Files of the output folder besides `study.json`, by their names in it.
     pub files: Vec<String>,
@@ -43,7 +43,7 @@ pub struct Results {
 /// The plant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlantSummary {
-    /// `linear`, `expressions` or the name of a plant that is built in.
+    /// `linear`, `expressions` or the name of a library plant.
     pub kind: String,
     /// Names of the states.
     pub states: Vec<String>,
@@ -56,37 +56,37 @@ pub struct PlantSummary {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// The numbers that the equations use by name.
+    /// The parameters of the equations.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<NamedNumber>,
-    /// The equations, one a line.
+    /// The equations, one per line.
     pub equations: Vec<String>,
     /// A, B and C of a linear plant; B only if there are inputs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub matrices: Vec<NamedMatrix>,
 }
 
-/// What the outputs see of the states.
+/// Observability of the plant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObservabilityReport {
-    /// Of the plant itself (linear), or of its linearisations along a trajectory.
+    /// Subject of the analysis: the plant (linear), or its linearizations along a trajectory.
     pub points: Vec<ObservabilityAt>,
     /// The number of states.
     pub order: usize,
-    /// The least rank over the points.
+    /// The smallest rank over the points.
     pub rank: usize,
-    /// For a nonlinear plant: what Lie derivatives and the empirical Gramian say.
+    /// For a nonlinear plant: Lie derivatives and empirical Gramian.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nonlinear: Option<NonlinearObservability>,
 }
 
-/// What the outputs see of a linear plant, or of a linearisation.
+/// Observability of a linear plant or of a linearization.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObservabilityAt {
-    /// The time of the linearisation; none for a linear plant.
+    /// The time of the linearization; none for a linear plant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub t: Option<f64>,
-    /// The state of the linearisation.
+    /// The state of the linearization.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<Vec<f64>>,
     /// The rank.
@@ -95,9 +95,9 @@ pub struct ObservabilityAt {
     pub tolerance: f64,
     /// Every mode with its margin.
     pub modes: Vec<ModeReport>,
-    /// The modes that no output sees.
+    /// The unobservable modes.
     pub hidden: Vec<ModeReport>,
-    /// Whether the hidden modes decay by themselves, so that an observer exists nevertheless.
+    /// Detectability: whether the unobservable modes are stable, so that an observer exists.
     pub detectable: bool,
 }
 
@@ -106,24 +106,24 @@ pub struct ObservabilityAt {
 pub struct ModeReport {
     /// The eigenvalue, [re, im].
     pub eigenvalue: [f64; 2],
-    /// How well it is seen: 0 if not at all.
+    /// Observability margin: 0 for an unobservable mode.
     pub margin: f64,
-    /// The direction that is seen least: real parts.
+    /// The least observable direction: real parts.
     pub direction: Vec<f64>,
-    /// The direction in words, by the names of the states.
+    /// The direction as text, with the names of the states.
     pub words: String,
 }
 
-/// What is known of the observability of a nonlinear plant.
+/// Observability of a nonlinear plant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NonlinearObservability {
     /// The rank of the Lie derivatives along the trajectory.
     pub lie: Vec<LieRank>,
     /// The eigenvalues of the empirical Gramian, largest first; empty if it was not computed.
     pub gramian: Vec<f64>,
-    /// The direction of its least eigenvalue.
+    /// The eigenvector of its smallest eigenvalue.
     pub weakest: Vec<f64>,
-    /// Ranks and Gramian in words.
+    /// Ranks and Gramian as text.
     pub words: String,
 }
 
@@ -147,13 +147,13 @@ pub struct ObserverReport {
     pub name: String,
     /// Its kind.
     pub kind: String,
-    /// The solver that proposed, where a matrix inequality is solved.
+    /// The solver, if the design solves a matrix inequality.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solver: Option<&'static str>,
-    /// Its design; none if it does not fit the plant.
+    /// Its design; none if the observer is not applicable to the plant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignReport>,
-    /// Why there is no design, which hypothesis fails, and what would fit.
+    /// Why there is no design: violated hypothesis and alternatives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<FailureReport>,
 }
@@ -161,24 +161,24 @@ pub struct ObserverReport {
 /// A design.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DesignReport {
-    /// What it claims, in a sentence.
+    /// Its claim as a sentence.
     pub statement: String,
-    /// Matrices by their names: L, N, P, ...; rows.
+    /// Matrices by name: L, N, P, ...; rows.
     pub matrices: Vec<NamedMatrix>,
-    /// Eigenvalues of the error's linear part, [re, im].
+    /// Eigenvalues of the linear error dynamics, [re, im].
     pub poles: Vec<[f64; 2]>,
-    /// Numbers by their names: rate, overshoot, ...
+    /// Scalars by name: rate, overshoot, ...
     pub numbers: Vec<NamedNumber>,
-    /// The facts; empty for observers whose evidence is measured or that have none.
+    /// The verified conditions; empty for observers with measured evidence or without evidence.
     pub facts: Vec<FactReport>,
-    /// `proved`, `refuted`, `undecided`, or `measured` and `none` for observers without a proof.
+    /// `proved`, `refuted` or `undecided`; `measured` or `none` for observers without a proof.
     pub verdict: String,
-    /// What the evidence rests on, where it is not a proof.
+    /// The kind of evidence, if it is not a proof.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence: Option<String>,
 }
 
-/// A matrix with its name.
+/// A named matrix.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NamedMatrix {
     /// The name.
@@ -187,7 +187,7 @@ pub struct NamedMatrix {
     pub rows: Vec<Vec<f64>>,
 }
 
-/// A number with its name.
+/// A named number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NamedNumber {
     /// The name.
@@ -196,53 +196,53 @@ pub struct NamedNumber {
     pub value: Option<f64>,
 }
 
-/// A fact of a certificate.
+/// A condition of a certificate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FactReport {
     /// The inequality.
     pub statement: String,
     /// `proved`, `refuted` or `undecided`.
     pub verdict: String,
-    /// The margin of a proved fact.
+    /// The verified margin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin: Option<f64>,
-    /// The verdict in words.
+    /// The verdict as text.
     pub words: String,
 }
 
-/// Why an observer does not fit.
+/// Why an observer is not applicable.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FailureReport {
-    /// The hypothesis that fails, with its numbers.
+    /// The violated hypothesis, with its numbers.
     pub hypothesis: String,
-    /// What would fit instead; empty if nothing is known to.
+    /// Applicable alternatives; empty if none is known.
     pub alternatives: Vec<String>,
-    /// Where the observer stands in the file.
+    /// Position of the observer in the file.
     pub line: usize,
 }
 
-/// The runs.
+/// The simulations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationReport {
-    /// The end.
+    /// The end time.
     pub duration: f64,
-    /// `|x(0) - xhat(0)|` and the like are per observer; this is x(0).
+    /// The initial state x(0); initial errors such as `|x(0) - xhat(0)|` are stored per observer.
     pub x0: Vec<f64>,
     /// x at the end.
     pub x_end: Vec<f64>,
     /// The seed of the noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// One row for each observer that was designed.
+    /// One row for each designed observer.
     pub rows: Vec<RunReport>,
 }
 
-/// How one observer did.
+/// Result of one observer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunReport {
     /// The observer.
     pub observer: String,
-    /// The merits; none where the run ended early.
+    /// The figures of merit; none if the run ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub merits: Option<MeritsReport>,
     /// Why the run ended early.
@@ -250,54 +250,54 @@ pub struct RunReport {
     pub failure: Option<String>,
 }
 
-/// Figures of merit of |e|.
+/// Figures of merit of the error norm |e|.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeritsReport {
     /// |e(0)|.
     pub initial: f64,
-    /// The band of settling.
+    /// The settling band.
     pub band: f64,
-    /// The first time within the band.
+    /// The first time at which |e| is within the band.
     pub settling_first: Option<f64>,
     /// The time from which |e| stays in the band.
     pub settling_last: Option<f64>,
-    /// The largest |e|.
+    /// The maximum of |e|.
     pub peak: f64,
-    /// The root of the mean square.
+    /// The root mean square of |e|.
     pub rms: f64,
-    /// |e| at the end.
+    /// |e| at the end time.
     pub last: f64,
-    /// The root of the mean square for each state.
+    /// The root mean square for each state.
     pub rms_by_state: Vec<f64>,
 }
 
 /// Observers on a measured log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogReport {
-    /// How many samples.
+    /// Number of samples.
     pub samples: usize,
-    /// From when.
+    /// First time.
     pub start: f64,
-    /// To when.
+    /// Last time.
     pub end: f64,
-    /// One row for each observer that was designed.
+    /// One row for each designed observer.
     pub rows: Vec<InnovationReport>,
 }
 
-/// The innovations of one observer, over the second half of the log, so that how the estimate came in is left out.
+/// The innovations of one observer over the second half of the log, which excludes the initial transient.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InnovationReport {
     /// The observer.
     pub observer: String,
     /// One for each output.
     pub outputs: Vec<InnovationOf>,
-    /// The estimate at the end.
+    /// The estimate at the end time.
     pub estimate: Vec<f64>,
-    /// Of a Kalman filter: the mean of nu' S^-1 nu, which is the number of outputs where the filter believes in the
-    /// right covariance.
+    /// For a Kalman filter: the mean of nu' S^-1 nu (normalized innovation squared), equal to the number of outputs if
+    /// the filter's covariance is consistent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normalised: Option<f64>,
-    /// Samples of a sampled-data observer that are not samples of the log.
+    /// Samples of a sampled-data observer that do not coincide with samples of the log.
     pub interpolated: usize,
     /// Why the run ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -309,20 +309,20 @@ pub struct InnovationReport {
 pub struct InnovationOf {
     /// The output.
     pub output: String,
-    /// The mean: a bias of a sensor or of the model.
+    /// The mean, which shows a bias of a sensor or of the model.
     pub mean: f64,
-    /// The root of the mean square.
+    /// The root mean square.
     pub rms: f64,
     /// The largest magnitude.
     pub peak: f64,
-    /// How probable so much correlation is for a white sequence (Ljung and Box); none for fewer than 20 samples.
+    /// p-value of the Ljung-Box test of whiteness; none for fewer than 20 samples.
     pub white: Option<f64>,
 }
 
 /// The sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepReport {
-    /// What was varied.
+    /// The swept parameter.
     pub parameter: String,
     /// Runs at each value.
     pub ensemble: usize,
@@ -339,15 +339,16 @@ pub struct SweepRow {
     pub observer: String,
     /// The value.
     pub value: f64,
-    /// How many runs of the ensemble came to their end.
+    /// Number of runs of the ensemble that finished.
     pub finished: usize,
-    /// Median over the ensemble of the time from which |e| stays in the band; none if most never do.
+    /// Median over the ensemble of the settling time, from which |e| stays in the band; none if most runs do not
+    /// settle.
     pub settling: Option<f64>,
-    /// Median of the root of the mean square of |e|.
+    /// Median of the root mean square of |e|.
     pub rms: Option<f64>,
-    /// Median and greatest of the largest |e|.
+    /// Median and maximum over the ensemble of max |e|.
     pub peak: Option<f64>,
-    /// Median of |e| at the end.
+    /// Median of |e| at the end time.
     pub last: Option<f64>,
     /// Why there is no run, if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -355,8 +356,8 @@ pub struct SweepRow {
 }
 
 impl Results {
-    /// The observers without a design, the facts that are not proved and the runs that ended early, in a sentence each.
-    /// A command that exits with 0 has none.
+    /// Observers without a design, conditions that are not verified, and runs that ended early, one sentence each.
+    /// Empty if the exit code is 0.
     pub fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         for observer in &self.observers {
@@ -377,7 +378,7 @@ impl Results {
     /// The results as `study.json` has them.
     ///
     /// # Errors
-    /// None that a finite result can have.
+    /// None for finite results.
     pub fn to_json(&self) -> Result<String, crate::StudyError> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }

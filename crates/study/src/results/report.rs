@@ -1,4 +1,4 @@
-//! `report.html`: the results as a page for people, with figures to look into.
+//! `report.html`: the results as an HTML page with interactive figures.
 
 use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone};
 use luenberger_proof::wording::{complex, significant};
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::error::StudyError;
 
-/// The page. `files` are the names of the files beside it.
+/// The page. `files` are the names of the files in its folder.
 pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[String]) -> Result<String, StudyError> {
     let mut report = Report::new(&results.title).lead(&results.about).numbers_as(&[]);
     report = report.section(plant(results));
@@ -100,7 +100,7 @@ pub(crate) fn eigenvalue(z: [f64; 2]) -> String {
     complex(z, 6)
 }
 
-/// The terms of a direction that weigh most, and how many there are besides; `study.json` has all.
+/// The largest terms of a direction, and the number of the others; `study.json` has all.
 pub fn leading(words: &str) -> String {
     const SHOWN: usize = 6;
     let mut signs: Vec<usize> =
@@ -153,7 +153,7 @@ fn of_linear(section: Section, point: &ObservabilityAt) -> Section {
     section.prose(format!("No output sees these modes. {fate}")).grid(modes(&point.hidden)).grid(modes(&point.modes))
 }
 
-/// The points of a trajectory, a row for each: the mode that is seen least there.
+/// The points of a trajectory, one row each, with the least observable mode there.
 fn along(report: &ObservabilityReport) -> Grid {
     let lie = |t: Option<f64>| {
         let ranks = &report.nonlinear.as_ref()?.lie;
@@ -227,7 +227,7 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
     if design.facts.is_empty() {
         return section;
     }
-    // Of many vertices, the least margins are what matters; study.json has all.
+    // For many vertices only the smallest margins are shown; study.json has all.
     let shown = design.facts.iter().take(12);
     let grid = shown.fold(Grid::new(&["inequality", "verdict", "in words"]), |grid, fact| {
         grid.row([
@@ -257,10 +257,10 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
     section.grid(grid.caption(caption.join(" ")))
 }
 
-/// The most rows and columns of a matrix that are written out.
+/// The maximal number of rows and columns of a matrix shown entry by entry.
 const LARGEST: usize = 12;
 
-/// Matrices that fit a page, entry by entry; larger ones by their sizes.
+/// Small matrices entry by entry; larger ones by their sizes.
 fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix>) -> Section {
     let told: Vec<String> = matrices
         .map(|matrix| {

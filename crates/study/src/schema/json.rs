@@ -1,13 +1,13 @@
-//! The JSON Schema (draft 7, which editors know best) of study files.
+//! The JSON Schema of study files (draft 7, which editors support best).
 
 use serde_json::{Map, Value, json};
 
 use super::{Key, Kind, Range, STUDY, Table, Variant};
 
-/// The schema as it is shipped, for `#:schema ./study.schema.json` at the top of a study.
+/// The schema file, referenced by `#:schema ./study.schema.json` at the top of a study.
 pub const SCHEMA: &str = include_str!("../../schema/study.schema.json");
 
-/// The schema, written from the description of the tables.
+/// The schema, generated from the description of the tables.
 pub fn json_schema() -> Value {
     let mut schema = table(&STUDY);
     schema.insert("$schema".to_owned(), json!("http://json-schema.org/draft-07/schema#"));

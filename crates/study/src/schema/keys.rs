@@ -41,7 +41,7 @@ const SOLVERS: &[(&str, &str)] = &[
     ("clarabel", "Clarabel, as a second opinion; in builds with the feature clarabel."),
 ];
 
-/// The plants that need no equations.
+/// The plants of the library, which need no equations.
 pub(crate) const BUILTIN: &[(&str, &str)] = &[
     ("double-integrator", "x1' = x2, x2' = u, y = x1."),
     ("third-order", "The plant of Example 3 of the cubic-observer paper."),
@@ -191,7 +191,7 @@ const LOG: Table = Table {
     ],
 };
 
-/// What can be drawn.
+/// The available plots.
 pub(crate) const QUANTITIES: &[(&str, &str)] = &[
     ("states", "Each state with its estimates."),
     ("errors", "The error of each state."),
@@ -218,7 +218,7 @@ const PLOT: Table = Table {
     ],
 };
 
-/// What can be swept.
+/// The parameters of a sweep.
 pub(crate) const SWEPT: &[(&str, &str)] = &[
     ("gamma", "gamma of the observers that have one."),
     ("poles", "A factor of the poles, decay rates and high gains: 2 makes an observer twice as fast."),

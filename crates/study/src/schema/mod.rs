@@ -1,8 +1,7 @@
-//! What a study file may say: its tables and keys as data.
+//! Description of study files as data: tables, keys and types.
 //!
-//! One description serves three ends: files are checked against it ([`crate::read`]), the JSON Schema that editors
-//! complete from is written from it ([`json_schema`]), and the guide can list it. A key that is not here does not
-//! exist.
+//! The description has three uses: files are checked against it ([`crate::read`]), the JSON Schema for editors is
+//! generated from it ([`json_schema`]), and the guide can list it. Keys that are not in it are errors.
 
 mod json;
 mod keys;
@@ -12,23 +11,23 @@ pub use json::{SCHEMA, json_schema};
 pub(crate) use keys::QUANTITIES;
 pub use keys::STUDY;
 
-/// A table: what it is for, and its keys.
+/// A table: its description and its keys.
 #[derive(Debug, Clone, Copy)]
 pub struct Table {
-    /// How messages call it: "the table `[plant]`".
+    /// Its name in messages: "the table `[plant]`".
     pub name: &'static str,
-    /// What it is for.
+    /// Description.
     pub about: &'static str,
-    /// The keys that every such table may have.
+    /// The keys common to all kinds of this table.
     pub keys: &'static [Key],
-    /// The key that says which of several kinds of table this is, with the kinds; none for a table of one kind.
+    /// The key that selects the kind of the table, with the kinds; none for a table of one kind.
     pub variants: Option<Variants>,
 }
 
 /// The kinds of a table.
 #[derive(Debug, Clone, Copy)]
 pub struct Variants {
-    /// The key whose value is the name of the kind.
+    /// The key that names the kind.
     pub tag: &'static str,
     /// The kinds.
     pub of: &'static [Variant],
@@ -39,9 +38,9 @@ pub struct Variants {
 pub struct Variant {
     /// Its name.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
-    /// The keys that only some kinds have.
+    /// The keys of this kind only.
     pub keys: &'static [Key],
 }
 
@@ -50,32 +49,32 @@ pub struct Variant {
 pub struct Key {
     /// Its name.
     pub name: &'static str,
-    /// What its value must be.
+    /// Type of its value.
     pub kind: Kind,
-    /// Whether it must be there.
+    /// Whether it is required.
     pub required: bool,
-    /// What it means, with units, and what holds without it.
+    /// Description, with units and default.
     pub about: &'static str,
 }
 
-/// What a value must be.
+/// Type of a value.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
     /// A text.
     Text,
-    /// One of these texts, each with what it means.
+    /// One of these texts, each with its description.
     Choice(&'static [(&'static str, &'static str)]),
-    /// True or false.
+    /// A boolean.
     Switch,
     /// A finite number.
     Number(Range),
-    /// A whole number of at least this size.
+    /// An integer of at least this value.
     Count(usize),
     /// A list of finite numbers, not empty.
     Numbers(Range),
     /// A list of texts, not empty.
     Texts,
-    /// A list of texts from these.
+    /// A list of texts from this set.
     Choices(&'static [(&'static str, &'static str)]),
     /// A matrix as a list of rows.
     Rows,
@@ -83,9 +82,9 @@ pub enum Kind {
     Weight,
     /// A list of poles: numbers, and pairs `[re, im]`.
     Poles,
-    /// A list of pairs `[lower, upper]`, of which ends may be infinite.
+    /// A list of intervals `[lower, upper]` with possibly infinite ends.
     Bounds,
-    /// A pair `[lower, upper]`, of which ends may be infinite.
+    /// An interval `[lower, upper]` with possibly infinite ends.
     Bound,
     /// A table from names to finite numbers.
     Named,
@@ -95,19 +94,19 @@ pub enum Kind {
     Tables(&'static Table),
 }
 
-/// Which numbers.
+/// Domain of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Range {
     /// Any.
     Any,
     /// Greater than 0.
     Positive,
-    /// 0 and greater.
+    /// 0 or greater.
     NotNegative,
 }
 
 impl Range {
-    /// Whether `x` is in it.
+    /// Whether `x` is in the domain.
     pub fn holds(self, x: f64) -> bool {
         x.is_finite()
             && match self {
@@ -117,7 +116,7 @@ impl Range {
             }
     }
 
-    /// In words, after "a".
+    /// As text, after "a".
     pub fn words(self) -> &'static str {
         match self {
             Self::Any => "finite number",
@@ -128,7 +127,7 @@ impl Range {
 }
 
 impl Kind {
-    /// What is expected, after "expected".
+    /// The expectation as text, after "expected".
     pub fn words(&self) -> String {
         let names = |choices: &[(&str, &str)]| {
             choices.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")

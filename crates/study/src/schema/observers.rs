@@ -1,4 +1,4 @@
-//! The kinds of observers that a study may ask for, with their wishes.
+//! The kinds of observers of a study, with their specifications.
 
 use super::{Key, Kind, Range, Table, Variant, Variants};
 

@@ -1,19 +1,19 @@
-//! Commented studies to start from.
+//! Commented example studies as a starting point.
 
 use luenberger_expression::nearest;
 
 use crate::error::StudyError;
 
-/// A study to start from.
+/// An example study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Template {
-    /// Its name, which is that of the plant.
+    /// Its name, equal to that of the plant.
     pub name: &'static str,
-    /// What it shows.
+    /// A one-line description.
     pub about: &'static str,
     /// The study, in TOML with comments.
     pub text: &'static str,
-    /// Files that it reads, by their names beside it.
+    /// The files it reads, by name.
     pub files: &'static [(&'static str, &'static str)],
 }
 

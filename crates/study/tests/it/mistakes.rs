@@ -1,4 +1,4 @@
-//! Mistakes in a study: each is reported at its line, with what was expected.
+//! Mistakes in a study: each is reported at its line, with the expectation.
 
 use std::path::Path;
 
@@ -57,7 +57,7 @@ fn mistakes(text: &str) -> Vec<Located> {
     }
 }
 
-/// After each edit there is one mistake, on that line, whose message and expectation contain these words.
+/// Each edit gives one mistake, on that line, whose message and expectation contain these words.
 fn one(text: &str, edits: &[(&str, &str, usize, &str, &str)]) {
     assert!(read(text, Format::Toml).is_ok(), "{}", read(text, Format::Toml).unwrap_err());
     for (from, to, line, message, expected) in edits {
@@ -282,7 +282,7 @@ fn what_joins_keys() {
     assert!(found.iter().any(|mistake| mistake.message == "[sweep] without a [simulation]"), "{found:?}");
 }
 
-/// States and inputs by names supplied by the user, in expressions and in what is said of them.
+/// User-supplied names of states and inputs, in expressions and messages.
 const NAMED: &str = r#"[plant]
 f = ["speed", "-k*sin(angle) + torque"]
 h = ["angle"]
@@ -328,12 +328,12 @@ fn names_in_expressions() {
     );
     let found = mistakes(&NAMED.replace("\"speed\"]\ninputs", "\"cos\"]\ninputs"));
     assert_eq!((found.len(), found[0].line, found[0].column), (1, 4, 20), "the name itself: {found:?}");
-    // The numbers may be said as well, and a name that is no word stands in figures and tables only.
+    // The numbered names are allowed too; a name that is not an identifier appears in figures and tables only.
     let mixed = NAMED.replace("\"speed\"]\ninputs", "\"top speed\"]\ninputs").replace("[\"speed\", ", "[\"x2\", ");
     assert!(read(&mixed, Format::Toml).is_ok());
 }
 
-/// The design counts states and inputs; what the user reads has his names.
+/// The design uses indices of states and inputs; messages use the user's names.
 #[test]
 fn designs_are_told_in_the_names_of_the_study() {
     let study = read(NAMED, Format::Toml).unwrap();
@@ -383,7 +383,7 @@ fn expressions() {
     );
     let deep = NONLINEAR.replace("sin(x1)", &format!("{}x1{}", "(".repeat(500), ")".repeat(500)));
     assert!(mistakes(&deep)[0].message.contains("nested too deeply"));
-    // The marks stand under the part of the expression that is meant, not under the whole text.
+    // The markers are under the wrong part of the expression, not under the whole text.
     let error = read(&NONLINEAR.replace("sin(x1)", "sinn(x1)"), Format::Toml).unwrap_err().to_string();
     assert!(error.contains("f = [\"x2\", \"-k*sinn(x1) + u1\"]\n  |                ^^^^ this"), "{error}");
     let undefined = "[plant]\nf = [\"u1\"]\nh = [\"x1\"]\n[input]\nexpressions = [\"1/(t - 1)\"]\n[simulation]\nx0 = [0]\nduration = 2\n";
@@ -522,7 +522,7 @@ fn a_step_says_what_it_needs() {
     assert!(hint.contains("the nearest is \"duffing\""), "{hint}");
 }
 
-/// The failure of the observer of a study: hypothesis, then what would fit.
+/// The failure of the observer of a study: hypothesis, then alternatives.
 fn misfit(text: &str) -> (String, String) {
     let study = read(text, Format::Toml).unwrap_or_else(|error| panic!("{error}"));
     let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
@@ -543,7 +543,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
         ),
         (linear("builtin = \"chaotic\"", "kind = \"kalman\"\nw = 1\nv = 1"), "`chaotic` is not", "extended-kalman"),
         (linear("f = [\"1 - x1\"]\nh = [\"x1\"]", "kind = \"luenberger\"\nlmi = true"), "a constant term", ""),
-        // The second state drifts, and no output sees it.
+        // The second state is neutrally stable and unobservable.
         (
             linear(
                 "a = [[-1, 0], [0, 0]]\nc = [[1, 0]]\nstates = [\"seen\", \"bias\"]",

@@ -1,5 +1,4 @@
-//! Of the papers' plants written as text, designs prove what they prove of those written in Rust, and observers run on
-//! them.
+//! The papers' plants given as expressions: designs prove the same as for the Rust versions, and observers run on them.
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
@@ -32,7 +31,8 @@ fn joint() -> ExpressionPlant {
 /// Rounding of a right-hand side of some ten operations, relative to its largest term.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// Over a box the text is enclosed as the Rust plant is, and the same gain is proved with the same rate.
+/// The interval enclosure of the expressions over a box equals that of the Rust plant, and the same gain is proved with
+/// the same rate.
 #[test]
 fn designs_prove_the_same_of_both() {
     let everywhere = Region::everywhere(4);
@@ -50,14 +50,14 @@ fn designs_prove_the_same_of_both() {
     let rust = LpvDesign::new(flexible_joint::classical(), &everywhere, 1.0).unwrap();
     assert!(text.certificate.is_proved() && rust.certificate.is_proved());
     assert_eq!(text.polytope.vertices.len(), rust.polytope.vertices.len());
-    // What one plant's gain is proved for, the other's is.
+    // A gain proved for one plant is proved for the other.
     let l = DMatrix::from_fn(4, 2, |i, j| rust.observer.l()[(i, j)]);
     let crossed = LpvDesign::certify(joint(), &everywhere, &l).unwrap();
     assert!(crossed.certificate.is_proved() && crossed.rate >= rust.rate);
 }
 
-/// The chaotic plant in text is compiled to the two branches of the one in Rust: its Jacobians have the same bounds,
-/// and the same is proved of it.
+/// The expressions of the chaotic plant are compiled to the two branches of the Rust version: its Jacobians have the
+/// same bounds, and the same is proved.
 #[test]
 fn the_chaotic_plant_in_text_is_proved_away_from_0() {
     let region = Region::new(&[(-3.0, -0.3), (-3.0, 3.0), (-3.0, 3.0)]);
@@ -66,12 +66,12 @@ fn the_chaotic_plant_in_text_is_proved_away_from_0() {
     let design = LpvDesign::new(chaotic(), &region, 0.5).unwrap();
     assert_eq!(design.polytope.vertices.len(), 64);
     assert!(design.certificate.is_proved());
-    // Where x1 can vanish x3 is hidden, whoever wrote the plant.
+    // Where x1 can vanish x3 is unobservable, in both versions.
     let error = LpvDesign::new(chaotic(), &Region::new(&[(-3.0, 3.0); 3]), 0.0).unwrap_err();
     assert!(matches!(error, LpvError::HiddenMode(_)), "{error}");
 }
 
-/// A kink is bounded by its two sides, a jump and a pole are refused by name.
+/// A kink is enclosed by its one-sided derivatives; a jump and a pole are rejected by name.
 #[test]
 fn boxes_are_honest_about_kinks_jumps_and_poles() {
     let region = Region::new(&[(-1.0, 2.0)]);
@@ -80,12 +80,12 @@ fn boxes_are_honest_about_kinks_jumps_and_poles() {
     for text in ["sign(x1)", "1/x1", "ln(x1)", "sqrt(abs(x1))", "x1^0.25", "atan2(x1, -1)"] {
         assert!(enclose(&plant(&[text], &["x1"], 0, &[]), &region).is_err(), "{text}");
     }
-    // Beyond 300 the hyperbolic tangent takes another way, and its derivative is bounded there as everywhere.
+    // Beyond 300 the hyperbolic tangent uses another branch; its derivative is bounded there too.
     let tanh = enclose(&plant(&["tanh(x1)"], &["x1"], 0, &[]), &Region::new(&[(-1000.0, 1000.0)])).unwrap().a[(0, 0)];
     assert!(tanh.lo() >= -0.01 && tanh.hi() >= 1.0 && tanh.hi() <= 1.1, "{tanh:?}");
 }
 
-/// Observers of run-time size run on it: the copy with a gain, and the filter that differentiates.
+/// Observers of run-time size run on it: the copy with a gain, and the extended Kalman filter, which uses derivatives.
 #[test]
 fn observers_run_on_a_plant_of_text() {
     let design = LpvDesign::new(joint(), &Region::everywhere(4), 1.0).unwrap();
@@ -111,7 +111,7 @@ fn observers_run_on_a_plant_of_text() {
     assert!((belief.estimate()[0] - 0.5).abs() < 0.05 && belief.as_slice().len() == 20);
 }
 
-/// With fixed sizes its past is simulated.
+/// With fixed sizes the plant is simulated backwards in time for the KKL observer.
 #[test]
 fn kkl_designs_take_it() {
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();

@@ -1,4 +1,4 @@
-//! The report as a browser shows it: no error on the console, and every figure drawn.
+//! The report in a browser: no error on the console, and every figure drawn.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -27,13 +27,13 @@ fn every_figure_is_drawn(template: &str) {
     run(&study, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
     let output = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"])
-        // Time of the page, not of the clock: what the page waits for is over at once.
+        // Virtual time of the page, so that timers finish at once.
         .args(["--virtual-time-budget=20000", "--window-size=1400,3000", "--dump-dom"])
         .arg(format!("--user-data-dir={}", folder.join("profile").display()))
         .arg(format!("file://{}", folder.join("report.html").display()))
         .output()
         .unwrap();
-    // The browser speaks of itself there as well; what the page says has its source beside it.
+    // The browser's own messages appear there as well; those of the page have its source.
     let log = String::from_utf8_lossy(&output.stderr);
     let said: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
     assert!(said.is_empty(), "{template}: the page said {said:#?}");

@@ -1,5 +1,5 @@
-//! Inputs of a study in a simulation: expressions, tables with their breakpoints, feedback with a reference; and what
-//! is wrong with them.
+//! Inputs of a study in a simulation: expressions, tables with their breakpoints, feedback with a reference; and their
+//! errors.
 
 use luenberger_expression::Parameters;
 use luenberger_observers::LinearObserver;
@@ -60,7 +60,7 @@ fn tables_are_inputs_with_breakpoints() {
 fn feedback_has_a_reference() {
     let gain = dmatrix![4.0, 4.0];
     let feedback = |reference| Input::Feedback { observer: "linear".to_owned(), gain: gain.clone(), reference };
-    // Without one it is the feedback of the simulation, to the last bit.
+    // Without a reference it equals the feedback of the simulation, to the last bit.
     let plain = run(&feedback(None));
     let known = Scenario::new(double_integrator())
         .initial_state(&[1.0, 0.0])
@@ -96,7 +96,7 @@ fn bad_signals_are_refused() {
     );
     assert_eq!(pole.check(2, 0.0, 0.5), Err(SignalError::Length { expected: 2, found: 1 }));
     assert!(pole.check(1, 0.0, 0.5).is_ok() && Input::Zero.check(3, 0.0, 1.0).is_ok());
-    // An unknown observer and a gain that does not fit are the simulation's to refuse, with a reference too.
+    // An unknown observer and a gain of the wrong size are rejected by the simulation, with a reference too.
     let input =
         Input::Feedback { observer: "other".to_owned(), gain: dmatrix![1.0, 1.0], reference: Some(program(&["1"])) };
     assert!(Scenario::new(double_integrator()).input(input.signal()).until(1.0, 2).run().is_err());

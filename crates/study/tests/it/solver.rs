@@ -1,4 +1,4 @@
-//! The solver of matrix inequalities that a study asks for, in every design that poses one.
+//! The solver for matrix inequalities that a study selects, in every design that needs one.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -69,8 +69,8 @@ fn designs(study: &Study) -> Vec<(String, DesignReport)> {
     study.observers.iter().map(|wish| (wish.name.clone(), one(wish))).collect()
 }
 
-/// Another solver proposes another P within the same open set: were the wish lost on its way, the matrices would be the
-/// same to the last bit.
+/// Another solver returns another P in the same open set: if the selection were ignored, the matrices would be
+/// identical to the last bit.
 #[test]
 fn it_reaches_every_inequality_of_a_design_and_the_proof_decides() {
     for text in [LINEAR, PENDULUM] {
@@ -79,7 +79,7 @@ fn it_reaches_every_inequality_of_a_design_and_the_proof_decides() {
         assert_eq!(read(&format!("solver = \"interior\"\n{text}")).unwrap().solver, Solver::Interior);
         let theirs = read(&format!("solver = \"clarabel\"\n{text}")).unwrap();
         assert_eq!(theirs.solver, Solver::Clarabel);
-        // Which is what the reports name it for.
+        // The reports name the solver for this reason.
         assert!(theirs.observers.iter().all(|wish| wish.kind.poses_inequality()));
         for ((name, ours), (_, theirs)) in designs(&ours).into_iter().zip(designs(&theirs)) {
             assert_eq!((ours.verdict.as_str(), theirs.verdict.as_str()), ("proved", "proved"), "{name}");

@@ -1,4 +1,4 @@
-//! CSV tables: what is read, what is refused with its place, and what looks wrong in a log.
+//! CSV tables: valid input, errors with positions, and suspicious data of a log.
 
 use luenberger_sim::{Between, SimError};
 use luenberger_study::table::{Suspicion, Table, TableError};
@@ -29,7 +29,7 @@ fn tables_of_several_dialects_are_read() {
     let mut value = [0.0];
     held.at(0.49, &mut value);
     assert_eq!(value, [1.0]);
-    // No inputs is no column.
+    // A table without inputs is valid.
     assert_eq!(expected.recording::<&str>("t", &[], &["y1"]).unwrap().inputs().values().ncols(), 0);
 }
 
@@ -58,7 +58,7 @@ fn what_is_wrong_has_its_line_and_column() {
     assert_eq!(unsorted.to_string(), "line 5: the time 0.1 does not come after 0.2, the time of the row before");
     let none = Table::read(std::path::Path::new("no/such/file.csv")).unwrap_err();
     assert!(matches!(none, TableError::File { .. }) && none.to_string().contains("no/such/file.csv"));
-    // Nothing is read twice: the samples have been checked.
+    // No second check: the samples have been checked.
     assert!(!matches!(unsorted, TableError::Samples(SimError::TimesUnsorted { .. })));
 }
 
@@ -88,13 +88,13 @@ fn gaps_saturation_and_dropouts_are_seen() {
     assert_eq!((*value, *samples, *during), (0.125, 30, (1.0, 1.29)));
     assert!(frozen[0].to_string().contains("dropout"));
     assert!(matches!(suspicions(&log(|_, _| 4.0, even))[..], [Suspicion::Constant { value, .. }] if value == 4.0));
-    // A coarse sensor and a switch repeat their values, and do nothing wrong.
+    // A coarsely quantized sensor and a switch repeat their values without a fault.
     assert_eq!(suspicions(&log(|_, y| (8.0 * y).round() / 8.0, even)), []);
     assert_eq!(suspicions(&log(|_, y| y.signum(), even)), []);
 }
 
 proptest! {
-    /// Any text ends in a table or an error.
+    /// Any text gives a table or an error.
     #[test]
     fn no_text_panics(text in "[t,u;0-9.e+\\-#\"\n \t\u{feff}]{0,80}") {
         if let Ok(table) = Table::parse(&text) {
@@ -104,7 +104,7 @@ proptest! {
         }
     }
 
-    /// Numbers survive being printed and read.
+    /// Numbers are unchanged after printing and reading.
     #[test]
     fn numbers_are_read_to_the_last_bit(values in prop::collection::vec(prop::num::f64::NORMAL, 2..20)) {
         let rows: Vec<String> = values.iter().enumerate().map(|(k, y)| format!("{k},{y:e}")).collect();

@@ -1,4 +1,4 @@
-//! The templates, end to end: each is read, runs, leaves its files, and twice the same bytes whatever the threads.
+//! End-to-end tests of the templates: each is read, runs, and writes identical files for any number of threads.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,13 +41,13 @@ fn run(template: &Template, folder: &Path, threads: usize) -> luenberger_study::
         .unwrap_or_else(|error| panic!("{}: {error}", template.name))
 }
 
-/// What people read of a page.
+/// The visible text of a page.
 fn body(page: &str) -> &str {
     let page = page.split_once("<body>").unwrap().1;
     page.split_once("<script").unwrap().0
 }
 
-/// Numbers of ordinary size that are written with an exponent, such as 1.2e1.
+/// Numbers of moderate size written with an exponent, such as 1.2e1.
 fn with_needless_exponents(text: &str) -> Vec<&str> {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.' || c == '-'));
     let needless = |word: &&str| word.contains('e') && word.parse().is_ok_and(|x: f64| (1e-4..1e6).contains(&x.abs()));
@@ -76,7 +76,7 @@ fn the_report_of_a_linear_plant_shows_its_matrices() {
     assert!(page.contains("\"time t\"") && !page.contains("time t (") && body(&page).contains("settles at</th>"));
 }
 
-/// Runs the template twice and holds what every run must keep.
+/// Runs the template twice and checks the invariants of every run.
 fn end_to_end(name: &str) -> luenberger_study::Results {
     let template = luenberger_study::template::template(name).unwrap();
     let [first, second] = ["first", "second"].map(|which| scratch(&format!("{name}-{which}")));
@@ -144,8 +144,8 @@ templates! {
     measured_log "measured-log";
 }
 
-/// Every number of `study.json` against the golden one, to what the integrator keeps (1e-9 for each step) with room for
-/// the steps of another machine.
+/// Compares every number of `study.json` with the golden one, to the accuracy of the integrator (1e-9 for each step)
+/// with a margin for another machine.
 fn near(path: &str, found: &serde_json::Value, golden: &serde_json::Value) {
     use serde_json::Value;
     match (found, golden) {
@@ -161,7 +161,7 @@ fn near(path: &str, found: &serde_json::Value, golden: &serde_json::Value) {
             assert_eq!(found.keys().collect::<Vec<_>>(), golden.keys().collect::<Vec<_>>(), "{path}");
             found.iter().for_each(|(key, x)| near(&format!("{path}.{key}"), x, &golden[key]));
         }
-        // Sentences repeat the numbers to as many digits as they show; those may fall on either side.
+        // Text contains rounded numbers, which may round differently.
         (Value::String(found), Value::String(golden)) => {
             let words = |text: &str| text.chars().filter(|c| c.is_alphabetic()).collect::<String>();
             assert_eq!(words(found), words(golden), "{path}");
@@ -182,7 +182,7 @@ fn golden(name: &str) {
     near(name, &serde_json::to_value(&results).unwrap(), &golden);
 }
 
-/// Run with `UPDATE=1` in the environment after a change that is meant.
+/// Run with `UPDATE=1` in the environment after an intended change.
 #[test]
 fn the_double_integrator_has_its_golden_numbers() {
     golden("double-integrator");
@@ -198,7 +198,7 @@ fn an_interruption_leaves_what_is_finished() {
     use std::sync::atomic::{AtomicBool, Ordering};
     let folder = scratch("interrupted");
     let cancel = AtomicBool::new(false);
-    // The user loses patience once the first observer has been run.
+    // The user interrupts after the first observer has been simulated.
     let progress = |progress: luenberger_study::Progress<'_>| {
         if progress.stage == "simulate" {
             cancel.store(true, Ordering::Relaxed);

@@ -1,5 +1,5 @@
-//! Runs one routine at a time, of this project or of another Rust crate, as a script asks on the standard input; one
-//! JSON object each way.
+//! Runs one routine at a time, of this project or of another Rust crate, as requested on standard input; one JSON
+//! object per request and reply.
 //!
 //! ```text
 //! {"do": "load", "name": "a", "rows": 2, "cols": 2, "file": "a.bin"}        columns of f64, in the order of this machine
@@ -7,7 +7,7 @@
 //! {"do": "keep", "who": .., "routine": .., "file": "p.bin"}                 {"shapes": [[2, 2]]}: the answer's matrices, one after the other
 //! {"do": "peak", "n": 1000}                                                 {"gigaflops": of a product of that order}
 //! ```
-//! Only the call is timed, its arguments are there before and its answer is dropped after.
+//! Only the call is timed; its arguments are prepared before, and its result is dropped after.
 
 use faer::{Mat, MatRef};
 use luenberger_linalg as ours;

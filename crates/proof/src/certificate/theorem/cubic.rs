@@ -7,11 +7,10 @@
 //! from every e(0) or from those with `e'Pe < level`. With the real matrix `N0 = -P^-1 C'S` in place of N, `V = e'Pe`
 //! falls at the rate of the linear observer, from every e(0).
 //!
-//! **Proof.** The error obeys `e' = Fe + (y'theta y) N y`, `y = Ce`. With N0 the cubic term adds
-//! `-2 (y'theta y) y'Sy <= 0` to `V'` (Theorem 2 of the paper, of which Theorem 1 is the form with P given, 4 and 5
-//! those with an A that is not the nominal one). For the stored N the head of `statement/deployed_cubic.rs` has the
-//! proof: from every e(0) by another Lyapunov matrix near P for which the stored N has the structure exactly, or from
-//! an ellipsoid in which `|PN + C'S|` is outweighed.
+//! **Proof.** The error obeys `e' = Fe + (y'theta y) N y`, `y = Ce`. With N0 the cubic term adds `-2 (y'theta y) y'Sy
+//! <= 0` to `V'` (Theorem 2 of the paper; Theorem 1 is the form with P given, 4 and 5 those with a perturbed A). For
+//! the stored N the proof is in the head of `statement/deployed_cubic.rs`: from every e(0) by another Lyapunov matrix
+//! near P for which the stored N has the structure exactly, or from an ellipsoid in which `|PN + C'S|` is dominated.
 
 use super::super::fields::Fields;
 use super::super::number::Number;

@@ -1,8 +1,8 @@
 //! A matrix is definite.
 //!
-//! **Theorem.** `v'Mv` has the sign given for every v (other than 0, where it is strict). There is nothing to prove but
-//! the fact itself: the margin is a lower bound of the smallest eigenvalue of M, or of -M. Where entries are given by
-//! bounds, this holds for every symmetric matrix between them.
+//! **Theorem.** `v'Mv` has the given sign for every v (other than 0, if strict). The only condition is the definiteness
+//! itself; its margin is a lower bound of the smallest eigenvalue of M, or of -M. Where entries are intervals, this
+//! holds for every symmetric matrix within them.
 
 use super::super::fields::Fields;
 use super::super::number::Datum;

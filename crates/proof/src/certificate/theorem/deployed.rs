@@ -1,17 +1,17 @@
-//! The observer as a target has it: its matrices in f32, f64 or fixed point, and the rounding of every step.
+//! The observer as implemented on a target: its matrices in f32, f64 or fixed point, and the rounding of every step.
 //!
-//! **Hypotheses.** The stored numbers are those nearest to the plant's, F rounded once from the exact `A - LC`;
-//! `P > 0`; `F'PF - P < 0` for the stored F; for the cubic observer also `(wA + ANC)'P(wA + ANC) - w^2 P < 0`; and,
-//! where a ball is claimed, bounds of the running error that are not below the derived ones.
+//! **Hypotheses.** The stored numbers are the plant's numbers rounded to nearest, F rounded once from the exact `A -
+//! LC`; `P > 0`; `F'PF - P < 0` for the stored F; for the cubic observer also `(wA + ANC)'P(wA + ANC) - w^2 P < 0`;
+//! and, where a ball is claimed, bounds of the running error that are not below the derived ones.
 //!
-//! **Theorem.** With the numbers as stored and in exact arithmetic the error tends to 0 exponentially, from every e(0).
-//! Where a ball is claimed, the running error keeps to it from the promised first errors, rounding of every step
-//! counted, and no intermediate number leaves the format.
+//! **Theorem.** With the stored numbers in exact arithmetic the error tends to 0 exponentially, from every e(0). Where
+//! a ball is claimed, the running error stays in it for all initial errors in the assumed set, with the rounding of
+//! every step included, and no intermediate result overflows the format.
 //!
-//! **Proof.** At the head of `statement/deployed`. The gains L, N, theta, w and h are what the file says. Nothing is
-//! asked of N but the two Stein inequalities, and nothing of theta: the observer computes `max(z'theta z, 0)`, as the
-//! words say, so that theta need not be semidefinite. The ball is derived from the promised bounds, for the operations
-//! that the words spell out; a bound that is claimed smaller by one unit in the last place is rejected.
+//! **Proof.** In the head of `statement/deployed`. The gains L, N, theta, w and h are those of the file. N must satisfy
+//! only the two Stein inequalities, and theta is arbitrary: the observer computes `max(z'theta z, 0)`, as the statement
+//! says, so that theta need not be semidefinite. The ball is derived from the assumed bounds, for the operations listed
+//! in the statement; a claimed bound that is smaller by one unit in the last place is rejected.
 
 use super::super::Fault;
 use super::super::Witness;

@@ -2,12 +2,12 @@
 //!
 //! **Hypotheses.** `P > 0` and `A'P + PA < 0`.
 //!
-//! **Theorem.** Every solution of `x' = Ax` tends to 0 exponentially, which is that all eigenvalues of A have negative
-//! real parts. For an A between bounds the two inequalities hold for every matrix there with one P, so that
-//! `x' = A(t)x` decays also when A varies in time.
+//! **Theorem.** Every solution of `x' = Ax` tends to 0 exponentially; equivalently, all eigenvalues of A have negative
+//! real parts. For an interval matrix A the two inequalities hold for every matrix in it with one P, so that `x' =
+//! A(t)x` decays also when A varies in time.
 //!
 //! **Proof.** `V = x'Px` has `V' <= -q |x|^2`, q the margin of the second inequality. For an A of single numbers there
-//! is a third fact, whose margin m says that all real parts are below -m: `A'P + PA <= -q I` and `P <= p I` give
+//! is a third condition, with a margin m such that all real parts are below -m: `A'P + PA <= -q I` and `P <= p I` give
 //! `m = q / (2p)`.
 
 use super::super::fields::Fields;

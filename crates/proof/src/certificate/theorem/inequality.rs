@@ -1,6 +1,6 @@
-//! Linear matrix inequalities `F_k0 + x_1 F_k1 + ... + x_m F_km > 0` (or `>= 0`), in which unknown x are asked for.
-//! That a point satisfies them:
-//! [`inequality_holds`](super::inequality_holds); that none does: [`inequality_refuted`](super::inequality_refuted).
+//! Linear matrix inequalities `F_k0 + x_1 F_k1 + ... + x_m F_km > 0` (or `>= 0`) in the unknown x. That a point
+//! satisfies them: [`inequality_holds`](super::inequality_holds); that none does:
+//! [`inequality_refuted`](super::inequality_refuted).
 
 use super::super::Fault;
 use super::super::fields::{Fields, LARGEST_ORDER};

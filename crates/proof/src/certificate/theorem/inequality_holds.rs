@@ -1,6 +1,6 @@
 //! A point that satisfies linear matrix inequalities.
 //!
-//! **Theorem.** `F_k(x) > 0` (or `>= 0`) for every k, evaluated at the x given with outward rounding, then exactly. The
+//! `F_k(x) > 0` (or `>= 0`) for every k, evaluated at the given x with outward rounding, and exactly if needed. The
 //! margin is a lower bound of the smallest eigenvalue.
 
 use super::super::Fault;

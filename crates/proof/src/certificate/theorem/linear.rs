@@ -2,9 +2,9 @@
 //!
 //! **Hypotheses.** `P > 0` and `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `rate >= 0`.
 //!
-//! **Theorem.** The error `e = x - xhat` of `xhat' = A xhat + Bu + L(y - C xhat)` has `V(t) <= exp(-2 rate t) V(0)` for
-//! `V = e'Pe`, and tends to 0 exponentially, from every e(0). B does not matter. Where entries of A, B, C are bounds,
-//! this holds for every plant between them, with the one L and P.
+//! The error `e = x - xhat` of `xhat' = A xhat + Bu + L(y - C xhat)` has `V(t) <= exp(-2 rate t) V(0)` for `V = e'Pe`,
+//! and tends to 0 exponentially, from every e(0). B is arbitrary. Where entries of A, B, C are intervals, this holds
+//! for every plant within them, with the same L and P.
 //!
 //! **Proof.** `e' = Fe`, hence `V' <= -2 rate V - q |e|^2`, q the margin of (12), and
 //! `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`; with rate 0 the decay is at least that of `q / (2 lambda_max(P))`.

@@ -1,8 +1,8 @@
-//! The theorems that a certificate can state, a file each.
+//! The theorems that a certificate can state, one file each.
 //!
 //! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as
-//! facts, each decided from the data; the words, which say no more than the facts imply; reading and writing. A new
-//! theorem is a file here and a line in the list below.
+//! conditions, each verified from the data; the text, which claims no more than the conditions imply; reading and
+//! writing. A new theorem needs a file here and a line in the list below.
 
 mod contracting;
 mod cubic;
@@ -57,9 +57,9 @@ pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
 pub use theorem1::CubicTheorem1;
 
-/// What a theorem says of itself.
+/// Metadata of a theorem.
 trait Statement: Sized {
-    /// What the field `theorem` of the file says.
+    /// The value of the field `theorem` in the file.
     const NAME: &'static str;
     /// The hypotheses, decided.
     fn facts(&self) -> Result<Vec<Fact>, ProofError>;

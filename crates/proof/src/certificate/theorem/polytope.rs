@@ -8,11 +8,11 @@
 //!
 //! **Proof.** The inequality is linear in (A, C), so that it holds on the hull.
 //!
-//! For a polytope of plants (Theorem 4 of the cubic paper) this e is the error of an observer that runs the same A and
-//! C as the plant; one that runs a nominal A has the forcing `(A(t) - A)x` besides, of which nothing is said. For
-//! `x' = f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians over
-//! the segment from xhat to x. *That* they lie in the hull is for whoever has f to show, as `design::enclosure` does: a
-//! certificate speaks of matrices.
+//! For a polytope of plants (Theorem 4 of the cubic paper) this e is the error of an observer that uses the same A and
+//! C as the plant; one that uses a nominal A has the forcing `(A(t) - A)x` in addition, which is not covered. For `x' =
+//! f(t, x, u)`, `y = h(t, x)` and the copy with the gain L, `e' = (Fbar - L Hbar)e` with the mean Jacobians over the
+//! segment from xhat to x. *That* they lie in the hull must be shown separately, as `design::enclosure` does: a
+//! certificate is about matrices only.
 
 use super::super::fields::Fields;
 use super::super::number::Datum;

@@ -2,8 +2,8 @@
 //!
 //! **Hypotheses.** `P > 0`, `(A - LC)'P(A - LC) - P < 0` and `(wA + ANC)'P(wA + ANC) - w^2 P < 0`, with w > 0.
 //!
-//! **Theorem.** The error of the observer in the words below tends to 0 exponentially, from every e(0) and at every
-//! period h > 0, for any N and theta.
+//! **Theorem.** The error of the observer stated below tends to 0 exponentially, from every e(0) and at every period
+//! `h > 0`, for any N and theta.
 //!
 //! **Proof.** One period with `g = (1 - r)/w` gives `e+ = A(e + g N C e) - r L C e = M(g) e` with
 //! `M(g) = A - LC + g (AN + wL)C`. Since `q >= 0` is in the observer, `0 < r <= 1` and `0 <= g < 1/w`, whatever theta

@@ -2,10 +2,10 @@
 //!
 //! **Hypotheses.** `P > 0` and `A'PA - P < 0`.
 //!
-//! **Theorem.** Every solution of `x+ = Ax` tends to 0 exponentially, which is that all eigenvalues of A lie inside the
+//! **Theorem.** Every solution of `x+ = Ax` tends to 0 exponentially; equivalently, all eigenvalues of A lie inside the
 //! unit circle.
 //!
-//! **Proof.** `V = x'Px` falls at each step by a factor below 1 that is the same for all x.
+//! **Proof.** `V = x'Px` decreases at each step by a factor below 1 that is the same for all x.
 
 use super::super::fields::Fields;
 use super::super::write::Out;

@@ -3,12 +3,12 @@
 //! **Hypotheses.** `P > 0` and the block inequality of the S-procedure, at the head of `statement/sector.rs`, for the
 //! terms `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
 //!
-//! **Theorem.** `V = e'Pe` falls faster than `exp(-2 rate t)` along the error of
-//! `xhat' = A xhat + sum G_k phi_k(H_k xhat) + L(y - C xhat)`, for every phi_k in its sector. That those of a plant lie
-//! in the sectors, where x and xhat are, is for whoever has the plant to show.
+//! **Theorem.** `V = e'Pe` decays faster than `exp(-2 rate t)` along the error of `xhat' = A xhat + sum G_k phi_k(H_k
+//! xhat) + L(y - C xhat)`, for every phi_k in its sector. The certificate does not show that the nonlinearities of a
+//! plant lie in the sectors where x and xhat are; this must be shown separately.
 //!
-//! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors' forms
-//! times their multipliers, none of which is negative: see [`sector_decrease`].
+//! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors'
+//! quadratic forms times their multipliers, all of which are nonnegative: see [`sector_decrease`].
 
 use super::super::Fault;
 use super::super::fields::{Fields, LARGEST_ORDER};

@@ -1,10 +1,9 @@
 //! The optimum of a semidefinite program is bounded, or the program has no feasible point.
 //!
-//! **Theorem.** About `min c'x` subject to `x_1 F_1 + ... + x_m F_m - F_0 >= 0` (P) and its dual (D), in the sign
-//! convention of SDPA: a bound of the optimum, or that (P) or (D) has no feasible point. What implies what, and how
-//! near a proposed Y a feasible one is proved to be, stands at the head of [`semidefinite`](crate::semidefinite). The
-//! data of the program are intervals there: a decimal of a file becomes the fraction that it is, and what is proved
-//! holds for it.
+//! About `min c'x` subject to `x_1 F_1 + ... + x_m F_m - F_0 >= 0` (P) and its dual (D), in the sign convention of
+//! SDPA: a bound of the optimum, or that (P) or (D) has no feasible point. The implications, and the bound of the
+//! distance from a given Y to a feasible one, are in the head of [`semidefinite`](crate::semidefinite). The data are
+//! treated as intervals there: a decimal of a file is the exact fraction, and the proof holds for it.
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};

@@ -3,9 +3,9 @@
 //! **Theorem.** For all A and all symmetric Q between their bounds the equation has exactly one solution, and each of
 //! its entries lies in its interval.
 //!
-//! The enclosure is derived again from A, Q and what was proposed ([`lyapunov_solution`], [`stein_solution`], whose
-//! heads have the proof); an interval that is claimed narrower than the one derived, by one unit in the last place of
-//! one end, is rejected, and a wider one is true as well.
+//! The enclosure is derived again from A, Q and the approximate solution ([`lyapunov_solution`], [`stein_solution`],
+//! which contain the proof). A claimed interval that is narrower than the derived one, by one unit in the last place of
+//! one end, is rejected; a wider one is accepted.
 
 use super::super::Rejection;
 use super::super::fields::Fields;
@@ -57,7 +57,8 @@ pub struct SolutionWithin {
 }
 
 impl SolutionWithin {
-    /// The equation with the intervals that are derived from these proposals, for all A and Q between bounds.
+    /// The equation with the intervals that are derived from the approximate solution, for all A and Q in their
+    /// intervals.
     ///
     /// ```
     /// use luenberger_proof::certificate::{CertificateFile, Equation, SolutionWithin, verify};

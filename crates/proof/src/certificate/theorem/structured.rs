@@ -3,8 +3,8 @@
 //! **Hypotheses.** `P > 0`, `F'P + PF + 2 rate P < 0` (12) for `F = A - LC`, `theta >= 0`, and `P N C + C'N'P <= 0`
 //! (13') for the real matrix `N = -P^-1 C'S`.
 //!
-//! **Theorem.** `V = e'Pe` of the cubic observer's error falls as fast as that of the linear observer, from every e(0)
-//! (Theorem 2 with S for gamma theta). Nothing is said of a stored N, which is a rounding of that matrix: that is
+//! **Theorem.** `V = e'Pe` of the cubic observer's error decays as fast as that of the linear observer, from every e(0)
+//! (Theorem 2 with S for gamma theta). This does not cover a stored N, which is a rounding of that matrix: for it see
 //! `cubic.rs`.
 //!
 //! **Proof.** `V' = e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e` with `y = Ce`, and the last term is not positive.

@@ -1,7 +1,7 @@
-//! Theorem 1 of the cubic paper, for gains of any origin.
+//! Theorem 1 of the cubic paper, for gains from any source.
 //!
-//! **Hypotheses.** `P > 0`, `F'P + PF < 0` (12) for `F = A - LC`, `theta >= 0`, and `P N C + C'N'P <= 0` (13') for L
-//! and N to the last bit.
+//! **Hypotheses.** `P > 0`, `F'P + PF < 0` (12) for `F = A - LC`, `theta >= 0`, and `P N C + C'N'P <= 0` (13') exactly
+//! for L and N as stored.
 //!
 //! **Theorem.** `V = e'Pe` decreases along the error of the cubic observer with the stored N, from every e(0). An N
 //! that was rounded does not satisfy (13'): for those see `cubic.rs`.

@@ -1,5 +1,4 @@
-//! The ball in which the error of a running observer stays, and the one to which it shrinks: from a contraction and a
-//! bounded disturbance.
+//! Invariant ball and ultimate bound of the running observer's error, from a contraction and a bounded disturbance.
 
 use core::fmt;
 

@@ -1,5 +1,5 @@
-//! What one step of a deployed observer adds to its error: stored matrices that are not the plant's, noise, and every
-//! rounding.
+//! Disturbance of the error in one step of a deployed observer: deviation of stored matrices from the plant's, noise,
+//! and all rounding errors.
 
 use super::{CubicGains, Format, Operation, SampledPlant, Step, Stored};
 use crate::error::ProofError;
@@ -18,7 +18,7 @@ const INNOVATION_ROUNDINGS: usize = 5;
 /// Bounds of absolute values, one row each, acting on `(1, |e_1|, ..., |e_n|)`.
 type Bound = Matrix<Interval>;
 
-/// The deployed observer, as seen by its error.
+/// The error dynamics of the deployed observer.
 pub(super) struct Disturbance<'a> {
     pub(super) plant: &'a SampledPlant,
     pub(super) stored: &'a Stored,
@@ -27,7 +27,7 @@ pub(super) struct Disturbance<'a> {
     pub(super) operation: &'a Operation,
 }
 
-/// A quantity that has to lie in the format, and up to where it may go there.
+/// A quantity that must lie in the format, with its bound.
 pub(super) struct Stage {
     pub(super) what: &'static str,
     pub(super) size: Bound,

@@ -1,4 +1,4 @@
-//! The numbers of a target: binary32, binary64, fixed point.
+//! Number formats of a target: binary32, binary64, fixed point.
 
 use core::fmt;
 

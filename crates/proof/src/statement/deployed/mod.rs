@@ -1,5 +1,4 @@
-//! The observer that is deployed: its matrices as stored on the target, and the rounding of every step that it
-//! computes.
+//! The deployed observer: its matrices as stored on the target, and the rounding of every step that it computes.
 //!
 //! The plant is `x+ = A x + B u`, `y = C x + v` with the real matrices A, B, C given (binary64 numbers, taken as exact)
 //! and a measurement noise v. What runs is one of
@@ -105,7 +104,7 @@
 //! # What is not covered
 //! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal
 //! entry might); a flow computed otherwise than in `observers::cubic::flow`; the cubic observer in fixed point, whose
-//! root nobody has specified; a plant that is not the (A, B, C) given.
+//! square root is not specified; a plant other than the given (A, B, C).
 
 mod ball;
 mod disturbance;
@@ -202,7 +201,7 @@ pub struct CubicGains {
 /// What is proved of a deployed observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deployed {
-    /// The numbers on the target, of which the verdicts speak.
+    /// The numbers on the target, to which the verdicts refer.
     pub stored: Stored,
     /// `P > 0`.
     pub positive: Verdict<Direction>,

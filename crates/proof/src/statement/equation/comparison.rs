@@ -1,4 +1,4 @@
-//! The error of an approximate solution, compared with a matrix that proves stability.
+//! Error bound of an approximate solution, by comparison with a matrix that proves stability.
 
 use super::{Enclosure, Kind, Posed};
 use crate::definite::{self, Sense, proved_eigenvalue_bound};

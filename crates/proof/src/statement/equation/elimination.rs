@@ -1,5 +1,4 @@
-//! The error of an approximate solution, by elimination of the equation as a linear system, with the verified inverse
-//! of Krawczyk's kind.
+//! Error bound of an approximate solution, from the equation as a linear system with a verified inverse (Krawczyk).
 
 use super::{Enclosure, Kind, Posed};
 use crate::error::ProofError;

@@ -1,10 +1,11 @@
 //! The exact solution of a Lyapunov or Stein equation, enclosed: `A'P + PA + Q = 0`, `A'PA - P + Q = 0`, Q symmetric.
 //!
-//! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver proposes P~, given as a sum of floating-point matrices: one
-//! matrix cannot be nearer to P than half a unit in the last place of each entry, the sum of two can, and then the
-//! enclosure is as narrow as binary64 allows. With the residual `R = T(P~) + Q`, evaluated exactly where A and Q are
-//! numbers and with outward rounding where they are intervals, the error `X = P - P~` solves `T(X) = -R`. Two theorems
-//! enclose it. Intervals A and Q stand for all matrices within; what is proved holds for each pair.
+//! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver gives an approximate solution P~ as a sum of floating-point
+//! matrices: the error of one matrix is about half a unit in the last place of each entry, that of a sum of two can be
+//! smaller, and then the enclosure is as narrow as binary64 allows. With the residual `R = T(P~) + Q`, evaluated
+//! exactly where A and Q are numbers and with outward rounding where they are intervals, the error `X = P - P~` solves
+//! `T(X) = -R`. Two theorems enclose it. Interval matrices A and Q stand for all matrices within; the proof holds for
+//! each pair.
 //!
 //! **By comparison**, from a matrix W that proves stability. Let `D = -T(W) > 0` and `W > 0`. Then T is nonsingular,
 //! and
@@ -158,7 +159,7 @@ impl Kind {
     }
 }
 
-/// The equation and what has been proposed about it.
+/// The equation and its approximate solution.
 struct Posed<'a> {
     kind: Kind,
     a: &'a Matrix<Interval>,

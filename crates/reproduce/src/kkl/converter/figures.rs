@@ -1,4 +1,4 @@
-//! Fig. 2 in two parts, without and with noise, and what the gain of the I&IO does under noise.
+//! Fig. 2 in two parts, without and with noise, and the effect of the I&IO's gain under noise.
 
 use luenberger_plants::CukConverter;
 use luenberger_sim::Trajectory;

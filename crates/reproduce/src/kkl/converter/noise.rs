@@ -1,4 +1,4 @@
-//! The run with measurement noise, over and over: which observer is the best, and how that depends on its gain.
+//! Monte Carlo runs with measurement noise: ranking of the observers, and its dependence on their gains.
 
 use std::sync::Arc;
 use std::thread;

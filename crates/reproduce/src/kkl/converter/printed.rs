@@ -1,8 +1,8 @@
-//! Table I to the letter: the observers with its misprints, which is why they live here and not among the observers.
+//! Table I exactly as printed: the observers with its misprints, hence separate from the corrected observers.
 //!
-//! The states start at 0 and the filters W at the output, as in the corrected ones. `F[g]` is a state f with
-//! `f' = alpha (g - f)`, and `W[s] = alpha (s - w)` with `w' = alpha (s - w)`. The KKLO is printed right, and is that
-//! of `observers::cuk`.
+//! The states start at 0 and the filters W at the output, as in the corrected ones. `F[g]` is a state f with `f' =
+//! alpha (g - f)`, and `W[s] = alpha (s - w)` with `w' = alpha (s - w)`. The printed KKLO is correct, and is that of
+//! `observers::cuk`.
 
 use crate::kkl::cuk::Tuning;
 use luenberger_observers::{Observer, ObserverDimensions};

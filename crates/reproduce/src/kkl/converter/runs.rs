@@ -1,7 +1,7 @@
-//! The run of section V.C: the converter in the loop with the ideal state feedback, and its observers beside it.
+//! The run of section V.C: the converter with the ideal state feedback, and its observers in open loop.
 //!
-//! All observers share one integration of the plant. They start with their dynamic extensions at 0, but for the filters
-//! W, which start at the output: what is asked of an observer at the start is the estimate that this state gives.
+//! All observers share one integration of the plant. Their dynamic extensions start at 0, except the filters W, which
+//! start at the output; the initial estimate follows from this state.
 
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ pub(super) const OBSERVERS: [(&str, &str); 7] = [
 /// How many of them are the paper's.
 pub(super) const PRINTED: usize = 6;
 
-/// What the paper does not say about the run.
+/// Details of the run that the paper does not specify.
 pub(super) const RUN: &[&str] = &[
     "L3 = 10 mH, λ = 0.2",
     "|Vd| = 15, 25, 10, 20, 10, 15 V for 0.2 s each, from the equilibrium for 5 V",
@@ -88,7 +88,7 @@ pub(super) fn noise(seed: u64) -> Noise {
     Noise::uniform(&[0.02, 2e-4], 1e-4, seed)
 }
 
-/// What an observer of the converter is.
+/// Type of an observer of the converter.
 pub(super) trait CukObserver:
     Observer<f64, Input = Vector1<f64>, Output = Vector2<f64>, Estimate = Vector2<f64>>
 {
@@ -107,7 +107,7 @@ pub(super) fn with<'a>(
     scenario.partial_observer(name, observer, estimate.as_slice(), &ESTIMATED)
 }
 
-/// What the observer estimates at the start of the run when its state is 0.
+/// The initial estimate of the observer when its state is 0.
 pub(super) fn estimate_at_rest(observer: &impl CukObserver, noise: Option<&Noise>) -> Vector2<f64> {
     let plant = CukConverter::default();
     let x = plant.equilibrium(START);

@@ -1,10 +1,10 @@
-//! The maps that make the [KKL+PEB]O an I&IO: Proposition 5, as printed and repaired.
+//! The maps that make the [KKL+PEB]O an I&IO: Proposition 5, as printed and corrected.
 //!
 //! chi is the whole state (xi1, xi2, w, F[g], F[m], theta_hat) of the [KKL+PEB]O, `beta = (xi1 + theta_hat, xi2)` its
-//! estimate, (21), and `phi = (i1, v4)`. beta sees two directions of chi; in the other four chi moves as Q says, for
-//! which the right-hand side of the [KKL+PEB]O is the natural choice. In the two, (18) makes beta follow phi(xhat), so
-//! that the estimate of i1 moves as i1 does and its error stays what it was. That of the [KKL+PEB]O moves by
-//! `d theta_hat/dt` besides, and `rho = (d theta_hat/dt, 0)` is what is missing.
+//! estimate, (21), and `phi = (i1, v4)`. beta depends on two directions of chi; in the other four chi evolves according
+//! to Q, for which the right-hand side of the [KKL+PEB]O is the natural choice. In the two, (18) makes beta follow
+//! phi(xhat), so that the estimate of i1 evolves as i1 does and its error stays constant. That of the [KKL+PEB]O has
+//! the additional term `d theta_hat/dt`, and `rho = (d theta_hat/dt, 0)` is the missing term.
 
 use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, U6, Vector1, Vector2, Vector4, Vector6, convert};

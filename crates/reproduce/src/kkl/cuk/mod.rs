@@ -15,9 +15,9 @@
 //! | [`high_gain_differentiator`] | HGO that differentiates y twice | `s^2 + (a1/r2) s + a2/r2^2`, `s^2 + (a3/r2) s + a4/r2^2`, driven by y'': zero in equilibrium only |
 //! | [`high_gain_exact`] | HGO with the plant in it | `s^2 + (a1/r2) s + a2/r2^2` and `s^2 + (a3/r2 + G/C4) s + a3 G/(r2 C4) + a4/r2^2` for w constant |
 //!
-//! As printed, the PEBO, the [KKL+PEB]O, the I&IO and the second HGO do not converge; what is printed and what is wrong
-//! with it is on the page `docs/theory-kkl.md`. For the KKLO, Lambda depends on u, and its entry for i1 is stable
-//! because `int w dt` diverges.
+//! As printed, the PEBO, the [KKL+PEB]O, the I&IO and the second HGO do not converge; the printed equations and their
+//! errors are in `docs/theory-kkl.md`. For the KKLO, Lambda depends on u, and its entry for i1 is stable because `int w
+//! dt` diverges.
 
 mod embedded;
 mod high_gain;

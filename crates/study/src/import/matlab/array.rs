@@ -1,4 +1,4 @@
-//! Variables: numeric and sparse matrices, structures; the names of everything else.
+//! MATLAB variables: numeric and sparse matrices, structures; of all others only the names.
 
 use super::element::{Element, Elements, MATRIX, Order};
 use crate::import::ImportError;
@@ -8,18 +8,18 @@ use nalgebra::DMatrix;
 
 const CELL: u32 = 1;
 const STRUCTURE: u32 = 2;
-/// Objects of old classes, such as the `ss` of MATLAB 5, are structures with one more name.
+/// Objects of old classes, such as the `ss` of MATLAB 5, are structures with an additional class name.
 const OBJECT: u32 = 3;
 const TEXT: u32 = 4;
 const SPARSE: u32 = 5;
 const FIRST_NUMERIC: u32 = 6;
 const LAST_NUMERIC: u32 = 15;
-/// Objects of new classes, such as today's `ss`; how they are stored is not documented.
+/// Objects of new classes, such as today's `ss`; their format is not documented.
 const OPAQUE: u32 = 17;
 
 const COMPLEX: u32 = 1 << 11;
 
-/// The most fields that a structure may have.
+/// The maximal number of fields of a structure.
 const FIELDS: usize = 4096;
 
 /// The variable in the data of a matrix element; none for the nameless data of the subsystem.
@@ -30,7 +30,7 @@ pub(super) fn array(data: &[u8], at: usize, order: Order) -> Result<Option<Varia
     let word = order.u32(*word);
     let class = word & 0xff;
     if class == OPAQUE {
-        // No dimensions: the name follows, then the kind and the name of the class.
+        // An opaque object has no dimensions: the name follows, then the kind and the name of the class.
         let name = parts.expect("an object without a name")?.name();
         parts.expect("an object without a kind")?;
         let what = format!("an object of the class {}", parts.expect("an object without a class")?.name());
@@ -60,7 +60,7 @@ struct Header {
     order: Order,
 }
 
-/// A matrix of numbers, or the words for what is there instead.
+/// A matrix of numbers, or a description of what is there instead.
 fn matrix(name: &str, header: &Header, parts: &mut Elements) -> Result<Value, ImportError> {
     let order = header.order;
     let other = |what: &str| Ok(Value::Other(what.to_owned()));
@@ -82,7 +82,7 @@ fn matrix(name: &str, header: &Header, parts: &mut Elements) -> Result<Value, Im
     } else {
         None
     };
-    // MATLAB leaves out the numbers of a matrix that has none.
+    // MATLAB omits the data of an empty matrix.
     let real = match parts.next_element()? {
         Some(element) => element.numbers(order)?,
         None if count == 0 => Vec::new(),
@@ -117,7 +117,7 @@ fn matrix(name: &str, header: &Header, parts: &mut Elements) -> Result<Value, Im
     Ok(Value::Matrix(m))
 }
 
-/// The fields of a structure; an array of structures is something else.
+/// The fields of a structure; arrays of structures are not read.
 fn structure(header: &Header, parts: &mut Elements) -> Result<Value, ImportError> {
     if header.dimensions.iter().any(|size| *size != 1) {
         return Ok(Value::Other("an array of structures".to_owned()));

@@ -1,8 +1,8 @@
-//! Tags and data.
+//! Tags and data of MAT-file elements.
 
 use crate::import::ImportError;
 
-/// The order of the bytes of a number.
+/// The byte order of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     Little,
@@ -18,16 +18,16 @@ pub(super) struct Element<'a> {
     /// Its type: `miINT8` is 1, ...
     pub(super) kind: u32,
     pub(super) data: &'a [u8],
-    /// The byte of the file at which it begins; that of the compressed part within one.
+    /// The byte offset in the file at which it begins; for a compressed element, that of the compressed data.
     pub(super) at: usize,
 }
 
-/// A row of elements.
+/// A sequence of elements.
 pub(super) struct Elements<'a> {
     rest: &'a [u8],
     at: usize,
     order: Order,
-    /// Whether places are counted on: not in what was inflated.
+    /// Whether offsets are tracked: not in decompressed data.
     is_counting: bool,
 }
 
@@ -37,7 +37,7 @@ impl<'a> Elements<'a> {
         Self { rest: bytes, at, order, is_counting: true }
     }
 
-    /// The elements in what a compressed element at byte `at` was inflated to.
+    /// The elements in the decompressed data of a compressed element at byte `at`.
     pub(super) fn inside(bytes: &'a [u8], at: usize, order: Order) -> Self {
         Self { rest: bytes, at, order, is_counting: false }
     }
@@ -59,7 +59,7 @@ impl<'a> Elements<'a> {
         }
     }
 
-    /// The next element at the top of a file, where compressed ones are not padded.
+    /// The next element at the top level of a file, where compressed ones are not padded.
     pub(super) fn next_unpadded_if_compressed(&mut self) -> Result<Option<Element<'a>>, ImportError> {
         self.take(|kind| kind != COMPRESSED)
     }
@@ -69,7 +69,7 @@ impl<'a> Elements<'a> {
         self.take(|_| true)
     }
 
-    /// The next element, which has to be there.
+    /// The next element; an error at the end.
     pub(super) fn expect(&mut self, what: &'static str) -> Result<Element<'a>, ImportError> {
         match self.next_element()? {
             Some(element) => Ok(element),
@@ -87,7 +87,7 @@ impl<'a> Elements<'a> {
         };
         let [a, b, c, d, inline @ ..] = *tag;
         let word = self.order.u32([a, b, c, d]);
-        // At most four bytes of data stand in the tag itself, and their number beside the type.
+        // Small elements: at most four bytes of data are in the tag itself, their number beside the type.
         let small = word >> 16;
         if small != 0 {
             if small > 4 {
@@ -112,7 +112,7 @@ impl Order {
         if self == Self::Little { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) }
     }
 
-    /// The bytes in the order of this machine's `from_ne_bytes`.
+    /// The bytes reordered for `from_ne_bytes`.
     fn native<const N: usize>(self, mut bytes: [u8; N]) -> [u8; N] {
         if (self == Self::Little) != cfg!(target_endian = "little") {
             bytes.reverse();

@@ -39,17 +39,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Variable>, ImportError> {
                     variables.extend(array(inner.data, element.at, order)?);
                 }
             }
-            // Nothing else stands at the top of a file that MATLAB writes; what does is no variable.
+            // MATLAB writes nothing else at the top level; anything else is skipped.
             _ => {}
         }
     }
     Ok(variables)
 }
 
-/// The data of a compressed element; `left` is what all of them together may still come to.
+/// The data of a compressed element; `left` is the remaining limit for all decompressed data.
 fn inflate(data: &[u8], at: usize, left: &mut u64) -> Result<Vec<u8>, ImportError> {
     let mut inflated = Vec::new();
-    // Reading to the end checks the sum that zlib keeps.
+    // Reading to the end verifies zlib's checksum.
     let read = ZlibDecoder::new(data).take(*left + 1).read_to_end(&mut inflated);
     read.map_err(|_| ImportError::Damaged { what: "compressed data that cannot be inflated", at })?;
     *left = left.checked_sub(inflated.len() as u64).ok_or(ImportError::Inflated { limit: super::INFLATED })?;
