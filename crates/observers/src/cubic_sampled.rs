@@ -23,6 +23,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::cubic::{count, entry_of_product, flow};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::semidefinite::failing_pivot;
 
 /// The sampled-data cubic observer with N states, M inputs and P outputs.
 ///
@@ -98,7 +99,9 @@ where
         if !(h.is_finite() && h > T::zero()) {
             return Err(ObserverError::Period { period: h.to_subset_unchecked() });
         }
-        check_semidefinite(&theta)?;
+        if let Some((row, pivot)) = failing_pivot(&theta, false) {
+            return Err(ObserverError::ThetaIndefinite { row, pivot: pivot.to_subset_unchecked() });
+        }
         let idle = n.iter().all(|entry| *entry == T::zero());
         if !w.is_finite() || w < T::zero() || (w == T::zero() && !idle) {
             return Err(ObserverError::Rate { w: w.to_subset_unchecked() });
@@ -213,55 +216,4 @@ where
     DefaultAllocator: Allocator<R, C>,
 {
     matrix.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
-}
-
-/// Checks that the symmetric part of theta is positive semidefinite, by elimination with diagonal pivoting.
-///
-/// The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where
-/// theta is singular; a small pivot taken before a large one would amplify rounding. Rounding leaves 4 p^2 epsilon
-/// times the largest entry undecided, and that much is let pass.
-fn check_semidefinite<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>) -> Result<(), ObserverError>
-where
-    DefaultAllocator: Allocator<P, P>,
-{
-    let p = theta.nrows();
-    let half = T::one() / (T::one() + T::one());
-    let scale = magnitude(theta);
-    if scale == T::zero() {
-        return Ok(());
-    }
-    let mut rest = theta / scale;
-    for i in 0..p {
-        for j in 0..=i {
-            let mean = (rest[(i, j)] + rest[(j, i)]) * half;
-            (rest[(i, j)], rest[(j, i)]) = (mean, mean);
-        }
-    }
-    let undecided = count::<T>(4 * p * p) * T::default_epsilon();
-    // The rows that are left are those whose diagonal entry has not been a pivot; a row that has is set to zero.
-    for _ in 0..p {
-        let k = (0..p).fold(0, |k, i| if rest[(i, i)] > rest[(k, k)] { i } else { k });
-        let pivot = rest[(k, k)];
-        if pivot <= undecided {
-            break;
-        }
-        for i in (0..p).filter(|&i| i != k) {
-            let factor = rest[(i, k)] / pivot;
-            for j in (0..p).filter(|&j| j != k) {
-                let reduced = rest[(i, j)] - factor * rest[(k, j)];
-                rest[(i, j)] = reduced;
-            }
-        }
-        for i in 0..p {
-            (rest[(i, k)], rest[(k, i)]) = (T::zero(), T::zero());
-        }
-    }
-    // What is left has no positive diagonal entry, and has to be zero.
-    for k in 0..p {
-        let off_diagonal = (0..p).filter(|&j| j != k).fold(T::zero(), |largest: T, j| largest.max(rest[(k, j)].abs()));
-        if rest[(k, k)] < -undecided || off_diagonal > undecided {
-            return Err(ObserverError::ThetaIndefinite { row: k, pivot: (rest[(k, k)] * scale).to_subset_unchecked() });
-        }
-    }
-    Ok(())
 }

@@ -34,6 +34,7 @@ use nalgebra::{Cholesky, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector
 
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::semidefinite::failing_pivot;
 
 /// The state of the filter: estimate and covariance, one beside the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -292,8 +293,7 @@ where
 /// semidefiniteness).
 ///
 /// Mirrored entries may differ by 8 n epsilon of the largest entry, as for the designs that these matrices come from:
-/// those of `C'WC` differ by `2 n epsilon` of `|C'| |W| |C|`. Elimination without pivoting, which a semidefinite matrix
-/// does not need, leaves n times that undecided.
+/// those of `C'WC` differ by `2 n epsilon` of `|C'| |W| |C|`.
 pub(crate) fn covariance<T: RealField + Copy, D: Dim>(
     what: &'static str,
     mut matrix: OMatrix<T, D, D>,
@@ -301,7 +301,7 @@ pub(crate) fn covariance<T: RealField + Copy, D: Dim>(
     definite: bool,
 ) -> Result<OMatrix<T, D, D>, ObserverError>
 where
-    DefaultAllocator: Allocator<D, D>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {
     check_matrix(what, &matrix, (order, order))?;
     let largest = matrix.iter().fold(T::zero(), |largest: T, entry| largest.max(entry.abs()));
@@ -316,23 +316,8 @@ where
         }
     }
     symmetrise(&mut matrix);
-    if largest == T::zero() && !definite {
-        return Ok(matrix);
+    match failing_pivot(&matrix, definite) {
+        Some((row, pivot)) => Err(ObserverError::NotDefinite { what, row, pivot: pivot.to_subset_unchecked() }),
+        None => Ok(matrix),
     }
-    let shift = if definite { T::zero() } else { rounding * convert::<f64, T>(order as f64) };
-    let mut rest = matrix.clone();
-    for k in 0..order {
-        let pivot = rest[(k, k)] + shift;
-        if pivot <= T::zero() {
-            return Err(ObserverError::NotDefinite { what, row: k, pivot: rest[(k, k)].to_subset_unchecked() });
-        }
-        for i in k + 1..order {
-            let factor = rest[(i, k)] / pivot;
-            for j in k + 1..order {
-                let reduced = rest[(i, j)] - factor * rest[(k, j)];
-                rest[(i, j)] = reduced;
-            }
-        }
-    }
-    Ok(matrix)
 }

@@ -50,6 +50,7 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
+mod semidefinite;
 
 pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;

@@ -152,11 +152,29 @@ pub(super) const SOURCES: &[Source] = &[
                 "for j in i..=i",
             ),
             mutant("radial gain: C N - w I", Sign, "if i == j { w }", "if i == j { -w }"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/semidefinite.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
             mutant(
                 "theta >= 0 asked of theta, not of its symmetric part",
                 Transpose,
                 "(rest[(i, j)] + rest[(j, i)]) * half",
                 "(rest[(i, j)] + rest[(i, j)]) * half",
+            ),
+            mutant(
+                "semidefinite: the rest plus its pivot's part",
+                Sign,
+                "- factor * rest[(k, j)]",
+                "+ factor * rest[(k, j)]",
+            ),
+            mutant(
+                "semidefinite: the rest off the diagonal is not looked at",
+                OffDiagonal,
+                "(0..order).all(|j| j == i ||",
+                "(0..i).all(|j| j <= i ||",
             ),
         ],
     },
