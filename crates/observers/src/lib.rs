@@ -14,6 +14,7 @@
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
@@ -35,6 +36,7 @@ pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
 pub mod diagnosis;
+pub mod discrete_kalman;
 pub mod error;
 pub mod estimator;
 pub mod filters;
@@ -55,10 +57,11 @@ mod semidefinite;
 pub use cubic::CubicObserver;
 pub use cubic_sampled::SampledCubicObserver;
 pub use diagnosis::{Diagnose, Diagnosis};
+pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use error::{ObserverError, Point};
 pub use high_gain::{HighGainMap, HighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel};
+pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
 pub use linear::LinearObserver;

@@ -182,11 +182,13 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/kalman.rs",
         suites: &[OBSERVERS],
         mutants: &[
-            mutant("Kalman: S = H P H'", Dropped, "cp * c.transpose() + &self.noises.v", "cp * c.transpose()"),
-            mutant("Kalman: xhat - K y~", Sign, "*xhat += &gain", "*xhat -= &gain"),
-            mutant("Kalman: I + K H", Sign, "order) - &gain * &c", "order) + &gain * &c"),
-            mutant("Kalman: no K V K'", Dropped, " + &gain * &self.noises.v * gain.transpose()", ""),
-            mutant("Kalman: (I - K H) P + K V K'", Dropped, "&keep * &*p * keep.transpose()", "&keep * &*p"),
+            mutant("Kalman: S = H P H'", Dropped, "&hp * h.transpose() + &v", "&hp * h.transpose()"),
+            mutant("Kalman: xhat - K y~", Sign, "xhat += &gain *", "xhat -= &gain *"),
+            mutant("Kalman: I + K H", Sign, "order) - &gain * &h", "order) + &gain * &h"),
+            mutant("Kalman: no K V K'", Dropped, " + &gain * v * gain.transpose()", ""),
+            mutant("Kalman: (I - K H) P + K V K'", Dropped, "&keep * p * keep.transpose()", "&keep * p"),
+            mutant("Kalman: V of a silent output", Dropped, "v[(i, i)] = T::one();", ""),
+            mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
             mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + &self.noises.w", "fp.transpose() + fp"),
             mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
             mutant(
@@ -204,9 +206,24 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,
-                "self.h / convert::<f64, T>(self.substeps as f64)",
-                "self.h",
+                "duration / convert::<f64, T>(self.substeps as f64)",
+                "duration",
             ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/discrete_kalman.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("discrete Kalman: no W", Dropped, "ad.transpose() + w;", "ad.transpose();"),
+            mutant(
+                "discrete Kalman: Ad' P Ad",
+                Transpose,
+                "ad * belief.covariance() * ad.transpose()",
+                "ad.transpose() * belief.covariance() * ad",
+            ),
+            mutant("discrete Kalman: no Bd u", Dropped, " + bd * u;", ";"),
+            mutant("discrete Kalman: y + C xhat", Sign, "y - c * belief.estimate()", "y + c * belief.estimate()"),
         ],
     },
     Source {

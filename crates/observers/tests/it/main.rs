@@ -1,6 +1,7 @@
 //! One test binary, a module a subject; each says which features it needs.
 
 mod continuous;
+mod discrete_kalman;
 mod estimators;
 mod immersion_invariance;
 mod kalman;
