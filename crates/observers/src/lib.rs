@@ -55,7 +55,7 @@ pub mod pseudo_inverse;
 mod semidefinite;
 
 pub use cubic::CubicObserver;
-pub use cubic_sampled::SampledCubicObserver;
+pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver};
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use error::{ObserverError, Point};
