@@ -173,8 +173,7 @@ impl<T: RealField + Copy> Plant<T> for CukConverter {
     }
 }
 
-/// Without dual numbers: f is affine in x, so that its derivative along v is `f(v) - f(0)`.
-#[cfg(not(feature = "dual"))]
+/// f is affine in x, so that its derivative along v is `f(v) - f(0)`.
 impl<T: RealField + Copy> crate::jacobian::Differentiable<T, nalgebra::U4, nalgebra::U1, nalgebra::U2>
     for CukConverter
 {

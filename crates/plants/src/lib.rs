@@ -50,7 +50,7 @@ pub use driven_cascade::DrivenCascade;
 pub use error::PlantError;
 pub use exponential_cascade::ExponentialCascade;
 pub use flexible_joint::FlexibleJoint;
-pub use jacobian::{Differentiable, state_jacobian};
+pub use jacobian::{ByDual, Differentiable, state_jacobian};
 #[cfg(feature = "alloc")]
 pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};

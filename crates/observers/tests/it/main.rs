@@ -1,5 +1,6 @@
 //! One test binary, a module a subject; each says which features it needs.
 
+mod by_hand;
 mod continuous;
 mod discrete_kalman;
 mod estimators;
@@ -9,4 +10,3 @@ mod kkl;
 mod mean_value;
 mod numerical_kkl;
 mod sampled;
-mod without_dual;
