@@ -30,7 +30,9 @@ use core::marker::PhantomData;
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Cholesky, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{
+    Cholesky, ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert,
+};
 
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -116,6 +118,10 @@ where
     substeps: usize,
     inputs: PhantomData<M>,
 }
+
+/// An extended Kalman filter whose sizes are known at compile time.
+pub type StaticExtendedKalmanFilter<S, T, const N: usize, const M: usize, const P: usize> =
+    ExtendedKalmanFilter<S, T, Const<N>, Const<M>, Const<P>>;
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
 where
@@ -347,7 +353,7 @@ where
     let (mut xhat, p) = (belief.estimate(), belief.covariance());
     let hp = &h * &p;
     let s = &hp * h.transpose() + &v;
-    if !s.iter().all(|entry| entry.is_finite()) {
+    if !s.iter().all(ComplexField::is_finite) {
         return None;
     }
     let factor = Cholesky::new(s.clone())?;

@@ -54,21 +54,27 @@ pub mod pebo;
 pub mod pseudo_inverse;
 mod semidefinite;
 
-pub use cubic::CubicObserver;
-pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver};
+pub use cubic::{CubicObserver, StaticCubicObserver};
+pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use error::{ObserverError, Point};
-pub use high_gain::{HighGainMap, HighGainObserver};
+pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel};
+pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
-pub use linear::LinearObserver;
-pub use mean_value::{Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver};
-pub use nonlinear_luenberger::NonlinearLuenbergerObserver;
+pub use linear::{LinearObserver, StaticLinearObserver};
+pub use luenberger_plants::{LinearPlant, Plant};
+pub use mean_value::{
+    Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
+};
+pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use pebo::{PeboObserver, Regression};
+
+/// The linear algebra of the columns and matrices here, in the version that fits.
+pub use nalgebra;
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
