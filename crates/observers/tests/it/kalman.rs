@@ -175,6 +175,9 @@ fn bad_data_are_errors() {
         make(one, 1.0, indefinite, 0.1, 1),
         Err(ObserverError::NotDefinite { what: "P(0)", row: 1, pivot }) if (pivot + 3.0).abs() < 1e-13
     ));
+    // No pivot at all, and not zero.
+    let hollow = Matrix2::new(0.0, 1.0, 1.0, 0.0);
+    assert_eq!(make(hollow, 1.0, one, 0.1, 1), Err(ObserverError::NotDefinite { what: "W", row: 0, pivot: 0.0 }));
     assert!(matches!(make(one, 1.0, one, 0.0, 1), Err(ObserverError::Period { .. })));
     assert_eq!(make(one, 1.0, one, 0.1, 0), Err(ObserverError::Substeps));
     assert!(matches!(
