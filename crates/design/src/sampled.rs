@@ -12,7 +12,7 @@
 //! [`SampledCubicDesign::deployed`].
 
 use luenberger_linalg::{SteinEquation, discrete_kalman_gain, place_observer, zero_order_hold};
-use luenberger_observers::SampledCubicObserver;
+use luenberger_observers::{SampledCubicGains, SampledCubicObserver};
 use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
 use nalgebra::{Complex, DMatrix, Dyn};
 
@@ -132,7 +132,16 @@ impl SampledCubicDesign {
             p: exact(&p)?,
         };
         let certificate = Certificate::of([theorem])?;
-        let observer = SampledCubicObserver::new(ad, bd, o.c.clone(), ld, gain, theta.clone(), w, h)?;
+        let observer = SampledCubicObserver::new(SampledCubicGains {
+            ad,
+            bd,
+            c: o.c.clone(),
+            ld,
+            n: gain,
+            theta: theta.clone(),
+            w,
+            period: h,
+        })?;
         Ok(Self { observer, poles, p, s, certificate })
     }
 

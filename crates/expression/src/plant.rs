@@ -359,6 +359,8 @@ impl ExpressionPlant {
     }
 }
 
+impl luenberger_plants::ByDual for ExpressionPlant {}
+
 impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
     type State = DVector<T>;
     type Input = DVector<T>;
@@ -401,6 +403,8 @@ impl<const N: usize, const M: usize, const P: usize> Fixed<N, M, P> {
         &self.0
     }
 }
+
+impl<const N: usize, const M: usize, const P: usize> luenberger_plants::ByDual for Fixed<N, M, P> {}
 
 impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<T> for Fixed<N, M, P> {
     type State = SVector<T, N>;

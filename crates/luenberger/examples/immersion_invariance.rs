@@ -13,14 +13,33 @@ struct Shifted {
 }
 
 #[rustfmt::skip]
+impl luenberger::plants::ByDual for Shifted {}
+
 impl<T: RealField + Copy> Immersion<T> for Shifted {
-    type States = U2; type Inputs = U0; type Outputs = U1; type Manifold = U1; type Extension = U1; type Estimate = U1;
-    fn dimensions(&self) -> ObserverDimensions { ObserverDimensions { state: 1, inputs: 0, outputs: 1, estimate: 1 } }
-    fn beta(&self, y: &Vector1<T>, chi: &Vector1<T>) -> Vector1<T> { chi + y * convert::<f64, T>(self.k) }
-    fn phi(&self, x: &Vector2<T>) -> Vector1<T> { Vector1::new(x[1]) }
-    fn left_inverse(&self, z: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> { Vector2::new(y[0], z[0]) }
-    fn estimate(&self, xhat: &Vector2<T>) -> Vector1<T> { Vector1::new(xhat[1]) }
-    fn start(&self, estimate: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> { estimate - y * convert::<f64, T>(self.k) }
+    type States = U2;
+    type Inputs = U0;
+    type Outputs = U1;
+    type Manifold = U1;
+    type Extension = U1;
+    type Estimate = U1;
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 1, inputs: 0, outputs: 1, estimate: 1 }
+    }
+    fn beta(&self, y: &Vector1<T>, chi: &Vector1<T>) -> Vector1<T> {
+        chi + y * convert::<f64, T>(self.k)
+    }
+    fn phi(&self, x: &Vector2<T>) -> Vector1<T> {
+        Vector1::new(x[1])
+    }
+    fn left_inverse(&self, z: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
+        Vector2::new(y[0], z[0])
+    }
+    fn estimate(&self, xhat: &Vector2<T>) -> Vector1<T> {
+        Vector1::new(xhat[1])
+    }
+    fn start(&self, estimate: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> {
+        estimate - y * convert::<f64, T>(self.k)
+    }
 }
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {

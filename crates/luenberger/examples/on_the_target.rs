@@ -21,7 +21,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let column = |m: &nalgebra::DMatrix<f64>| Vector2::new(m[(0, 0)] as f32, m[(1, 0)] as f32);
     let (c, n, theta) = (RowVector2::new(1.0_f32, 0.0), column(o.n()), Matrix1::new(1.0_f32));
     let ad = Matrix2::from_fn(|i, j| o.ad()[(i, j)] as f32);
-    let observer = SampledCubicObserver::new(ad, column(o.bd()), c, column(o.ld()), n, theta, -n[0], PERIOD as f32)?;
+    let (bd, ld, w, period) = (column(o.bd()), column(o.ld()), -n[0], PERIOD as f32);
+    let observer = SampledCubicObserver::new(SampledCubicGains { ad, bd, c, ld, n, theta, w, period })?;
 
     let (mut x, mut xhat) = (Vector2::new(100.0_f32, 100.0), Vector2::zeros());
     for k in 0..8000_u16 {

@@ -58,7 +58,7 @@ pub mod prelude {
         CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainMap, HighGainObserver, Immersion,
         ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
         NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, PeboObserver, Regression,
-        SampledCubicObserver, SampledObserver,
+        SampledCubicGains, SampledCubicObserver, SampledObserver,
     };
     pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, StateSpace};
     pub use luenberger_proof::Verdict;

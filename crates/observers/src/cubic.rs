@@ -43,6 +43,11 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> CubicObserver<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+
     /// The observer with gains L and N (n x p) and weight theta (p x p) of the plant (A, B, C).
     ///
     /// Convergence is not checked here: an observer that diverges (a printed gain with the wrong sign, say) must be

@@ -23,6 +23,31 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::cubic::{count, entry_of_product, flow};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::semidefinite::failing_pivot;
+
+/// The data of a [`SampledCubicObserver`], each by its name: plant `x+ = Ad x + Bd u`, `y = C x`, and gains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampledCubicGains<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// State matrix of the discretised plant, n x n.
+    pub ad: OMatrix<T, N, N>,
+    /// Input matrix of the discretised plant, n x m.
+    pub bd: OMatrix<T, N, M>,
+    /// Output matrix, p x n.
+    pub c: OMatrix<T, P, N>,
+    /// Gain of the discrete linear observer, n x p: `Ad - Ld C` with spectral radius below 1.
+    pub ld: OMatrix<T, N, P>,
+    /// Cubic gain, n x p, with `C N = -w I`.
+    pub n: OMatrix<T, N, P>,
+    /// Weight of the outputs, p x p, with nonnegative symmetric part.
+    pub theta: OMatrix<T, P, P>,
+    /// Rate of the cubic flow; [`rate`](crate::cubic::rate) takes it from C and N.
+    pub w: T,
+    /// The sampling period h.
+    pub period: T,
+}
 
 /// The sampled-data cubic observer with N states, M inputs and P outputs.
 ///
@@ -33,14 +58,7 @@ pub struct SampledCubicObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    ad: OMatrix<T, N, N>,
-    bd: OMatrix<T, N, M>,
-    c: OMatrix<T, P, N>,
-    ld: OMatrix<T, N, P>,
-    n: OMatrix<T, N, P>,
-    theta: OMatrix<T, P, P>,
-    w: T,
-    h: T,
+    gains: SampledCubicGains<T, N, M, P>,
 }
 
 /// A sampled-data cubic observer whose sizes are known at compile time.
@@ -51,21 +69,18 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledCubicObserver<T, N, M, 
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The observer from the discretised plant `x+ = Ad x + Bd u`, `y = C x`, sampled with period `h`.
-    ///
-    /// `ld` is the gain of the discrete linear observer (n x p, `Ad - Ld C` with spectral radius below 1), `n` the
-    /// cubic gain (n x p) with `C N = -w I`, `theta` (p x p) has nonnegative symmetric part. For one output, and to
-    /// take w from N in general, there is [`rate`](crate::cubic::rate).
+    /// The observer with these gains; see [`SampledCubicGains`] for their shapes.
     ///
     /// ```
-    /// use luenberger_observers::{SampledCubicObserver, SampledObserver, cubic};
+    /// use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
     /// use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2};
     /// // The double integrator every 0.1 s, poles of Ad - Ld C at 0.5 and 0.6; P = [[1.3, -.7], [-.7, .6]] scaled.
     /// let (h, c) = (0.1, RowVector2::new(1.0, 0.0));
     /// let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
     /// let (ld, n) = (Vector2::new(0.9, 2.0), Vector2::new(-1.0, -1.5));
     /// let w = cubic::rate(&c, &n);
-    /// let observer = SampledCubicObserver::new(ad, bd, c, ld, n, Matrix1::new(10.0), w, h)?;
+    /// let gains = SampledCubicGains { ad, bd, c, ld, n, theta: Matrix1::new(10.0), w, period: h };
+    /// let observer = SampledCubicObserver::new(gains)?;
     ///
     /// let (mut x, mut xhat, u) = (Vector2::new(1.0e3, -1.0e3), Vector2::zeros(), Vector1::new(1.0));
     /// for k in 0..100 {
@@ -79,26 +94,19 @@ where
     /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::Period`], [`ObserverError::ThetaIndefinite`],
     /// [`ObserverError::Rate`] when w < 0 or when w = 0 with N != 0, [`ObserverError::NotRadial`] when `C N + w I` is
     /// more than rounding in the computation of N explains: sqrt(epsilon) times `|C| |N|`.
-    #[expect(clippy::too_many_arguments, reason = "the data of the observer; each has its name in the equation")]
-    pub fn new(
-        ad: OMatrix<T, N, N>,
-        bd: OMatrix<T, N, M>,
-        c: OMatrix<T, P, N>,
-        ld: OMatrix<T, N, P>,
-        n: OMatrix<T, N, P>,
-        theta: OMatrix<T, P, P>,
-        w: T,
-        h: T,
-    ) -> Result<Self, ObserverError> {
+    pub fn new(gains: SampledCubicGains<T, N, M, P>) -> Result<Self, ObserverError> {
+        let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = gains;
         let LinearPlant { a: ad, b: bd, c } = LinearPlant::new(ad, bd, c)?;
         let (states, outputs) = (ad.nrows(), c.nrows());
         check_matrix("Ld", &ld, (states, outputs))?;
         check_matrix("N", &n, (states, outputs))?;
         check_matrix("theta", &theta, (outputs, outputs))?;
-        if !(h.is_finite() && h > T::zero()) {
-            return Err(ObserverError::Period { period: h.to_subset_unchecked() });
+        if !(period.is_finite() && period > T::zero()) {
+            return Err(ObserverError::Period { period: period.to_subset_unchecked() });
         }
-        check_semidefinite(&theta)?;
+        if let Some((row, pivot)) = failing_pivot(&theta, false) {
+            return Err(ObserverError::ThetaIndefinite { row, pivot: pivot.to_subset_unchecked() });
+        }
         let idle = n.iter().all(|entry| *entry == T::zero());
         if !w.is_finite() || w < T::zero() || (w == T::zero() && !idle) {
             return Err(ObserverError::Rate { w: w.to_subset_unchecked() });
@@ -115,42 +123,42 @@ where
         }
         // An idle cubic part must not touch the innovation either.
         let w = if idle { T::zero() } else { w };
-        Ok(Self { ad, bd, c, ld, n, theta, w, h })
+        Ok(Self { gains: SampledCubicGains { ad, bd, c, ld, n, theta, w, period } })
     }
 
     /// State matrix of the discretised plant, n x n.
     pub fn ad(&self) -> &OMatrix<T, N, N> {
-        &self.ad
+        &self.gains.ad
     }
 
     /// Input matrix of the discretised plant, n x m.
     pub fn bd(&self) -> &OMatrix<T, N, M> {
-        &self.bd
+        &self.gains.bd
     }
 
     /// Output matrix, p x n.
     pub fn c(&self) -> &OMatrix<T, P, N> {
-        &self.c
+        &self.gains.c
     }
 
     /// Gain of the linear part, n x p.
     pub fn ld(&self) -> &OMatrix<T, N, P> {
-        &self.ld
+        &self.gains.ld
     }
 
     /// Gain of the cubic part, n x p.
     pub fn n(&self) -> &OMatrix<T, N, P> {
-        &self.n
+        &self.gains.n
     }
 
     /// Weight of the outputs, p x p.
     pub fn theta(&self) -> &OMatrix<T, P, P> {
-        &self.theta
+        &self.gains.theta
     }
 
     /// The rate w of the cubic flow, `C N = -w I`.
     pub fn w(&self) -> T {
-        self.w
+        self.gains.w
     }
 }
 
@@ -164,23 +172,20 @@ where
     type Estimate = OVector<T, N>;
 
     fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions {
-            state: self.ad.nrows(),
-            inputs: self.bd.ncols(),
-            outputs: self.c.nrows(),
-            estimate: self.ad.nrows(),
-        }
+        let SampledCubicGains { ad, bd, c, .. } = &self.gains;
+        ObserverDimensions { state: ad.nrows(), inputs: bd.ncols(), outputs: c.nrows(), estimate: ad.nrows() }
     }
 
     fn period(&self) -> T {
-        self.h
+        self.gains.period
     }
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let innovation = y - &self.c * &*xhat;
-        let after = flow(&self.theta, self.w, &innovation, self.h);
-        let moved = &*xhat - &self.n * after.impulse;
-        *xhat = &self.ad * moved + &self.bd * u + &self.ld * after.innovation;
+        let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = &self.gains;
+        let innovation = y - c * &*xhat;
+        let after = flow(theta, *w, &innovation, *period);
+        let moved = &*xhat - n * after.impulse;
+        *xhat = ad * moved + bd * u + ld * after.innovation;
     }
 
     fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
@@ -213,55 +218,4 @@ where
     DefaultAllocator: Allocator<R, C>,
 {
     matrix.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
-}
-
-/// Checks that the symmetric part of theta is positive semidefinite, by elimination with diagonal pivoting.
-///
-/// The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where
-/// theta is singular; a small pivot taken before a large one would amplify rounding. Rounding leaves 4 p^2 epsilon
-/// times the largest entry undecided, and that much is let pass.
-fn check_semidefinite<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>) -> Result<(), ObserverError>
-where
-    DefaultAllocator: Allocator<P, P>,
-{
-    let p = theta.nrows();
-    let half = T::one() / (T::one() + T::one());
-    let scale = magnitude(theta);
-    if scale == T::zero() {
-        return Ok(());
-    }
-    let mut rest = theta / scale;
-    for i in 0..p {
-        for j in 0..=i {
-            let mean = (rest[(i, j)] + rest[(j, i)]) * half;
-            (rest[(i, j)], rest[(j, i)]) = (mean, mean);
-        }
-    }
-    let undecided = count::<T>(4 * p * p) * T::default_epsilon();
-    // The rows that are left are those whose diagonal entry has not been a pivot; a row that has is set to zero.
-    for _ in 0..p {
-        let k = (0..p).fold(0, |k, i| if rest[(i, i)] > rest[(k, k)] { i } else { k });
-        let pivot = rest[(k, k)];
-        if pivot <= undecided {
-            break;
-        }
-        for i in (0..p).filter(|&i| i != k) {
-            let factor = rest[(i, k)] / pivot;
-            for j in (0..p).filter(|&j| j != k) {
-                let reduced = rest[(i, j)] - factor * rest[(k, j)];
-                rest[(i, j)] = reduced;
-            }
-        }
-        for i in 0..p {
-            (rest[(i, k)], rest[(k, i)]) = (T::zero(), T::zero());
-        }
-    }
-    // What is left has no positive diagonal entry, and has to be zero.
-    for k in 0..p {
-        let off_diagonal = (0..p).filter(|&j| j != k).fold(T::zero(), |largest: T, j| largest.max(rest[(k, j)].abs()));
-        if rest[(k, k)] < -undecided || off_diagonal > undecided {
-            return Err(ObserverError::ThetaIndefinite { row: k, pivot: (rest[(k, k)] * scale).to_subset_unchecked() });
-        }
-    }
-    Ok(())
 }

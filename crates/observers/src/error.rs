@@ -41,6 +41,7 @@ impl fmt::Display for Point {
 
 /// Why matrices do not make an observer.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ObserverError {
     /// A matrix of the wrong shape, or with an entry that is not finite.
     #[error(transparent)]

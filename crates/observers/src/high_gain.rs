@@ -17,7 +17,7 @@
 use luenberger_plants::PlantError;
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
+use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField, U1};
 
 use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::error::ObserverError;
@@ -159,6 +159,9 @@ where
     /// Where every run starts, if not where the estimate says.
     fixed_start: Option<OVector<T, Z>>,
 }
+
+/// A high-gain observer whose number of states Z is known at compile time.
+pub type StaticHighGainObserver<H, T, const Z: usize> = HighGainObserver<H, T, Const<Z>>;
 
 impl<H, T: RealField + Copy, Z: Dim> HighGainObserver<H, T, Z>
 where

@@ -111,7 +111,13 @@ where
 
 /// Maps whose derivatives along any direction can be evaluated.
 ///
-/// With the feature `dual`, implemented for all maps that are maps over `T` and over dual numbers of `T`.
+/// With the feature `dual`, implemented for the maps that ask for it by [`ByDual`](luenberger_plants::ByDual) and are
+/// maps over `T` and over dual numbers of `T`. Others implement it by hand, with the feature and without it.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an immersion with derivatives over `{T}`",
+    note = "maps written for every scalar get them by `impl luenberger_plants::ByDual for ...` and the feature `dual`",
+    note = "any other implements `DifferentiableImmersion` by hand"
+)]
 pub trait DifferentiableImmersion<T: RealField + Copy>: Immersion<T>
 where
     DefaultAllocator: ImmersionSize<
@@ -147,10 +153,12 @@ where
 /// ```
 /// # #[cfg(feature = "dual")] {
 /// use luenberger_observers::{Immersion, ImmersionInvarianceObserver, Observer, ObserverDimensions};
-/// use luenberger_plants::{Plant, VanDerPol};
+/// use luenberger_plants::{ByDual, Plant, VanDerPol};
 /// use nalgebra::{RealField, SVector, U0, U1, U2, Vector1, Vector2, convert};
 ///
 /// struct Shifted;
+///
+/// impl ByDual for Shifted {}
 ///
 /// impl<T: RealField + Copy> Immersion<T> for Shifted {
 ///     type States = U2;
@@ -302,6 +310,7 @@ where
 
 #[cfg(feature = "dual")]
 mod dual {
+    use luenberger_plants::ByDual;
     use luenberger_plants::jacobian::{along, apart};
     use nalgebra::{DefaultAllocator, OVector, RealField};
     use num_dual::{Dual, DualNum, DualNumFloat};
@@ -311,7 +320,8 @@ mod dual {
     impl<I, T> DifferentiableImmersion<T> for I
     where
         T: DualNumFloat + DualNum<Primitive = T> + RealField,
-        I: Immersion<T>
+        I: ByDual
+            + Immersion<T>
             + Immersion<
                 Dual<T>,
                 States = <I as Immersion<T>>::States,

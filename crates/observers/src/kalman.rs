@@ -30,10 +30,13 @@ use core::marker::PhantomData;
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Cholesky, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{
+    Cholesky, ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert,
+};
 
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::semidefinite::failing_pivot;
 
 /// The state of the filter: estimate and covariance, one beside the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,6 +119,10 @@ where
     inputs: PhantomData<M>,
 }
 
+/// An extended Kalman filter whose sizes are known at compile time.
+pub type StaticExtendedKalmanFilter<S, T, const N: usize, const M: usize, const P: usize> =
+    ExtendedKalmanFilter<S, T, Const<N>, Const<M>, Const<P>>;
+
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
@@ -179,29 +186,7 @@ where
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
         let c = self.plant.output_jacobian(t, &belief.estimate());
-        self.seen(&c, &(&c * belief.covariance()))
-    }
-
-    /// `S = (H P) H' + V`.
-    fn seen(&self, c: &OMatrix<T, P, N>, cp: &OMatrix<T, P, N>) -> OMatrix<T, P, P> {
-        cp * c.transpose() + &self.noises.v
-    }
-
-    /// Estimate and covariance after a measurement.
-    ///
-    /// If the innovation covariance is not positive definite in floating point (an overflow, a NaN, a P that has lost
-    /// its definiteness) the measurement is passed over: there is no gain that would be right.
-    fn correct(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, y: &OVector<T, P>) {
-        let c = self.plant.output_jacobian(t, xhat);
-        let cp = &c * &*p;
-        let Some(factor) = Cholesky::new(self.seen(&c, &cp)) else { return };
-        // K' = S^-1 (H P).
-        let gain = factor.solve(&cp).transpose();
-        let order = xhat.shape_generic().0;
-        let keep = OMatrix::<T, N, N>::identity_generic(order, order) - &gain * &c;
-        *xhat += &gain * (y - self.plant.output(t, xhat));
-        *p = &keep * &*p * keep.transpose() + &gain * &self.noises.v * gain.transpose();
-        symmetrise(p);
+        &c * belief.covariance() * c.transpose() + &self.noises.v
     }
 
     /// `f(xhat)` and `F P + P F' + W`.
@@ -231,6 +216,64 @@ where
     }
 }
 
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    /// From time t to `t + duration`, the input held: `xhat' = f(xhat, u)`, `P' = F P + P F' + W`.
+    ///
+    /// The duration is nonnegative and need not be the period: a sample that comes late is waited for, one that is
+    /// missed is passed. So many Runge-Kutta steps are taken as between two samples, whatever the duration: cut a long
+    /// one.
+    ///
+    /// ```
+    /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledObserver};
+    /// use nalgebra::{Matrix1, Matrix2, Vector1, Vector2};
+    /// let noises = NoiseModel { w: Matrix2::identity(), v: Matrix1::new(1.0), p0: Matrix2::identity() };
+    /// let filter = ExtendedKalmanFilter::new(luenberger_plants::double_integrator(), noises, 0.1, 1)?;
+    /// let (u, y) = (Vector1::new(0.0), Vector1::new(1.0));
+    /// let mut belief = filter.initial(0.0, &Vector2::new(0.0, 1.0), &u, &y);
+    /// // The first sample comes at 0.13, the time of the next is still 0.2.
+    /// filter.predict(0.0, &mut belief, &u, 0.13);
+    /// assert!((belief.estimate()[0] - 0.13).abs() < 1e-15);
+    /// assert!(filter.update(0.13, &mut belief, &y).is_some());
+    /// filter.predict(0.13, &mut belief, &u, 0.07);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    pub fn predict(&self, t: T, belief: &mut GaussianEstimate<T, N>, u: &OVector<T, M>, duration: T) {
+        let (mut xhat, mut p) = (belief.estimate(), belief.covariance());
+        let tau = duration / convert::<f64, T>(self.substeps as f64);
+        for k in 0..self.substeps {
+            self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
+        }
+        *belief = GaussianEstimate::new(&xhat, &p);
+    }
+
+    /// The belief after the measurement y (length p) at time t, and what was new in it.
+    ///
+    /// `None`, and the belief as it was, if the innovation covariance S is not positive definite in floating point: an
+    /// overflow, a NaN, a P that has lost its definiteness.
+    pub fn update(&self, t: T, belief: &mut GaussianEstimate<T, N>, y: &OVector<T, P>) -> Option<Innovation<T, P>> {
+        self.update_partial(t, belief, y, |_| true)
+    }
+
+    /// [`update`](Self::update) with those outputs alone for which `measured` is true, for sensors of different rates;
+    /// the other entries of y are not read.
+    pub fn update_partial(
+        &self,
+        t: T,
+        belief: &mut GaussianEstimate<T, N>,
+        y: &OVector<T, P>,
+        measured: impl Fn(usize) -> bool,
+    ) -> Option<Innovation<T, P>> {
+        let xhat = belief.estimate();
+        let h = self.plant.output_jacobian(t, &xhat);
+        let innovation = y - self.plant.output(t, &xhat);
+        correct::<T, N, M, P>(belief, h, innovation, self.noises.v.clone(), measured)
+    }
+}
+
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for ExtendedKalmanFilter<S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
@@ -255,14 +298,11 @@ where
         self.h
     }
 
+    /// Update and prediction. A sample without a gain, where [`update`](ExtendedKalmanFilter::update) is `None`, is
+    /// passed over.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let (mut xhat, mut p) = (state.estimate(), state.covariance());
-        self.correct(t, &mut xhat, &mut p, y);
-        let tau = self.h / convert::<f64, T>(self.substeps as f64);
-        for k in 0..self.substeps {
-            self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
-        }
-        *state = GaussianEstimate::new(&xhat, &p);
+        self.update(t, state, y);
+        self.predict(t, state, u, self.h);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
@@ -274,8 +314,63 @@ where
     }
 }
 
+/// What was new in a sample, and how unlikely the filter holds it to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Innovation<T: RealField + Copy, P: Dim>
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    /// The innovation `y~ = y - h(xhat)` before the update, length p; zero for an output that was not measured.
+    pub value: OVector<T, P>,
+    /// Its covariance `S = H P H' + V`, p x p; the row and column of an output that was not measured are those of I.
+    pub covariance: OMatrix<T, P, P>,
+    /// `y~' S^-1 y~`: for the right noise and a linear plant chi-squared distributed, with as many degrees of freedom
+    /// as outputs were measured.
+    pub normalized_square: T,
+}
+
+/// The measurement update in Joseph's form, shared by the filters: H is `h` (p x n).
+///
+/// An output that is not measured gets a zero row of H, a zero innovation and a noise of its own, so that its column of
+/// K is zero: what is left is the update by the other rows.
+pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
+    belief: &mut GaussianEstimate<T, N>,
+    mut h: OMatrix<T, P, N>,
+    mut innovation: OVector<T, P>,
+    mut v: OMatrix<T, P, P>,
+    measured: impl Fn(usize) -> bool,
+) -> Option<Innovation<T, P>>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    for i in (0..innovation.nrows()).filter(|&i| !measured(i)) {
+        h.row_mut(i).fill(T::zero());
+        innovation[i] = T::zero();
+        v.row_mut(i).fill(T::zero());
+        v.column_mut(i).fill(T::zero());
+        v[(i, i)] = T::one();
+    }
+    let (mut xhat, p) = (belief.estimate(), belief.covariance());
+    let hp = &h * &p;
+    let s = &hp * h.transpose() + &v;
+    if !s.iter().all(ComplexField::is_finite) {
+        return None;
+    }
+    let factor = Cholesky::new(s.clone())?;
+    // K' = S^-1 (H P).
+    let gain = factor.solve(&hp).transpose();
+    let order = xhat.shape_generic().0;
+    let keep = OMatrix::<T, N, N>::identity_generic(order, order) - &gain * &h;
+    xhat += &gain * &innovation;
+    let mut p = &keep * p * keep.transpose() + &gain * v * gain.transpose();
+    symmetrise(&mut p);
+    *belief = GaussianEstimate::new(&xhat, &p);
+    let normalized_square = innovation.dot(&factor.solve(&innovation));
+    Some(Innovation { value: innovation, covariance: s, normalized_square })
+}
+
 /// Replaces a matrix by its symmetric part, exactly symmetric.
-fn symmetrise<T: RealField + Copy, N: Dim>(p: &mut OMatrix<T, N, N>)
+pub(crate) fn symmetrise<T: RealField + Copy, N: Dim>(p: &mut OMatrix<T, N, N>)
 where
     DefaultAllocator: Allocator<N, N>,
 {
@@ -292,8 +387,7 @@ where
 /// semidefiniteness).
 ///
 /// Mirrored entries may differ by 8 n epsilon of the largest entry, as for the designs that these matrices come from:
-/// those of `C'WC` differ by `2 n epsilon` of `|C'| |W| |C|`. Elimination without pivoting, which a semidefinite matrix
-/// does not need, leaves n times that undecided.
+/// those of `C'WC` differ by `2 n epsilon` of `|C'| |W| |C|`.
 pub(crate) fn covariance<T: RealField + Copy, D: Dim>(
     what: &'static str,
     mut matrix: OMatrix<T, D, D>,
@@ -301,7 +395,7 @@ pub(crate) fn covariance<T: RealField + Copy, D: Dim>(
     definite: bool,
 ) -> Result<OMatrix<T, D, D>, ObserverError>
 where
-    DefaultAllocator: Allocator<D, D>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {
     check_matrix(what, &matrix, (order, order))?;
     let largest = matrix.iter().fold(T::zero(), |largest: T, entry| largest.max(entry.abs()));
@@ -316,23 +410,8 @@ where
         }
     }
     symmetrise(&mut matrix);
-    if largest == T::zero() && !definite {
-        return Ok(matrix);
+    match failing_pivot(&matrix, definite) {
+        Some((row, pivot)) => Err(ObserverError::NotDefinite { what, row, pivot: pivot.to_subset_unchecked() }),
+        None => Ok(matrix),
     }
-    let shift = if definite { T::zero() } else { rounding * convert::<f64, T>(order as f64) };
-    let mut rest = matrix.clone();
-    for k in 0..order {
-        let pivot = rest[(k, k)] + shift;
-        if pivot <= T::zero() {
-            return Err(ObserverError::NotDefinite { what, row: k, pivot: rest[(k, k)].to_subset_unchecked() });
-        }
-        for i in k + 1..order {
-            let factor = rest[(i, k)] / pivot;
-            for j in k + 1..order {
-                let reduced = rest[(i, j)] - factor * rest[(k, j)];
-                rest[(i, j)] = reduced;
-            }
-        }
-    }
-    Ok(matrix)
 }

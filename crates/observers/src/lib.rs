@@ -14,6 +14,7 @@
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
@@ -35,6 +36,7 @@ pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
 pub mod diagnosis;
+pub mod discrete_kalman;
 pub mod error;
 pub mod estimator;
 pub mod filters;
@@ -50,21 +52,29 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
+mod semidefinite;
 
-pub use cubic::CubicObserver;
-pub use cubic_sampled::SampledCubicObserver;
+pub use cubic::{CubicObserver, StaticCubicObserver};
+pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 pub use diagnosis::{Diagnose, Diagnosis};
+pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use error::{ObserverError, Point};
-pub use high_gain::{HighGainMap, HighGainObserver};
+pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel};
+pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
-pub use linear::LinearObserver;
-pub use mean_value::{Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver};
-pub use nonlinear_luenberger::NonlinearLuenbergerObserver;
+pub use linear::{LinearObserver, StaticLinearObserver};
+pub use luenberger_plants::{LinearPlant, Plant};
+pub use mean_value::{
+    Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
+};
+pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use pebo::{PeboObserver, Regression};
+
+/// The linear algebra of the columns and matrices here, in the version that fits.
+pub use nalgebra;
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -33,6 +33,11 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> LinearObserver<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+
     /// The observer with gain L (n x p) of the plant (A, B, C).
     ///
     /// ```

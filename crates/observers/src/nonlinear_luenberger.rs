@@ -11,7 +11,7 @@ use core::marker::PhantomData;
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Plant, Size};
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
@@ -28,6 +28,10 @@ where
     l: OMatrix<T, N, P>,
     inputs: PhantomData<M>,
 }
+
+/// A nonlinear Luenberger observer whose sizes are known at compile time.
+pub type StaticNonlinearLuenbergerObserver<S, T, const N: usize, const M: usize, const P: usize> =
+    NonlinearLuenbergerObserver<S, T, Const<N>, Const<M>, Const<P>>;
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> NonlinearLuenbergerObserver<S, T, N, M, P>
 where

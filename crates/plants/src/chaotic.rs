@@ -20,6 +20,8 @@ use crate::plant::{Dimensions, Plant};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Chaotic;
 
+impl crate::jacobian::ByDual for Chaotic {}
+
 impl<T: RealField + Copy> Plant<T> for Chaotic {
     type State = Vector3<T>;
     type Input = SVector<T, 0>;

@@ -65,6 +65,8 @@ pub struct Dimple;
 /// A plant `x' = f(x)`, `y = x` of one state.
 macro_rules! measured {
     ($plant:ident, $x:ident, $slope:expr) => {
+        impl crate::jacobian::ByDual for $plant {}
+
         impl<T: RealField + Copy> Plant<T> for $plant {
             type State = Vector1<T>;
             type Input = SVector<T, 0>;

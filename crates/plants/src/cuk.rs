@@ -173,6 +173,9 @@ impl<T: RealField + Copy> Plant<T> for CukConverter {
     }
 }
 
+#[cfg(feature = "dual")]
+impl crate::jacobian::ByDual for CukConverter {}
+
 /// Without dual numbers: f is affine in x, so that its derivative along v is `f(v) - f(0)`.
 #[cfg(not(feature = "dual"))]
 impl<T: RealField + Copy> crate::jacobian::Differentiable<T, nalgebra::U4, nalgebra::U1, nalgebra::U2>

@@ -23,6 +23,8 @@ use crate::plant::{Dimensions, Plant};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrivenCascade;
 
+impl crate::jacobian::ByDual for DrivenCascade {}
+
 impl<T: RealField + Copy> Plant<T> for DrivenCascade {
     type State = SVector<T, 6>;
     type Input = Vector2<T>;

@@ -5,6 +5,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
 
 /// Why matrices do not describe a plant.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PlantError {
     /// A matrix whose shape does not fit the others.
     #[error("{what} is {}x{} where {}x{} fits the other matrices", found.0, found.1, expected.0, expected.1)]

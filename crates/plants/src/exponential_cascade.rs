@@ -20,6 +20,8 @@ use crate::plant::{Dimensions, Plant};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExponentialCascade;
 
+impl crate::jacobian::ByDual for ExponentialCascade {}
+
 impl<T: RealField + Copy> Plant<T> for ExponentialCascade {
     type State = Vector3<T>;
     type Input = Vector1<T>;

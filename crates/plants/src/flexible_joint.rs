@@ -72,6 +72,8 @@ impl<const P: usize> FlexibleJoint<P> {
     }
 }
 
+impl<const P: usize> crate::jacobian::ByDual for FlexibleJoint<P> {}
+
 impl<T: RealField + Copy, const P: usize> Plant<T> for FlexibleJoint<P> {
     type State = Vector4<T>;
     type Input = Vector1<T>;

@@ -19,8 +19,14 @@ use crate::size::Size;
 
 /// A plant whose derivatives along any direction can be evaluated.
 ///
-/// Implemented for [`LinearPlant`] and, with the feature `dual`, for every plant that is a plant over `T` and over dual
-/// numbers of `T` (f32 or f64).
+/// Implemented for [`LinearPlant`] and, with the feature `dual`, for every plant that asks for it by [`ByDual`]. Any
+/// other plant implements [`directional`](Self::directional) and [`output_directional`](Self::output_directional) by
+/// hand, with the feature and without it.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a plant with derivatives over `{T}`",
+    note = "a plant written for every scalar gets them by `impl luenberger_plants::ByDual for ...` and the feature `dual`",
+    note = "any other implements `Differentiable` by hand"
+)]
 pub trait Differentiable<T, N, M, P>:
     Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>
 where
@@ -89,6 +95,39 @@ where
     }
 }
 
+/// A plant that takes its derivatives from dual numbers: with the feature `dual` it is [`Differentiable`] if it is a
+/// plant over `T` and over dual numbers of `T` (f32 or f64). Without the feature this says nothing.
+///
+/// ```
+/// use luenberger_plants::{ByDual, Dimensions, Plant, state_jacobian};
+/// use nalgebra::{RealField, SVector, Vector1};
+///
+/// /// x' = -x^3, y = x.
+/// struct Drag;
+///
+/// impl ByDual for Drag {}
+///
+/// impl<T: RealField + Copy> Plant<T> for Drag {
+///     type State = Vector1<T>;
+///     type Input = SVector<T, 0>;
+///     type Output = Vector1<T>;
+///     fn dimensions(&self) -> Dimensions {
+///         Dimensions { states: 1, inputs: 0, outputs: 1 }
+///     }
+///     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+///         Vector1::new(-x[0] * x[0] * x[0])
+///     }
+///     fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+///         *x
+///     }
+/// }
+/// let jacobian = state_jacobian(&Drag, 0.0, &Vector1::new(2.0), &SVector::zeros());
+/// assert_eq!(jacobian[0], -12.0);
+/// ```
+pub trait ByDual {}
+
+impl<S: ByDual + ?Sized> ByDual for &S {}
+
 /// `df/dx (t, x, u)`, of a plant written once for every scalar by dual numbers: n x n, entry (i, j) is `d f_i / d x_j`.
 ///
 /// Exact up to the rounding of f itself. Where f is not differentiable the entries are those of the branch that f
@@ -128,7 +167,7 @@ mod dual {
     use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
     use num_dual::{Dual, DualNumFloat};
 
-    use super::Differentiable;
+    use super::{ByDual, Differentiable};
     use crate::plant::Plant;
     use crate::size::Size;
 
@@ -150,7 +189,8 @@ mod dual {
 
     impl<S, T, N, M, P> Differentiable<T, N, M, P> for S
     where
-        S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>
+        S: ByDual
+            + Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>
             + Plant<Dual<T>, State = OVector<Dual<T>, N>, Input = OVector<Dual<T>, M>, Output = OVector<Dual<T>, P>>,
         T: DualNumFloat + RealField,
         N: Dim,

@@ -9,6 +9,7 @@
 //! | [`mod@column`] | what a vector of states, inputs or outputs must be able to do |
 //! | [`size`] | the one bound that hides nalgebra's allocators |
 //! | [`plant`] | the trait [`Plant`] |
+//! | [`closures`] | a plant from two closures |
 //! | [`linear`] | `x' = A x + B u`, `y = C x` |
 //! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
@@ -25,6 +26,7 @@
 extern crate alloc;
 
 pub mod chaotic;
+pub mod closures;
 pub mod column;
 pub mod coordinates;
 pub mod counterexamples;
@@ -42,6 +44,7 @@ pub mod size;
 pub mod third_order;
 
 pub use chaotic::Chaotic;
+pub use closures::{FromFn, from_fn};
 pub use column::Column;
 pub use coordinates::InCoordinates;
 pub use cuk::CukConverter;
@@ -50,13 +53,16 @@ pub use driven_cascade::DrivenCascade;
 pub use error::PlantError;
 pub use exponential_cascade::ExponentialCascade;
 pub use flexible_joint::FlexibleJoint;
-pub use jacobian::{Differentiable, state_jacobian};
+pub use jacobian::{ByDual, Differentiable, state_jacobian};
 #[cfg(feature = "alloc")]
 pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};
 pub use oscillators::{ReverseDuffing, VanDerPol};
 pub use plant::{Dimensions, Plant};
 pub use size::Size;
+
+/// The linear algebra of the columns and matrices here, in the version that fits.
+pub use nalgebra;
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

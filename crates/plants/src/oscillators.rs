@@ -36,6 +36,8 @@ impl ReverseDuffing {
     }
 }
 
+impl crate::jacobian::ByDual for ReverseDuffing {}
+
 impl<T: RealField + Copy> Plant<T> for ReverseDuffing {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
@@ -75,6 +77,8 @@ impl Default for VanDerPol {
         Self { mu: 1.0 }
     }
 }
+
+impl crate::jacobian::ByDual for VanDerPol {}
 
 impl<T: RealField + Copy> Plant<T> for VanDerPol {
     type State = Vector2<T>;

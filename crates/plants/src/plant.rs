@@ -46,6 +46,10 @@ pub struct Dimensions {
 ///
 /// Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says; simulation checks that
 /// once, before the first call.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a plant over the scalar `{T}`",
+    note = "implement `Plant<T>` for every `T: RealField + Copy`, or make it of closures with `luenberger_plants::from_fn`"
+)]
 pub trait Plant<T> {
     /// Column of the n states.
     type State: Column<T>;

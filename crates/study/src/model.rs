@@ -179,6 +179,8 @@ macro_rules! each {
     };
 }
 
+impl luenberger_plants::ByDual for Model {}
+
 impl<T: RealField + Copy> Plant<T> for Model {
     type State = DVector<T>;
     type Input = DVector<T>;

@@ -7,7 +7,7 @@
 //! the bounds of the limit. The cubic step in floating point is that of `luenberger_observers::SampledCubicObserver`
 //! itself.
 
-use luenberger_observers::{SampledCubicObserver, SampledObserver};
+use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use serde_json::Value;
 
@@ -203,8 +203,17 @@ fn cubic<T: RealField + Copy>(
         read("B")
     };
     let scalar = |name: &str| Some(convert(binary64(&stored[name])));
-    SampledCubicObserver::new(a, b, read("C"), read("L"), read("N"), read("theta"), scalar("w")?, scalar("period")?)
-        .ok()
+    let gains = SampledCubicGains {
+        ad: a,
+        bd: b,
+        c: read("C"),
+        ld: read("L"),
+        n: read("N"),
+        theta: read("theta"),
+        w: scalar("w")?,
+        period: scalar("period")?,
+    };
+    SampledCubicObserver::new(gains).ok()
 }
 
 fn stepped<T: RealField + Copy>(

@@ -386,6 +386,8 @@ proptest! {
 #[derive(Clone, Copy, Debug)]
 struct Degenerate;
 
+impl luenberger_plants::ByDual for Degenerate {}
+
 impl<T: RealField + Copy> Immersion<T> for Degenerate {
     type States = U4;
     type Inputs = U1;

@@ -331,6 +331,8 @@ proptest! {
 #[derive(Clone, Copy, Debug)]
 struct Turning;
 
+impl luenberger_plants::ByDual for Turning {}
+
 impl<T: RealField + Copy> Plant<T> for Turning {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
@@ -436,6 +438,8 @@ fn elsewhere_the_means_differ() {
 /// Torricelli's tank, `x' = 1 - sqrt x`, y = x: a level below 0 has no outflow.
 #[derive(Clone, Copy, Debug)]
 struct Tank;
+impl luenberger_plants::ByDual for Tank {}
+
 impl<T: RealField + Copy> Plant<T> for Tank {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;

@@ -45,6 +45,8 @@ fn function<T: RealField + Copy>(which: usize, smooth: bool, x: T) -> T {
     }
 }
 
+impl luenberger_plants::ByDual for Random {}
+
 impl<T: RealField + Copy> Plant<T> for Random {
     type State = DVector<T>;
     type Input = DVector<T>;
@@ -198,6 +200,8 @@ proptest! {
 struct Elementary(usize);
 
 const ELEMENTARY: usize = 28;
+
+impl luenberger_plants::ByDual for Elementary {}
 
 impl<T: RealField + Copy> Plant<T> for Elementary {
     type State = Vector2<T>;

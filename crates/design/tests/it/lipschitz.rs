@@ -214,6 +214,8 @@ fn with_structure_the_joint_bears_any_constant() {
 fn a_plant_is_split_at_a_point() {
     #[derive(Clone, Copy)]
     struct Square;
+    impl luenberger_plants::ByDual for Square {}
+
     impl<T: RealField + Copy> Plant<T> for Square {
         type State = Vector1<T>;
         type Input = SVector<T, 0>;

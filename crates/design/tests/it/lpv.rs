@@ -16,6 +16,8 @@ macro_rules! plant {
         #[derive(Debug, Clone, Copy, Default)]
         struct $name { $($field: f64),* }
 
+        impl luenberger_plants::ByDual for $name {}
+
         impl<T: RealField + Copy> Plant<T> for $name {
             type State = SVector<T, $n>;
             type Input = SVector<T, 0>;
@@ -343,6 +345,8 @@ struct Hull {
     m: DMatrix<f64>,
     r: DMatrix<f64>,
 }
+
+impl luenberger_plants::ByDual for Hull {}
 
 impl<T: RealField + Copy> Plant<T> for Hull {
     type State = SVector<T, 3>;

@@ -15,6 +15,8 @@ use proptest::prelude::*;
 #[derive(Clone, Copy)]
 struct Root;
 
+impl luenberger_plants::ByDual for Root {}
+
 impl<T: RealField + Copy> Plant<T> for Root {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
@@ -36,6 +38,8 @@ impl<T: RealField + Copy> Plant<T> for Root {
 /// y = x^2.
 #[derive(Clone, Copy)]
 struct Quadratic;
+impl luenberger_plants::ByDual for Quadratic {}
+
 impl<T: RealField + Copy> Plant<T> for Quadratic {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;

@@ -20,6 +20,8 @@ struct Power {
     even: bool,
 }
 
+impl luenberger_plants::ByDual for Power {}
+
 impl<T: RealField + Copy> Plant<T> for Power {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;

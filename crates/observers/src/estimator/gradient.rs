@@ -25,7 +25,7 @@ where
 
 impl<T: RealField + Copy, Q: Dim> Gradient<T, Q>
 where
-    DefaultAllocator: Allocator<Q, Q>,
+    DefaultAllocator: Allocator<Q, Q> + Allocator<Q>,
 {
     /// The estimator with gain Gamma, q x q, symmetric positive definite.
     ///

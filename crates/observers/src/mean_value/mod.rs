@@ -37,7 +37,7 @@ use core::marker::PhantomData;
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, U2};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, U2};
 
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
@@ -185,6 +185,10 @@ where
     l: Option<OMatrix<T, N, P>>,
     inputs: PhantomData<M>,
 }
+
+/// A mean-value-theorem observer whose sizes are known at compile time.
+pub type StaticMeanValueObserver<S, D, T, const N: usize, const M: usize, const P: usize> =
+    MeanValueObserver<S, D, T, Const<N>, Const<M>, Const<P>>;
 
 impl<S, D, T: RealField + Copy, N: Dim, M: Dim, P: Dim> MeanValueObserver<S, D, T, N, M, P>
 where

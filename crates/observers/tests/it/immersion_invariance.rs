@@ -13,6 +13,8 @@ use proptest::prelude::*;
 #[derive(Clone, Copy, Debug)]
 struct Winding;
 
+impl luenberger_plants::ByDual for Winding {}
+
 impl<T: RealField + Copy> Immersion<T> for Winding {
     type States = U3;
     type Inputs = U0;

@@ -6,8 +6,8 @@ use approx::assert_abs_diff_eq;
 use luenberger_observers::{ExtendedKalmanFilter, GaussianEstimate, NoiseModel, ObserverError, SampledObserver};
 use luenberger_plants::{Chaotic, Column, LinearPlant, Plant, PlantError, double_integrator};
 use nalgebra::{
-    DMatrix, DVector, Matrix1, Matrix2, Matrix3, Matrix4, RowVector2, RowVector4, SVector, Vector1, Vector2, Vector3,
-    Vector4,
+    DMatrix, DVector, Matrix1, Matrix2, Matrix3, Matrix4, RowVector2, RowVector4, SMatrix, SVector, Vector1, Vector2,
+    Vector3, Vector4,
 };
 use proptest::prelude::*;
 
@@ -175,10 +175,30 @@ fn bad_data_are_errors() {
         make(one, 1.0, indefinite, 0.1, 1),
         Err(ObserverError::NotDefinite { what: "P(0)", row: 1, pivot }) if (pivot + 3.0).abs() < 1e-13
     ));
+    // No pivot at all, and not zero.
+    let hollow = Matrix2::new(0.0, 1.0, 1.0, 0.0);
+    assert_eq!(make(hollow, 1.0, one, 0.1, 1), Err(ObserverError::NotDefinite { what: "W", row: 0, pivot: 0.0 }));
     assert!(matches!(make(one, 1.0, one, 0.0, 1), Err(ObserverError::Period { .. })));
     assert_eq!(make(one, 1.0, one, 0.1, 0), Err(ObserverError::Substeps));
     assert!(matches!(
         make(one * f64::NAN, 1.0, one, 0.1, 1),
         Err(ObserverError::Matrix(PlantError::NotFinite { what: "W", .. }))
     ));
+}
+
+/// W = D D' is a covariance in every order of its rows, a row of 1e-9 among them.
+#[test]
+fn a_singular_covariance_is_one() {
+    let plant =
+        LinearPlant { a: Matrix4::zeros(), b: SMatrix::<f64, 4, 0>::zeros(), c: RowVector4::new(1.0, 0.0, 0.0, 0.0) };
+    let mut d = SMatrix::<f64, 4, 2>::new(1e-9, 0.0, 0.1, 0.7, 0.3, 0.2, 1.0, 0.3);
+    for turn in 0..4 {
+        let w = d * d.transpose();
+        let noises = |w| NoiseModel { w, v: Matrix1::new(1.0), p0: w };
+        assert!(ExtendedKalmanFilter::new(plant.clone(), noises(w), 0.1, 1).is_ok(), "turn {turn}: {w}");
+        let outside = Vector4::new(0.5, -0.5, 0.5, -0.5);
+        let refused = ExtendedKalmanFilter::new(plant.clone(), noises(w - outside * outside.transpose()), 0.1, 1);
+        assert!(matches!(refused, Err(ObserverError::NotDefinite { what: "W", .. })), "turn {turn}");
+        d = SMatrix::from_fn(|i, j| d[((i + 1) % 4, j)]);
+    }
 }

@@ -1,6 +1,8 @@
 //! One test binary, a module a subject; each says which features it needs.
 
+mod by_hand;
 mod continuous;
+mod discrete_kalman;
 mod estimators;
 mod immersion_invariance;
 mod kalman;
@@ -8,4 +10,3 @@ mod kkl;
 mod mean_value;
 mod numerical_kkl;
 mod sampled;
-mod without_dual;

@@ -27,6 +27,8 @@ enum Scalar {
     Root,
 }
 
+impl luenberger_plants::ByDual for Scalar {}
+
 impl<T: RealField + Copy> Plant<T> for Scalar {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;

@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 
 use luenberger_observers::cubic::{self, flow};
-use luenberger_observers::{ObserverError, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{ObserverError, SampledCubicGains, SampledCubicObserver, SampledObserver};
 use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, RowVector2, SMatrix, Vector1, Vector2};
 use proptest::prelude::*;
 
@@ -87,9 +87,9 @@ proptest! {
         let ld = DMatrix::from_fn(states, outputs, |i, j| 0.3 * (i as f64 + 1.0) - 0.2 * j as f64);
         let ad = DMatrix::identity(states, states) * rho + &ld * &c;
         let bd = DMatrix::from_element(states, 1, 0.5);
-        let observer = SampledCubicObserver::new(
-            ad.clone(), bd.clone(), c.clone(), ld, n.clone(), theta.clone(), w, h,
-        ).unwrap();
+        let observer = SampledCubicObserver::new(SampledCubicGains {
+            ad: ad.clone(), bd: bd.clone(), c: c.clone(), ld, n: n.clone(), theta: theta.clone(), w, period: h,
+        }).unwrap();
         let x = DVector::from_element(states, 1.0) * e.amax();
         let mut xhat = &x - &e;
         let u = DVector::from_element(1, -2.0);
@@ -122,8 +122,17 @@ proptest! {
 fn double_integrator(h: f64) -> SampledCubicObserver<f64, nalgebra::Const<2>, nalgebra::Const<1>, nalgebra::Const<1>> {
     let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
     let (c, n) = (RowVector2::new(1.0, 0.0), Vector2::new(-168.0 / 17.0, -196.0 / 17.0));
-    SampledCubicObserver::new(ad, bd, c, Vector2::new(0.9, 0.2 / h), n, Matrix1::new(10.0), cubic::rate(&c, &n), h)
-        .unwrap()
+    SampledCubicObserver::new(SampledCubicGains {
+        ad,
+        bd,
+        c,
+        ld: Vector2::new(0.9, 0.2 / h),
+        n,
+        theta: Matrix1::new(10.0),
+        w: cubic::rate(&c, &n),
+        period: h,
+    })
+    .unwrap()
 }
 
 /// Independent check of the closed form: classical Runge-Kutta on y~' = -w theta y~^3 and its impulse, p = 1.
@@ -149,16 +158,16 @@ fn the_flow_matches_an_integrator() {
 #[test]
 fn single_precision_follows_double() {
     let observer = double_integrator(1e-3);
-    let single = SampledCubicObserver::new(
-        observer.ad().cast::<f32>(),
-        observer.bd().cast(),
-        observer.c().cast(),
-        observer.ld().cast(),
-        observer.n().cast(),
-        observer.theta().cast(),
-        observer.w() as f32,
-        1e-3,
-    )
+    let single = SampledCubicObserver::new(SampledCubicGains {
+        ad: observer.ad().cast::<f32>(),
+        bd: observer.bd().cast(),
+        c: observer.c().cast(),
+        ld: observer.ld().cast(),
+        n: observer.n().cast(),
+        theta: observer.theta().cast(),
+        w: observer.w() as f32,
+        period: 1e-3,
+    })
     .unwrap();
     let (mut xhat, mut xhat32) = (Vector2::<f64>::zeros(), Vector2::<f32>::zeros());
     for _ in 0..1000 {
@@ -172,8 +181,16 @@ fn single_precision_follows_double() {
 fn an_idle_cubic_part_leaves_the_linear_observer() {
     let ad = SMatrix::<f64, 2, 2>::new(1.0, 0.1, 0.0, 1.0);
     let (c, ld) = (RowVector2::new(1.0, 0.0), Vector2::new(0.5, 0.25));
-    let observer =
-        SampledCubicObserver::new(ad, Vector2::new(0.0, 0.1), c, ld, Vector2::zeros(), Matrix1::new(1.0), 0.0, 0.1);
+    let observer = SampledCubicObserver::new(SampledCubicGains {
+        ad,
+        bd: Vector2::new(0.0, 0.1),
+        c,
+        ld,
+        n: Vector2::zeros(),
+        theta: Matrix1::new(1.0),
+        w: 0.0,
+        period: 0.1,
+    });
     let (observer, mut xhat) = (observer.unwrap(), Vector2::new(1.0, 2.0));
     observer.step(0.0, &mut xhat, &Vector1::new(3.0), &Vector1::new(2.0));
     assert!((xhat - Vector2::new(1.2 + 0.5, 2.0 + 0.3 + 0.25)).norm() < 1e-15);
@@ -184,7 +201,17 @@ fn bad_data_are_errors() {
     let make = |theta: SMatrix<f64, 2, 2>, n: SMatrix<f64, 2, 2>, w: f64, h: f64| {
         let identity = SMatrix::<f64, 2, 2>::identity();
         let bd = SMatrix::<f64, 2, 0>::zeros();
-        SampledCubicObserver::new(identity, bd, identity, identity * 0.5, n, theta, w, h).map(|_| ())
+        SampledCubicObserver::new(SampledCubicGains {
+            ad: identity,
+            bd,
+            c: identity,
+            ld: identity * 0.5,
+            n,
+            theta,
+            w,
+            period: h,
+        })
+        .map(|_| ())
     };
     let identity = SMatrix::<f64, 2, 2>::identity();
     assert_eq!(make(identity, -identity, 1.0, 0.1), Ok(()));
@@ -218,9 +245,10 @@ proptest! {
         let theta = &d * d.transpose();
         let identity = DMatrix::<f64>::identity(5, 5);
         let make = |theta: DMatrix<f64>| {
-            SampledCubicObserver::new(
-                identity.clone(), DMatrix::zeros(5, 0), identity.clone(), &identity * 0.5, -&identity, theta, 1.0, 0.1,
-            )
+            SampledCubicObserver::new(SampledCubicGains {
+                ad: identity.clone(), bd: DMatrix::zeros(5, 0), c: identity.clone(), ld: &identity * 0.5,
+                n: -&identity, theta, w: 1.0, period: 0.1,
+            })
         };
         let unit = 10f64.powi(unit);
         prop_assert!(make(&theta * unit).is_ok(), "{theta}");

@@ -360,6 +360,8 @@ impl Phi {
     }
 }
 
+impl luenberger_plants::ByDual for Nonlinear {}
+
 impl<T: RealField + Copy> Plant<T> for Nonlinear {
     type State = Vector3<T>;
     type Input = Vector1<T>;
@@ -382,6 +384,8 @@ impl<T: RealField + Copy> Plant<T> for Nonlinear {
 /// `phi = (x2, x4)`, `beta = (chi1, chi2 + y^2/2)`: Γ = 1 and b = y.
 #[derive(Clone, Copy)]
 struct NonlinearImmersion;
+
+impl luenberger_plants::ByDual for NonlinearImmersion {}
 
 impl<T: RealField + Copy> Immersion<T> for NonlinearImmersion {
     type States = U3;

@@ -3,7 +3,9 @@
 
 use approx::assert_abs_diff_eq;
 use approx::assert_relative_eq;
-use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverDimensions, SampledCubicObserver};
+use luenberger_observers::{
+    CubicObserver, LinearObserver, Observer, ObserverDimensions, SampledCubicGains, SampledCubicObserver,
+};
 use luenberger_plants::linear::StaticPlant;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator, third_order};
 use luenberger_sim::{Integrand, Integrator, Noise, Scenario, Settings, Signal, SimError, Trajectory, metrics, solve};
@@ -267,8 +269,17 @@ fn a_sampled_observer_converges_where_eulers_step_diverges() {
     let p = Matrix2::from_column_slice(discrete.p.as_slice());
     let n = Vector2::new(p[(1, 1)], -p[(1, 0)]) / p.determinant() * -20.0;
     let theta = Matrix1::new(10.0);
-    let observer =
-        SampledCubicObserver::new(ad, bd, c, ld, n, theta, luenberger_observers::cubic::rate(&c, &n), h).unwrap();
+    let observer = SampledCubicObserver::new(SampledCubicGains {
+        ad,
+        bd,
+        c,
+        ld,
+        n,
+        theta,
+        w: luenberger_observers::cubic::rate(&c, &n),
+        period: h,
+    })
+    .unwrap();
     let run = Scenario::new(double_integrator())
         .initial_state(&[100.0, 100.0])
         .input(Signal::scalar(f64::sin))
@@ -297,8 +308,16 @@ fn a_sampled_observer_holds_between_its_samples_and_predicts() {
     let h = 0.25;
     let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
     let c = RowVector2::new(1.0, 0.0);
-    let observer =
-        SampledCubicObserver::new(ad, bd, c, Vector2::new(1.0, 1.0), Vector2::zeros(), Matrix1::new(1.0), 0.0, h);
+    let observer = SampledCubicObserver::new(SampledCubicGains {
+        ad,
+        bd,
+        c,
+        ld: Vector2::new(1.0, 1.0),
+        n: Vector2::zeros(),
+        theta: Matrix1::new(1.0),
+        w: 0.0,
+        period: h,
+    });
     let run = Scenario::new(double_integrator())
         .initial_state(&[1.0, 2.0])
         .sampled_observer("right from the start", observer.unwrap(), &[1.0, 2.0])

@@ -35,6 +35,8 @@ pub enum Kkl {
 #[derive(Debug, Clone)]
 struct Sized<const N: usize>(Model);
 
+impl<const N: usize> luenberger_plants::ByDual for Sized<N> {}
+
 impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
     type State = SVector<T, N>;
     type Input = SVector<T, 0>;

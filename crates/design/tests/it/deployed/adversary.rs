@@ -3,7 +3,7 @@
 
 use luenberger_design::{LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_linalg::zero_order_hold;
-use luenberger_observers::{LinearObserver, Observer, SampledCubicObserver, SampledObserver, cubic};
+use luenberger_observers::{LinearObserver, Observer, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{CertificateFile, Certified, ClaimedBall, DeployedObserver, Theorem, verify};
 use luenberger_proof::statement::{self, Deployed, Format, Operation, Step};
@@ -84,16 +84,16 @@ fn floating<T: Target>(theorem: &DeployedObserver) -> Box<Stepper> {
     };
     let (n, theta) = (recorded(&gains.n), recorded(&gains.theta));
     let (w, h) = (Recorded(T::of(gains.w)), Recorded(T::of(gains.h)));
-    let made = SampledCubicObserver::<_, Dyn, Dyn, Dyn>::new(
-        a.clone(),
-        b.clone(),
-        c.clone(),
-        l.clone(),
-        n.clone(),
-        theta.clone(),
+    let made = SampledCubicObserver::<_, Dyn, Dyn, Dyn>::new(SampledCubicGains {
+        ad: a.clone(),
+        bd: b.clone(),
+        c: c.clone(),
+        ld: l.clone(),
+        n: n.clone(),
+        theta: theta.clone(),
         w,
-        h,
-    );
+        period: h,
+    });
     match made {
         Ok(observer) => Box::new(move |xhat, u, y| {
             let (mut xhat, u, y) = (column(xhat), column(u), column(y));

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use luenberger_observers::{LinearObserver, Observer, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{LinearObserver, Observer, SampledCubicGains, SampledCubicObserver, SampledObserver};
 use luenberger_proof::Matrix;
 use luenberger_proof::statement::{
     CubicGains, Deployed, Format, Operation, SampledPlant, Step, deployed_linear, deployed_sampled_cubic,
@@ -62,7 +62,17 @@ fn step<T: Target>(deployed: &Deployed, xhat: &[f64], u: &[f64], y: &[f64]) -> (
     let tape = if let Some(cubic) = &s.cubic {
         let (n, theta) = (recorded(&cubic.n), recorded(&cubic.theta));
         let (w, h) = (Recorded(T::of(cubic.w)), Recorded(T::of(cubic.h)));
-        let observer = SampledCubicObserver::<_, Dyn, Dyn, Dyn>::new(a, b, c, l, n, theta, w, h).expect("radial");
+        let observer = SampledCubicObserver::<_, Dyn, Dyn, Dyn>::new(SampledCubicGains {
+            ad: a,
+            bd: b,
+            c,
+            ld: l,
+            n,
+            theta,
+            w,
+            period: h,
+        })
+        .expect("radial");
         record(|| observer.step(Recorded(T::zero()), &mut xhat, &u, &y)).1
     } else {
         let observer = LinearObserver::<_, Dyn, Dyn, Dyn>::new(a, b, c, l).expect("finite");

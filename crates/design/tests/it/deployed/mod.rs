@@ -9,7 +9,7 @@ use luenberger_design::{
     LinearDesign, LyapunovWeight, SampledCubicDesign, deployed_linear, enclosed_lyapunov, enclosed_stein,
 };
 use luenberger_linalg::{place_observer, zero_order_hold};
-use luenberger_observers::{LinearObserver, Observer, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{LinearObserver, Observer, SampledCubicGains, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::{Deployed, Format, NoErrorBallReason, Operation, Running, Step};
 use luenberger_proof::{Matrix, Verdict};
@@ -164,16 +164,16 @@ fn the_sampled_cubic_observer_in_single_precision_stays_in_its_ball() {
             assert!(deployed.is_stable());
             let s = &deployed.stored;
             let cubic = s.cubic.as_ref().expect("cubic");
-            let observer = SampledCubicObserver::<f32, Dyn, Dyn, Dyn>::new(
-                single(&s.a),
-                single(&s.b),
-                single(&s.c),
-                single(&s.l),
-                single(&cubic.n),
-                single(&cubic.theta),
-                cubic.w as f32,
-                cubic.h as f32,
-            )
+            let observer = SampledCubicObserver::<f32, Dyn, Dyn, Dyn>::new(SampledCubicGains {
+                ad: single(&s.a),
+                bd: single(&s.b),
+                c: single(&s.c),
+                ld: single(&s.l),
+                n: single(&cubic.n),
+                theta: single(&cubic.theta),
+                w: cubic.w as f32,
+                period: cubic.h as f32,
+            })
             .unwrap();
             // As far off as was promised: the flow is stiff at the start.
             let first = run.x[0].map(|x| (x - 0.999 * error) as f32);

@@ -46,6 +46,8 @@ impl CukKklPebImmersion {
     }
 }
 
+impl luenberger_plants::ByDual for CukKklPebImmersion {}
+
 impl<T: RealField + Copy> Immersion<T> for CukKklPebImmersion {
     type States = U4;
     type Inputs = U1;

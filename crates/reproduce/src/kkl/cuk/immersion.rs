@@ -24,6 +24,8 @@ impl CukImmersion {
     }
 }
 
+impl luenberger_plants::ByDual for CukImmersion {}
+
 impl<T: RealField + Copy> Immersion<T> for CukImmersion {
     type States = U4;
     type Inputs = U1;

@@ -1,6 +1,5 @@
-//! As on a bare target, `--no-default-features`: no dual numbers, and maps that bring their own derivatives run the
-//! same.
-#![cfg(not(feature = "dual"))]
+//! A plant and maps that bring their own derivatives, as on a bare target: the same with the feature `dual` and without
+//! it.
 
 use luenberger_observers::immersion_invariance::{DifferentiableImmersion, Immersion, ImmersionInvarianceObserver};
 use luenberger_observers::{Observer, ObserverDimensions};

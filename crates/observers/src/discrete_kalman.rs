@@ -1,0 +1,213 @@
+//! The Kalman filter of a plant in discrete time.
+//!
+//! `x+ = Ad x + Bd u + w`, `y = C x + v`, with w of covariance W (n x n) and v of covariance V (p x p), both white and
+//! *per sample*. At a sample
+//!
+//! ```text
+//! S = C P C' + V,  K = P C' S^-1                                    innovation covariance, gain
+//! xhat <- xhat + K (y - C xhat)
+//! P    <- (I - K C) P (I - K C)' + K V K'                           Joseph's form
+//! ```
+//!
+//! and to the next one
+//!
+//! ```text
+//! xhat <- Ad xhat + Bd u,  P <- Ad P Ad' + W
+//! ```
+//!
+//! For a detectable plant with controllable (Ad, W^(1/2)) the gain `Ad K` tends to that of
+//! `linalg::discrete_kalman_gain`, whatever P(0).
+//!
+//! Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, Prentice-Hall 1979, ch. 3; R. S. Bucy and P. D.
+//! Joseph, Filtering for Stochastic Processes, 1968, for the form of the update.
+
+use luenberger_plants::{LinearPlant, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
+
+use crate::error::ObserverError;
+use crate::kalman::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
+use crate::observer::{ObserverDimensions, SampledObserver};
+
+/// The data of a [`KalmanFilter`]: plant, noise and doubt at the start, each by its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KalmanModel<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// State matrix of the discretised plant, n x n.
+    pub ad: OMatrix<T, N, N>,
+    /// Input matrix of the discretised plant, n x m.
+    pub bd: OMatrix<T, N, M>,
+    /// Output matrix, p x n.
+    pub c: OMatrix<T, P, N>,
+    /// Covariance W of the process noise of one period, n x n, symmetric positive semidefinite.
+    pub w: OMatrix<T, N, N>,
+    /// Covariance V of one measurement, p x p, symmetric positive definite.
+    pub v: OMatrix<T, P, P>,
+    /// Covariance of the error of the initial estimate, n x n, symmetric positive semidefinite.
+    pub p0: OMatrix<T, N, N>,
+    /// The sampling period.
+    pub period: T,
+}
+
+/// The Kalman filter of a linear plant in discrete time; see the [module](self).
+///
+/// The state is the belief *before* the sample. One period is [`update`](Self::update), then
+/// [`predict`](Self::predict), which is what [`step`](SampledObserver::step) does. A sample that is missed is a
+/// `predict` without an `update`; a slower sensor is a [`partial update`](Self::update_partial) in the periods in which
+/// it is silent.
+///
+/// ```
+/// use luenberger_observers::{KalmanFilter, KalmanModel, SampledObserver};
+/// use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2};
+/// // A position measured every 0.1 s, a velocity driven by noise.
+/// let filter = KalmanFilter::new(KalmanModel {
+///     ad: Matrix2::new(1.0, 0.1, 0.0, 1.0),
+///     bd: Vector2::new(0.005, 0.1),
+///     c: RowVector2::new(1.0, 0.0),
+///     w: Matrix2::new(0.0, 0.0, 0.0, 0.01),
+///     v: Matrix1::new(0.04),
+///     p0: Matrix2::identity(),
+///     period: 0.1,
+/// })?;
+/// let (u, y) = (Vector1::new(0.0), Vector1::new(1.0));
+/// let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+/// // The doubt was 1, that of the measurement 0.04: K = 1/1.04.
+/// let innovation = filter.update(&mut belief, &y).ok_or("S is not positive definite")?;
+/// assert_eq!(innovation.value, Vector1::new(1.0));
+/// assert!((belief.estimate() - Vector2::new(1.0 / 1.04, 0.0)).amax() < 1e-15);
+/// // The next sample does not come: the doubt grows.
+/// let sure = belief.covariance()[(0, 0)];
+/// filter.predict(&mut belief, &u);
+/// filter.predict(&mut belief, &u);
+/// assert!(belief.covariance()[(0, 0)] > sure);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct KalmanFilter<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    model: KalmanModel<T, N, M, P>,
+}
+
+/// A Kalman filter whose sizes are known at compile time.
+pub type StaticKalmanFilter<T, const N: usize, const M: usize, const P: usize> =
+    KalmanFilter<T, Const<N>, Const<M>, Const<P>>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> KalmanFilter<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The filter of this plant and this noise.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`],
+    /// [`ObserverError::NotDefinite`] when V is not positive definite or W or P(0) not semidefinite,
+    /// [`ObserverError::Period`].
+    pub fn new(model: KalmanModel<T, N, M, P>) -> Result<Self, ObserverError> {
+        let KalmanModel { ad, bd, c, w, v, p0, period } = model;
+        let LinearPlant { a: ad, b: bd, c } = LinearPlant::new(ad, bd, c)?;
+        if !(period.is_finite() && period > T::zero()) {
+            return Err(ObserverError::Period { period: period.to_subset_unchecked() });
+        }
+        let w = covariance("W", w, ad.nrows(), false)?;
+        let v = covariance("V", v, c.nrows(), true)?;
+        let p0 = covariance("P(0)", p0, ad.nrows(), false)?;
+        Ok(Self { model: KalmanModel { ad, bd, c, w, v, p0, period } })
+    }
+
+    /// The plant and the noise, the covariances exactly symmetric.
+    pub fn model(&self) -> &KalmanModel<T, N, M, P> {
+        &self.model
+    }
+}
+
+impl<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> KalmanFilter<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    /// From one sample to the next: `xhat <- Ad xhat + Bd u`, `P <- Ad P Ad' + W`. Costs 4 n^3 flops.
+    pub fn predict(&self, belief: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
+        let KalmanModel { ad, bd, w, .. } = &self.model;
+        let xhat = ad * belief.estimate() + bd * u;
+        let mut p = ad * belief.covariance() * ad.transpose() + w;
+        symmetrise(&mut p);
+        *belief = GaussianEstimate::new(&xhat, &p);
+    }
+
+    /// The belief after the measurement y (length p), and what was new in it.
+    ///
+    /// `None`, and the belief as it was, if the innovation covariance S is not positive definite in floating point: an
+    /// overflow, a NaN, a P that has lost its definiteness.
+    pub fn update(&self, belief: &mut GaussianEstimate<T, N>, y: &OVector<T, P>) -> Option<Innovation<T, P>> {
+        self.update_partial(belief, y, |_| true)
+    }
+
+    /// [`update`](Self::update) with those outputs alone for which `measured` is true, for sensors of different rates;
+    /// the other entries of y are not read.
+    ///
+    /// ```
+    /// use luenberger_observers::{KalmanFilter, KalmanModel, SampledObserver};
+    /// use nalgebra::{Matrix2, SVector, Vector2};
+    /// let filter = KalmanFilter::new(KalmanModel {
+    ///     ad: Matrix2::identity(),
+    ///     bd: nalgebra::SMatrix::<f64, 2, 0>::zeros(),
+    ///     c: Matrix2::identity(),
+    ///     w: Matrix2::zeros(),
+    ///     v: Matrix2::identity() * 3.0,
+    ///     p0: Matrix2::identity(),
+    ///     period: 1.0,
+    /// })?;
+    /// let (u, y) = (SVector::zeros(), Vector2::new(2.0, f64::NAN));
+    /// let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+    /// assert!(filter.update_partial(&mut belief, &y, |output| output == 0).is_some());
+    /// assert_eq!(belief.estimate(), Vector2::new(0.5, 0.0));
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    pub fn update_partial(
+        &self,
+        belief: &mut GaussianEstimate<T, N>,
+        y: &OVector<T, P>,
+        measured: impl Fn(usize) -> bool,
+    ) -> Option<Innovation<T, P>> {
+        let KalmanModel { c, v, .. } = &self.model;
+        let innovation = y - c * belief.estimate();
+        correct::<T, N, M, P>(belief, c.clone(), innovation, v.clone(), measured)
+    }
+}
+
+impl<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for KalmanFilter<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    type State = GaussianEstimate<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let (n, m, p) = (self.model.ad.nrows(), self.model.bd.ncols(), self.model.c.nrows());
+        ObserverDimensions { state: n * (n + 1), inputs: m, outputs: p, estimate: n }
+    }
+
+    fn period(&self) -> T {
+        self.model.period
+    }
+
+    /// Update and prediction. A sample without a gain, where [`update`](KalmanFilter::update) is `None`, is passed
+    /// over.
+    fn step(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        self.update(state, y);
+        self.predict(state, u);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        state.estimate()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        GaussianEstimate::new(estimate, &self.model.p0)
+    }
+}

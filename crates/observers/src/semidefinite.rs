@@ -1,0 +1,59 @@
+//! Positive semidefiniteness of a symmetric matrix, by elimination with diagonal pivoting.
+//!
+//! The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where the
+//! matrix is singular; a small pivot taken before a large one would amplify rounding. Rounding, that of forming the
+//! matrix included, leaves `8 n^2 epsilon` times the largest entry undecided, and that much is let pass.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
+
+use crate::cubic::count;
+
+/// The row and the pivot for which the symmetric part of `matrix` (n x n, finite) is not positive semidefinite, or not
+/// positive definite.
+pub(crate) fn failing_pivot<T: RealField + Copy, D: Dim>(
+    matrix: &OMatrix<T, D, D>,
+    definite: bool,
+) -> Option<(usize, T)>
+where
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
+{
+    let order = matrix.nrows();
+    let half = T::one() / (T::one() + T::one());
+    let scale = matrix.iter().fold(T::zero(), |largest: T, entry| largest.max(entry.abs()));
+    if scale == T::zero() {
+        return (definite && order > 0).then_some((0, scale));
+    }
+    let mut rest = matrix / scale;
+    for i in 0..order {
+        for j in 0..=i {
+            let mean = (rest[(i, j)] + rest[(j, i)]) * half;
+            (rest[(i, j)], rest[(j, i)]) = (mean, mean);
+        }
+    }
+    let undecided = if definite { T::zero() } else { count::<T>(8 * order * order) * T::default_epsilon() };
+    let mut eliminated = OVector::<bool, D>::repeat_generic(matrix.shape_generic().0, U1, false);
+    while let Some(k) =
+        (0..order).filter(|&i| !eliminated[i]).reduce(|k, i| if rest[(i, i)] > rest[(k, k)] { i } else { k })
+    {
+        let pivot = rest[(k, k)];
+        if pivot > undecided {
+            eliminated[k] = true;
+            for i in (0..order).filter(|&i| !eliminated[i]) {
+                let factor = rest[(i, k)] / pivot;
+                for j in (0..order).filter(|&j| !eliminated[j]) {
+                    let reduced = rest[(i, j)] - factor * rest[(k, j)];
+                    rest[(i, j)] = reduced;
+                }
+            }
+            continue;
+        }
+        // No diagonal entry that is left is positive. A semidefinite rest is zero.
+        let zero = |i: usize| {
+            rest[(i, i)] >= -undecided && (0..order).all(|j| j == i || eliminated[j] || rest[(i, j)].abs() <= undecided)
+        };
+        let row = (0..order).find(|&i| !eliminated[i] && (definite || !zero(i)));
+        return row.map(|i| (i, rest[(i, i)] * scale));
+    }
+    None
+}
