@@ -9,8 +9,8 @@
 //!
 //! which is the regulator's equation with `A'` for `A`, `C'` for `B`, `W` for `Q`, `V` for `R`, and `L = K'`.
 
-use super::{Riccati, care, dare};
-use crate::argument::{shaped, square};
+use super::{Riccati, continuous, discrete};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 
@@ -54,8 +54,13 @@ pub struct Kalman {
 /// ```
 ///
 /// Source: Kalman and Bucy, J. Basic Engineering 83, 1961.
-pub fn kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
-    dual(care, a, c, w, v)
+pub fn kalman_gain<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    w: impl Into<RealMatrixView<'a>>,
+    v: impl Into<RealMatrixView<'a>>,
+) -> Result<Kalman> {
+    dual(continuous, &owned(a), &owned(c), &owned(w), &owned(v))
 }
 
 /// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
@@ -77,8 +82,13 @@ pub fn kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMa
 /// ```
 ///
 /// Source: Anderson and Moore, Optimal Filtering, 1979, chapter 4.
-pub fn discrete_kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
-    dual(dare, a, c, w, v)
+pub fn discrete_kalman_gain<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    w: impl Into<RealMatrixView<'a>>,
+    v: impl Into<RealMatrixView<'a>>,
+) -> Result<Kalman> {
+    dual(discrete, &owned(a), &owned(c), &owned(w), &owned(v))
 }
 
 type Equation = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<Riccati>;
