@@ -4,13 +4,13 @@
 //! is built on top (the cubic term, robust margins, feedback) does not care where L came from.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
-use luenberger_lmi::Settings;
+use luenberger_lmi::{Settings, proof_matrix};
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, PlantWithin};
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
@@ -235,9 +235,9 @@ impl LinearDesign {
         origin: Origin,
     ) -> Result<Self, DesignError> {
         let theorem = certificate::LinearConvergence {
-            plant: PlantWithin::exactly(&exact(&plant.a)?, &exact(&plant.b)?, &exact(&plant.c)?)?,
-            l: exact(&l)?,
-            p: exact(&p)?,
+            plant: PlantWithin::exactly(&proof_matrix(&plant.a), &proof_matrix(&plant.b), &proof_matrix(&plant.c))?,
+            l: proof_matrix(&l),
+            p: proof_matrix(&p),
             rate,
         };
         let certificate = Certificate::of([theorem])?;

@@ -12,6 +12,7 @@
 //! | [`sdpa`] | semidefinite programs in SDPA's format, with proved bounds of their optimum |
 //! | `standard`, `margin`, `verify` | what is asked of the solver, and how its answer is proved |
 //! | `refute`, `equations`, `rational` | infeasibility by multipliers that are exact |
+//! | `matrix` | matrices of `nalgebra` for the prover, and back |
 //! | `certificate_file` | an answer as a file that `luenberger-verify` checks |
 //! | [`solver`] | which solver proposes |
 //! | `interior` | the house's solver: a primal-dual interior-point method |
@@ -31,6 +32,7 @@ pub mod expression;
 pub mod inequality;
 mod interior;
 mod margin;
+mod matrix;
 pub mod problem;
 mod rational;
 mod refute;
@@ -46,6 +48,7 @@ pub use bisection::{Bisection, greatest_parameter, greatest_parameter_with};
 pub use error::{Fault, LmiError};
 pub use expression::{Expression, he, identity, trace, zeros};
 pub use inequality::{Bound, Inequality};
+pub use matrix::{dynamic_matrix, proof_matrix};
 pub use problem::{Problem, Settings};
 pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution};
 pub use solver::{NotBuiltIn, Solver};
