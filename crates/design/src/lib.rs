@@ -64,6 +64,7 @@ pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::{LpvDesign, LpvError};
 pub use luenberger_proof::certificate::{Certificate, Certified, Fact, ProvedTheorem};
 pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
+pub use nalgebra;
 pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};

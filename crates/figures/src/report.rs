@@ -103,6 +103,7 @@ pub enum Tone {
 
 /// Why a report cannot be written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A figure that cannot be drawn.
     #[error("figure {id:?}: {source}")]

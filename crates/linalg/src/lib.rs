@@ -111,6 +111,7 @@ pub use factored::{Factored, lyapunov_factor, stein_factor};
 pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
 pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapunov, generalized_stein};
 pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
+pub use nalgebra;
 pub use observability::{
     Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
     observability_within,

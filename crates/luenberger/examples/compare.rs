@@ -8,7 +8,7 @@ use luenberger::plants::flexible_joint;
 use luenberger::sim::{Comparison, Noise};
 use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, Vector4};
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     let plant = flexible_joint::classical();
     let (x0, xhat0) = (Vector4::repeat(3.0), Vector4::new(1.0, 2.0, 0.5, 1.0));
 

@@ -23,7 +23,7 @@ impl<T: RealField + Copy> Immersion<T> for Shifted {
     fn start(&self, estimate: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> { estimate - y * convert::<f64, T>(self.k) }
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     let plant = VanDerPol { mu: 1.0 };
     let observer = |k: f64| ImmersionInvarianceObserver::new(plant, Shifted { k });
     let run = Scenario::new(plant)

@@ -2,6 +2,7 @@
 
 /// Why a simulation could not be set up or finished.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SimError {
     /// A column of the wrong length.
     #[error("{what} has {found} entries where {expected} are expected")]
