@@ -25,6 +25,7 @@ mod check;
 pub mod conditions;
 pub mod cubic;
 pub mod deployed;
+mod display;
 pub mod enclosure;
 pub mod error;
 mod exact_solution;

@@ -98,6 +98,7 @@ impl LinearDesign {
     /// let f = &plant.a - &design.observer.l * &plant.c;
     /// let residual = f.transpose() * &design.p + &design.p * f + &design.q;
     /// assert!(residual.norm() < 1e-13 * design.p.norm());
+    /// assert_eq!(design.to_string().lines().next(), Some("L = [7; 10]")); // then poles and verdicts
     /// assert!(design.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
