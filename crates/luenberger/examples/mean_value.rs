@@ -25,7 +25,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     let printed = MeanValueObserver::new(plant, 1.0, Integral, nothing)?;
     let repaired = design.observer(plant, 1.0, Integral, nothing)?;
     let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
-        .input(|t, u| u[0] = t.sin())
+        .input(Signal::scalar(f64::sin))
         .until(10.0, 101)
         .observer("printed, told x(0) - xhat(0)", &told)
         .observer("printed, told nothing", &printed)

@@ -56,6 +56,9 @@ pub enum SimError {
         /// Its value.
         value: f64,
     },
+    /// A comparison whose input depends on estimates.
+    #[error("observers are compared on one input: a feedback of estimates would give each another plant")]
+    EstimateFeedback,
     /// Two observers, or two integrals, of one name.
     #[error("the name {name:?} is used twice")]
     DuplicateName {
