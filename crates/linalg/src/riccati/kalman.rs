@@ -34,10 +34,10 @@ pub struct Kalman {
 /// Continuous Kalman gain `L = P C'V^-1`, `A P + P A' - P C'V^-1 C P + W = 0`.
 ///
 /// `a` is n x n, `c` p x n, `w` n x n symmetric positive semidefinite (intensity of the process noise), `v` p x p
-/// symmetric positive definite (intensity of the measurement noise). Cost as [`care`].
+/// symmetric positive definite (intensity of the measurement noise). Cost as [`care`](super::care).
 ///
 /// # Errors
-/// Those of [`care`] in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
+/// Those of [`care`](super::care) in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
 /// [`LinalgError::NotPositiveSemidefinite`] (`w`), [`LinalgError::NotDetectable`] names an eigenvalue that no output
 /// sees, [`LinalgError::NotStabilizable`] one on the imaginary axis that no noise moves.
 ///
@@ -66,7 +66,7 @@ pub fn kalman_gain<'a>(
 /// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
 ///
 /// Shapes as [`kalman_gain`], `w` and `v` being covariances of each sample. The predictor is
-/// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`].
+/// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`](super::dare).
 ///
 /// # Errors
 /// As [`kalman_gain`], the stability boundary being the unit circle.
