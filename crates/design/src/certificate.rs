@@ -5,18 +5,13 @@
 //! [`Certificate`](luenberger_proof::certificate::Certificate). The data of a theorem are the implemented numbers: L,
 //! N, P and theta as stored.
 
+use luenberger_lmi::proof_matrix;
 use luenberger_proof::certificate::PlantMatrices;
-use luenberger_proof::{Matrix, ProofError};
 use nalgebra::DMatrix;
 
-/// The same numbers, rows first.
-pub(crate) fn exact(m: &DMatrix<f64>) -> Result<Matrix<f64>, ProofError> {
-    Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())
-}
-
 /// The plant `x' = A x + B u`, `y = C x`, or its sampled form.
-pub(crate) fn plant((a, b, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)) -> Result<PlantMatrices, ProofError> {
-    Ok(PlantMatrices { a: exact(a)?, b: exact(b)?, c: exact(c)? })
+pub(crate) fn plant((a, b, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)) -> PlantMatrices {
+    PlantMatrices { a: proof_matrix(a), b: proof_matrix(b), c: proof_matrix(c) }
 }
 
 /// A design whose evidence is its field `certificate`.

@@ -8,8 +8,8 @@ use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
-use crate::certificate::exact;
 use crate::error::{DesignError, NearlyHidden};
+use luenberger_lmi::proof_matrix;
 
 /// Shape and finiteness.
 pub(crate) fn matrix(what: &'static str, m: &DMatrix<f64>, expected: (usize, usize)) -> Result<(), DesignError> {
@@ -75,7 +75,7 @@ pub(crate) fn within(what: &'static str, value: f64, least: f64, most: f64) -> R
 
 /// The matrix in exact arithmetic; its entries are finite.
 pub(crate) fn exactly(m: &DMatrix<f64>) -> Result<Matrix<Exact>, DesignError> {
-    Ok(Matrix::embed(&exact(m)?, "a matrix")?)
+    Ok(Matrix::embed(&proof_matrix(m), "a matrix")?)
 }
 
 /// `A - L C` without rounding.
@@ -190,7 +190,7 @@ pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Resul
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;
     let Some(mode) = pair.offending.first() else { return Ok(None) };
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
-    let hidden = hidden_motion(&exact(a)?, &exact(c)?)?;
+    let hidden = hidden_motion(&proof_matrix(a), &proof_matrix(c))?;
     if hidden.and_then(|hidden| hidden.decays_at(rate)) == Some(false) {
         return Err(LinalgError::NotDetectable { eigenvalue, margin }.into());
     }

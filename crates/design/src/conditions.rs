@@ -1,11 +1,12 @@
 //! The conditions (11)-(13) of Theorem 1, as printed and as corrected, for gains from any source.
 
+use luenberger_lmi::proof_matrix;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CubicTheorem1};
 use luenberger_proof::{Direction, Exact, Matrix, Verdict, negative_definite};
 use nalgebra::DMatrix;
 
-use crate::certificate::{certified, exact, plant};
+use crate::certificate::{certified, plant};
 use crate::check;
 use crate::error::DesignError;
 
@@ -42,11 +43,11 @@ impl Theorem1 {
         check::matrix("N", n, (order, outputs))?;
         let (theta, p) = (check::symmetric("theta", theta, outputs)?, check::symmetric("P", p, order)?);
         let theorem = CubicTheorem1 {
-            plant: plant((&linear.a, &linear.b, &linear.c))?,
-            l: exact(l)?,
-            n: exact(n)?,
-            theta: exact(&theta)?,
-            p: exact(&p)?,
+            plant: plant((&linear.a, &linear.b, &linear.c)),
+            l: proof_matrix(l),
+            n: proof_matrix(n),
+            theta: proof_matrix(&theta),
+            p: proof_matrix(&p),
         };
         let product = Matrix::<Exact>::embed(&theorem.p, "P")?
             .product(&Matrix::embed(&theorem.n, "N")?)?

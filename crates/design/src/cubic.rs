@@ -4,12 +4,12 @@
 //! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.
 
 use luenberger_linalg::symmetric_part;
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::CubicObserver;
-use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{self, Certificate, Region, Theorem};
 use nalgebra::{DMatrix, Dyn};
 
-use crate::certificate::{certified, exact, plant};
+use crate::certificate::{certified, plant};
 use crate::check;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
@@ -90,17 +90,17 @@ impl CubicDesign {
             }
         };
         let n = -(p_inverse_ct * &s);
-        let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate)?.certify()?;
+        let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate).certify()?;
         let observer = CubicObserver::new(o.a.clone(), o.b.clone(), o.c.clone(), o.l.clone(), n, theta.clone())?;
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 
     /// The theorem for the stored gains, with the region for which it is proved; if there is none, the claim of global
     /// convergence.
-    pub(crate) fn theorem(&self) -> Result<certificate::CubicConvergence, ProofError> {
+    pub(crate) fn theorem(&self) -> certificate::CubicConvergence {
         for proved in self.certificate.theorems() {
             if let Theorem::CubicConvergence(theorem) = proved.theorem() {
-                return Ok(theorem.clone());
+                return theorem.clone();
             }
         }
         let o = &self.observer;
@@ -119,17 +119,17 @@ pub(crate) fn theorem(
     (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     (p, s): (&DMatrix<f64>, &DMatrix<f64>),
     rate: f64,
-) -> Result<certificate::CubicConvergence, ProofError> {
-    Ok(certificate::CubicConvergence {
-        plant: plant(abc)?,
-        l: exact(l)?,
-        n: exact(n)?,
-        theta: exact(theta)?,
-        p: exact(p)?,
-        s: exact(s)?,
+) -> certificate::CubicConvergence {
+    certificate::CubicConvergence {
+        plant: plant(abc),
+        l: proof_matrix(l),
+        n: proof_matrix(n),
+        theta: proof_matrix(theta),
+        p: proof_matrix(p),
+        s: proof_matrix(s),
         rate,
         region: Region::Everywhere,
-    })
+    }
 }
 
 /// `S = w (C P^-1 C')^-1`.

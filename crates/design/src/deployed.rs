@@ -5,12 +5,13 @@
 //! one a round ball.
 
 use luenberger_linalg::{spectral_radius, stein};
+use luenberger_lmi::proof_matrix;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CertificateFile, ClaimedBall, DeployedObserver};
 use luenberger_proof::statement::{self, CubicGains, Deployed, Formats, Operation, SampledPlant, Step};
 use nalgebra::DMatrix;
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 use crate::sampled::SampledCubicDesign;
@@ -63,10 +64,10 @@ pub fn deployed_linear(
 ) -> Result<DeployedLinear, DesignError> {
     check::plant(plant)?;
     let n = plant.a.nrows();
-    let gain = exact(l)?;
-    let real = sampled_plant(plant)?;
+    let gain = proof_matrix(l);
+    let real = sampled_plant(plant);
     let judge = |p: DMatrix<f64>| -> Result<(DMatrix<f64>, Deployed), DesignError> {
-        let deployed = statement::deployed_linear(&real, &gain, &exact(&p)?, step, formats, operation)?;
+        let deployed = statement::deployed_linear(&real, &gain, &proof_matrix(&p), step, formats, operation)?;
         Ok((p, deployed))
     };
     let finish = |(p, deployed): (DMatrix<f64>, Deployed)| -> Result<DeployedLinear, DesignError> {
@@ -76,7 +77,7 @@ pub fn deployed_linear(
             step,
             formats,
             operation: operation.clone(),
-            p: exact(&p)?,
+            p: proof_matrix(&p),
             ball: deployed.ball().map(ClaimedBall::from),
         };
         Ok(DeployedLinear { p, deployed, certificate: Certificate::of([theorem])? })
@@ -131,14 +132,14 @@ fn is_better(one: &Deployed, other: &Deployed) -> bool {
     }
 }
 
-fn sampled_plant(plant: &StateSpace) -> Result<SampledPlant, DesignError> {
-    Ok(SampledPlant { a: exact(&plant.a)?, b: exact(&plant.b)?, c: exact(&plant.c)? })
+fn sampled_plant(plant: &StateSpace) -> SampledPlant {
+    SampledPlant { a: proof_matrix(&plant.a), b: proof_matrix(&plant.b), c: proof_matrix(&plant.c) }
 }
 
 impl SampledCubicDesign {
-    pub(crate) fn sampled_plant(&self) -> Result<SampledPlant, DesignError> {
+    pub(crate) fn sampled_plant(&self) -> SampledPlant {
         let o = &self.observer;
-        Ok(SampledPlant { a: exact(o.ad())?, b: exact(o.bd())?, c: exact(o.c())? })
+        SampledPlant { a: proof_matrix(o.ad()), b: proof_matrix(o.bd()), c: proof_matrix(o.c()) }
     }
 
     /// This observer, stored and run in `formats`: its stored N needs no structure to be proved, and no tolerance.
@@ -163,14 +164,21 @@ impl SampledCubicDesign {
     /// [`DesignError::Proof`]: numbers that the format cannot store, bounds of the wrong length or negative.
     pub fn deployed(&self, formats: Formats, operation: &Operation) -> Result<Deployed, DesignError> {
         let o = &self.observer;
-        let real = self.sampled_plant()?;
+        let real = self.sampled_plant();
         let gains = CubicGains {
-            n: exact(o.n())?,
-            theta: exact(o.theta())?,
+            n: proof_matrix(o.n()),
+            theta: proof_matrix(o.theta()),
             w: o.w(),
             h: luenberger_observers::SampledObserver::period(o),
         };
-        Ok(statement::deployed_sampled_cubic(&real, &exact(o.ld())?, &gains, &exact(&self.p)?, formats, operation)?)
+        Ok(statement::deployed_sampled_cubic(
+            &real,
+            &proof_matrix(o.ld()),
+            &gains,
+            &proof_matrix(&self.p),
+            formats,
+            operation,
+        )?)
     }
 
     /// The certificate file of this observer stored and run in `formats`, as [`deployed`](Self::deployed) proves it:
@@ -200,13 +208,13 @@ impl SampledCubicDesign {
     ) -> Result<CertificateFile, DesignError> {
         let deployed = self.deployed(formats, operation)?;
         let theorem = DeployedObserver {
-            plant: self.sampled_plant()?,
+            plant: self.sampled_plant(),
             ball: deployed.ball().map(ClaimedBall::from),
             stored: deployed.stored,
             step: Step::Innovation,
             formats,
             operation: operation.clone(),
-            p: exact(&self.p)?,
+            p: proof_matrix(&self.p),
         };
         Ok(CertificateFile::prove(title, theorem)?)
     }

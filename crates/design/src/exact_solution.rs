@@ -7,8 +7,8 @@ use luenberger_proof::statement::{Enclosure, lyapunov_solution, stein_solution};
 use luenberger_proof::{Exact, Interval, Matrix};
 use nalgebra::DMatrix;
 
-use crate::certificate::exact;
 use crate::error::DesignError;
+use luenberger_lmi::proof_matrix;
 
 /// The exact P of `A'P + PA + Q = 0`, entry by entry in an interval, with the proof that it exists and is unique.
 ///
@@ -56,17 +56,17 @@ type Proposal = (Vec<Matrix<f64>>, Matrix<f64>);
 pub(crate) fn lyapunov_proposal(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Proposal, DesignError> {
     let p = lyapunov(a, q)?.p;
     let residual = residual(a, q, &p, |x, a| x.product(a)?.plus_transpose())?;
-    let parts = parts(&p, lyapunov(a, &residual).ok().map(|found| found.p))?;
+    let parts = parts(&p, lyapunov(a, &residual).ok().map(|found| found.p));
     let w = lyapunov(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
-    Ok((parts, exact(&w)?))
+    Ok((parts, proof_matrix(&w)))
 }
 
 pub(crate) fn stein_proposal(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Proposal, DesignError> {
     let p = stein(a, q)?.p;
     let residual = residual(a, q, &p, |x, a| a.transpose().product(&x.product(a)?)?.difference(x))?;
-    let parts = parts(&p, stein(a, &residual).ok().map(|found| found.p))?;
+    let parts = parts(&p, stein(a, &residual).ok().map(|found| found.p));
     let w = stein(a, &DMatrix::identity(a.nrows(), a.nrows()))?.p;
-    Ok((parts, exact(&w)?))
+    Ok((parts, proof_matrix(&w)))
 }
 
 type Operator = fn(&Matrix<Exact>, &Matrix<Exact>) -> Result<Matrix<Exact>, luenberger_proof::ProofError>;
@@ -78,22 +78,22 @@ fn residual(
     p: &DMatrix<f64>,
     operator: Operator,
 ) -> Result<DMatrix<f64>, DesignError> {
-    let numbers = |m: &DMatrix<f64>, what| Matrix::<Exact>::embed(&exact(m)?, what);
+    let numbers = |m: &DMatrix<f64>, what| Matrix::<Exact>::embed(&proof_matrix(m), what);
     let sum = operator(&numbers(p, "P")?, &numbers(a, "A")?)?.sum(&numbers(q, "Q")?)?;
     let n = a.nrows();
     Ok(DMatrix::from_fn(n, n, |i, j| sum[(i.max(j), i.min(j))].round_down()))
 }
 
-fn parts(p: &DMatrix<f64>, rest: Option<DMatrix<f64>>) -> Result<Vec<Matrix<f64>>, DesignError> {
-    let mut parts = vec![exact(p)?];
+fn parts(p: &DMatrix<f64>, rest: Option<DMatrix<f64>>) -> Vec<Matrix<f64>> {
+    let mut parts = vec![proof_matrix(p)];
     if let Some(rest) = rest.filter(|rest| rest.iter().all(|x| x.is_finite())) {
-        parts.push(exact(&rest)?);
+        parts.push(proof_matrix(&rest));
     }
-    Ok(parts)
+    parts
 }
 
 pub(crate) fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> {
-    Ok(Matrix::embed(&exact(m)?, "a matrix of the equation")?)
+    Ok(Matrix::embed(&proof_matrix(m), "a matrix of the equation")?)
 }
 
 /// The certificate file of the exact P of `A'P + PA + Q = 0`: that it is the only one, and lies in the intervals of

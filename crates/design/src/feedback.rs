@@ -6,10 +6,11 @@
 //! with the linear observer is stable, so is the loop with the cubic one.
 
 use luenberger_linalg::{lambda_max, lambda_min};
+use luenberger_lmi::proof_matrix;
 use luenberger_proof::certificate::{Certificate, FeedbackLoop};
 use nalgebra::{Complex, DMatrix};
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check::{self, StableLoop};
 use crate::cubic::CubicDesign;
 use crate::error::DesignError;
@@ -64,7 +65,7 @@ impl FeedbackDesign {
         // Half of the largest admissible mu, so that (25) holds with room; any mu when x and e do not couple.
         let mu = if coupling_squared > 0.0 { 0.5 * lambda_min(&observer.q)? / coupling_squared } else { 1.0 };
         let p1 = p0 * mu;
-        let theorem = FeedbackLoop { observer: observer.theorem()?, k: exact(k)?, p1: exact(&p1)? };
+        let theorem = FeedbackLoop { observer: observer.theorem(), k: proof_matrix(k), p1: proof_matrix(&p1) };
         let certificate = Certificate::of([theorem])?;
         Ok(Self { k: k.clone(), poles, p1, certificate })
     }

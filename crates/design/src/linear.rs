@@ -5,13 +5,13 @@
 //! designs (the cubic term, robustness margins, feedback) do not depend on how L was computed.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
-use luenberger_lmi::Settings;
+use luenberger_lmi::{Settings, proof_matrix};
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, PlantWithin};
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
@@ -98,6 +98,7 @@ impl LinearDesign {
     /// let f = &plant.a - &design.observer.l * &plant.c;
     /// let residual = f.transpose() * &design.p + &design.p * f + &design.q;
     /// assert!(residual.norm() < 1e-13 * design.p.norm());
+    /// assert_eq!(design.to_string().lines().next(), Some("L = [7; 10]")); // then poles and verdicts
     /// assert!(design.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
@@ -235,9 +236,9 @@ impl LinearDesign {
         origin: Origin,
     ) -> Result<Self, DesignError> {
         let theorem = certificate::LinearConvergence {
-            plant: PlantWithin::exactly(&exact(&plant.a)?, &exact(&plant.b)?, &exact(&plant.c)?)?,
-            l: exact(&l)?,
-            p: exact(&p)?,
+            plant: PlantWithin::exactly(&proof_matrix(&plant.a), &proof_matrix(&plant.b), &proof_matrix(&plant.c))?,
+            l: proof_matrix(&l),
+            p: proof_matrix(&p),
             rate,
         };
         let certificate = Certificate::of([theorem])?;

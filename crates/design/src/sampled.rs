@@ -12,11 +12,12 @@
 //! [`SampledCubicDesign::deployed`].
 
 use luenberger_linalg::{SteinEquation, discrete_kalman_gain, place_observer, zero_order_hold};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver};
 use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use crate::certificate::{certified, exact, plant};
+use crate::certificate::{certified, plant};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
@@ -123,13 +124,13 @@ impl SampledCubicDesign {
         let s = radial_s(&o.c, &p_inverse_ct, w)?;
         let gain = -(p_inverse_ct * &s);
         let theorem = certificate::SampledCubicConvergence {
-            plant: plant((&ad, &bd, &o.c))?,
-            l: exact(&ld)?,
-            n: exact(&gain)?,
-            theta: exact(theta)?,
+            plant: plant((&ad, &bd, &o.c)),
+            l: proof_matrix(&ld),
+            n: proof_matrix(&gain),
+            theta: proof_matrix(theta),
             w,
             period: h,
-            p: exact(&p)?,
+            p: proof_matrix(&p),
         };
         let certificate = Certificate::of([theorem])?;
         let observer = SampledCubicObserver::new(SampledCubicGains {
@@ -151,8 +152,11 @@ impl SampledCubicDesign {
     /// [`DesignError::CertificateFile`] names the inequality that is not proved.
     pub fn linear_certificate_file(&self, title: &str) -> Result<CertificateFile, DesignError> {
         let o = &self.observer;
-        let theorem =
-            DiscreteConvergence { plant: plant((o.ad(), o.bd(), o.c()))?, l: exact(o.ld())?, p: exact(&self.p)? };
+        let theorem = DiscreteConvergence {
+            plant: plant((o.ad(), o.bd(), o.c())),
+            l: proof_matrix(o.ld()),
+            p: proof_matrix(&self.p),
+        };
         Ok(CertificateFile::prove(title, theorem)?)
     }
 }

@@ -102,6 +102,7 @@ pub enum Tone {
 
 /// Error of writing a report.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A figure that cannot be drawn.
     #[error("figure {id:?}: {source}")]

@@ -12,6 +12,7 @@ pub struct Table {
 
 /// A table that cannot be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// A column differs from the first in length.
     #[error("column {name:?} has {found} rows, and {first:?} has {expected}")]

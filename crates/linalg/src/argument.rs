@@ -1,7 +1,30 @@
 //! What an argument has to satisfy before any arithmetic is done with it.
 
 use crate::{LinalgError, Result};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView, Dyn};
+
+/// What the functions of this crate read a matrix through: a reference to any `nalgebra` matrix of doubles becomes one,
+/// of static or dynamic size, a matrix or a view with any strides.
+///
+/// ```
+/// use luenberger_linalg::{eigenvalues, place_observer};
+/// use nalgebra::{Matrix2, RowVector2, dmatrix};
+///
+/// let a = Matrix2::new(0.0, 1.0, 0.0, 0.0);
+/// let placed = place_observer(&a, &RowVector2::new(1.0, 0.0), &[-2.0, -5.0])?;
+/// assert!((placed.gain - dmatrix![7.0; 10.0]).norm() < 1e-14);
+/// let larger = dmatrix![-1.0, 0.0, 2.0; 0.0, 5.0, 0.0; 0.0, 0.0, -3.0];
+/// let part = eigenvalues(&larger.view_with_steps((0, 0), (2, 2), (1, 1)))?;
+/// assert_eq!(part.iter().map(|l| l.re).sum::<f64>(), -4.0);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub type RealMatrixView<'a> = DMatrixView<'a, f64, Dyn, Dyn>;
+
+/// The argument as a dynamic matrix: a copy is nothing beside the O(n^3) of what is done with it, and all that follows
+/// is compiled once.
+pub(crate) fn owned<'a>(m: impl Into<RealMatrixView<'a>>) -> DMatrix<f64> {
+    m.into().into_owned()
+}
 
 /// Every entry is a finite number.
 pub(crate) fn finite(what: &'static str, m: &DMatrix<f64>) -> Result<()> {

@@ -11,7 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::argument::{shaped, square};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::{LinalgError, Result};
 
 /// Matrix exponential `e^A`.
@@ -41,7 +41,8 @@ use crate::{LinalgError, Result};
 /// assert!(residual < 4.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn expm(a: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+pub fn expm<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<DMatrix<f64>> {
+    let a = &owned(a);
     square("A", a)?;
     let norm = one_norm(a);
     if a.is_empty() || norm == 0.0 {
@@ -87,7 +88,15 @@ pub struct ZeroOrderHold {
 /// ```
 ///
 /// Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, section 4.3; Van Loan, IEEE TAC 23, 1978.
-pub fn zero_order_hold(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<ZeroOrderHold> {
+pub fn zero_order_hold<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    h: f64,
+) -> Result<ZeroOrderHold> {
+    held(&owned(a), &owned(b), h)
+}
+
+fn held(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<ZeroOrderHold> {
     square("A", a)?;
     shaped("B", b, a.nrows(), b.ncols())?;
     let (ad, bd) = hold(a, b, h)?;

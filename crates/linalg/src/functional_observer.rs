@@ -215,7 +215,7 @@ pub fn functional_observer(
         cleaned(&particular.columns(0, q).into_owned(), plant.a.norm()),
         cleaned(&free.columns(0, q).into_owned(), 1.0),
     );
-    let placement = match plant.place(&fa, &fb, poles, place_observer) {
+    let placement = match plant.place(&fa, &fb, poles, |a, c, poles| place_observer(a, c, poles)) {
         Err(LinalgError::Unobservable { eigenvalue, margin, .. }) => {
             return Err(LinalgError::FixedObserverMode { eigenvalue, margin });
         }

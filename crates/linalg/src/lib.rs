@@ -1,6 +1,7 @@
 //! Matrix equations, spectra, placement and observability for control.
 //!
-//! Dense, double precision, `nalgebra` matrices in and out. Every answer carries its evidence (residual, separation,
+//! Dense, double precision, `nalgebra` matrices in (static, dynamic or views: [`RealMatrixView`]), dynamic ones out.
+//! Every answer carries its evidence (residual, separation,
 //! condition), every iteration is bounded, and bad input is an error that names the offending entry.
 //!
 //! | equation | function |
@@ -101,7 +102,7 @@ mod triangular;
 mod units;
 pub mod zeros;
 
-pub use argument::{symmetric, symmetric_part};
+pub use argument::{RealMatrixView, symmetric, symmetric_part};
 pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
 pub use distance::{UnobservabilityDistance, distance_to_unobservability};
@@ -110,6 +111,7 @@ pub use factored::{Factored, lyapunov_factor, stein_factor};
 pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
 pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapunov, generalized_stein};
 pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
+pub use nalgebra;
 pub use observability::{
     Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
     observability_within,

@@ -9,7 +9,7 @@
 //! 15, 1972; Jonsson and Kagstrom, ACM TOMS 28, 2002), in which only the upper triangle of the symmetric Y is computed.
 
 use crate::Result;
-use crate::argument::{shaped, square, symmetric};
+use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
 use crate::schur_operator::{Kind, SchurEquation};
 use crate::separation::of_exact;
 use nalgebra::{Complex, DMatrix};
@@ -226,7 +226,11 @@ impl LyapunovEquation {
 /// ```
 ///
 /// Source: Bartels and Stewart, CACM 15, 1972; SLICOT SB03MD, SB03QD.
-pub fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
+pub fn lyapunov<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixView<'a>>) -> Result<Lyapunov> {
+    solved(&owned(a), &owned(q))
+}
+
+fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     // Before the Schur form is paid for.

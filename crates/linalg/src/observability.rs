@@ -20,7 +20,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::argument::{shaped, square};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::schur::{Schur, schur};
 use crate::staircase::Staircase;
 use crate::subspace_refinement;
@@ -105,8 +105,9 @@ impl Observability {
 /// ```
 ///
 /// Source: Hautus, Indag. Math. 31, 1969; Paige, IEEE TAC 26, 1981.
-pub fn observability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Observability> {
-    observability_within(a, c, default_tolerance(a.nrows(), c.nrows()))
+pub fn observability<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Result<Observability> {
+    let (a, c) = (owned(a), owned(c));
+    observability_within(&a, &c, default_tolerance(a.nrows(), c.nrows()))
 }
 
 /// [`observability`] with a relative tolerance supplied by the user, for data known to fewer digits than a double has.
@@ -194,8 +195,8 @@ impl Detectability {
 /// ```
 ///
 /// Source: Wonham, Linear Multivariable Control, section 3.6; Hautus, 1970.
-pub fn detectability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
-    detectability_in(TimeDomain::Continuous, a, c)
+pub fn detectability<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Result<Detectability> {
+    detectability_in(TimeDomain::Continuous, &owned(a), &owned(c))
 }
 
 /// Detectability of the discrete pair `x+ = A x, y = C x`: every hidden mode has `|lambda| < 1`, that is, some `L`
@@ -215,8 +216,11 @@ pub fn detectability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability
 /// assert!(!discrete_detectability(&dmatrix![0.5, 0.0; 1.0, -1.0], &dmatrix![1.0, 0.0])?.is_detectable());
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn discrete_detectability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
-    detectability_in(TimeDomain::Discrete, a, c)
+pub fn discrete_detectability<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<Detectability> {
+    detectability_in(TimeDomain::Discrete, &owned(a), &owned(c))
 }
 
 fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {

@@ -5,7 +5,7 @@
 //! of `n eps ||A||`. For a symmetric matrix this bounds the error of the eigenvalue itself by the same number (Weyl);
 //! for a general one the error is that times the eigenvalue's condition, which for a defective eigenvalue is unbounded.
 
-use crate::argument::{symmetric, unit_scale};
+use crate::argument::{RealMatrixView, owned, symmetric, unit_scale};
 use crate::{LinalgError, Result, SchurWorkspace, sequential};
 use faer::MatRef;
 use nalgebra::{Complex, DMatrix};
@@ -25,7 +25,11 @@ use nalgebra::{Complex, DMatrix};
 /// assert!(residual <= 20.0 * f64::EPSILON * 5.0);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
+pub fn eigenvalues<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Vec<Complex<f64>>> {
+    spectrum(&owned(a))
+}
+
+fn spectrum(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     let mut found = Vec::with_capacity(a.nrows());
     SchurWorkspace::new().eigenvalues(a, &mut found)?;
     Ok(found)
@@ -43,7 +47,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
 /// assert!((alpha + 1.0).abs() <= 20.0 * f64::EPSILON * 5.0);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn spectral_abscissa(a: &DMatrix<f64>) -> Result<f64> {
+pub fn spectral_abscissa<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
     largest("a", eigenvalues(a)?.iter().map(|l| l.re))
 }
 
@@ -59,7 +63,7 @@ pub fn spectral_abscissa(a: &DMatrix<f64>) -> Result<f64> {
 /// assert!((rho - 0.5).abs() <= 20.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn spectral_radius(a: &DMatrix<f64>) -> Result<f64> {
+pub fn spectral_radius<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
     largest("a", eigenvalues(a)?.iter().map(|l| l.re.hypot(l.im)))
 }
 

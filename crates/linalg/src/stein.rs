@@ -8,7 +8,7 @@
 //! 25, 1977; Jonsson and Kagstrom, ACM TOMS 28, 2002).
 
 use crate::Result;
-use crate::argument::{shaped, square, symmetric};
+use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
 use crate::lyapunov::{ErrorScale, forward_error};
 use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Complex, DMatrix};
@@ -170,7 +170,11 @@ impl SteinEquation {
 /// ```
 ///
 /// Source: Kitagawa, Int. J. Control 25, 1977; SLICOT SB03MD (DICO = 'D').
-pub fn stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
+pub fn stein<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixView<'a>>) -> Result<Stein> {
+    solved(&owned(a), &owned(q))
+}
+
+fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     let n = square("a", a)?;
     shaped("q", q, n, n)?;
     let q = symmetric("q", q)?;

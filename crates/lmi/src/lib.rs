@@ -12,6 +12,7 @@
 //! | [`sdpa`] | semidefinite programs in SDPA's format, with rigorous bounds on their optimum |
 //! | `standard`, `margin`, `verify` | the problem passed to the solver, and the verification of its solution |
 //! | `refute`, `equations`, `rational` | proof of infeasibility by exact multipliers |
+//! | `matrix` | conversion of `nalgebra` matrices to `proof` matrices and back |
 //! | `certificate_file` | a result as a file that `luenberger-verify` checks |
 //! | [`solver`] | choice of the solver |
 //! | `interior` | the built-in solver: a primal-dual interior-point method |
@@ -31,6 +32,7 @@ pub mod expression;
 pub mod inequality;
 mod interior;
 mod margin;
+mod matrix;
 pub mod problem;
 mod rational;
 mod refute;
@@ -46,6 +48,9 @@ pub use bisection::{Bisection, greatest_parameter, greatest_parameter_with};
 pub use error::{Fault, LmiError};
 pub use expression::{Expression, he, identity, trace, zeros};
 pub use inequality::{Bound, Inequality};
+pub use luenberger_proof::Verdict;
+pub use matrix::{dynamic_matrix, proof_matrix};
+pub use nalgebra;
 pub use problem::{Problem, Settings};
 pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution};
 pub use solver::{NotBuiltIn, Solver};

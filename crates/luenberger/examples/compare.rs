@@ -5,10 +5,10 @@
 use luenberger::linalg::kalman_gain;
 use luenberger::observers::{Beta, ExtendedKalmanFilter, Integral, MeanValueObserver, NoiseModel};
 use luenberger::plants::flexible_joint;
-use luenberger::sim::{Comparison, Noise};
+use luenberger::sim::{Comparison, Noise, Signal};
 use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, Vector4};
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     let plant = flexible_joint::classical();
     let (x0, xhat0) = (Vector4::repeat(3.0), Vector4::new(1.0, 2.0, 0.5, 1.0));
 
@@ -25,7 +25,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let filter = ExtendedKalmanFilter::new(plant, noises, 0.01, 2)?;
 
     let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
-        .input(|t, u| u[0] = t.sin())
+        .input(Signal::scalar(f64::sin))
         .hold_input(0.01)
         .noise(Noise::gaussian(&[0.01, 0.01], 0.01, 1))
         .until(10.0, 101)

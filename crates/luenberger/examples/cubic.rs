@@ -4,7 +4,7 @@ use luenberger::design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger::plants::StateSpace;
 use nalgebra::dmatrix;
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     // Position is measured, velocity is wanted.
     let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
     let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;

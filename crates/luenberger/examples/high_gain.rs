@@ -29,7 +29,7 @@ impl HighGainMap<f64> for Cart {
     fn start(&self, _t: f64, estimate: &Vector2<f64>, _u: &V1, _y: &V1) -> Vector2<f64> { *estimate }
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     println!("s^2 + 2 s + 1 speeded up by 1/r; the position is 1 off at the start, then noise of 1 mm\n");
     println!("{:>6} {:>12} {:>12} {:>18}", "r", "settled at", "peak of e2", "rms e2, 5 <= t <= 10");
     let mut noisy = Vec::new();

@@ -42,7 +42,7 @@ impl<T: RealField + Copy> Immersion<T> for Shifted {
     }
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     let plant = VanDerPol { mu: 1.0 };
     let observer = |k: f64| ImmersionInvarianceObserver::new(plant, Shifted { k });
     let run = Scenario::new(plant)

@@ -33,7 +33,7 @@ impl<T: RealField + Copy> KklMap<T> for Concentration {
     fn image(&self, _t: T, xhat: &Vector1<T>, _y: &Vector1<T>) -> Vector1<T> { *xhat }
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     let region = Region::new(&[(0.0, 1.0), (0.0, 1.0)]).inputs(&[(-1.0, 1.0)]);
     let settings = KklSettings::default();
     let design = KklDesign::new(&Tank, Concentration { lambda: -1.0 }, &[0], &region, &settings)?;

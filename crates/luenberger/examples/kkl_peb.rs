@@ -34,7 +34,7 @@ impl Cascade<f64> for Drifting {
     fn b(&self, _: &V1, _: &V0, _: &V0, u: &V1) -> V1 { *u }
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     let scenario = || Scenario::new(Drifting).initial_state(&[0.0, 2.0]).input(Signal::function(|t, u| u[0] = t.sin()));
     let run = scenario().until(20.0, 2001).run()?;
     let (samples, excite) = (SampledRun::new(&run.t, &run.x, &run.u)?, Excite::within(std::f64::consts::PI));

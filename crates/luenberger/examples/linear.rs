@@ -3,7 +3,7 @@
 use luenberger::prelude::*;
 use nalgebra::dmatrix;
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     // A cart with friction: position is measured, velocity is wanted.
     let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, -0.5], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
     let designs = [

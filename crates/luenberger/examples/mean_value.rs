@@ -6,7 +6,7 @@ use luenberger::plants::flexible_joint;
 use luenberger::prelude::*;
 use nalgebra::{DMatrix, Vector4};
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     // Angle and speed of the motor are measured, those of the link are wanted; gravity pulls the link by 3.33 sin x3.
     let plant = flexible_joint::classical();
     let a = DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice());
@@ -25,14 +25,14 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let printed = MeanValueObserver::new(plant, 1.0, Integral, nothing)?;
     let repaired = design.observer(plant, 1.0, Integral, nothing)?;
     let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
-        .input(|t, u| u[0] = t.sin())
+        .input(Signal::scalar(f64::sin))
         .until(10.0, 101)
         .observer("printed, told x(0) - xhat(0)", &told)
         .observer("printed, told nothing", &printed)
         .observer("repaired, told nothing", &repaired)
         .run()?;
     println!("{table}");
-    let at_the_end = |name: &str| -> Result<f64, Box<dyn std::error::Error>> {
+    let at_the_end = |name: &str| -> Result<f64, luenberger::Error> {
         Ok(table.row(name)?.outcome.as_ref().map_err(Clone::clone)?.last)
     };
     assert!(at_the_end("repaired, told nothing")? < 1e-2 * at_the_end("printed, told nothing")?);

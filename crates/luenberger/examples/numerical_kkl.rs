@@ -9,7 +9,7 @@ use luenberger::prelude::*;
 use nalgebra::SVector;
 use std::ops::ControlFlow::Continue;
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     // x1' = x2^3, x2' = -x1, y = x1, on a box; z' = D z + B y with the poles of a Bessel filter, and z = T(x) from the
     // plant's simulated past.
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?;

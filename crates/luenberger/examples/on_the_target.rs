@@ -9,7 +9,7 @@ use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2, dmatrix};
 /// 1 kHz.
 const PERIOD: f64 = 1e-3;
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     // The desk.
     let plant = luenberger::plants::double_integrator().to_dynamic();
     let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?;

@@ -42,7 +42,7 @@ impl Regression<f64> for Spring {
     fn missing(&self, theta: &V1) -> V1 { *theta }
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), luenberger::Error> {
     for (what, offset) in [("a sensor without offset", 0.0), ("a sensor that is off by 0.01", 0.01)] {
         let observer = PeboObserver::new(Spring { offset }, Gradient::new(Matrix1::new(3.0))?, 10.0)?;
         let run = Scenario::new(Spring { offset })

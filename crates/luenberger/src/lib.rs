@@ -17,11 +17,15 @@
 //! `luenberger-study` reads plants and studies from text and writes reports, `luenberger-figures` draws, and the
 //! command `luenberger` (`luenberger-cli`) does both from a terminal.
 //!
+//! Matrices are those of [`nalgebra`], which is part of the interface and re-exported, so that a program needs no
+//! version of its own: `use luenberger::nalgebra::{self, dmatrix};` (its macros want the crate by its name). [`Error`]
+//! collects the errors of all crates.
+//!
 //! `examples/` has a program for each observer.
 //!
 //! ```
 //! use luenberger::prelude::*;
-//! use nalgebra::dmatrix;
+//! use luenberger::nalgebra::{self, dmatrix};
 //!
 //! // Position is measured, velocity is wanted.
 //! let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
@@ -35,10 +39,13 @@
 //!     .until(8.0, 201)
 //!     .run()?;
 //! assert!(run.error_trace("cubic", 1)?.last().abs() < 1e-5);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! # Ok::<(), luenberger::Error>(())
 //! ```
 #![deny(missing_docs)]
 
+mod error;
+
+pub use error::Error;
 pub use luenberger_design as design;
 pub use luenberger_linalg as linalg;
 pub use luenberger_lmi as lmi;
@@ -46,23 +53,28 @@ pub use luenberger_observers as observers;
 pub use luenberger_plants as plants;
 pub use luenberger_proof as proof;
 pub use luenberger_sim as sim;
+pub use nalgebra;
 
 /// What most programs need: `use luenberger::prelude::*;`.
 pub mod prelude {
     pub use luenberger_design::{
-        Certificate, Certified, CubicDesign, CubicGain, FeedbackDesign, KklCandidate, KklDesign, KklPebDesign,
-        LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, LyapunovWeight, NumericalKklDesign, Region,
-        SampledCubicDesign, Sector, joint_design,
+        Certificate, Certified, CubicDesign, CubicGain, DesignError, EnclosureError, FeedbackDesign, KklCandidate,
+        KklDesign, KklError, KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError,
+        LyapunovWeight, NumericalKklDesign, NumericalKklError, Region, SampledCubicDesign, Sector, joint_design,
     };
+    pub use luenberger_linalg::LinalgError;
+    pub use luenberger_lmi::LmiError;
     pub use luenberger_observers::{
         CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainMap, HighGainObserver, Immersion,
         ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
-        NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, PeboObserver, Regression,
+        NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ObserverError, PeboObserver, Regression,
         SampledCubicGains, SampledCubicObserver, SampledObserver,
     };
-    pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, StateSpace};
-    pub use luenberger_proof::Verdict;
-    pub use luenberger_sim::{Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, Trajectory, metrics};
+    pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, PlantError, StateSpace};
+    pub use luenberger_proof::{ProofError, Verdict};
+    pub use luenberger_sim::{
+        Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, SimError, Trajectory, metrics,
+    };
 }
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -4,8 +4,7 @@ use crate::error::ProofError;
 
 /// Dense matrix, row by row. Entries are any type: `f64` data, intervals, exact numbers.
 ///
-/// Callers with nalgebra are one line away, whose storage is column by column:
-/// `Matrix::from_column_major(p.nrows(), p.ncols(), p.as_slice())?`.
+/// Matrices of nalgebra are converted by `proof_matrix` and `dynamic_matrix` of `luenberger-lmi`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matrix<T> {
     rows: usize,

@@ -6,6 +6,7 @@
 use core::fmt;
 
 use crate::statement::NoErrorBallReason;
+use crate::wording::at_least;
 
 /// What is known of a mathematical statement. `W` is the witness that refutes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +107,27 @@ impl fmt::Display for UndecidedReason {
                 "at row {row}, column {column} the bound {claimed:e} is claimed, which is tighter than {proved:e}, which is proved"
             ),
             Self::NoErrorBall { obstacle } => write!(f, "no bound of the running error: {obstacle}"),
+        }
+    }
+}
+
+/// `Proved, margin >= 0.76`, `Refuted: ` and the witness, `Undecided: ` and why; the margin is rounded down.
+///
+/// ```
+/// use luenberger_proof::{Matrix, positive_definite};
+/// let verdict = |m| positive_definite(&Matrix::<f64>::from_rows(m)).map(|verdict| verdict.to_string());
+/// assert!(verdict([[2.0, 0.0], [0.0, 2.0]])?.starts_with("Proved, margin >= 1.9"));
+/// assert!(verdict([[1.0, 2.0], [2.0, 1.0]])?.starts_with("Refuted: v = ("));
+/// # Ok::<(), luenberger_proof::ProofError>(())
+/// ```
+impl<W: fmt::Display> fmt::Display for Verdict<W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())?;
+        match self {
+            Self::Proved { margin } if *margin > 0.0 => write!(f, ", margin >= {}", at_least(*margin, 7)),
+            Self::Proved { .. } => Ok(()),
+            Self::Refuted { witness } => write!(f, ": {witness}"),
+            Self::Undecided { why, .. } => write!(f, ": {why}"),
         }
     }
 }

@@ -3,6 +3,7 @@
 use luenberger_design::Region;
 use luenberger_design::enclosure::{IntervalDual, enclose};
 use luenberger_linalg::lyapunov;
+use luenberger_lmi::proof_matrix;
 use luenberger_plants::Plant;
 use luenberger_proof::statement::hurwitz;
 use luenberger_proof::{Direction, Exact, Interval, Matrix, ProofError, Ring, Verdict, definite};
@@ -12,14 +13,9 @@ use crate::claim::CheckError;
 use crate::evidence::Hypothesis;
 use crate::value::short;
 
-/// The same numbers for the prover.
-pub(crate) fn data(m: &DMatrix<f64>) -> Result<Matrix<f64>, ProofError> {
-    Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice())
-}
-
 /// The same numbers, exactly.
 fn exact(m: &DMatrix<f64>) -> Result<Matrix<Exact>, ProofError> {
-    Matrix::embed(&data(m)?, "the data")
+    Matrix::embed(&proof_matrix(m), "the data")
 }
 
 /// `(A, C)` is observable.
@@ -45,7 +41,7 @@ pub(crate) fn stable(name: &str, f: &DMatrix<f64>) -> Result<Hypothesis, CheckEr
     let n = f.nrows();
     let p = lyapunov(f, &DMatrix::identity(n, n))?.p;
     let p = (&p + p.transpose()) * 0.5;
-    Ok(Hypothesis::proof(&format!("{name} is Hurwitz"), &hurwitz(&data(f)?, &data(&p)?)?))
+    Ok(Hypothesis::proof(&format!("{name} is Hurwitz"), &hurwitz(&proof_matrix(f), &proof_matrix(&p))?))
 }
 
 /// `M > 0`, for a symmetric M.

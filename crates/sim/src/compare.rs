@@ -1,8 +1,8 @@
 //! Observers side by side on one plant, from the same information.
 //!
 //! All see the same output with the same noise, and all start from the same wrong estimate. Each is run by itself, so
-//! that one that diverges is a row of the table and not the end of it. The input is a function of time: under feedback
-//! from its own estimate each observer would see another plant.
+//! that one that diverges is a row of the table and not the end of it. An input that feeds back estimates is refused:
+//! under feedback from its own estimate each observer would see another plant.
 //!
 //! What an observer was *given more* than the others stands in its row: what the caller says, and what is found. An
 //! observer whose own state at the start contains x(0) - xhat(0) or x(0), entry for entry, has been told the answer,
@@ -16,61 +16,42 @@ use std::time::Instant;
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::{Dimensions, Plant};
 
-use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
+use crate::erased::{AnyObserver, Continuous, Sampled};
 use crate::error::{SimError, check, check_positive};
-use crate::integral::Integrand;
 use crate::integrate::Settings;
 use crate::metrics;
 use crate::noise::Noise;
 use crate::scenario::Scenario;
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
-
-type Input<'a> = Rc<dyn Fn(f64, &mut [f64]) + 'a>;
+use crate::view::View;
 
 /// A comparison to be run.
+#[derive(Clone)]
 pub struct Comparison<'a> {
-    scenario: Box<dyn Fn() -> Scenario<'a> + 'a>,
-    plant: Box<dyn AnyPlant + 'a>,
+    /// Plant, input, noise and times: the same for all.
+    scenario: Scenario<'a>,
     x0: Vec<f64>,
     xhat0: Vec<f64>,
-    span: Span,
     band: f64,
-    input: Option<Input<'a>>,
-    hold: Option<f64>,
-    noise: Option<Noise>,
-    settings: Settings,
     entries: Vec<Entry<'a>>,
     told: Vec<(String, String)>,
 }
 
-enum Span {
-    /// To this end, at so many equally spaced times.
-    Even(f64, usize),
-    /// At these times.
-    At(Vec<f64>),
-}
-
+#[derive(Clone)]
 struct Entry<'a> {
     name: String,
-    /// The observer for a run: the very same object each time.
-    observer: Box<dyn Fn() -> Box<dyn AnyObserver + 'a> + 'a>,
+    observer: Rc<dyn AnyObserver + 'a>,
 }
 
 impl<'a> Comparison<'a> {
     /// A comparison on `plant` from its state `x0` and the estimate `xhat0` that all observers start from.
     pub fn new(plant: &'a impl Plant<f64>, x0: &[f64], xhat0: &[f64]) -> Self {
         Self {
-            scenario: Box::new(move || Scenario::new(plant)),
-            plant: Box::new(Erased(plant)),
+            scenario: Scenario::new(plant).initial_state(x0).until(1.0, 101),
             x0: x0.to_vec(),
             xhat0: xhat0.to_vec(),
-            span: Span::Even(1.0, 101),
             band: 0.05,
-            input: None,
-            hold: None,
-            noise: None,
-            settings: Settings::default(),
             entries: Vec::new(),
             told: Vec::new(),
         }
@@ -79,14 +60,14 @@ impl<'a> Comparison<'a> {
     /// The end of the runs, which begin at 0, and the number of times kept of each (default 1 and 101).
     #[must_use]
     pub fn until(mut self, end: f64, samples: usize) -> Self {
-        self.span = Span::Even(end, samples);
+        self.scenario = self.scenario.until(end, samples);
         self
     }
 
     /// The times at which the trajectories are wanted, from 0 on and increasing; the last one ends the runs.
     #[must_use]
     pub fn times(mut self, times: &[f64]) -> Self {
-        self.span = Span::At(times.to_vec());
+        self.scenario = self.scenario.times(times);
         self
     }
 
@@ -97,47 +78,45 @@ impl<'a> Comparison<'a> {
         self
     }
 
-    /// The input, a function of time that writes into its second argument (default 0).
+    /// The input (default 0), as [`Scenario::input`] takes it; no feedback of estimates.
     #[must_use]
-    pub fn input(mut self, f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
-        self.input = Some(Rc::new(f));
+    pub fn input(mut self, input: Signal<'a>) -> Self {
+        self.scenario = self.scenario.input(input);
         self
     }
 
     /// The input is held over this period, for all: sampled-data observers assume so.
     #[must_use]
     pub fn hold_input(mut self, period: f64) -> Self {
-        self.hold = Some(period);
+        self.scenario = self.scenario.hold_input(period);
         self
     }
 
     /// Noise on the output, the same for all.
     #[must_use]
     pub fn noise(mut self, noise: Noise) -> Self {
-        self.noise = Some(noise);
+        self.scenario = self.scenario.noise(noise);
         self
     }
 
     /// Method, tolerances and caps of the runs.
     #[must_use]
     pub fn settings(mut self, settings: Settings) -> Self {
-        self.settings = settings;
+        self.scenario = self.scenario.settings(settings);
         self
     }
 
     /// An observer in continuous time, of the whole state.
     #[must_use]
     pub fn observer(mut self, name: &str, observer: &'a impl Observer<f64>) -> Self {
-        let observer = move || Box::new(Continuous(observer)) as Box<dyn AnyObserver + 'a>;
-        self.entries.push(Entry { name: name.to_owned(), observer: Box::new(observer) });
+        self.entries.push(Entry { name: name.to_owned(), observer: Rc::new(Continuous(observer)) });
         self
     }
 
     /// A sampled-data observer, of the whole state.
     #[must_use]
     pub fn sampled_observer(mut self, name: &str, observer: &'a impl SampledObserver<f64>) -> Self {
-        let observer = move || Box::new(Sampled(observer)) as Box<dyn AnyObserver + 'a>;
-        self.entries.push(Entry { name: name.to_owned(), observer: Box::new(observer) });
+        self.entries.push(Entry { name: name.to_owned(), observer: Rc::new(Sampled(observer)) });
         self
     }
 
@@ -173,10 +152,13 @@ impl<'a> Comparison<'a> {
     /// What does not fit, as [`Scenario::run`]. An observer that blows up, or that the integrator cannot follow, is no
     /// error: its row says so.
     pub fn run(self) -> Result<Compared, SimError> {
-        let size = self.plant.dimensions();
+        let size = self.scenario.plant.dimensions();
         check("the initial state", &self.x0, size.states)?;
         check("the initial estimate", &self.xhat0, size.states)?;
         check_positive("the band of settling", self.band)?;
+        if self.scenario.input.reads_estimates() {
+            return Err(SimError::EstimateFeedback);
+        }
         let e0: Vec<f64> = self.x0.iter().zip(&self.xhat0).map(|(x, xhat)| x - xhat).collect();
         let scale = e0.iter().map(|e| e * e).sum::<f64>().sqrt();
         check_positive("|x(0) - xhat(0)|, the error to be observed away,", scale)?;
@@ -188,33 +170,19 @@ impl<'a> Comparison<'a> {
         if let Some((name, _)) = self.told.iter().find(|(name, _)| self.entries.iter().all(|e| e.name != *name)) {
             return Err(SimError::UnknownName { name: name.clone() });
         }
-        let band = self.band * scale;
-        let rows = self.entries.iter().map(|entry| self.row(entry, &e0, band, size)).collect::<Result<_, _>>()?;
-        Ok(Compared { initial_error: scale, band, seed: self.noise.as_ref().map(Noise::seed), rows })
+        let within = self.band * scale;
+        let rows = self.entries.iter().map(|entry| self.row(entry, &e0, within, size)).collect::<Result<_, _>>()?;
+        Ok(Compared {
+            initial_error: scale,
+            band: self.band,
+            seed: self.scenario.noise.as_ref().map(Noise::seed),
+            rows,
+        })
     }
 
-    fn row(&self, entry: &Entry<'a>, e0: &[f64], band: f64, size: Dimensions) -> Result<Row, SimError> {
-        let observer = (entry.observer)();
-        let name = &entry.name;
-        let mut scenario = (self.scenario)()
-            .initial_state(&self.x0)
-            .settings(self.settings)
-            .entry(name, (entry.observer)(), &self.xhat0, None)
-            .integral("e^2", Integrand::squared_error(name));
-        scenario = match &self.span {
-            Span::Even(end, samples) => scenario.until(*end, *samples),
-            Span::At(times) => scenario.times(times),
-        };
-        if let Some(input) = &self.input {
-            let input = Rc::clone(input);
-            scenario = scenario.input(Signal::function(move |t, u| input(t, u)));
-        }
-        if let Some(period) = self.hold {
-            scenario = scenario.hold_input(period);
-        }
-        if let Some(noise) = &self.noise {
-            scenario = scenario.noise(noise.clone());
-        }
+    fn row(&self, entry: &Entry<'a>, e0: &[f64], within: f64, size: Dimensions) -> Result<Row, SimError> {
+        let Entry { name, observer } = entry;
+        let scenario = self.scenario.clone().entry(name, Rc::clone(observer), &self.xhat0, None);
         let trajectory = match scenario.run() {
             Ok(trajectory) => Ok(trajectory),
             Err(
@@ -229,10 +197,10 @@ impl<'a> Comparison<'a> {
         // From here on lengths are known to fit: the run has checked them.
         let own = observer.dimensions();
         let (mut u0, mut y0) = (vec![0.0; size.inputs], vec![0.0; size.outputs]);
-        if let Some(input) = &self.input {
-            input(0.0, &mut u0);
-        }
-        self.plant.output(0.0, &self.x0, &mut y0);
+        self.scenario.plant.output(0.0, &self.x0, &mut y0);
+        let still = vec![0.0; size.inputs];
+        let view = View { t: 0.0, x: &self.x0, u: &still, y: &y0, names: &[], estimates: &[], errors: &[] };
+        self.scenario.input.write(&view, &mut u0);
         let mut z0 = vec![0.0; own.state];
         observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
         let mut given: Vec<String> =
@@ -246,7 +214,7 @@ impl<'a> Comparison<'a> {
         let cost = cost(observer.as_ref(), &z0, &u0, &y0);
         let cost = Cost { seconds: cost, per_sample: observer.period().is_some() };
         let (outcome, trajectory) = match trajectory {
-            Ok(trajectory) => (Ok(Merits::of(&trajectory, name, "e^2", band)?), Some(trajectory)),
+            Ok(trajectory) => (Ok(Merits::within(&trajectory, name, within)?), Some(trajectory)),
             Err(error) => (Err(error), None),
         };
         Ok(Row { name: name.clone(), given, outcome, cost, trajectory })
@@ -289,7 +257,7 @@ fn cost(observer: &dyn AnyObserver, z: &[f64], u: &[f64], y: &[f64]) -> f64 {
 pub struct Compared {
     /// `|x(0) - xhat(0)|`, the same for all.
     pub initial_error: f64,
-    /// The band of settling, on |e|.
+    /// The band of settling, as a fraction of `initial_error`.
     pub band: f64,
     /// The seed of the noise, if there was any.
     pub seed: Option<u64>,
@@ -328,36 +296,36 @@ pub struct Merits {
 }
 
 impl Merits {
-    /// The merits of an observer in a run that integrates the square of its error under the name `integral`; settled is
-    /// within `band`.
+    /// The merits of an observer in a run; settled is within `band |e(0)|`, `e(0)` the error at the start.
     ///
     /// ```
-    /// use luenberger_sim::{Integrand, Merits, Scenario};
+    /// use luenberger_sim::{Merits, Scenario};
     /// use luenberger_observers::LinearObserver;
     /// use nalgebra::Vector2;
     /// let plant = luenberger_plants::double_integrator();
     /// let run = Scenario::new(plant.clone())
     ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
-    ///     .integral("J", Integrand::squared_error("linear"))
     ///     .until(8.0, 2)
     ///     .run()?;
-    /// let merits = Merits::of(&run, "linear", "J", 0.05)?;
+    /// let merits = Merits::of(&run, "linear", 0.05)?;
     /// assert!(merits.peak >= 1.0 && merits.last < 1e-5 && merits.settling_last < Some(3.0));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
     /// [`SimError::UnknownName`].
-    pub fn of(trajectory: &Trajectory, observer: &str, integral: &str, band: f64) -> Result<Self, SimError> {
-        trajectory.observer(observer)?;
-        let norm = trajectory
-            .trace(|view| view.error(observer).map_or(f64::NAN, |e| e.iter().map(|e| e * e).sum::<f64>().sqrt()));
-        let (start, end) = trajectory.span();
-        let squared = trajectory.integral(integral)?.last().copied().unwrap_or(f64::NAN);
+    pub fn of(trajectory: &Trajectory, observer: &str, band: f64) -> Result<Self, SimError> {
+        let norm = trajectory.error_norm(observer)?;
+        Self::within(trajectory, observer, band * norm.at(norm.span().0)?)
+    }
+
+    /// As [`of`](Self::of), settled being within `within` of |e|.
+    fn within(trajectory: &Trajectory, observer: &str, within: f64) -> Result<Self, SimError> {
+        let norm = trajectory.error_norm(observer)?;
         Ok(Self {
-            settling_first: metrics::settling_first(&norm, band),
-            settling_last: metrics::settling_last(&norm, band),
+            settling_first: metrics::settling_first(&norm, within),
+            settling_last: metrics::settling_last(&norm, within),
             peak: metrics::peak(&norm)?.value.abs(),
-            rms: (squared / (end - start)).sqrt(),
+            rms: trajectory.rmse(observer)?,
             last: norm.last(),
         })
     }
@@ -386,7 +354,7 @@ impl Compared {
 impl fmt::Display for Compared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(8);
-        writeln!(f, "|e(0)| = {:.4}, settled within {:.4}", self.initial_error, self.band)?;
+        writeln!(f, "|e(0)| = {:.4}, settled within {:.4}", self.initial_error, self.band * self.initial_error)?;
         if let Some(seed) = self.seed {
             writeln!(f, "noise of seed {seed}, the same for all")?;
         }

@@ -2,6 +2,7 @@
 
 /// Why a simulation could not be set up or finished.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SimError {
     /// A column of the wrong length.
     #[error("{what} has {found} entries where {expected} are expected")]
@@ -55,6 +56,9 @@ pub enum SimError {
         /// Its value.
         value: f64,
     },
+    /// A comparison whose input depends on estimates.
+    #[error("observers are compared on one input: a feedback of estimates would give each another plant")]
+    EstimateFeedback,
     /// Two observers, or two integrals, of one name.
     #[error("the name {name:?} is used twice")]
     DuplicateName {

@@ -3,18 +3,22 @@
 //! A quadrature of samples is as good as the samples are dense; an extra state `q' = f(view)`, `q(0) = 0` is as good as
 //! the trajectory, and the step size takes it into account.
 
+use std::rc::Rc;
+
 use nalgebra::DMatrix;
 
 use crate::error::{SimError, check_finite};
 use crate::view::View;
 
 /// What is integrated.
+#[derive(Clone)]
 pub struct Integrand<'a>(Kind<'a>);
 
+#[derive(Clone)]
 enum Kind<'a> {
     SquaredError { observer: String, component: Option<usize> },
     QuadraticCost { q: DMatrix<f64>, r: DMatrix<f64> },
-    Custom(Box<dyn Fn(&View<'_>) -> f64 + 'a>),
+    Custom(Rc<dyn Fn(&View<'_>) -> f64 + 'a>),
 }
 
 impl<'a> Integrand<'a> {
@@ -35,7 +39,7 @@ impl<'a> Integrand<'a> {
 
     /// Any function of what is known at an instant.
     pub fn custom(f: impl Fn(&View<'_>) -> f64 + 'a) -> Self {
-        Self(Kind::Custom(Box::new(f)))
+        Self(Kind::Custom(Rc::new(f)))
     }
 
     pub(crate) fn check(&self, states: usize, inputs: usize, estimates: &[(String, usize)]) -> Result<(), SimError> {

@@ -2,6 +2,8 @@
 //!
 //! The stacked state is (x, z_1, ..., z_k, q_1, ..., q_j): the plant, the observers in continuous time, the integrals.
 
+use std::rc::Rc;
+
 use luenberger_plants::Dimensions;
 
 use crate::erased::{AnyObserver, AnyPlant};
@@ -16,7 +18,7 @@ use crate::view::View;
 
 /// The checked scenario: what evaluates the stacked right-hand side.
 pub(crate) struct Model<'a> {
-    pub(crate) plant: Box<dyn AnyPlant + 'a>,
+    pub(crate) plant: Rc<dyn AnyPlant + 'a>,
     pub(crate) size: Dimensions,
     pub(crate) x0: Vec<f64>,
     pub(crate) start: f64,
@@ -32,7 +34,7 @@ pub(crate) struct Model<'a> {
 }
 
 pub(crate) struct ObserverSlot<'a> {
-    pub(crate) observer: Box<dyn AnyObserver + 'a>,
+    pub(crate) observer: Rc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
     pub(crate) states: Vec<usize>,
     /// Length of its state.

@@ -1,5 +1,7 @@
 //! A scenario: one plant and any number of observers, an input, noise, and the times that are wanted.
 
+use std::rc::Rc;
+
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::Plant;
 
@@ -16,8 +18,9 @@ use crate::trajectory::Trajectory;
 /// A plant, observers, an input and all else that a run needs.
 ///
 /// Nothing is checked before [`run`](Self::run), which reports the first thing that does not fit.
+#[derive(Clone)]
 pub struct Scenario<'a> {
-    pub(crate) plant: Box<dyn AnyPlant + 'a>,
+    pub(crate) plant: Rc<dyn AnyPlant + 'a>,
     pub(crate) x0: Option<Vec<f64>>,
     pub(crate) start: f64,
     pub(crate) times: Vec<f64>,
@@ -32,9 +35,10 @@ pub struct Scenario<'a> {
     pub(crate) settings: Settings,
 }
 
+#[derive(Clone)]
 pub(crate) struct Entry<'a> {
     pub(crate) name: String,
-    pub(crate) observer: Box<dyn AnyObserver + 'a>,
+    pub(crate) observer: Rc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
     /// Which plant states are estimated (default the first ones).
     pub(crate) states: Option<Vec<usize>>,
@@ -44,7 +48,7 @@ impl<'a> Scenario<'a> {
     /// A scenario with this plant, at rest in the origin, without input, from t = 0.
     pub fn new(plant: impl Plant<f64> + 'a) -> Self {
         Self {
-            plant: Box::new(Erased(plant)),
+            plant: Rc::new(Erased(plant)),
             x0: None,
             start: 0.0,
             times: Vec::new(),
@@ -118,7 +122,7 @@ impl<'a> Scenario<'a> {
     /// An observer in continuous time, and its estimate at the start.
     #[must_use]
     pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Box::new(Continuous(observer)), initial, None)
+        self.entry(name, Rc::new(Continuous(observer)), initial, None)
     }
 
     /// An observer of some states of the plant: entry i of its estimate is for the state `states[i]`, from 0.
@@ -130,7 +134,7 @@ impl<'a> Scenario<'a> {
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Box::new(Continuous(observer)), initial, Some(states.to_vec()))
+        self.entry(name, Rc::new(Continuous(observer)), initial, Some(states.to_vec()))
     }
 
     /// A sampled-data observer, and its estimate at the start, which is its first sample.
@@ -138,7 +142,7 @@ impl<'a> Scenario<'a> {
     /// It assumes an input that is held between its samples; make it so with [`hold_input`](Self::hold_input).
     #[must_use]
     pub fn sampled_observer(self, name: &str, observer: impl SampledObserver<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Box::new(Sampled(observer)), initial, None)
+        self.entry(name, Rc::new(Sampled(observer)), initial, None)
     }
 
     /// A sampled-data observer of some states of the plant.
@@ -150,13 +154,13 @@ impl<'a> Scenario<'a> {
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Box::new(Sampled(observer)), initial, Some(states.to_vec()))
+        self.entry(name, Rc::new(Sampled(observer)), initial, Some(states.to_vec()))
     }
 
     pub(crate) fn entry(
         mut self,
         name: &str,
-        observer: Box<dyn AnyObserver + 'a>,
+        observer: Rc<dyn AnyObserver + 'a>,
         initial: &[f64],
         states: Option<Vec<usize>>,
     ) -> Self {

@@ -1,19 +1,23 @@
 //! Inputs: functions of time, or of what a controller knows.
 
+use std::rc::Rc;
+
 use nalgebra::DMatrix;
 
 use crate::error::{SimError, check_finite};
 use crate::view::View;
 
 /// A law that reads the view and writes the input.
-type Law<'a> = Box<dyn Fn(&View<'_>, &mut [f64]) + 'a>;
+type Law<'a> = Rc<dyn Fn(&View<'_>, &mut [f64]) + 'a>;
 
 /// A function of time that writes the input.
-type Function<'a> = Box<dyn Fn(f64, &mut [f64]) + 'a>;
+type Function<'a> = Rc<dyn Fn(f64, &mut [f64]) + 'a>;
 
 /// The input of a plant.
+#[derive(Clone)]
 pub struct Signal<'a>(Kind<'a>);
 
+#[derive(Clone)]
 enum Kind<'a> {
     Zero,
     Constant(Vec<f64>),
@@ -60,7 +64,7 @@ impl<'a> Signal<'a> {
     /// `f(t, u)` writes the input at time t into `u`. Where it jumps, tell the scenario
     /// ([`breakpoints`](crate::Scenario::breakpoints)).
     pub fn function(f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
-        Self(Kind::Function(Box::new(f)))
+        Self(Kind::Function(Rc::new(f)))
     }
 
     /// `u = -K xhat` with the estimate of the observer of that name (24); K is m x n.
@@ -76,7 +80,7 @@ impl<'a> Signal<'a> {
     /// Any law: `law(view, u)` reads time, state, output and estimates from the view and writes the input into `u`. The
     /// view's own input is zero, and estimates that use the input are refused ([`SimError::AlgebraicLoop`]).
     pub fn law(law: impl Fn(&View<'_>, &mut [f64]) + 'a) -> Self {
-        Self(Kind::Law(Box::new(law)))
+        Self(Kind::Law(Rc::new(law)))
     }
 
     /// This signal and a reference: `reference(t, r)` writes r, which is added, as in `u = r - K xhat`.
@@ -92,7 +96,7 @@ impl<'a> Signal<'a> {
     /// ```
     #[must_use]
     pub fn plus(self, reference: impl Fn(f64, &mut [f64]) + 'a) -> Self {
-        Self(Kind::Plus(Box::new(self.0), Box::new(reference)))
+        Self(Kind::Plus(Box::new(self.0), Rc::new(reference)))
     }
 
     /// Whether estimates are needed to evaluate it.

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use crate::dense::Dense;
 use crate::error::SimError;
 use crate::events::Trace;
+use crate::metrics;
 use crate::view::View;
 
 /// Where things stand in a row.
@@ -180,6 +181,73 @@ impl Trajectory {
         Ok(Trace::new(&self.dense, move |_, row| row[state] - row[entry]))
     }
 
+    /// `|e|`, the Euclidean norm of an observer's error, as a function of time.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn error_norm(&self, observer: &str) -> Result<Trace<'_>, SimError> {
+        self.observer(observer)?;
+        let observer = observer.to_owned();
+        let norm = |e: &[f64]| e.iter().map(|e| e * e).sum::<f64>().sqrt();
+        Ok(self.trace(move |view| view.error(&observer).map_or(f64::NAN, norm)))
+    }
+
+    /// The root mean square error of an observer, `sqrt(1/T int |e|^2 dt)` over the run, from the dense output.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
+        self.observer(observer)?;
+        let squared = |e: &[f64]| e.iter().map(|e| e * e).sum::<f64>();
+        let squared = self.trace(|view| view.error(observer).map_or(f64::NAN, squared)).integral();
+        let (start, end) = self.span();
+        Ok((squared / (end - start)).sqrt())
+    }
+
+    /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let run = luenberger_sim::Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .until(8.0, 201)
+    ///     .run()?;
+    /// let settled = run.settling_time("linear", 0.05)?.ok_or("it settles")?;
+    /// assert!(settled < 3.0 && run.rmse("linear")? < 1.0);
+    /// assert_eq!(run.to_csv().lines().next(), Some("t,x1,x2,u1,y1,linear.xhat1,linear.xhat2"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
+        let norm = self.error_norm(observer)?;
+        let first = norm.at(norm.span().0)?;
+        Ok(metrics::settling_last(&norm, band * first))
+    }
+
+    /// The samples as comma-separated values: a head of names, then one line per requested time with `t`, states,
+    /// inputs, outputs, the estimates of each observer and the integrals. Numbers are read back as they are.
+    pub fn to_csv(&self) -> String {
+        let numbered = |prefix: &str, count: usize| (1..=count).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
+        let mut names = vec!["t".to_owned()];
+        let blocks = [("x", self.x.ncols()), ("u", self.u.ncols()), ("y", self.y.ncols())];
+        names.extend(blocks.into_iter().flat_map(|(prefix, count)| numbered(prefix, count)));
+        for observer in &self.observers {
+            names.extend(observer.states.iter().map(|state| format!("{}.xhat{}", observer.name, state + 1)));
+        }
+        names.extend(self.integrals.iter().map(|integral| integral.name.clone()));
+        let mut text = names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",") + "\n";
+        for (k, t) in self.t.iter().enumerate() {
+            let blocks = [&self.x, &self.u, &self.y].into_iter().chain(self.observers.iter().map(|o| &o.estimate));
+            let values = blocks.flat_map(|block| block.row(k).iter().copied().collect::<Vec<_>>());
+            let values = core::iter::once(*t).chain(values).chain(self.integrals.iter().map(|q| q.value[k]));
+            text += &(values.map(|value| value.to_string()).collect::<Vec<_>>().join(",") + "\n");
+        }
+        text
+    }
+
     /// The value of an integral as a function of time.
     ///
     /// # Errors
@@ -190,4 +258,9 @@ impl Trajectory {
         let entry = self.layout.integrals + k;
         Ok(Trace::new(&self.dense, move |_, row| row[entry]))
     }
+}
+
+/// A field of RFC 4180: in quotes where it has a comma, a quote or a line break.
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }

@@ -10,7 +10,7 @@ use luenberger_design::{
     stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::{lambda_min, lqr, lyapunov, stein};
-use luenberger_lmi::{Problem, he};
+use luenberger_lmi::{Problem, dynamic_matrix, he};
 use luenberger_plants::{StateSpace, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::Region::{Everywhere, Within};
 use luenberger_proof::certificate::{
@@ -423,9 +423,13 @@ fn flipped_bits_are_rejected_or_leave_the_statement_true() {
             accepted += 1;
             let file = CertificateFile::read(forged.as_bytes()).unwrap();
             let Theorem::LinearConvergence(theorem) = file.theorem() else { panic!() };
-            let dense = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
-            let data = |m: &Matrix<luenberger_proof::certificate::Datum>| dense(&m.map(|x| x.interval().lo()));
-            let (a, c, l, p) = (data(&theorem.plant.a), data(&theorem.plant.c), dense(&theorem.l), dense(&theorem.p));
+            let data = |m: &Matrix<luenberger_proof::certificate::Datum>| dynamic_matrix(&m.map(|x| x.interval().lo()));
+            let (a, c, l, p) = (
+                data(&theorem.plant.a),
+                data(&theorem.plant.c),
+                dynamic_matrix(&theorem.l),
+                dynamic_matrix(&theorem.p),
+            );
             let half = &p * (a - l * c) + &p * theorem.rate;
             for (m, fact) in [(p, &proved.facts[0]), (-(&half + half.transpose()), &proved.facts[1])] {
                 // Eigenvalues and entries of order 2 to a few roundings.

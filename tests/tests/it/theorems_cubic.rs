@@ -7,11 +7,12 @@ use luenberger_design::{
     SampledCubicDesign, Theorem1, joint_design, theta_from_importance,
 };
 use luenberger_linalg::{lqr, spectral_abscissa};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::{Observer, SampledObserver, cubic};
 use luenberger_plants::{StateSpace, double_integrator, third_order};
+use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
 use luenberger_proof::statement::decay_rate;
-use luenberger_proof::{Matrix, Verdict};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, metrics};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
@@ -200,9 +201,8 @@ proptest! {
         let shifted = design.error_matrix() + DMatrix::identity(n, n) * (bound * (1.0 - 1e-6));
         prop_assert!(spectral_abscissa(&shifted).unwrap() < 0.0);
         // For this P it is the supremum: proved below it, refuted above it.
-        let exact = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
         let o = &design.observer;
-        let at = |eps: f64| decay_rate(&exact(&o.a), &exact(&o.l), &exact(&o.c), &exact(&design.p), eps).unwrap();
+        let at = |eps: f64| decay_rate(&proof_matrix(&o.a), &proof_matrix(&o.l), &proof_matrix(&o.c), &proof_matrix(&design.p), eps).unwrap();
         let room = 1e-6;
         prop_assert!(at(bound * (1.0 - room)).is_proved());
         prop_assert!(at(bound * (1.0 + room)).is_refuted());
@@ -220,9 +220,8 @@ proptest! {
         let bound = theorem5_bound(&design.p, &design.q).unwrap();
         let margin = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
         prop_assert!(bound <= margin * (1.0 + 1e-9), "{bound} {margin}");
-        let exact = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
         let o = &design.observer;
-        let at = |eps: f64| decay_rate(&exact(&o.a), &exact(&o.l), &exact(&o.c), &exact(&design.p), eps).unwrap();
+        let at = |eps: f64| decay_rate(&proof_matrix(&o.a), &proof_matrix(&o.l), &proof_matrix(&o.c), &proof_matrix(&design.p), eps).unwrap();
         let room = 1e-6;
         prop_assert!(at(bound * (1.0 - room)).is_proved() && at(margin * (1.0 - room)).is_proved());
         prop_assert!(at(margin * (1.0 + room)).is_refuted());

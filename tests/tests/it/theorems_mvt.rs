@@ -8,6 +8,7 @@ use luenberger_design::DesignError;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 use luenberger_linalg::{eigenvalues, kalman_gain};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::mean_value::integral::integral_mean;
 use luenberger_observers::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanValueObserver, NonlinearLuenbergerObserver, Observer,
@@ -15,7 +16,6 @@ use luenberger_observers::{
 use luenberger_plants::counterexamples::{Bistable, integrator, stable, unstable};
 use luenberger_plants::jacobian::Differentiable;
 use luenberger_plants::{Chaotic, Dimensions, FlexibleJoint, LinearPlant, Plant, double_integrator, flexible_joint};
-use luenberger_proof::Matrix;
 use luenberger_proof::statement::{lyapunov_decrease, positive};
 use luenberger_sim::{Scenario, Signal, SimError, Trajectory};
 use nalgebra::{
@@ -242,12 +242,13 @@ fn the_repaired_joint_converges_with_a_proof() {
     let kalman = kalman_gain(&a, &c, &(DMatrix::identity(4, 4) * 10.0), &(DMatrix::identity(2, 2) * 1e-3)).unwrap();
     let p = kalman.p.try_inverse().unwrap();
     let p = (&p + p.transpose()) * 0.5;
-    let exact = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
-    assert!(positive(&exact(&p)).unwrap().is_proved());
+    assert!(positive(&proof_matrix(&p)).unwrap().is_proved());
     for cosine in [-1.0, 1.0] {
         let mut vertex = a.clone();
         vertex[(3, 2)] -= 3.33 * cosine;
-        let verdict = lyapunov_decrease(&exact(&vertex), &exact(&kalman.l), &exact(&c), &exact(&p)).unwrap();
+        let verdict =
+            lyapunov_decrease(&proof_matrix(&vertex), &proof_matrix(&kalman.l), &proof_matrix(&c), &proof_matrix(&p))
+                .unwrap();
         assert!(verdict.is_proved(), "vertex {cosine}: {verdict:?}");
     }
     let l = SMatrix::<f64, 4, 2>::from_column_slice(kalman.l.as_slice());

@@ -685,7 +685,12 @@ pub(super) const SOURCES: &[Source] = &[
                 "negative_definite(&product)",
                 "luenberger_proof::positive_definite(&product)",
             ),
-            mutant("(13): - P N C", Sign, "Matrix::embed(&theorem.n, \"N\")", "Matrix::embed(&exact(&-n)?, \"N\")"),
+            mutant(
+                "(13): - P N C",
+                Sign,
+                "Matrix::embed(&theorem.n, \"N\")",
+                "Matrix::embed(&proof_matrix(&-n), \"N\")",
+            ),
         ],
     },
     Source {

@@ -8,8 +8,8 @@ use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{Complex, DMatrix};
 
 use super::error::KklError;
-use crate::certificate::exact;
 use crate::error::DesignError;
+use luenberger_lmi::proof_matrix;
 
 /// Stability of Lambda over the box.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
         }
         Err(error) => return Err(error.into()),
     };
-    let certificate = Certificate::of([HurwitzStability::within(f, &exact(&p)?)?])?;
+    let certificate = Certificate::of([HurwitzStability::within(f, &proof_matrix(&p))?])?;
     Ok(Forgetting { spectrum, p: Some(p), certificate })
 }
 

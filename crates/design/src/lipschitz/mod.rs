@@ -26,7 +26,7 @@ mod admissible;
 mod sector;
 mod split;
 
-use luenberger_lmi::{Expression, Problem, Settings, Solution, he, zeros};
+use luenberger_lmi::{Expression, Problem, Settings, Solution, he, proof_matrix, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::ProofError;
@@ -37,7 +37,7 @@ pub use admissible::{AdmissibleFactor, greatest_factor};
 pub use sector::{LipschitzPlant, Sector};
 pub use split::Split;
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 
@@ -231,10 +231,9 @@ impl Proposal {
     }
 
     fn certificate(&self, plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Certificate, ProofError> {
-        let terms = plant.sectors().iter().zip(&self.tau).map(|(sector, &tau)| sector.term(tau));
-        let terms = terms.collect::<Result<Vec<_>, _>>()?;
-        let (a, c) = (exact(plant.a())?, exact(plant.c())?);
-        Certificate::of([SectorConvergence { a, c, terms, l: exact(l)?, p: exact(&self.p)?, rate }])
+        let terms = plant.sectors().iter().zip(&self.tau).map(|(sector, &tau)| sector.term(tau)).collect();
+        let (a, c) = (proof_matrix(plant.a()), proof_matrix(plant.c()));
+        Certificate::of([SectorConvergence { a, c, terms, l: proof_matrix(l), p: proof_matrix(&self.p), rate }])
     }
 }
 

@@ -1,12 +1,11 @@
 //! Description of a nonlinearity: where it acts, its argument, and the sector of its increments.
 
-use luenberger_proof::ProofError;
 use luenberger_proof::statement::SectorTerm;
 use nalgebra::DMatrix;
 
-use crate::certificate::exact;
 use crate::check;
 use crate::error::DesignError;
+use luenberger_lmi::proof_matrix;
 
 /// A nonlinearity `G phi(t, H x, u)` whose increments `w = phi(H x) - phi(H z)` satisfy, at all times and for all
 /// inputs, `(w - low H e)'(high H e - w) >= 0` with `e = x - z`.
@@ -96,8 +95,8 @@ impl Sector {
         0.5 * self.low + 0.5 * self.high
     }
 
-    pub(crate) fn term(&self, tau: f64) -> Result<SectorTerm, ProofError> {
-        Ok(SectorTerm { g: exact(&self.g)?, h: exact(&self.h)?, low: self.low, high: self.high, tau })
+    pub(crate) fn term(&self, tau: f64) -> SectorTerm {
+        SectorTerm { g: proof_matrix(&self.g), h: proof_matrix(&self.h), low: self.low, high: self.high, tau }
     }
 
     fn check(&self, n: usize) -> Result<(), DesignError> {

@@ -32,7 +32,7 @@ mod polytope;
 use core::fmt;
 
 use luenberger_linalg::lambda_max;
-use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parameter_with, he};
+use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parameter_with, he, proof_matrix};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::certificate::{Certificate, Certified, Fact, JacobianPolytope, Vertex as Corner};
@@ -44,7 +44,6 @@ use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 pub use error::{Conflict, HiddenMode, LpvError, VaryingEntries};
 pub use polytope::{MAX_VARYING, Polytope, Vertex};
 
-use crate::certificate::exact;
 use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
@@ -232,9 +231,9 @@ where
             Corner::within(&a, &c)
         });
         let vertices = corners.collect::<Result<_, ProofError>>()?;
-        let theorem = JacobianPolytope { vertices, l: exact(&l)?, p: exact(&p)?, rate };
+        let theorem = JacobianPolytope { vertices, l: proof_matrix(&l), p: proof_matrix(&p), rate };
         let certificate = Certificate::of([theorem])?;
-        let overshoot = if certificate.is_proved() { overshoot_bound(&exact(&p)?)? } else { f64::INFINITY };
+        let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
         let limiting =
             (0..vertex_rates.len()).min_by(|&i, &j| vertex_rates[i].total_cmp(&vertex_rates[j])).unwrap_or(0);
         let size = Plant::<f64>::dimensions(&plant);

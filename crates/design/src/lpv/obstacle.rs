@@ -1,14 +1,13 @@
 //! Reasons why there is no common gain: an unobservable direction, or vertices that exclude each other.
 
 use luenberger_linalg::{detectability, observability};
-use luenberger_lmi::{Infeasibility, Problem, Settings};
+use luenberger_lmi::{Infeasibility, Problem, Settings, proof_matrix};
 use luenberger_proof::statement::{HiddenMotion, hidden_motion};
 use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::{Conflict, HiddenMode, LpvError};
 use super::polytope::Polytope;
-use crate::certificate::exact;
 use crate::enclosure::Entry;
 use crate::error::{DesignError, NearlyHidden};
 use crate::gain_lmi::{self, decrease_at};
@@ -104,7 +103,7 @@ fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Se
     let n = a.nrows();
     let Ok(pair) = detectability(&(&a + DMatrix::identity(n, n) * rate), &c) else { return Seen::Nothing };
     let Some(mode) = pair.offending.into_iter().next() else { return Seen::Nothing };
-    let motion = exact(&a).and_then(|a| hidden_motion(&a, &exact(&c)?)).ok().flatten();
+    let motion = hidden_motion(&proof_matrix(&a), &proof_matrix(&c)).ok().flatten();
     let motion = motion.filter(|motion| motion.decays_at(rate) == Some(false));
     if let Some(((eigenvalue, direction), witness)) = motion.and_then(|witness| Some((slowest(&witness)?, witness))) {
         return Seen::Hidden(Box::new(HiddenMode { rate, place, a, c, eigenvalue, direction, witness }));

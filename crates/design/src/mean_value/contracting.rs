@@ -15,7 +15,7 @@
 //!
 //! This recovers Luenberger's reduced-order observer: z_w is one, driven by the measured states.
 
-use luenberger_lmi::{Problem, he};
+use luenberger_lmi::{Problem, he, proof_matrix};
 use luenberger_observers::mean_value::{MappedObserver, Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, InCoordinates, Plant, Size};
 use luenberger_proof::certificate::{self, Certificate};
@@ -23,7 +23,7 @@ use luenberger_proof::statement::cascade_decrease;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U2};
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 
@@ -108,7 +108,9 @@ impl ContractingCoordinates {
             let q = q * f64::powi(2.0, exponent);
             let enough = |g: f64| -> Result<bool, DesignError> {
                 for vertex in vertices {
-                    if !cascade_decrease(&exact(vertex)?, &exact(&k)?, &exact(&q)?, g, rate)?.is_proved() {
+                    if !cascade_decrease(&proof_matrix(vertex), &proof_matrix(&k), &proof_matrix(&q), g, rate)?
+                        .is_proved()
+                    {
                         return Ok(false);
                     }
                 }
@@ -146,9 +148,9 @@ impl ContractingCoordinates {
         // alpha is a sum of a few rounded products.
         let eta = (injection / alpha * (1.0 + 1e-9)).max(0.5f64.next_up());
         let theorem = certificate::ContractionInCoordinates {
-            vertices: vertices.iter().map(exact).collect::<Result<_, _>>()?,
-            k: exact(&k)?,
-            q: exact(&q)?,
+            vertices: vertices.iter().map(proof_matrix).collect(),
+            k: proof_matrix(&k),
+            q: proof_matrix(&q),
             injection,
             rate,
         };

@@ -4,7 +4,7 @@
 //! Jacobian between z and x. Where every such Jacobian lies in a polytope and one P serves all its vertices,
 //! `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
 
-use luenberger_lmi::{Problem, Settings};
+use luenberger_lmi::{Problem, Settings, proof_matrix};
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, Size, StateSpace};
 use luenberger_proof::ProofError;
@@ -12,7 +12,7 @@ use luenberger_proof::certificate::{Certificate, JacobianPolytope, Vertex};
 use luenberger_proof::statement::overshoot_bound;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
@@ -80,15 +80,15 @@ impl MeanValueDesign {
         let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
         let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), settings)?;
         let Gain { l, p } = gain;
-        let c = exact(&nominal.c)?;
+        let c = proof_matrix(&nominal.c);
         let theorem = JacobianPolytope {
-            vertices: all.iter().map(|a| Vertex::exactly(&exact(a)?, &c)).collect::<Result<_, ProofError>>()?,
-            l: exact(&l)?,
-            p: exact(&p)?,
+            vertices: all.iter().map(|a| Vertex::exactly(&proof_matrix(a), &c)).collect::<Result<_, ProofError>>()?,
+            l: proof_matrix(&l),
+            p: proof_matrix(&p),
             rate,
         };
         let certificate = Certificate::of([theorem])?;
-        let overshoot = if certificate.is_proved() { overshoot_bound(&exact(&p)?)? } else { f64::INFINITY };
+        let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
         Ok(Self { l, p, rate, vertices: all, overshoot, certificate })
     }
 

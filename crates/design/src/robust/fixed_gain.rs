@@ -206,7 +206,7 @@ impl<'a> Family<'a> {
         let mut shifted = self.plant.clone();
         shifted.a += DMatrix::identity(n, n) * eps;
         let theta = DMatrix::identity(outputs, outputs);
-        let theorem = cubic::theorem((&shifted.a, &shifted.b, c), (self.l, self.n_gain, &theta), (&p, &s), 0.0)?;
+        let theorem = cubic::theorem((&shifted.a, &shifted.b, c), (self.l, self.n_gain, &theta), (&p, &s), 0.0);
         let certificate = theorem.certify()?;
         let (l, n) = (self.l.clone(), self.n_gain.clone());
         Ok(GainCertificate { plant: shifted, l, n, p, s, certificate })

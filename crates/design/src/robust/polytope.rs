@@ -5,13 +5,13 @@
 //! `e' = (A(eps) - LC) e + ..`. The forcing `(A(eps) - A) x` of an observer with the nominal A is not covered by the
 //! theorem: see [`super`].
 
-use luenberger_lmi::{Problem, Settings};
+use luenberger_lmi::{Problem, Settings, proof_matrix};
 use luenberger_plants::StateSpace;
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, PlantPolytope, Vertex};
 use nalgebra::DMatrix;
 
-use crate::certificate::{certified, exact};
+use crate::certificate::certified;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
 use crate::{check, gain_lmi};
@@ -49,11 +49,11 @@ impl PolytopicDesign {
         let all: Vec<_> = std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned()).collect();
         let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new(), &Settings::default())?;
         let nominal = LinearDesign::with_lyapunov_matrix(nominal, gain, rate)?;
-        let c = exact(&nominal.observer.c)?;
+        let c = proof_matrix(&nominal.observer.c);
         let theorem = PlantPolytope {
-            vertices: all.iter().map(|a| Vertex::exactly(&exact(a)?, &c)).collect::<Result<_, ProofError>>()?,
-            l: exact(&nominal.observer.l)?,
-            p: exact(&nominal.p)?,
+            vertices: all.iter().map(|a| Vertex::exactly(&proof_matrix(a), &c)).collect::<Result<_, ProofError>>()?,
+            l: proof_matrix(&nominal.observer.l),
+            p: proof_matrix(&nominal.p),
             rate,
         };
         Ok(Self { certificate: Certificate::of([theorem])?, nominal, vertices: vertices.to_vec() })

@@ -5,6 +5,7 @@ use approx::assert_abs_diff_eq;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Split, greatest_factor};
 use luenberger_design::{DesignError, InfeasibilityReason};
 use luenberger_linalg::{lambda_min, place_observer};
+use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Differentiable, Dimensions, Plant, flexible_joint};
 use luenberger_proof::Matrix;
 use luenberger_proof::statement::{SectorTerm, sector_decrease};
@@ -22,10 +23,6 @@ fn joint(a44: f64) -> DMatrix<f64> {
 /// -3.33 sin(x3) in x4'.
 fn sine(gamma: f64) -> Sector {
     Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], gamma)
-}
-
-fn exact(m: &DMatrix<f64>) -> Matrix<f64> {
-    Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap()
 }
 
 /// `min over s >= 0 of |(A - s I) v|` for the last unit vector v.
@@ -177,8 +174,15 @@ fn the_flexible_joint_is_proved_with_structure_and_in_other_units() {
                 high: 3.33,
                 tau: design.tau[0] / (s * s),
             };
-            let verdict =
-                sector_decrease(&exact(&a), &exact(&design.l), &exact(&c), &exact(&design.p), 0.0, &[term]).unwrap();
+            let verdict = sector_decrease(
+                &proof_matrix(&a),
+                &proof_matrix(&design.l),
+                &proof_matrix(&c),
+                &proof_matrix(&design.p),
+                0.0,
+                &[term],
+            )
+            .unwrap();
             assert!(verdict.is_proved(), "{verdict:?}");
         }
     }

@@ -2,6 +2,7 @@
 
 use luenberger_design::lpv::MAX_VARYING;
 use luenberger_design::{DesignError, LpvDesign, LpvError, Region};
+use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Chaotic, Dimensions, Plant, StateSpace, flexible_joint};
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
@@ -322,9 +323,7 @@ fn an_entry_that_is_0_up_to_rounding_hides_nothing() {
 fn a_hidden_mode_carries_its_subspace() {
     let error = LpvDesign::new(Slow {}, &Region::everywhere(2), 2.5).unwrap_err();
     let LpvError::HiddenMode(mode) = &error else { panic!("{error}") };
-    let stored =
-        |m: &DMatrix<f64>| luenberger_proof::Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice()).unwrap();
-    assert!(mode.witness.is_of(&stored(&mode.a), &stored(&mode.c)).unwrap());
+    assert!(mode.witness.is_of(&proof_matrix(&mode.a), &proof_matrix(&mode.c)).unwrap());
     assert_eq!((mode.witness.decays_at(2.5), mode.witness.decays_at(1.9)), (Some(false), Some(true)));
 }
 

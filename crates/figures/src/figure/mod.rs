@@ -184,6 +184,7 @@ pub enum MarkKind {
 
 /// A figure that cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FigureError {
     /// Nothing to draw.
     #[error("{what} is empty")]

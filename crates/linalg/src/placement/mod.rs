@@ -21,7 +21,7 @@ mod structured;
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::argument::{shaped, square};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::observability::{Mode, Seen, default_tolerance, seen};
 use crate::product::view;
 use crate::schur::{schur, triangular_factor};
@@ -58,7 +58,7 @@ pub struct Placement {
 
 /// State feedback gain `K`, m x n, that places the eigenvalues of `A - B K` at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, in any order. With rank(B) > 1 each may be
+/// `a` is n x n, `b` n x m, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(B) > 1 each may be
 /// repeated rank(B) times at most (more would make the loop defective); with rank(B) = 1 as often as one likes, since
 /// the loop has no choice. Note the sign: `u = -K x`.
 ///
@@ -92,7 +92,16 @@ pub struct Placement {
 ///
 /// Source: Miminis and Paige, Int. J. Control 35, 1982; Kautsky, Nichols, Van Dooren, Int. J. Control 41, 1985; Tits
 /// and Yang, IEEE TAC 41, 1996.
-pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
+pub fn place<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    poles: &[impl Into<Complex<f64>> + Copy],
+) -> Result<Placement> {
+    let poles: Vec<_> = poles.iter().map(|&pole| pole.into()).collect();
+    controller(&owned(a), &owned(b), &poles)
+}
+
+fn controller(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
     check(a)?;
     shaped("B", b, a.nrows(), b.ncols())?;
     let wish = Wish::new(poles, a.nrows())?;
@@ -109,7 +118,7 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
 
 /// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
 ///
-/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, in any order. With rank(C) > 1 each may be
+/// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(C) > 1 each may be
 /// repeated rank(C) times at most; with rank(C) = 1 as often as one likes. This is [`place`] of `(A', C')`, transposed.
 ///
 /// # Errors
@@ -123,10 +132,10 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
 /// The double integrator with its position measured: `L = (7, 10)` for the poles -2, -5.
 /// ```
 /// use luenberger_linalg::place_observer;
-/// use nalgebra::{Complex, dmatrix};
+/// use nalgebra::dmatrix;
 ///
 /// let (a, c) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![1.0, 0.0]);
-/// let placed = place_observer(&a, &c, &[Complex::from(-2.0), Complex::from(-5.0)])?;
+/// let placed = place_observer(&a, &c, &[-2.0, -5.0])?;
 /// let residual = (&placed.gain - dmatrix![7.0; 10.0]).norm();
 /// println!("L = {}, residual {residual:e}, cond(X) = {}", placed.gain, placed.condition);
 /// assert!(residual < 1e-14);
@@ -134,7 +143,16 @@ pub fn place(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resu
 /// ```
 ///
 /// Source: Luenberger, IEEE TAC 11, 1966; the methods of [`place`].
-pub fn place_observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
+pub fn place_observer<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    poles: &[impl Into<Complex<f64>> + Copy],
+) -> Result<Placement> {
+    let poles: Vec<_> = poles.iter().map(|&pole| pole.into()).collect();
+    observer(&owned(a), &owned(c), &poles)
+}
+
+fn observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
     check(a)?;
     shaped("C", c, c.nrows(), a.nrows())?;
     let wish = Wish::new(poles, a.nrows())?;

@@ -9,8 +9,8 @@
 //!
 //! which is the regulator's equation with `A'` for `A`, `C'` for `B`, `W` for `Q`, `V` for `R`, and `L = K'`.
 
-use super::{Riccati, care, dare};
-use crate::argument::{shaped, square};
+use super::{Riccati, continuous, discrete};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 
@@ -34,10 +34,10 @@ pub struct Kalman {
 /// Continuous Kalman gain `L = P C'V^-1`, `A P + P A' - P C'V^-1 C P + W = 0`.
 ///
 /// `a` is n x n, `c` p x n, `w` n x n symmetric positive semidefinite (intensity of the process noise), `v` p x p
-/// symmetric positive definite (intensity of the measurement noise). Cost as [`care`].
+/// symmetric positive definite (intensity of the measurement noise). Cost as [`care`](super::care).
 ///
 /// # Errors
-/// Those of [`care`] in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
+/// Those of [`care`](super::care) in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
 /// [`LinalgError::NotPositiveSemidefinite`] (`w`), [`LinalgError::NotDetectable`] names an eigenvalue that no output
 /// sees, [`LinalgError::NotStabilizable`] one on the imaginary axis that no noise moves.
 ///
@@ -54,14 +54,19 @@ pub struct Kalman {
 /// ```
 ///
 /// Source: Kalman and Bucy, J. Basic Engineering 83, 1961.
-pub fn kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
-    dual(care, a, c, w, v)
+pub fn kalman_gain<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    w: impl Into<RealMatrixView<'a>>,
+    v: impl Into<RealMatrixView<'a>>,
+) -> Result<Kalman> {
+    dual(continuous, &owned(a), &owned(c), &owned(w), &owned(v))
 }
 
 /// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
 ///
 /// Shapes as [`kalman_gain`], `w` and `v` being covariances of each sample. The predictor is
-/// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`].
+/// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`](super::dare).
 ///
 /// # Errors
 /// As [`kalman_gain`], the stability boundary being the unit circle.
@@ -77,8 +82,13 @@ pub fn kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMa
 /// ```
 ///
 /// Source: Anderson and Moore, Optimal Filtering, 1979, chapter 4.
-pub fn discrete_kalman_gain(a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
-    dual(dare, a, c, w, v)
+pub fn discrete_kalman_gain<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    w: impl Into<RealMatrixView<'a>>,
+    v: impl Into<RealMatrixView<'a>>,
+) -> Result<Kalman> {
+    dual(discrete, &owned(a), &owned(c), &owned(w), &owned(v))
 }
 
 type Equation = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<Riccati>;

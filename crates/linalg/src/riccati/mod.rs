@@ -26,6 +26,7 @@ mod normalized;
 mod popov;
 mod scaled;
 
+use crate::argument::{RealMatrixView, owned};
 use crate::separation::of_exact;
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
@@ -78,10 +79,10 @@ pub struct Riccati {
 ///
 /// # Example
 /// ```
-/// use nalgebra::dmatrix;
+/// use nalgebra::{Matrix1, Matrix2, Vector2, dmatrix};
 /// // Double integrator.
-/// let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
-/// let (q, r) = (dmatrix![1.0, 0.0; 0.0, 2.0], dmatrix![1.0]);
+/// let (a, b) = (Matrix2::new(0.0, 1.0, 0.0, 0.0), Vector2::new(0.0, 1.0));
+/// let (q, r) = (Matrix2::new(1.0, 0.0, 0.0, 2.0), Matrix1::new(1.0));
 /// let riccati = luenberger_linalg::care(&a, &b, &q, &r)?;
 /// println!("X = {}K = {}residual {:e}", riccati.x, riccati.k, riccati.residual);
 /// assert!(riccati.residual <= 20.0 * 2.0 * f64::EPSILON);
@@ -90,7 +91,16 @@ pub struct Riccati {
 /// ```
 ///
 /// Source: Laub, IEEE TAC 24, 1979; SLICOT SB02MD, whose example this is.
-pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
+pub fn care<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+    r: impl Into<RealMatrixView<'a>>,
+) -> Result<Riccati> {
+    continuous(&owned(a), &owned(b), &owned(q), &owned(r))
+}
+
+fn continuous(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
     let problem = Scaled::continuous(a, b, q, r)?;
     finish(&problem, hamiltonian::solve)
 }
@@ -124,7 +134,16 @@ pub fn care(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
 /// ```
 ///
 /// Source: Chu, Fan, Lin and Wang, Int. J. Control 77, 2004; Hewer, IEEE TAC 16, 1971.
-pub fn dare(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
+pub fn dare<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+    r: impl Into<RealMatrixView<'a>>,
+) -> Result<Riccati> {
+    discrete(&owned(a), &owned(b), &owned(q), &owned(r))
+}
+
+fn discrete(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
     let problem = Scaled::discrete(a, b, q, r)?;
     finish(&problem, doubling::solve)
 }
@@ -133,7 +152,12 @@ pub fn dare(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f6
 ///
 /// # Errors
 /// Those of [`care`].
-pub fn lqr(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
+pub fn lqr<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+    r: impl Into<RealMatrixView<'a>>,
+) -> Result<Riccati> {
     care(a, b, q, r)
 }
 
@@ -141,7 +165,12 @@ pub fn lqr(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64
 ///
 /// # Errors
 /// Those of [`dare`].
-pub fn dlqr(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
+pub fn dlqr<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+    r: impl Into<RealMatrixView<'a>>,
+) -> Result<Riccati> {
     dare(a, b, q, r)
 }
 

@@ -11,7 +11,7 @@
 
 use super::pair::{SchurPair, error_bound};
 use crate::Result;
-use crate::argument::{shaped, square};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::triangular::Equation;
 use nalgebra::DMatrix;
 
@@ -152,7 +152,15 @@ impl DiscreteSylvesterEquation {
 /// ```
 ///
 /// Source: Golub, Nash and Van Loan, IEEE TAC 24, 1979; Jonsson and Kagstrom, ACM TOMS 28, 2002, II; SLICOT SB04QD.
-pub fn discrete_sylvester(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
+pub fn discrete_sylvester<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<DiscreteSylvester> {
+    solved(&owned(a), &owned(b), &owned(c))
+}
+
+fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
     let (n, m) = (square("a", a)?, square("b", b)?);
     shaped("c", c, n, m)?;
     DiscreteSylvesterEquation::new(a, b)?.solve(c)

@@ -15,7 +15,7 @@ mod pair;
 pub use discrete::{DiscreteSylvester, DiscreteSylvesterEquation, discrete_sylvester};
 
 use crate::Result;
-use crate::argument::{shaped, square};
+use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::triangular::Equation;
 use nalgebra::DMatrix;
 use pair::{SchurPair, error_bound};
@@ -151,7 +151,15 @@ impl SylvesterEquation {
 /// ```
 ///
 /// Source: Bartels and Stewart, CACM 15, 1972; Golub and Van Loan, Matrix Computations, 7.6.3; SLICOT SB04MD.
-pub fn sylvester(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
+pub fn sylvester<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<Sylvester> {
+    solved(&owned(a), &owned(b), &owned(c))
+}
+
+fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
     let (n, m) = (square("a", a)?, square("b", b)?);
     shaped("c", c, n, m)?;
     SylvesterEquation::new(a, b)?.solve(c)

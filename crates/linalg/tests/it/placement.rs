@@ -230,8 +230,11 @@ fn bad_input_is_named() {
         place_observer(&a, &dmatrix![f64::NAN, 0.0], &real(&[-1.0, -2.0])),
         Err(LinalgError::NotFinite { what: "C", .. })
     ));
-    assert!(matches!(place(&b, &b, &[]), Err(LinalgError::NotSquare { what: "A", .. })));
-    assert!(matches!(place(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[]), Err(LinalgError::Empty { what: "A" })));
+    assert!(matches!(place(&b, &b, &[0.0; 0]), Err(LinalgError::NotSquare { what: "A", .. })));
+    assert!(matches!(
+        place(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[0.0; 0]),
+        Err(LinalgError::Empty { what: "A" })
+    ));
 }
 
 /// A mode that no input moves is an error even if it is wished for, real or a pair, with one input or two: no gain

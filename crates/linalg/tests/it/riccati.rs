@@ -2,8 +2,8 @@
 //! answer.
 
 use luenberger_linalg::{
-    LinalgError, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lambda_min, lqr, lyapunov, spectral_abscissa,
-    spectral_radius, stein,
+    Kalman, LinalgError, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lambda_min, lqr, lyapunov,
+    spectral_abscissa, spectral_radius, stein,
 };
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
@@ -12,6 +12,13 @@ use proptest::prelude::*;
 fn bound(n: usize) -> f64 {
     50.0 * n.max(1) as f64 * f64::EPSILON
 }
+
+/// A solver of dynamic matrices, as a value.
+type Solver<T> = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<T, LinalgError>;
+
+const REGULATORS: [Solver<Riccati>; 2] = [|a, b, q, r| care(a, b, q, r), |a, b, q, r| dare(a, b, q, r)];
+const FILTERS: [Solver<Kalman>; 2] =
+    [|a, c, w, v| kalman_gain(a, c, w, v), |a, c, w, v| discrete_kalman_gain(a, c, w, v)];
 
 fn identity(n: usize) -> DMatrix<f64> {
     DMatrix::identity(n, n)
@@ -221,7 +228,7 @@ fn units_of_the_state_do_not_matter() {
     let b = dmatrix![1.0; 0.0; 2.0];
     let d = DMatrix::from_diagonal(&nalgebra::dvector![1e-12, 1.0, 1e12]);
     let inverse = DMatrix::from_diagonal(&nalgebra::dvector![1e12, 1.0, 1e-12]);
-    for solve in [care, dare] {
+    for solve in REGULATORS {
         let reference = solve(&a, &b, &identity(3), &dmatrix![1.0]).unwrap();
         let found = solve(&(&inverse * &a * &d), &(&inverse * &b), &(&d * &d), &dmatrix![1.0]).unwrap();
         assert!(found.residual <= bound(3));
@@ -308,7 +315,7 @@ fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
 #[test]
 fn bad_input_is_named() {
     let (a, b, q, r) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], identity(2), dmatrix![1.0]);
-    for solve in [care, dare] {
+    for solve in REGULATORS {
         assert_eq!(solve(&b, &b, &q, &r), Err(LinalgError::NotSquare { what: "a", rows: 2, cols: 1 }));
         let mismatch = |what, expected, found| Err(LinalgError::DimensionMismatch { what, expected, found });
         assert_eq!(solve(&a, &b.transpose(), &q, &r), mismatch("b", (2, 2), (1, 2)));
@@ -330,7 +337,7 @@ fn bad_input_is_named() {
         assert!(matches!(found, Err(LinalgError::NotFinite { what: "b", row: 1, col: 0, .. })));
     }
     let c = dmatrix![1.0, 0.0];
-    for solve in [kalman_gain, discrete_kalman_gain] {
+    for solve in FILTERS {
         let found = solve(&a, &b, &q, &r);
         assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "c", expected: (2, 2), found: (2, 1) }));
         let found = solve(&a, &c, &q, &dmatrix![-1.0]);

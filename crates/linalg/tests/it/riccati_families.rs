@@ -306,7 +306,9 @@ fn one_input_for_many_unstable_states() {
 fn the_condition_bounds_perturbations() {
     let mut state = 11;
     for (n, discrete) in [1_usize, 2, 4, 8].into_iter().flat_map(|n| [(n, false), (n, true)]) {
-        let solve = if discrete { dare } else { care };
+        let solve = |a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>| {
+            if discrete { dare(a, b, q, r) } else { care(a, b, q, r) }
+        };
         let (a, b) = (random(n, n, &mut state), random(n, n.min(2), &mut state) + DMatrix::identity(n, n.min(2)));
         let q = identity(n) + DMatrix::from_element(n, n, 0.5);
         let r = identity(b.ncols());

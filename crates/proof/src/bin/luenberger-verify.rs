@@ -63,11 +63,7 @@ impl Outcome {
 
     fn text(&self, path: &str) -> String {
         match self {
-            Self::Proved(proved) => {
-                let head = [format!("{path}: Proved"), proved.statement.clone()];
-                let lines: Vec<String> = head.into_iter().chain(proved.facts.iter().map(ToString::to_string)).collect();
-                lines.join("\n  ") + "\n"
-            }
+            Self::Proved(proved) => format!("{path}: Proved\n  {}\n", proved.to_string().replace('\n', "\n  ")),
             Self::Rejected(why) => format!("{path}: Rejected\n  {why}\n"),
             Self::Unreadable(why) => format!("{path}: Unreadable\n  {why}\n"),
         }

@@ -169,6 +169,14 @@ pub struct Proved {
     pub facts: Vec<Fact>,
 }
 
+/// The statement, and each inequality on a line of its own.
+impl fmt::Display for Proved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.statement)?;
+        self.facts.iter().try_for_each(|fact| write!(f, "\n{fact}"))
+    }
+}
+
 /// A certificate as a file has it.
 ///
 /// # Canonical form

@@ -3,6 +3,7 @@
 use luenberger_design::CubicDesign;
 use luenberger_design::robust::theorem5_bound;
 use luenberger_design::{CubicGain, LinearDesign};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::Observer;
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::decay_rate;
@@ -14,7 +15,6 @@ use super::theorems::{random_designs, seeded};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
-use crate::hypotheses::data;
 
 pub(super) fn claims() -> Vec<Claim> {
     vec![
@@ -152,8 +152,8 @@ fn footnote(_: &Context) -> Result<Outcome, CheckError> {
                 let bound = theorem5_bound(&design.p, &design.q)?;
                 for k in 0..9 {
                     let eps = end + sign * bound * 0.999 * f64::from(k) / 8.0;
-                    let a = data(&(&plant.a + DMatrix::identity(n, n) * eps))?;
-                    let (l, c, p) = (data(&design.observer.l)?, data(&plant.c)?, data(&design.p)?);
+                    let a = proof_matrix(&(&plant.a + DMatrix::identity(n, n) * eps));
+                    let (l, c, p) = (proof_matrix(&design.observer.l), proof_matrix(&plant.c), proof_matrix(&design.p));
                     truths.push(decay_rate(&a, &l, &c, &p, 0.0).map(|verdict| super::theorems::truth(&[verdict]))?);
                 }
             }

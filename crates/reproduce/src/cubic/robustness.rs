@@ -2,9 +2,9 @@
 
 use luenberger_design::robust::{PolytopicDesign, fixed_gain_margin, input_to_state_gain, theorem5_bound};
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
-use luenberger_proof::Matrix;
 use luenberger_proof::statement::{decay_rate, lyapunov_decrease};
 use luenberger_sim::{Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
@@ -13,7 +13,7 @@ use super::{FORCING, example1};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::{Evidence, Hypothesis};
-use crate::hypotheses::{self, data};
+use crate::hypotheses::{self};
 use crate::value::{Value, short};
 
 const TWO_ERRORS: &str = "the error is that of the proof's dynamics, or x - x̂ of an observer that runs the nominal A";
@@ -137,7 +137,12 @@ fn theorem4(_: &Context) -> Result<Outcome, CheckError> {
     let (mut observability, mut decrease) = (Vec::new(), Vec::new());
     for a in std::iter::once(&o.a).chain(&vertices) {
         observability.push(hypotheses::observability(a, &o.c)?);
-        decrease.push(lyapunov_decrease(&data(a)?, &data(&o.l)?, &data(&o.c)?, &data(&design.p)?)?);
+        decrease.push(lyapunov_decrease(
+            &proof_matrix(a),
+            &proof_matrix(&o.l),
+            &proof_matrix(&o.c),
+            &proof_matrix(&design.p),
+        )?);
     }
     let given = vec![
         hypotheses::in_each("(A(ε), C) is observable, at both ends and half-way", &observability),
@@ -176,7 +181,12 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
         hypotheses::positive("(12), Q > 0", &design.q)?,
         Hypothesis::proof(
             "(9): -(F'P + PF) > 0",
-            &lyapunov_decrease(&data(&o.a)?, &data(&o.l)?, &data(&o.c)?, &data(&design.p)?)?,
+            &lyapunov_decrease(
+                &proof_matrix(&o.a),
+                &proof_matrix(&o.l),
+                &proof_matrix(&o.c),
+                &proof_matrix(&design.p),
+            )?,
         ),
         // For a Q that is a multiple of I this is (23).
         hypotheses::positive(
@@ -267,9 +277,8 @@ fn equality_observable(_: &Context) -> Result<Outcome, CheckError> {
 fn tight(_: &Context) -> Result<Outcome, CheckError> {
     let design = example1::cubic()?;
     let bound = theorem5_bound(&design.p, &design.q)?;
-    let exact = |m: &DMatrix<f64>| Matrix::from_column_major(m.nrows(), m.ncols(), m.as_slice());
-    let (a, l) = (exact(&design.observer.a)?, exact(&design.observer.l)?);
-    let (c, p) = (exact(&design.observer.c)?, exact(&design.p)?);
+    let (a, l) = (proof_matrix(&design.observer.a), proof_matrix(&design.observer.l));
+    let (c, p) = (proof_matrix(&design.observer.c), proof_matrix(&design.p));
     let at = |eps: f64| decay_rate(&a, &l, &c, &p, eps);
     // With P fixed: proved just below the bound, refuted just above it.
     let is_tight = at(bound * (1.0 - 1e-9))?.is_proved() && at(bound * (1.0 + 1e-9))?.is_refuted();

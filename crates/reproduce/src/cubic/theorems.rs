@@ -7,6 +7,7 @@ use luenberger_design::{
     theta_from_importance,
 };
 use luenberger_linalg::{lambda_max, lqr};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::{LinearObserver, Observer};
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
@@ -19,7 +20,7 @@ use super::{example1, example3};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
-use crate::hypotheses::{self, data, in_each};
+use crate::hypotheses::{self, in_each};
 use crate::value::{Value, short};
 
 pub(super) fn claims() -> Vec<Claim> {
@@ -179,7 +180,7 @@ fn lyapunov_with_the_chosen_gain(_: &Context) -> Result<Outcome, CheckError> {
     let [without, with] = example3::lyapunov_solutions()?;
     let mut truths = vec![Some(with > 0.0)];
     for design in random_designs(|_, _| CubicGain::Gamma(1.0))? {
-        truths.push(truth(&[statement::positive(&data(&design.p)?)?]));
+        truths.push(truth(&[statement::positive(&proof_matrix(&design.p))?]));
     }
     Ok(Outcome::new(Evidence::cases(truths)).note(seeded(&format!(
         "The smallest eigenvalue of P is {} in Example 3. The observability alone is not what P > 0 needs: with L = 0 that eigenvalue is {}. P > 0 exists iff A - LC is Hurwitz.",
@@ -201,11 +202,16 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
                 witness = direction.to_string();
             }
             verdicts.push(truth(std::slice::from_ref(&conditions.strict)));
-            let p = data(&design.p)?;
+            let p = proof_matrix(&design.p);
             observability.push(hypotheses::observability(&o.a, &o.c)?);
             positive.push(statement::positive(&p)?);
-            decrease.push(statement::lyapunov_decrease(&data(&o.a)?, &data(&o.l)?, &data(&o.c)?, &p)?);
-            importance.push(statement::positive(&data(&o.theta)?)?);
+            decrease.push(statement::lyapunov_decrease(
+                &proof_matrix(&o.a),
+                &proof_matrix(&o.l),
+                &proof_matrix(&o.c),
+                &p,
+            )?);
+            importance.push(statement::positive(&proof_matrix(&o.theta))?);
         }
     }
     Ok(Outcome::new(Evidence::cases(verdicts))

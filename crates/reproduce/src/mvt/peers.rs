@@ -11,7 +11,7 @@ use luenberger_linalg::eigenvalues;
 use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::flexible_joint::FlexibleJoint;
 use luenberger_plants::{Differentiable, flexible_joint};
-use luenberger_sim::{Compared, Comparison, Noise, Settings, Trajectory};
+use luenberger_sim::{Compared, Comparison, Noise, Settings, Signal, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix4, SMatrix, Vector4, dmatrix};
 
 use super::example1::entries;
@@ -318,7 +318,7 @@ where
         |noise: Option<Noise>, filter: &ExtendedKalmanFilter<FlexibleJoint<P>, f64, Const<4>, Const<1>, Const<P>>| {
             let mut comparison = Comparison::new(&plant, start.x, start.xhat)
                 .times(&samples)
-                .input(|t, u| u.fill(t.sin()))
+                .input(Signal::scalar(f64::sin))
                 .hold_input(PERIOD)
                 .settings(settings)
                 .observer(TOLD, &told)

@@ -6,7 +6,7 @@ use luenberger_observers::{
     ObserverDimensions,
 };
 use luenberger_plants::{Chaotic, double_integrator};
-use luenberger_sim::{Comparison, Noise, Scenario, SimError, metrics};
+use luenberger_sim::{Comparison, Noise, Scenario, Signal, SimError, metrics};
 use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3};
 
 /// `xhat' = xhat^2 + 1` in both entries: leaves every bound at t = pi/2 from 0.
@@ -44,7 +44,7 @@ fn a_row_is_what_a_run_gives() {
     let n = Vector2::new(-168.0, -196.0) / 17.0;
     let cubic = CubicObserver::of(plant.clone(), l, n, Matrix1::new(10.0)).unwrap();
     let table = Comparison::new(&plant, &[-3.0, -3.0], &[0.0, 0.0])
-        .input(|t, u| u[0] = t.sin())
+        .input(Signal::scalar(f64::sin))
         .until(8.0, 81)
         .observer("linear", &linear)
         .observer("cubic", &cubic)
@@ -52,18 +52,19 @@ fn a_row_is_what_a_run_gives() {
         .unwrap();
     let run = Scenario::new(&plant)
         .initial_state(&[-3.0, -3.0])
-        .input(luenberger_sim::Signal::scalar(f64::sin))
+        .input(Signal::scalar(f64::sin))
         .observer("linear", &linear, &[0.0, 0.0])
         .until(8.0, 81)
         .run()
         .unwrap();
     let norm = run.trace(|view| view.error("linear").map_or(f64::NAN, |e| e[0].hypot(e[1])));
     let merits = table.row("linear").unwrap().outcome.clone().unwrap();
-    assert_abs_diff_eq!(table.band, 0.05 * 18f64.sqrt(), epsilon = 1e-15);
+    assert_abs_diff_eq!(table.band * table.initial_error, 0.05 * 18f64.sqrt(), epsilon = 1e-15);
     // Tolerances of the integrator are 1e-11.
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
-    assert!(near(merits.settling_last.unwrap(), metrics::settling_last(&norm, table.band).unwrap()));
-    assert!(near(merits.settling_first.unwrap(), metrics::settling_first(&norm, table.band).unwrap()));
+    let band = table.band * table.initial_error;
+    assert!(near(merits.settling_last.unwrap(), metrics::settling_last(&norm, band).unwrap()));
+    assert!(near(merits.settling_first.unwrap(), metrics::settling_first(&norm, band).unwrap()));
     assert!(near(merits.peak, metrics::peak(&norm).unwrap().value));
     assert!(merits.peak >= table.initial_error * (1.0 - 1e-12) && merits.rms < merits.peak);
     // e' = F e, F = [[-7, 1], [-10, 0]]: int |e|^2 = e0'Pe0 with F'P + PF = -I, which is -14 p11 - 20 p12 = -1, p11 - 7
@@ -144,4 +145,16 @@ fn bad_input_is_an_error() {
     ));
     let wrong = MeanValueObserver::new(Chaotic, 1.0, Beta, Vector3::zeros()).unwrap();
     assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).observer("other", &wrong).run(), Err(SimError::Length { .. })));
+}
+
+/// A feedback of estimates would give each observer another plant.
+#[test]
+fn a_feedback_of_estimates_is_refused() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
+    let table = Comparison::new(&plant, &[1.0, 1.0], &[0.0, 0.0]).observer("linear", &linear);
+    let gain = nalgebra::dmatrix![1.0, 2.0];
+    let refused = table.clone().input(Signal::feedback("linear", gain.clone())).run();
+    assert!(matches!(refused, Err(SimError::EstimateFeedback)));
+    assert!(table.input(Signal::state_feedback(gain)).run().is_ok());
 }

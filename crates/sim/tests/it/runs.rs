@@ -507,3 +507,43 @@ fn dense_output_agrees_with_samples_and_with_more_of_them() {
         .unwrap();
     assert!(difference(&run.observers[1].error, &fine.observers[0].error) < 1e-9);
 }
+
+/// The merits of a run need nothing named before it, and agree with the integral that is an extra state.
+#[test]
+fn a_run_has_its_root_mean_square_error_and_its_settling_time() {
+    let run = example1(3.0, Integrator::Auto).unwrap();
+    let squared = run.integral("j").unwrap().last().copied().unwrap();
+    assert!((run.rmse("cubic").unwrap() - (squared / 4.0).sqrt()).abs() < 1e-9);
+    let norm = run.error_norm("cubic").unwrap();
+    let settled = run.settling_time("cubic", 0.05).unwrap().unwrap();
+    assert!((norm.at(settled).unwrap() - 0.05 * 18f64.sqrt()).abs() < 1e-9);
+    assert!(matches!(run.rmse("none"), Err(SimError::UnknownName { .. })));
+}
+
+/// Comma-separated values are read back as they are, and a name with a comma is one field.
+#[test]
+fn comma_separated_values_are_the_samples() {
+    let run = Scenario::new(double_integrator())
+        .initial_state(&[0.1, 1.0 / 3.0])
+        .observer("a,b", linear(), &[0.0, 0.0])
+        .until(1.0, 3)
+        .run()
+        .unwrap();
+    let text = run.to_csv();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "t,x1,x2,u1,y1,\"a,b.xhat1\",\"a,b.xhat2\"");
+    assert_eq!(lines.len(), 4);
+    let last: Vec<f64> = lines[3].split(',').map(|value| value.parse().unwrap()).collect();
+    let estimate = &run.observers[0].estimate;
+    let (x, u, y) = (&run.x, &run.u, &run.y);
+    assert_eq!(last, [1.0, x[(2, 0)], x[(2, 1)], u[(2, 0)], y[(2, 0)], estimate[(2, 0)], estimate[(2, 1)]]);
+}
+
+/// A copy of a scenario is a scenario of its own.
+#[test]
+fn a_copied_scenario_runs_alike_and_can_be_changed() {
+    let base = Scenario::new(double_integrator()).initial_state(&[1.0, 0.0]).until(1.0, 11);
+    assert_eq!(base.clone().run(), base.clone().run());
+    let driven = base.clone().input(Signal::constant(&[1.0])).run().unwrap();
+    assert!((driven.x[(10, 0)] - 1.5).abs() < 1e-9 && (base.run().unwrap().x[(10, 0)] - 1.0).abs() < 1e-12);
+}

@@ -94,7 +94,7 @@ pub(super) fn merits(
 ) -> Result<MeritsReport, SimError> {
     let initial = initial_error(simulation, &member.wish.initial);
     let band = simulation.band * initial;
-    let merits = Merits::of(trajectory, &member.wish.name, "e^2", band)?;
+    let merits = Merits::of(trajectory, &member.wish.name, simulation.band)?;
     let by_state = (0..study.plant.states.len()).map(|i| {
         let square = trajectory.integral(&format!("e{}^2", i + 1))?.last().copied().unwrap_or(0.0);
         Ok((square.max(0.0) / simulation.duration).sqrt())

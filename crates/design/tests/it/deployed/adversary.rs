@@ -3,6 +3,7 @@
 
 use luenberger_design::{LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_linalg::zero_order_hold;
+use luenberger_lmi::dynamic_matrix;
 use luenberger_observers::{LinearObserver, Observer, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{CertificateFile, Certified, ClaimedBall, DeployedObserver, Theorem, verify};
@@ -211,9 +212,8 @@ fn survives(theorem: &DeployedObserver, random: &mut Random) -> Result<usize, St
 /// size.
 fn decreases(theorem: &DeployedObserver, random: &mut Random) -> Result<(), String> {
     let Some(gains) = &theorem.stored.cubic else { return Ok(()) };
-    let dense = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
     let s = &theorem.stored;
-    let [a, c, l, n, theta, p] = [&s.a, &s.c, &s.l, &gains.n, &gains.theta, &theorem.p].map(dense);
+    let [a, c, l, n, theta, p] = [&s.a, &s.c, &s.l, &gains.n, &gains.theta, &theorem.p].map(dynamic_matrix);
     let square = |e: &DVector<f64>, p: &DMatrix<f64>| e.dot(&(p * e));
     for _ in 0..30 {
         let size = 10.0_f64.powf(8.0 * random.next());
@@ -494,13 +494,12 @@ fn v_never_grows_for_a_stored_weight_that_is_not_semidefinite() {
         }
         // Along a direction of negative weight, as far out as makes r = 1/sqrt(1 - (1 - 1e-9)).
         let gains = theorem.stored.cubic.as_ref().expect("cubic");
-        let dense = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
-        let (theta, s) = (dense(&gains.theta), &theorem.stored);
+        let (theta, s) = (dynamic_matrix(&gains.theta), &theorem.stored);
         let eigen = ((&theta + theta.transpose()) * 0.5).symmetric_eigen();
         let (index, weight) = eigen.eigenvalues.argmin();
         let z = eigen.eigenvectors.column(index) * ((1.0 - 1e-9) / (-2.0 * gains.w * gains.h * weight)).sqrt();
         let r = 1e-9_f64.sqrt().recip();
-        let [a, c, l, n, p] = [&s.a, &s.c, &s.l, &gains.n, &theorem.p].map(dense);
+        let [a, c, l, n, p] = [&s.a, &s.c, &s.l, &gains.n, &theorem.p].map(dynamic_matrix);
         let e = c.clone().pseudo_inverse(1e-12).unwrap() * &z;
         let next = &a * (&e + &n * &z * ((1.0 - r) / gains.w)) - &l * &z * r;
         without_the_maximum = without_the_maximum.max(next.dot(&(&p * &next)) / e.dot(&(&p * &e)));
