@@ -31,9 +31,12 @@ pub(super) const MODULES: &str = "luenberger-mutants";
 /// Its test binaries, each with the modules that it consists of.
 const BINARIES: [(&str, &[&str]); 4] = [
     ("designs", &["crates/design/tests/it/designs.rs", "crates/design/tests/it/bad_input.rs"]),
-    ("cubic", &["tests/tests/it/theorems_cubic.rs"]),
-    ("mean_value", &["tests/tests/it/theorems_mvt.rs"]),
-    ("kkl", &["tests/tests/it/theorems_kkl.rs", "tests/tests/it/theorems_kkl_converter.rs"]),
+    ("cubic", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_cubic.rs"]),
+    ("mean_value", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_mvt.rs"]),
+    (
+        "kkl",
+        &["tests/tests/it/generators.rs", "tests/tests/it/theorems_kkl.rs", "tests/tests/it/theorems_kkl_converter.rs"],
+    ),
 ];
 
 const MANIFEST: &str = r#"[package]
@@ -42,12 +45,15 @@ edition.workspace = true
 publish = false
 
 [dev-dependencies]
+approx.workspace = true
 luenberger-design.workspace = true
+luenberger-expression.workspace = true
 luenberger-linalg.workspace = true
 luenberger-lmi.workspace = true
 luenberger-observers.workspace = true
 luenberger-plants.workspace = true
 luenberger-proof.workspace = true
+luenberger-reproduce.workspace = true
 luenberger-sim.workspace = true
 nalgebra = { workspace = true, features = ["macros", "std"] }
 proptest.workspace = true
