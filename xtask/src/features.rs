@@ -11,7 +11,8 @@ type Built = BTreeMap<String, BTreeSet<String>>;
 /// Fails with the features that are missing in `tests/features/Cargo.toml`.
 pub(crate) fn check() -> Result<(), Failure> {
     let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
-    let metadata: serde_json::Value = serde_json::from_str(&metadata).unwrap_or_default();
+    let metadata: serde_json::Value =
+        serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
     let members = metadata["packages"].as_array().into_iter().flatten().filter_map(|package| package["name"].as_str());
     let whole = built(&["--workspace"])?;
     let mut missing: BTreeMap<String, Vec<&str>> = BTreeMap::new();

@@ -312,8 +312,8 @@ fn degree_13(a: &DMatrix<f64>) -> DMatrix<f64> {
     quotient(&(a * odd), &even)
 }
 
-/// `(V - U)^-1 (V + U)`. The denominator is well conditioned for the sizes the degrees are chosen for; were it
-/// singular, NaN says so.
+/// `(V - U)^-1 (V + U)`, or NaN if `V - U` is singular. It is well conditioned for the norms at which each degree is
+/// used.
 fn quotient(u: &DMatrix<f64>, v: &DMatrix<f64>) -> DMatrix<f64> {
     let n = u.nrows();
     (v - u).lu().solve(&(v + u)).unwrap_or_else(|| DMatrix::from_element(n, n, f64::NAN))

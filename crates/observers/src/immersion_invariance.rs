@@ -112,7 +112,8 @@ where
 /// Maps whose derivatives along any direction can be evaluated.
 ///
 /// With the feature `dual`, implemented for the maps that ask for it by [`ByDual`](luenberger_plants::ByDual) and are
-/// maps over `T` and over dual numbers of `T`. Others implement it by hand, with the feature and without it.
+/// maps over `T` and over dual numbers of `T`. Other maps implement the trait
+/// themselves, whether the feature is enabled or not.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an immersion with derivatives over `{T}`",
     note = "maps written for every scalar get them by `impl luenberger_plants::ByDual for ...` and the feature `dual`",

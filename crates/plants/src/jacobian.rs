@@ -20,8 +20,8 @@ use crate::size::Size;
 /// A plant whose derivatives along any direction can be evaluated.
 ///
 /// Implemented for [`LinearPlant`] and, with the feature `dual`, for every plant that asks for it by [`ByDual`]. Any
-/// other plant implements [`directional`](Self::directional) and [`output_directional`](Self::output_directional) by
-/// hand, with the feature and without it.
+/// other plant implements [`directional`](Self::directional) and [`output_directional`](Self::output_directional)
+/// itself, whether the feature is enabled or not.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a plant with derivatives over `{T}`",
     note = "a plant written for every scalar gets them by `impl luenberger_plants::ByDual for ...` and the feature `dual`",

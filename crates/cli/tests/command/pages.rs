@@ -1,7 +1,7 @@
 //! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, in `docs/guide.md` and in the READMEs are
 //! run, and their output is compared with the pages.
 
-use crate::terminal::{folder, run};
+use crate::terminal::{folder, run, without_estimate};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -142,8 +142,7 @@ fn every_example_does_what_its_page_says() {
                 .current_dir(&here)
                 .env("PATH", path.as_ref().unwrap());
             let ran = run(&mut shell, b"");
-            // The estimate of a run's time, printed on slow machines only, is not in the pages.
-            let found: Vec<&str> = ran.stdout.lines().filter(|line| !line.starts_with("this takes about")).collect();
+            let found: Vec<&str> = without_estimate(&ran.stdout).collect();
             if !is_output(&found, &expected) {
                 let (found, expected) = (&ran.stdout, expected.join("\n"));
                 let pieces =

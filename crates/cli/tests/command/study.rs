@@ -12,7 +12,7 @@ fn study(name: &str, plant: &str) -> (PathBuf, String) {
     let folder = folder(name);
     let file = folder.join("study.toml").to_str().unwrap().to_owned();
     let ran = luenberger(&["new", "--plant", plant, "-o", &file], "");
-    assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), ""));
+    assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()));
     (folder, file)
 }
 
@@ -67,7 +67,7 @@ fn a_run_is_the_same_twice_and_its_certificates_hold() {
     let run = |name: &str, threads| {
         let out = folder.join(name);
         let ran = luenberger(&["run", &file, "-o", out.to_str().unwrap(), "--threads", threads, "--json"], "");
-        assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), ""));
+        assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()));
         (files(&out), ran.json())
     };
     let (first, told) = run("first", "1");
@@ -111,7 +111,7 @@ fn steps_tell_their_part() {
     let (folder, file) = study("steps", "double-integrator");
     let told = |step: &str| {
         let ran = luenberger(&[step, &file], "");
-        assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), ""), "{step}");
+        assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()), "{step}");
         ran.stdout
     };
     assert!(told("observe").contains("observability: rank 2 of 2, observable"));
@@ -130,7 +130,7 @@ fn an_observer_that_does_not_fit_is_a_no_with_its_reason() {
     let text = std::fs::read_to_string(&file).unwrap().replace("c = [[1, 0]]", "c = [[0, 1]]");
     std::fs::write(&file, text).unwrap();
     let ran = luenberger(&["design", &file], "");
-    assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(1), ""));
+    assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(1), String::new()));
     assert!(ran.stdout.contains("linear (luenberger): does not fit (line "), "{}", ran.stdout);
     let found = luenberger(&["design", &file, "--json"], "").json();
     assert!(found["observers"][0]["failure"]["hypothesis"].is_string());

@@ -14,10 +14,9 @@ pub(crate) struct Ran {
 }
 
 impl Ran {
-    /// The error stream but for the estimate of a run's length, which a busy machine is given.
-    pub(crate) fn stderr_without_estimate(&self) -> &str {
-        let rest = self.stderr.split_once('\n').filter(|(first, _)| first.starts_with("this takes about "));
-        rest.map_or(&self.stderr, |(_, rest)| rest)
+    /// The error stream without the estimate of the run time.
+    pub(crate) fn stderr_without_estimate(&self) -> String {
+        without_estimate(&self.stderr).collect::<Vec<_>>().join("\n")
     }
 
     /// The one JSON object on standard output.
@@ -26,6 +25,11 @@ impl Ran {
         assert_eq!(self.stdout.lines().count(), 1, "one line: {self:?}");
         serde_json::from_str(&self.stdout).unwrap()
     }
+}
+
+/// The lines without the estimate of the run time, which is printed on slow or busy machines only.
+pub(crate) fn without_estimate(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter(|line| !line.starts_with("this takes about "))
 }
 
 /// Runs the binary with these arguments and this standard input, which is not a terminal.

@@ -208,9 +208,7 @@ struct Known {
 }
 
 fn known() -> impl Strategy<Value = Known> {
-    // No more matrices than are independent: else the duals that satisfy the equations have no interior.
-    let sizes = (2usize..=6).prop_flat_map(|n| (Just(n), 1..=(n * (n + 1) / 2).min(5)));
-    sizes.prop_flat_map(|(n, m)| {
+    (2usize..=6, 1usize..=5).prop_flat_map(|(n, m)| {
         (
             prop::collection::vec(prop::collection::vec(-4i32..=4, n * (n + 1) / 2), m - 1),
             prop::collection::vec(prop_oneof![-3i32..=-1, 1i32..=3], n),
@@ -257,8 +255,13 @@ proptest! {
         let found = solve(&case.program, &Settings::default());
         prop_assert!(matches!(found.status, Status::Bounds | Status::Undecided), "{found:?}");
         prop_assert!(found.lower <= case.optimum && case.optimum <= found.upper, "{found:?} {}", case.optimum);
+        prop_assert!(found.upper.is_finite(), "{found:?}");
+        // More matrices than are independent leave the duals that satisfy the equations without an interior.
+        let order = case.y.len();
+        let is_independent = case.program.costs().len() <= order * (order + 1) / 2;
         // The solver's accuracy, a thousand times over, in units of the data.
-        prop_assert!(found.upper - case.optimum <= 1e-5 * (1.0 + case.optimum.abs()), "{found:?} {}", case.optimum);
+        let near = found.upper - case.optimum <= 1e-5 * (1.0 + case.optimum.abs());
+        prop_assert!(near || !is_independent, "{found:?} {}", case.optimum);
     }
 
     /// Points near the optimal ones: no perturbation makes the prover claim a bound on the wrong side.
