@@ -104,7 +104,7 @@ where
         if !(period.is_finite() && period > T::zero()) {
             return Err(ObserverError::Period { period: period.to_subset_unchecked() });
         }
-        if let Some((row, pivot)) = failing_pivot(&theta, false) {
+        if let Some((row, pivot)) = failing_pivot(&theta, Some(4)) {
             return Err(ObserverError::ThetaIndefinite { row, pivot: pivot.to_subset_unchecked() });
         }
         let idle = n.iter().all(|entry| *entry == T::zero());

@@ -174,7 +174,7 @@ where
     }
 
     /// The noise the filter is designed for.
-    pub fn noises(&self) -> &NoiseModel<T, N, P> {
+    pub fn noise_model(&self) -> &NoiseModel<T, N, P> {
         &self.noises
     }
 
@@ -410,7 +410,7 @@ where
         }
     }
     symmetrise(&mut matrix);
-    match failing_pivot(&matrix, definite) {
+    match failing_pivot(&matrix, (!definite).then_some(8)) {
         Some((row, pivot)) => Err(ObserverError::NotDefinite { what, row, pivot: pivot.to_subset_unchecked() }),
         None => Ok(matrix),
     }

@@ -2,23 +2,23 @@
 //!
 //! The largest diagonal entry of a semidefinite matrix bounds all of its entries, so that nothing grows, also where the
 //! matrix is singular; a small pivot taken before a large one would amplify rounding. Rounding, that of forming the
-//! matrix included, leaves `8 n^2 epsilon` times the largest entry undecided, and that much is let pass.
+//! matrix included, leaves a multiple of `n^2 epsilon` times the largest entry undecided, and that much is accepted.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
 use crate::cubic::count;
 
-/// The row and the pivot for which the symmetric part of `matrix` (n x n, finite) is not positive semidefinite, or not
-/// positive definite.
+/// The row and the pivot for which the symmetric part of `matrix` (n x n, finite) is not positive semidefinite up to
+/// `undecided n^2 epsilon` of its largest entry; `None` asks for positive definiteness.
 pub(crate) fn failing_pivot<T: RealField + Copy, D: Dim>(
     matrix: &OMatrix<T, D, D>,
-    definite: bool,
+    undecided: Option<usize>,
 ) -> Option<(usize, T)>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {
-    let order = matrix.nrows();
+    let (order, definite) = (matrix.nrows(), undecided.is_none());
     let half = T::one() / (T::one() + T::one());
     let scale = matrix.iter().fold(T::zero(), |largest: T, entry| largest.max(entry.abs()));
     if scale == T::zero() {
@@ -31,7 +31,7 @@ where
             (rest[(i, j)], rest[(j, i)]) = (mean, mean);
         }
     }
-    let undecided = if definite { T::zero() } else { count::<T>(8 * order * order) * T::default_epsilon() };
+    let undecided = count::<T>(undecided.unwrap_or(0) * order * order) * T::default_epsilon();
     let mut eliminated = OVector::<bool, D>::repeat_generic(matrix.shape_generic().0, U1, false);
     while let Some(k) =
         (0..order).filter(|&i| !eliminated[i]).reduce(|k, i| if rest[(i, i)] > rest[(k, k)] { i } else { k })
