@@ -12,7 +12,7 @@ use nalgebra::DVector;
 
 use super::runnable::Chains;
 use crate::execute::in_words;
-use crate::model::{Builtin, Model};
+use crate::model::{Builtin, Model, generic_points};
 use crate::results::FailureReport;
 use crate::study::{ObserverSpec, Study};
 
@@ -202,7 +202,7 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
 /// Whether output k is state k, tested at points where a coincidence is unlikely.
 fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
     let size = model.size();
-    for point in points(size.states) {
+    for point in generic_points(size.states) {
         let y = model.output(0.0, &point);
         for k in 0..size.outputs.min(size.states) {
             if y[k] != point[k] {
@@ -211,12 +211,6 @@ fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
         }
     }
     Ok(())
-}
-
-/// A few states without symmetry, inside the domain of most right-hand sides.
-fn points(n: usize) -> Vec<DVector<f64>> {
-    let entry = |seed: f64| move |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
-    [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
 }
 
 pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
@@ -238,45 +232,53 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Resul
     })
 }
 
-/// Each chain begins at its output, and each equation of a chain depends on no later state than the next one.
-pub(super) fn triangular(study: &Study, wish: &ObserverSpec, chains: &Chains) -> Result<(), FailureReport> {
-    let size = study.plant.model.size();
+/// The chains of a high-gain observer: each begins at its output, each equation of a chain depends on the next state
+/// and on no later one, and the coefficient of the next state is not 0 at the first estimate.
+pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
+    let (model, size) = (&study.plant.model, study.plant.model.size());
     let (states, kind) = (&study.plant.states, wish.kind.name());
     let misfit = |hypothesis| Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
-    for point in points(size.states) {
-        let y = chains.model.output(0.0, &point);
-        for k in 0..size.outputs {
-            let head = chains.head(k);
-            if y[k] != point[head] {
+    let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
+    for (k, (head, length)) in heads.zip(lengths).enumerate() {
+        for point in generic_points(size.states) {
+            let y = model.output(0.0, &point)[k];
+            if y != point[head] {
                 return misfit(format!(
-                    "the kind {kind} needs chains that begin at the outputs: {} is {} where {} is {}",
-                    study.plant.outputs[k], y[k], states[head], point[head]
+                    "the kind {kind} needs chains that begin at the outputs: {} is {y} where {} is {}",
+                    study.plant.outputs[k], states[head], point[head]
                 ));
             }
         }
-        let u = DVector::zeros(size.inputs);
-        let jacobian = luenberger_plants::state_jacobian(&chains.model, 0.0, &point, &u);
-        for (k, length) in chains.lengths.iter().enumerate() {
-            let head = chains.head(k);
-            for i in 0..length.saturating_sub(1) {
-                if jacobian[(head + i, head + i + 1)] == 0.0 {
-                    return misfit(format!(
-                        "the kind {kind} needs a chain: {}' does not depend on {}",
-                        states[head + i],
-                        states[head + i + 1]
-                    ));
-                }
-                if let Some(j) = (i + 2..*length).find(|j| jacobian[(head + i, head + j)] != 0.0) {
-                    return misfit(format!(
-                        "the kind {kind} needs a triangular plant: {}' depends on {}, which stands further down its chain than the next state",
-                        states[head + i],
-                        states[head + j]
-                    ));
-                }
+        for i in head..(head + length).saturating_sub(1) {
+            if !model.depends_on(i, i + 1) {
+                return misfit(format!(
+                    "the kind {kind} needs a chain: {}' does not depend on {}",
+                    states[i],
+                    states[i + 1]
+                ));
+            }
+            if let Some(j) = (i + 2..head + length).find(|&j| model.depends_on(i, j)) {
+                return misfit(format!(
+                    "the kind {kind} needs a triangular plant: {}' depends on {}, which is further down its chain than the next state",
+                    states[i], states[j]
+                ));
             }
         }
     }
-    Ok(())
+    let mut input = DVector::zeros(size.inputs);
+    if let Some(program) = study.input.program() {
+        program.at(0.0, input.as_mut_slice());
+    }
+    Chains::at(model, lengths, &wish.initial, &input).map_err(|(i, coefficient)| {
+        let hypothesis = format!(
+            "the kind {kind} divides by the derivative of {}' by {}, which is {} at the first estimate",
+            states[i],
+            states[i + 1],
+            shortest(coefficient)
+        );
+        let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
+        failure(wish, hypothesis, vec![remedy.to_owned()])
+    })
 }
 
 pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {

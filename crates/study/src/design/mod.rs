@@ -87,9 +87,7 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
             nonlinear::mean_value(model, region, *rate, *eta, internal_error, &settings).map_err(explained)
         }
         ObserverKind::HighGain { r, chains, alpha } => {
-            let chains = Chains { model: model.clone(), lengths: chains.clone() };
-            explain::triangular(study, wish, &chains)?;
-            nonlinear::high_gain(chains, alpha, *r).map_err(explained)
+            nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)

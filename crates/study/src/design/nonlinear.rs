@@ -172,19 +172,26 @@ pub(super) fn mean_value(
 }
 
 pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
+    let column = |entries: &DVector<f64>| DMatrix::from_column_slice(entries.len(), 1, entries.as_slice());
+    let factors = (!chains.are_pure()).then(|| column(chains.factors()));
     let observer = HighGainObserver::new(chains, DVector::from_column_slice(alpha), r)?;
-    let gain = DMatrix::from_column_slice(observer.gain().len(), 1, observer.gain().as_slice());
+    let mut matrices = vec![matrix("alpha_i / r^i", &column(observer.gain()))];
+    let mut gains = "the gains alpha_i / r^i".to_owned();
+    if let Some(factors) = factors {
+        gains.push_str(" times factors (the inverse products of the chain's coefficients at the first estimate)");
+        matrices.push(matrix("factors", &factors));
+    }
     let report = DesignReport {
         statement: format!(
-            "The copy of the plant with the gains alpha_i / r^i, r = {r}: for a plant whose right-hand side is Lipschitz and r small enough the error decays like exp(-c t / r)."
+            "A copy of the plant with {gains}, r = {r}. If the right-hand side is Lipschitz and r is small enough, the error decays like exp(-c t / r)."
         ),
-        matrices: vec![matrix("alpha_i / r^i", &gain)],
+        matrices,
         poles: Vec::new(),
         numbers: vec![number("r", r)],
         facts: Vec::new(),
         verdict: "none".to_owned(),
         evidence: Some(
-            "how small r has to be is not computed: the theorem asks for some r, and this one is tried by running it"
+            "the theorem holds for every r below some bound, which is not computed; the simulation tests this r"
                 .to_owned(),
         ),
     };
