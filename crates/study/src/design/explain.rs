@@ -116,7 +116,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }
-                DesignError::NotHurwitz { .. } | DesignError::StabilityUndecided { .. } => another_gain(),
+                DesignError::NotHurwitz { .. } | DesignError::StabilityUndecided { .. } => another_gain(kind),
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)
@@ -130,18 +130,33 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
         }
         Misfit::Lpv(error) => {
             let alternatives = match error {
-                LpvError::TooManyVertices { .. } => vec![
-                    "lipschitz: one sector for each entry that varies, in place of a vertex for each combination"
-                        .to_owned(),
-                    "a smaller `region`, in which fewer entries vary".to_owned(),
-                ],
+                LpvError::TooManyVertices { .. } => {
+                    vec!["a smaller `region`, in which fewer entries vary".to_owned()]
+                }
                 LpvError::HiddenMode(_) | LpvError::Conflict(_) => with_smaller_rate(study, kind),
-                LpvError::UnstableVertex { .. } => another_gain(),
+                LpvError::UnstableVertex { .. } => another_gain(kind),
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)
         }
-        Misfit::NumericalKkl(error) => (error.to_string(), for_nonlinear(study, kind)),
+        Misfit::NumericalKkl(error) => {
+            let remedy = match error {
+                NumericalKklError::Unresolved { .. } => {
+                    Some("increase `points` or `cutoff`, or choose a smaller `domain`")
+                }
+                NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
+                NumericalKklError::Escapes { .. } => {
+                    Some("give `escape`, the margin around `domain` outside of which the plant is slowed down")
+                }
+                NumericalKklError::NotInjective { .. } => {
+                    Some("increase `cutoff`, or choose a `domain` on which the output distinguishes all states")
+                }
+                _ => None,
+            };
+            let mut alternatives: Vec<String> = remedy.into_iter().map(str::to_owned).collect();
+            alternatives.extend(for_nonlinear(study, kind));
+            (error.to_string(), alternatives)
+        }
         Misfit::NonlinearOutput { output, state, low, high } => {
             let hypothesis = format!(
                 "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
@@ -162,8 +177,14 @@ fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {
     kinds
 }
 
-fn another_gain() -> Vec<String> {
-    vec!["poles, decay_rate or lmi in place of a given gain".to_owned()]
+/// The ways to a gain that the kind has beside a given one.
+fn another_gain(kind: &str) -> Vec<String> {
+    let ways = match kind {
+        "lpv" => "`decay_rate` or `fastest`",
+        "lipschitz" => "`decay_rate`",
+        _ => "`poles`, `decay_rate` or `lmi`",
+    };
+    vec![format!("{ways} in place of a given gain")]
 }
 
 /// A linear plant with an unobservable mode: the mode, its direction, and which observers still exist.
