@@ -51,7 +51,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
 }
 
 /// A verified transient beyond this factor is of no use.
-const OVERSHOOT: f64 = 1e3;
+const OVERSHOOT: f64 = 100.0;
 
 /// Poles beyond this multiple of the plant's fastest mode are seldom intended.
 const SPEED: f64 = 1e3;
