@@ -5,9 +5,9 @@ use core::fmt;
 use nalgebra::RealField;
 
 use crate::error::{ExpressionError, ExpressionErrorKind, Family};
-use crate::scope::Scope;
+use crate::scope::{Scope, Symbol};
 use crate::tape::Tape;
-use crate::tree::Tree;
+use crate::tree::{Node, Tree};
 use crate::undefined::{self, Undefined};
 use crate::{affine, parse};
 
@@ -102,6 +102,11 @@ impl Expression {
     /// The first part of the text that is not.
     pub fn affine(&self) -> Result<(), &str> {
         affine::affine(&self.tree).map_err(|node| self.part(node))
+    }
+
+    /// Whether an input occurs in it.
+    pub fn uses_inputs(&self) -> bool {
+        self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::Input(_), _)))
     }
 
     /// The text that was parsed.
