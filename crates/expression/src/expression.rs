@@ -109,6 +109,18 @@ impl Expression {
         self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::Input(_), _)))
     }
 
+    /// Whether state `k` (from 0) occurs in it, whatever its value there.
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope};
+    /// let rate = Expression::parse("7.2e10*exp(-8750/x1)*x2", &Scope::plant(3, 0))?;
+    /// assert!(rate.depends_on_state(1) && !rate.depends_on_state(2));
+    /// # Ok::<(), luenberger_expression::ExpressionError>(())
+    /// ```
+    pub fn depends_on_state(&self, k: usize) -> bool {
+        self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::State(state), _) if *state == k))
+    }
+
     /// The text that was parsed.
     pub fn text(&self) -> &str {
         &self.text

@@ -35,10 +35,15 @@ fn continuous_observers_of_a_plant_with_feedthrough() {
     let placed = Vector2::new(8.5, 13.75);
     let kalman = Vector2::new(1.170785140823704, 0.435368922986791);
     let cubic = CubicObserver::of(plant(), placed, Vector2::new(-1.0, -2.0), Matrix1::new(3.0)).unwrap();
+    let designed =
+        LinearObserver::of(plant().to_dynamic(), DMatrix::from_column_slice(2, 1, placed.as_slice())).unwrap();
+    // D goes to the target with the other matrices.
+    let placed = designed.to_static::<f64, 2, 1, 1>().unwrap();
+    assert_eq!(placed, LinearObserver::of(plant(), placed.l).unwrap());
     let run = Scenario::new(plant())
         .initial_state(&[1.0, -1.0])
         .input(Signal::scalar(input))
-        .observer("placed", LinearObserver::of(plant(), placed).unwrap(), &[0.0, 0.0])
+        .observer("placed", placed, &[0.0, 0.0])
         .observer("kalman", LinearObserver::of(plant(), kalman).unwrap(), &[0.0, 0.0])
         .observer("cubic", cubic, &[0.0, 0.0])
         .until(2.0, 2)

@@ -1,6 +1,8 @@
 //! One test binary, a module a subject.
 
 mod feedthrough;
+mod gain_limits;
+mod high_gain;
 mod mistakes;
 mod plant;
 mod report_in_browser;
