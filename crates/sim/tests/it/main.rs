@@ -4,3 +4,4 @@ mod compare;
 mod gramian;
 mod replay;
 mod runs;
+mod scores;
