@@ -3,6 +3,7 @@
 mod mistakes;
 mod plant;
 mod report_in_browser;
+mod scores;
 mod signal;
 mod solver;
 mod table;
