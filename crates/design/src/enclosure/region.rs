@@ -67,6 +67,11 @@ impl Region {
         &self.states
     }
 
+    /// Bounds of the inputs; none if every input is in the region.
+    pub fn input_bounds(&self) -> Option<&[(f64, f64)]> {
+        self.inputs.as_deref()
+    }
+
     /// The bisections allowed.
     pub(crate) fn budget(&self) -> usize {
         self.subdivisions

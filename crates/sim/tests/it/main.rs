@@ -3,4 +3,5 @@
 mod compare;
 mod gramian;
 mod replay;
+mod replay_missing;
 mod runs;

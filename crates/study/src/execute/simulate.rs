@@ -6,9 +6,9 @@ use luenberger_sim::{Integrand, Merits, Scenario, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::Member;
 use super::options::RunOptions;
-use crate::results::{MeritsReport, RunReport, SimulationReport};
+use super::{Member, filter};
+use crate::results::{FilterReport, MeritsReport, RunReport, SimulationReport};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
@@ -34,6 +34,10 @@ pub(super) struct Run {
     pub(super) y: DMatrix<f64>,
     /// The estimates of the observer; none for the plant alone.
     pub(super) estimate: Option<DMatrix<f64>>,
+    /// `y - h(xhat)` as the observer had it, on a log; NaN where nothing was measured.
+    pub(super) innovation: Option<DMatrix<f64>>,
+    /// The standard deviations of the estimates, of a filter.
+    pub(super) deviation: Option<DMatrix<f64>>,
 }
 
 /// The observer in the feedback loop.
@@ -125,7 +129,9 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         }
     }
     let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| o.estimate.clone());
-    Run { t: trajectory.t.clone(), x: trajectory.x.clone(), u: trajectory.u.clone(), y, estimate }
+    let deviation = member.and_then(|member| filter::deviation(trajectory, member));
+    let (t, x, u) = (trajectory.t.clone(), trajectory.x.clone(), trajectory.u.clone());
+    Run { t, x, u, y, estimate, innovation: None, deviation }
 }
 
 /// A run with its observer, or the error that ended it.
@@ -139,7 +145,7 @@ pub(super) fn all<'a>(
     members: &[Member<'a>],
     options: &RunOptions<'_>,
     finished: &(dyn Fn(&Member<'_>, &Run) + Sync),
-) -> (SimulationReport, Vec<Outcome<'a>>) {
+) -> (SimulationReport, Vec<Outcome<'a>>, Vec<FilterReport>) {
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |member: &Member<'a>| {
         if options.interrupted() {
@@ -148,12 +154,13 @@ pub(super) fn all<'a>(
         let outcome = fed_back(study, members).and_then(|()| {
             trajectory(study, simulation, members, Some(member), Variation::NONE).and_then(|trajectory| {
                 let merits = merits(study, simulation, &trajectory, member)?;
-                Ok((samples(simulation, &trajectory, Some(member)), merits))
+                let filter = filter::consistency(study, simulation, &trajectory, member)?;
+                Ok((samples(simulation, &trajectory, Some(member)), merits, filter))
             })
         });
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         options.tell("simulate", &member.wish.name, count, members.len());
-        if let Ok((run, _)) = &outcome {
+        if let Ok((run, ..)) = &outcome {
             finished(member, run);
         }
         Some((*member, outcome))
@@ -162,10 +169,12 @@ pub(super) fn all<'a>(
     let mut rows = Vec::new();
     let mut runs = Vec::new();
     let mut x_end = Vec::new();
+    let mut filters = Vec::new();
     for (member, outcome) in outcomes {
         let observer = member.wish.name.clone();
         match outcome {
-            Ok((run, merits)) => {
+            Ok((run, merits, filter)) => {
+                filters.extend(filter);
                 if x_end.is_empty() {
                     x_end = run.x.row(run.x.nrows() - 1).iter().copied().collect();
                 }
@@ -185,7 +194,7 @@ pub(super) fn all<'a>(
         seed: simulation.noise.as_ref().map(|noise| noise.seed),
         rows,
     };
-    (report, runs)
+    (report, runs, filters)
 }
 
 /// Checks that the observer in the feedback loop has a design.

@@ -1,10 +1,7 @@
 //! Warnings that qualify the results.
 
-use luenberger_design::Region;
 use luenberger_proof::wording::significant;
 
-use super::Member;
-use super::simulate::Run;
 use crate::results::Results;
 use crate::results::report::eigenvalue;
 use crate::signal::Input;
@@ -38,45 +35,6 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
                     "{} takes the input as held over its period {period}, and simulation.hold is {}: its error does not tend to 0",
                     wish.name,
                     simulation.hold.map_or_else(|| "not there".to_owned(), |hold| hold.to_string())
-                ));
-            }
-        }
-    }
-    warnings
-}
-
-/// The box of an observer's certificate, if it has one that is bounded somewhere.
-fn region(kind: &ObserverKind) -> Option<&Region> {
-    let (ObserverKind::Lpv { region, .. }
-    | ObserverKind::MeanValue { region, .. }
-    | ObserverKind::Lipschitz { region, split: None, .. }) = kind
-    else {
-        return None;
-    };
-    region.states().iter().any(|(low, high)| low.is_finite() || high.is_finite()).then_some(region)
-}
-
-/// States, estimates and inputs that leave the box for which a property was proved.
-pub(super) fn of_runs(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for (member, run) in runs {
-        let (states, name) = match (&member.wish.kind, region(&member.wish.kind)) {
-            (_, Some(region)) => (region.states().to_vec(), &member.wish.name),
-            (ObserverKind::KklNumerical(kkl), None) => (kkl.domain.clone(), &member.wish.name),
-            _ => continue,
-        };
-        for (what, values) in [("the state", Some(&run.x)), ("its estimate", run.estimate.as_ref())] {
-            let Some(values) = values else { continue };
-            let outside = (0..values.nrows()).find_map(|k| {
-                let i = (0..values.ncols()).find(|i| !(states[*i].0..=states[*i].1).contains(&values[(k, *i)]))?;
-                Some((run.t[k], i, values[(k, i)]))
-            });
-            if let Some((t, i, value)) = outside {
-                warnings.push(format!(
-                    "{name}: {what} leaves the box of the design at t = {}, where {} is {}: what is proved or fitted there does not speak of it",
-                    significant(t, 5),
-                    study.plant.states[i],
-                    significant(value, 5)
                 ));
             }
         }

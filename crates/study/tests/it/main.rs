@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod log;
 mod mistakes;
 mod plant;
 mod report_in_browser;
