@@ -2,8 +2,9 @@
 
 use luenberger_proof::wording::significant;
 
-use crate::results::Results;
+use crate::design::SPEED_RATIO;
 use crate::results::report::eigenvalue;
+use crate::results::{DesignReport, Results};
 use crate::signal::Input;
 use crate::study::{ObserverKind, Study};
 
@@ -23,6 +24,10 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
             ));
         }
     }
+    for observer in &results.observers {
+        let Some(design) = &observer.design else { continue };
+        warnings.extend(amplification(study, &observer.name, design));
+    }
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
         for wish in &study.observers {
@@ -38,6 +43,49 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
                 ));
             }
         }
+    }
+    warnings
+}
+
+/// A verified transient beyond this factor is of no use.
+const OVERSHOOT: f64 = 100.0;
+
+/// Poles beyond this multiple of the plant's fastest mode are seldom intended.
+const SPEED: f64 = 1e3;
+
+/// Gains that are verified and of no use: an overshoot bound that says nothing, poles far beyond the plant, and noise
+/// that leaves a larger error than the first one.
+fn amplification(study: &Study, name: &str, design: &DesignReport) -> Vec<String> {
+    const REMEDY: &str = "set `max_gain` or `noise`, or ask for a smaller rate";
+    let mut warnings = Vec::new();
+    if let Some(overshoot) = design.number("overshoot").filter(|overshoot| *overshoot > OVERSHOOT) {
+        warnings.push(format!(
+            "{name}: overshoot bound {}: the error may grow to this multiple of its first value before it decays; {REMEDY}",
+            significant(overshoot, 4)
+        ));
+    }
+    if let Some(ratio) = design.number(SPEED_RATIO).filter(|ratio| *ratio > SPEED) {
+        warnings.push(format!(
+            "{name}: its fastest pole is {} times as fast as the plant's fastest mode (norm of L {}): it amplifies measurement noise and unmodelled dynamics; {REMEDY}",
+            significant(ratio, 2),
+            significant(design.number("norm of L").unwrap_or(f64::NAN), 3)
+        ));
+    }
+    let (Some(simulation), Some(observer)) = (&study.simulation, study.observer(name)) else { return warnings };
+    let first = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| (x - xhat).abs());
+    let worst = design
+        .noise_deviation
+        .iter()
+        .zip(first)
+        .enumerate()
+        .filter(|(_, (deviation, first))| *first > 0.0 && *deviation > first);
+    if let Some((i, (deviation, first))) = worst.max_by(|x, y| (x.1.0 / x.1.1).total_cmp(&(y.1.0 / y.1.1))) {
+        warnings.push(format!(
+            "{name}: the measurement noise alone leaves an error of standard deviation {} in {}, more than the first error {}; {REMEDY}",
+            significant(*deviation, 3),
+            study.plant.states[i],
+            significant(first, 3)
+        ));
     }
     warnings
 }
