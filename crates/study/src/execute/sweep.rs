@@ -7,10 +7,10 @@ use luenberger_sim::Noise;
 use rayon::prelude::*;
 
 use super::options::RunOptions;
+use super::region::{Excursion, excursion};
 use super::scores::Scoring;
 use super::simulate::{self, Variation};
 use super::stopped::why;
-use super::warn::{Excursion, excursion};
 use super::{Member, member};
 use crate::design::{Designed, NoDesign, design};
 use crate::error::StudyError;

@@ -3,6 +3,7 @@
 mod feedthrough;
 mod gain_limits;
 mod high_gain;
+mod log;
 mod mistakes;
 mod plant;
 mod report_in_browser;
