@@ -226,7 +226,7 @@ impl<'a> Model<'a> {
         let mut observers = Vec::new();
         for fitted in &self.observers {
             let estimate = width + fitted.length;
-            observers.push(ObserverLayout { estimate, states: fitted.states.clone() });
+            observers.push(ObserverLayout { estimate, states: fitted.states.clone(), period: fitted.period });
             width = estimate + fitted.states.len();
         }
         Layout {

@@ -134,12 +134,12 @@ impl<'m, 'a> Runner<'m, 'a> {
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
         };
         let everybody = vec![true; model.observers.len()];
-        runner.jump(t, model.hold.is_some(), &everybody);
+        runner.jump(t, model.hold.is_some(), &everybody)?;
         Ok(runner)
     }
 
     /// New held input, new samples.
-    fn jump(&mut self, t: f64, hold: bool, sample: &[bool]) {
+    fn jump(&mut self, t: f64, hold: bool, sample: &[bool]) -> Result<(), SimError> {
         let model = self.model;
         for (k, _) in sample.iter().enumerate().filter(|(_, due)| **due) {
             self.still.sampled[k].clone_from(&self.pending[k]);
@@ -156,12 +156,17 @@ impl<'m, 'a> Runner<'m, 'a> {
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
                 fitted.observer.step(t, &mut self.pending[k], &now.u, &now.seen);
+                if let Some(index) = self.pending[k].iter().position(|entry| !entry.is_finite()) {
+                    let (observer, value) = (model.names[k].clone(), self.pending[k][index]);
+                    return Err(SimError::ObserverNotFinite { observer, time: t, index, value });
+                }
             }
         }
+        Ok(())
     }
 
     /// Everything that happens at `t`.
-    fn tick(&mut self, t: f64) {
+    fn tick(&mut self, t: f64) -> Result<(), SimError> {
         if let Some(clock) = &mut self.noise_clock
             && clock.happens(t)
             && let Some(noise) = &self.model.noise
@@ -172,8 +177,9 @@ impl<'m, 'a> Runner<'m, 'a> {
         let sample: Vec<bool> =
             self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))).collect();
         if hold || sample.contains(&true) {
-            self.jump(t, hold, &sample);
+            self.jump(t, hold, &sample)?;
         }
+        Ok(())
     }
 
     /// When something jumps next after `t`, `end` at the latest.
@@ -211,7 +217,11 @@ impl<'m, 'a> Runner<'m, 'a> {
                     let t = step.start + node(i) * (step.end - step.start);
                     model.row(t, &step.at(t), still, &mut now, &mut rows);
                 }
-                check_finite("a quantity of the run", &rows)?;
+                if let Some(at) = rows.iter().position(|value| !value.is_finite()) {
+                    let time = step.start + node(at / layout.width) * (step.end - step.start);
+                    let what = layout.name(at % layout.width);
+                    return Err(SimError::QuantityNotFinite { time, what, value: rows[at] });
+                }
                 dense.push(step.start, step.end, rows);
                 // A time at the seam of two intervals, up to rounding, waits for what happens there.
                 while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
@@ -221,7 +231,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             })?;
             self.stacked = stacked;
             t = next;
-            self.tick(t);
+            self.tick(t)?;
         }
         for t in waiting {
             model.row(t, &self.stacked, &self.still, self.now.get_mut(), &mut samples);

@@ -5,3 +5,4 @@ mod feedthrough;
 mod gramian;
 mod replay;
 mod runs;
+mod scores;

@@ -6,7 +6,9 @@ mod log;
 mod observe;
 mod options;
 mod pictures;
+mod scores;
 mod simulate;
+mod stopped;
 mod sweep;
 mod warn;
 
@@ -143,24 +145,35 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
-        let (report, outcomes) = simulate::all(study, simulation, &members, options, &finished);
+        let (report, outcomes) = simulate::all(study, simulation, &members, options, &finished)?;
         results.simulation = Some(report);
         if let Some(error) = failed.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
             return Err(error);
         }
-        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref().ok()?))).collect();
+        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
         results.warnings.extend(warn::of_runs(study, &of));
         save(&folder, &mut results)?;
         options.check()?;
         let alone;
-        let first = match of.first() {
+        // The plant is drawn from the run with the most rows.
+        let densest = of.iter().rev().max_by_key(|(_, run)| run.t.len());
+        let first = match densest {
             Some((_, run)) => Some(*run),
             // No observer run finished: the plant alone, if it can be simulated.
             None if simulate::fed(study).is_none() => {
-                let trajectory = simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE)?;
-                alone = simulate::samples(simulation, &trajectory, None);
-                folder.table("trajectories/plant", &pictures::table(study, &alone, false))?;
-                Some(&alone)
+                match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE) {
+                    Ok(trajectory) => {
+                        alone = simulate::samples(simulation, &trajectory, None);
+                        folder.table("trajectories/plant", &pictures::table(study, &alone, false))?;
+                        Some(&alone)
+                    }
+                    // With observers, each of their rows says how far it came.
+                    Err(error) if error.ends_run() && !members.is_empty() => {
+                        results.warnings.push(format!("The plant alone: {}", stopped::why(study, &error)));
+                        None
+                    }
+                    Err(error) => return Err(error.into()),
+                }
             }
             None => None,
         };
@@ -187,8 +200,9 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     }
     if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
         options.check()?;
-        let report = sweep::all(study, simulation, sweep, &members, options)?;
-        figures.extend(pictures::sweep(&report, study.plant.time_unit.as_ref()));
+        let (report, warnings) = sweep::all(study, simulation, sweep, &members, options)?;
+        results.warnings.extend(warnings);
+        figures.extend(pictures::sweep(study, &report));
         results.sweep = Some(report);
         save(&folder, &mut results)?;
     }

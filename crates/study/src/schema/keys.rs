@@ -130,7 +130,7 @@ const SIMULATION: Table = Table {
         optional(
             "samples",
             Kind::Count(2),
-            "How many equally spaced times are written, both ends among them; 501 without it.",
+            "How many equally spaced times are written, both ends among them (default 501). A sampled observer has its rows at its samples, evenly thinned to at most this number.",
         ),
         optional(
             "integrator",
@@ -152,6 +152,16 @@ const SIMULATION: Table = Table {
             "band",
             Kind::Number(Range::Positive),
             "The error has settled at this share of its first value; 0.05 without it.",
+        ),
+        optional(
+            "scale",
+            Kind::Numbers(Range::Positive),
+            "One positive number per state, in its unit: the error of each state is divided by it in the norm |e|. Default: the widths of the region of the designs, if it is finite and the same for all; otherwise no norm is formed.",
+        ),
+        optional(
+            "score_period",
+            Kind::Number(Range::Positive),
+            "Errors are scored at multiples of this period, at least the longest sampling period. Default: at the samples if any observer is sampled, otherwise in continuous time.",
         ),
         optional("noise", Kind::Table(&NOISE), "Noise on the outputs that the observers see; none without it."),
     ],

@@ -6,6 +6,7 @@ mod high_gain;
 mod mistakes;
 mod plant;
 mod report_in_browser;
+mod scores;
 mod signal;
 mod solver;
 mod table;
