@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use luenberger_design::GainOptions;
 use luenberger_lmi::Solver;
 use luenberger_sim::Recording;
 use nalgebra::{Complex, DMatrix};
@@ -97,6 +98,10 @@ pub struct Simulation {
     pub hold: Option<f64>,
     /// The settling band as a fraction of the initial error.
     pub band: f64,
+    /// The period of the scores, if specified.
+    pub score_period: Option<f64>,
+    /// The scale of each state in norms, if specified.
+    pub scale: Option<Vec<f64>>,
     /// Noise on the outputs.
     pub noise: Option<NoiseSpec>,
 }
@@ -144,8 +149,28 @@ pub struct ObserverSpec {
     pub initial: Vec<f64>,
     /// Its kind.
     pub kind: ObserverKind,
+    /// Limits of a gain that is designed by a matrix inequality.
+    pub limits: GainLimits,
     /// Position of the observer in the file.
     pub place: Place,
+}
+
+/// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see
+/// [`GainOptions`](luenberger_design::GainOptions).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GainLimits {
+    /// An upper bound of the spectral norm of L.
+    pub max_gain: Option<f64>,
+    /// The intensity V of the measurement noise, p x p, for which the noise gain is to be the least.
+    pub noise: Option<DMatrix<f64>>,
+}
+
+impl GainLimits {
+    /// The options of the design, with this solver.
+    pub fn options(&self, solver: Solver) -> GainOptions {
+        let settings = luenberger_lmi::Settings { solver, ..luenberger_lmi::Settings::default() };
+        GainOptions { settings, max_gain: self.max_gain, noise: self.noise.clone() }
+    }
 }
 
 /// Gain specification of a linear observer.
@@ -318,6 +343,29 @@ impl ObserverKind {
             Self::ExtendedKalman { .. } => "extended-kalman",
             Self::KklNumerical(_) => "kkl-numerical",
         }
+    }
+
+    /// The sampling period; none in continuous time.
+    pub fn period(&self) -> Option<f64> {
+        match self {
+            Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            _ => None,
+        }
+    }
+
+    /// The region of the design, if it is bounded somewhere.
+    pub fn region(&self) -> Option<luenberger_design::Region> {
+        let region = match self {
+            Self::Lpv { region, .. } | Self::MeanValue { region, .. } | Self::Lipschitz { region, split: None, .. } => {
+                region.clone()
+            }
+            Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
+            _ => return None,
+        };
+        let bounded = |bounds: &(f64, f64)| bounds.0.is_finite() || bounds.1.is_finite();
+        let (inputs, time) = (region.input_bounds().unwrap_or_default(), region.time_bounds());
+        let bounded = region.states().iter().chain(inputs).chain([&time]).any(bounded);
+        bounded.then_some(region)
     }
 
     /// The same specification with poles and rates scaled by `factor`.

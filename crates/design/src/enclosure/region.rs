@@ -67,6 +67,16 @@ impl Region {
         &self.states
     }
 
+    /// The bounds of the inputs; none if they are arbitrary.
+    pub fn input_bounds(&self) -> Option<&[(f64, f64)]> {
+        self.inputs.as_deref()
+    }
+
+    /// The bounds of the time, infinite by default.
+    pub fn time_bounds(&self) -> (f64, f64) {
+        self.time
+    }
+
     /// The bisections allowed.
     pub(crate) fn budget(&self) -> usize {
         self.subdivisions

@@ -1,10 +1,14 @@
 //! One test binary, a module a subject.
 
+mod feedthrough;
 mod folder;
+mod gain_limits;
+mod high_gain;
 mod limits;
 mod mistakes;
 mod plant;
 mod report_in_browser;
+mod scores;
 mod signal;
 mod solver;
 mod table;

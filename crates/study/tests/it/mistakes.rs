@@ -650,3 +650,41 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
         assert!(fits.contains(alternative), "{text}\n{fits}");
     }
 }
+
+/// Scores: a scale fits the states, and there are instants at which all observers can be scored.
+#[test]
+fn scores() {
+    let sampled = STUDY.replace("duration = 2\n", "duration = 2\nscale = [1, 2]\nscore_period = 0.1\n")
+        + "[[observer]]\nname = \"three\"\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.1\n";
+    one(
+        &sampled,
+        &[
+            (
+                "scale = [1, 2]",
+                "scale = [1]",
+                11,
+                "`scale` has 1 entries, and the plant has 2 states",
+                "expected 2 entries",
+            ),
+            ("scale = [1, 2]", "scale = [1, 0]", 11, "entry 2 of `scale` is 0", "positive"),
+            (
+                "score_period = 0.1",
+                "score_period = 0.03",
+                12,
+                "finer than the samples of an observer, every 0.1",
+                "at least 0.1",
+            ),
+            ("score_period = 0.1", "score_period = 0", 12, "`score_period` is 0", "positive"),
+        ],
+    );
+    let two = sampled.replace("score_period = 0.1\n", "")
+        + "[[observer]]\nname = \"four\"\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.1\n";
+    let edit = (
+        "name = \"four\"\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.1",
+        "name = \"four\"\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.07",
+    );
+    one(
+        &two,
+        &[(edit.0, edit.1, 8, "the sampling periods 0.1 and 0.07 have no common multiple", "expected `score_period`")],
+    );
+}
