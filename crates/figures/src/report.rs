@@ -84,6 +84,7 @@ pub struct Cell {
 enum Kind {
     Text,
     Number,
+    Best,
     Badge(Tone),
 }
 
@@ -315,7 +316,7 @@ impl Grid {
         page.push_str("<thead><tr>");
         for (column, text) in self.head.iter().enumerate() {
             // Numbers and their headings are right-aligned.
-            let numbers = self.rows.iter().any(|row| row[column].kind == Kind::Number);
+            let numbers = self.rows.iter().any(|row| matches!(row[column].kind, Kind::Number | Kind::Best));
             let _ = write!(page, "<th{}>{}</th>", if numbers { " class=\"number\"" } else { "" }, inline(text));
         }
         page.push_str("</tr></thead><tbody>");
@@ -323,7 +324,7 @@ impl Grid {
             page.push_str("<tr>");
             for cell in row {
                 let _ = match cell.kind {
-                    Kind::Number => write!(page, "<td class=\"number\">{}</td>", cell.html()),
+                    Kind::Number | Kind::Best => write!(page, "<td class=\"number\">{}</td>", cell.html()),
                     Kind::Text | Kind::Badge(_) => write!(page, "<td>{}</td>", cell.html()),
                 };
             }
@@ -345,10 +346,16 @@ impl Cell {
         Self { text: text.into(), kind: Kind::Number }
     }
 
+    /// A number that is the best of those it is compared with.
+    pub fn best(text: impl Into<String>) -> Self {
+        Self { text: text.into(), kind: Kind::Best }
+    }
+
     fn html(&self) -> String {
         match self.kind {
             Kind::Text => inline(&self.text),
             Kind::Number => escape(&self.text.replace('-', "−")),
+            Kind::Best => format!("<strong>{}</strong>", escape(&self.text.replace('-', "−"))),
             Kind::Badge(tone) => format!("<span class=\"badge {}\">{}</span>", tone.class(), escape(&self.text)),
         }
     }

@@ -4,6 +4,9 @@
 //! that one that diverges is a row of the table and not the end of it. An input that feeds back estimates is refused:
 //! under feedback from its own estimate each observer would see another plant.
 //!
+//! If any of the observers is sampled, all are scored at the samples, where its estimate is defined; otherwise in
+//! continuous time (see [`scores`](crate::scores)). The table says which.
+//!
 //! What an observer was *given more* than the others stands in its row: what the caller says, and what is found. An
 //! observer whose own state at the start contains x(0) - xhat(0) or x(0), entry for entry, has been told the answer,
 //! and its row cannot be compared with the rest.
@@ -19,9 +22,9 @@ use luenberger_plants::{Dimensions, Plant};
 use crate::erased::{AnyObserver, Continuous, Sampled};
 use crate::error::{SimError, check, check_positive};
 use crate::integrate::Settings;
-use crate::metrics;
 use crate::noise::Noise;
 use crate::scenario::Scenario;
+use crate::scores::{Band, Errors, Merits, ScoreGrid, StateScores, check_scale};
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
 use crate::view::View;
@@ -34,6 +37,8 @@ pub struct Comparison<'a> {
     x0: Vec<f64>,
     xhat0: Vec<f64>,
     band: f64,
+    score_period: Option<f64>,
+    scale: Option<Vec<f64>>,
     entries: Vec<Entry<'a>>,
     told: Vec<(String, String)>,
 }
@@ -52,6 +57,8 @@ impl<'a> Comparison<'a> {
             x0: x0.to_vec(),
             xhat0: xhat0.to_vec(),
             band: 0.05,
+            score_period: None,
+            scale: None,
             entries: Vec::new(),
             told: Vec::new(),
         }
@@ -75,6 +82,22 @@ impl<'a> Comparison<'a> {
     #[must_use]
     pub fn band(mut self, fraction: f64) -> Self {
         self.band = fraction;
+        self
+    }
+
+    /// Scores at multiples of this period, at least the longest sampling period (default: the samples of the sampled
+    /// observers, and continuous time if there are none).
+    #[must_use]
+    pub fn score_period(mut self, period: f64) -> Self {
+        self.score_period = Some(period);
+        self
+    }
+
+    /// The scale of each state, by which its error is divided in the norm |e| (default 1 for each: the Euclidean norm
+    /// of numbers with different units).
+    #[must_use]
+    pub fn scale(mut self, scale: &[f64]) -> Self {
+        self.scale = Some(scale.to_vec());
         self
     }
 
@@ -149,8 +172,8 @@ impl<'a> Comparison<'a> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// What does not fit, as [`Scenario::run`]. An observer that blows up, or that the integrator cannot follow, is no
-    /// error: its row says so.
+    /// What does not fit, as [`Scenario::run`]; [`SimError::NoCommonGrid`] for sampling periods without a common
+    /// multiple, [`SimError::ScorePeriod`]. A run that ends early ([`SimError::ends_run`]) is no error: its row says so.
     pub fn run(self) -> Result<Compared, SimError> {
         let size = self.scenario.plant.dimensions();
         check("the initial state", &self.x0, size.states)?;
@@ -160,8 +183,12 @@ impl<'a> Comparison<'a> {
             return Err(SimError::EstimateFeedback);
         }
         let e0: Vec<f64> = self.x0.iter().zip(&self.xhat0).map(|(x, xhat)| x - xhat).collect();
-        let scale = e0.iter().map(|e| e * e).sum::<f64>().sqrt();
-        check_positive("|x(0) - xhat(0)|, the error to be observed away,", scale)?;
+        if let Some(scale) = &self.scale {
+            check_scale(scale, size.states)?;
+        }
+        let unit = |i: usize| self.scale.as_ref().map_or(1.0, |scale| scale[i]);
+        let initial_error = e0.iter().enumerate().map(|(i, e)| (e / unit(i)).powi(2)).sum::<f64>().sqrt();
+        check_positive("|x(0) - xhat(0)|, the error to be observed away,", initial_error)?;
         for (k, entry) in self.entries.iter().enumerate() {
             if self.entries[..k].iter().any(|other| other.name == entry.name) {
                 return Err(SimError::DuplicateName { name: entry.name.clone() });
@@ -170,37 +197,48 @@ impl<'a> Comparison<'a> {
         if let Some((name, _)) = self.told.iter().find(|(name, _)| self.entries.iter().all(|e| e.name != *name)) {
             return Err(SimError::UnknownName { name: name.clone() });
         }
-        let within = self.band * scale;
-        let rows = self.entries.iter().map(|entry| self.row(entry, &e0, within, size)).collect::<Result<_, _>>()?;
+        let grid = match self.score_period {
+            Some(period) => ScoreGrid::Samples { period },
+            None => {
+                let periods: Vec<Option<f64>> = self.entries.iter().map(|entry| entry.observer.period()).collect();
+                ScoreGrid::common(&periods, self.scenario.duration()?)?
+            }
+        };
+        let within = Band::Within(self.band * initial_error);
+        let rows =
+            self.entries.iter().map(|entry| self.row(entry, &e0, (grid, within), size)).collect::<Result<_, _>>()?;
         Ok(Compared {
-            initial_error: scale,
+            initial_error,
             band: self.band,
+            grid,
+            scale: self.scale,
             seed: self.scenario.noise.as_ref().map(Noise::seed),
             rows,
         })
     }
 
-    fn row(&self, entry: &Entry<'a>, e0: &[f64], within: f64, size: Dimensions) -> Result<Row, SimError> {
+    fn row(
+        &self,
+        entry: &Entry<'a>,
+        e0: &[f64],
+        (grid, within): (ScoreGrid, Band),
+        size: Dimensions,
+    ) -> Result<Row, SimError> {
         let Entry { name, observer } = entry;
         let scenario = self.scenario.clone().entry(name, Rc::clone(observer), &self.xhat0, None);
         let trajectory = match scenario.run() {
             Ok(trajectory) => Ok(trajectory),
-            Err(
-                error @ (SimError::BlowUp { .. }
-                | SimError::NotDefined { .. }
-                | SimError::StepSize { .. }
-                | SimError::TooManySteps { .. }),
-            ) => Err(error),
+            Err(error) if error.ends_run() => Err(error),
             Err(error) => return Err(error),
         };
 
         // From here on lengths are known to fit: the run has checked them.
         let own = observer.dimensions();
         let (mut u0, mut y0) = (vec![0.0; size.inputs], vec![0.0; size.outputs]);
-        self.scenario.plant.output(0.0, &self.x0, &mut y0);
         let still = vec![0.0; size.inputs];
-        let view = View { t: 0.0, x: &self.x0, u: &still, y: &y0, names: &[], estimates: &[], errors: &[] };
+        let view = View { t: 0.0, x: &self.x0, u: &still, y: &[], names: &[], estimates: &[], errors: &[] };
         self.scenario.input.write(&view, &mut u0);
+        self.scenario.plant.output(0.0, &self.x0, &u0, &mut y0);
         let mut z0 = vec![0.0; own.state];
         observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
         let mut given: Vec<String> =
@@ -213,11 +251,15 @@ impl<'a> Comparison<'a> {
 
         let cost = cost(observer.as_ref(), &z0, &u0, &y0);
         let cost = Cost { seconds: cost, per_sample: observer.period().is_some() };
-        let (outcome, trajectory) = match trajectory {
-            Ok(trajectory) => (Ok(Merits::within(&trajectory, name, within)?), Some(trajectory)),
-            Err(error) => (Err(error), None),
+        let (outcome, states, trajectory) = match trajectory {
+            Ok(trajectory) => {
+                let errors = Errors::of(&trajectory, name, grid)?;
+                let (merits, states) = (errors.merits(self.scale.as_deref(), within)?, errors.states()?);
+                (Ok(merits), states, Some(trajectory))
+            }
+            Err(error) => (Err(error), Vec::new(), None),
         };
-        Ok(Row { name: name.clone(), given, outcome, cost, trajectory })
+        Ok(Row { name: name.clone(), given, outcome, states, cost, trajectory })
     }
 }
 
@@ -257,6 +299,10 @@ fn cost(observer: &dyn AnyObserver, z: &[f64], u: &[f64], y: &[f64]) -> f64 {
 pub struct Compared {
     /// `|x(0) - xhat(0)|`, the same for all.
     pub initial_error: f64,
+    /// The instants at which all are scored.
+    pub grid: ScoreGrid,
+    /// The scale of the norm, if one was given.
+    pub scale: Option<Vec<f64>>,
     /// The band of settling, as a fraction of `initial_error`.
     pub band: f64,
     /// The seed of the noise, if there was any.
@@ -274,61 +320,12 @@ pub struct Row {
     pub given: Vec<String>,
     /// How it did, or where its run ended.
     pub outcome: Result<Merits, SimError>,
+    /// The scores of each state, in its unit; empty if the run failed.
+    pub states: Vec<StateScores>,
     /// What it costs. Measured, hence different from run to run.
     pub cost: Cost,
     /// Its run; none if it failed.
     pub trajectory: Option<Trajectory>,
-}
-
-/// Figures of merit of the norm of the error, |e|.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Merits {
-    /// The first time |e| is within the band; `None` if it never is.
-    pub settling_first: Option<f64>,
-    /// The time from which |e| stays within the band; `None` if it does not.
-    pub settling_last: Option<f64>,
-    /// The largest |e|; at least |e(0)|.
-    pub peak: f64,
-    /// The root of the mean of |e|^2 over the run.
-    pub rms: f64,
-    /// |e| at the end.
-    pub last: f64,
-}
-
-impl Merits {
-    /// The merits of an observer in a run; settled is within `band |e(0)|`, `e(0)` the error at the start.
-    ///
-    /// ```
-    /// use luenberger_sim::{Merits, Scenario};
-    /// use luenberger_observers::LinearObserver;
-    /// use nalgebra::Vector2;
-    /// let plant = luenberger_plants::double_integrator();
-    /// let run = Scenario::new(plant.clone())
-    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
-    ///     .until(8.0, 2)
-    ///     .run()?;
-    /// let merits = Merits::of(&run, "linear", 0.05)?;
-    /// assert!(merits.peak >= 1.0 && merits.last < 1e-5 && merits.settling_last < Some(3.0));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    /// # Errors
-    /// [`SimError::UnknownName`].
-    pub fn of(trajectory: &Trajectory, observer: &str, band: f64) -> Result<Self, SimError> {
-        let norm = trajectory.error_norm(observer)?;
-        Self::within(trajectory, observer, band * norm.at(norm.span().0)?)
-    }
-
-    /// As [`of`](Self::of), settled being within `within` of |e|.
-    fn within(trajectory: &Trajectory, observer: &str, within: f64) -> Result<Self, SimError> {
-        let norm = trajectory.error_norm(observer)?;
-        Ok(Self {
-            settling_first: metrics::settling_first(&norm, within),
-            settling_last: metrics::settling_last(&norm, within),
-            peak: metrics::peak(&norm)?.value.abs(),
-            rms: trajectory.rmse(observer)?,
-            last: norm.last(),
-        })
-    }
 }
 
 /// Time of one evaluation, the conversion from and to slices included.
@@ -355,6 +352,10 @@ impl fmt::Display for Compared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(8);
         writeln!(f, "|e(0)| = {:.4}, settled within {:.4}", self.initial_error, self.band * self.initial_error)?;
+        writeln!(f, "{}", self.grid)?;
+        if let Some(scale) = &self.scale {
+            writeln!(f, "norm in units of scale = {scale:?}")?;
+        }
         if let Some(seed) = self.seed {
             writeln!(f, "noise of seed {seed}, the same for all")?;
         }

@@ -71,14 +71,18 @@ impl Dense {
     /// # Errors
     /// [`SimError::Outside`] when `t` is not within the span.
     pub fn at(&self, t: f64) -> Result<Vec<f64>, SimError> {
+        let mut value = vec![0.0; self.width];
+        self.on_step(self.step_at(t)?, t, 0, &mut value);
+        Ok(value)
+    }
+
+    /// The step that `t` lies in, the later one at a seam.
+    pub(crate) fn step_at(&self, t: f64) -> Result<usize, SimError> {
         let (start, end) = self.span();
         if self.pieces.is_empty() || !(start..=end).contains(&t) {
             return Err(SimError::Outside { time: t, start, end });
         }
-        let index = self.pieces.partition_point(|piece| piece.start <= t).saturating_sub(1);
-        let mut value = vec![0.0; self.width];
-        self.on_step(index, t, 0, &mut value);
-        Ok(value)
+        Ok(self.pieces.partition_point(|piece| piece.start <= t).saturating_sub(1))
     }
 
     /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.

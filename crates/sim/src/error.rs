@@ -81,24 +81,68 @@ pub enum SimError {
         /// How many there are.
         count: usize,
     },
-    /// A feedback from an estimate that itself depends on the input.
+    /// A feedback from an estimate, or of an output, that itself depends on the input.
     #[error(
-        "the input depends on itself through an estimate: evaluated again with the input found it moves by {change:e}"
+        "the input depends on itself through an estimate or an output: evaluated again with the input found it moves by {change:e}"
     )]
     AlgebraicLoop {
         /// How far the input moves.
         change: f64,
     },
+    /// Sampling periods without a common multiple in the run, so that there are no instants at which to score all.
+    #[error(
+        "the sampling periods {first} and {second} have no common multiple that occurs ten times in a run of {duration}: \
+         set the period of the scores"
+    )]
+    NoCommonGrid {
+        /// A period, or the common multiple of several.
+        first: f64,
+        /// The period that does not fit.
+        second: f64,
+        /// The duration of the run.
+        duration: f64,
+    },
+    /// Scores between the samples of an observer, where its estimate is not defined.
+    #[error(
+        "scores every {period} are finer than the samples of {observer:?}, every {own}: its estimate is defined there"
+    )]
+    ScorePeriod {
+        /// The period of the scores.
+        period: f64,
+        /// The observer.
+        observer: String,
+        /// Its sampling period.
+        own: f64,
+    },
     /// The solution leaves every bound in finite time, or grows past 1e100.
-    #[error("the solution blows up at t = {time}: its norm has reached {norm:e}")]
+    #[error("stopped at t = {}: the solution blows up, its norm has reached {}", short(*time), short(*norm))]
     BlowUp {
         /// Time up to which it exists, located to the spacing of floating-point numbers there.
         time: f64,
         /// Its largest entry then.
         norm: f64,
     },
+    /// A derivative leaves every bound where the solution itself is of moderate size, as at a division by zero.
+    #[error(
+        "stopped at t = {}: the derivative of entry {index} is unbounded there ({} at the value {}), as by a division \
+         by zero",
+        short(*time), short(*slope), short(*value)
+    )]
+    Singular {
+        /// Time reached.
+        time: f64,
+        /// Index of the entry, from 0: the plant's states, then those of the observers in continuous time.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// Its derivative.
+        slope: f64,
+    },
     /// A right-hand side that is not finite where the solution arrives.
-    #[error("the right-hand side is not finite at t = {time}: its entry {index} is {value} at the state {state:?}")]
+    #[error(
+        "stopped at t = {}: the right-hand side is not finite, its entry {index} is {value} at the state {state:?}",
+        short(*time)
+    )]
     NotDefined {
         /// The time.
         time: f64,
@@ -109,8 +153,33 @@ pub enum SimError {
         /// The state: the plant's, then the observers' in their order.
         state: Vec<f64>,
     },
+    /// The state of a sampled observer is not finite after a sample.
+    #[error("stopped at t = {}: entry {index} of the state of {observer:?} is {value} after this sample", short(*time))]
+    ObserverNotFinite {
+        /// The observer.
+        observer: String,
+        /// The time of the sample.
+        time: f64,
+        /// Index of the entry, from 0.
+        index: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// An input, output or estimate that is not finite along the run.
+    #[error("stopped at t = {}: {what} is {value}", short(*time))]
+    QuantityNotFinite {
+        /// The time.
+        time: f64,
+        /// Its name.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
     /// The step size fell to the spacing of floating-point numbers although the solution does not grow.
-    #[error("at t = {time} the step size has shrunk to {step:e}: the right-hand side is not smooth enough there")]
+    #[error(
+        "stopped at t = {}: step size {} is the spacing of floating-point numbers (right-hand side not smooth there)",
+        short(*time), short(*step)
+    )]
     StepSize {
         /// Time reached.
         time: f64,
@@ -118,7 +187,10 @@ pub enum SimError {
         step: f64,
     },
     /// The cap on the number of steps was reached.
-    #[error("{steps} steps were not enough: they reached t = {time}, where the step size is {step:e}")]
+    #[error(
+        "stopped at t = {}: step limit reached (stiff or diverging), {steps} steps, step size {}",
+        short(*time), short(*step)
+    )]
     TooManySteps {
         /// Time reached.
         time: f64,
@@ -179,6 +251,29 @@ pub enum SimError {
         /// End of the span.
         end: f64,
     },
+}
+
+impl SimError {
+    /// Whether this ended a run on its way, and not something that did not fit from the start: in a comparison such an
+    /// observer is a row, and the others are still compared.
+    pub fn ends_run(&self) -> bool {
+        matches!(
+            self,
+            Self::BlowUp { .. }
+                | Self::Singular { .. }
+                | Self::NotDefined { .. }
+                | Self::ObserverNotFinite { .. }
+                | Self::QuantityNotFinite { .. }
+                | Self::StepSize { .. }
+                | Self::TooManySteps { .. }
+        )
+    }
+}
+
+/// A number with six significant digits.
+fn short(x: f64) -> String {
+    let rounded = format!("{x:.5e}").parse::<f64>().unwrap_or(x);
+    if x == 0.0 || (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
 /// Checks that there are `expected` entries and that they are finite.

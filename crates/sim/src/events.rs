@@ -16,6 +16,8 @@ type Read<'t> = Box<dyn Fn(f64, &[f64]) -> f64 + 't>;
 /// A scalar quantity as a function of time.
 pub struct Trace<'t> {
     dense: &'t Dense,
+    /// The components of the dense output that are read; `None` for all of them.
+    columns: Option<Vec<usize>>,
     read: Read<'t>,
 }
 
@@ -39,7 +41,12 @@ pub struct Extremum {
 
 impl<'t> Trace<'t> {
     pub(crate) fn new(dense: &'t Dense, read: impl Fn(f64, &[f64]) -> f64 + 't) -> Self {
-        Self { dense, read: Box::new(read) }
+        Self { dense, columns: None, read: Box::new(read) }
+    }
+
+    /// A quantity of some components, which `read` gets in this order.
+    pub(crate) fn of_columns(dense: &'t Dense, columns: Vec<usize>, read: impl Fn(f64, &[f64]) -> f64 + 't) -> Self {
+        Self { dense, columns: Some(columns), read: Box::new(read) }
     }
 
     /// Start and end of the trajectory.
@@ -52,7 +59,7 @@ impl<'t> Trace<'t> {
     /// # Errors
     /// [`SimError::Outside`].
     pub fn at(&self, t: f64) -> Result<f64, SimError> {
-        Ok((self.read)(t, &self.dense.at(t)?))
+        Ok(self.on_step(self.dense.step_at(t)?, t))
     }
 
     /// The integral over the whole trajectory: Gauss-Legendre quadrature with eight points on each step, exact for the
@@ -66,6 +73,15 @@ impl<'t> Trace<'t> {
     /// # Ok::<(), luenberger_sim::SimError>(())
     /// ```
     pub fn integral(&self) -> f64 {
+        self.integral_of(&|value| value)
+    }
+
+    /// The integral of the square.
+    pub(crate) fn integral_of_square(&self) -> f64 {
+        self.integral_of(&|value| value * value)
+    }
+
+    fn integral_of(&self, measure: &dyn Fn(f64) -> f64) -> f64 {
         // Positive nodes on [-1, 1] and their weights; Abramowitz and Stegun, table 25.4.
         const RULE: [(f64, f64); 4] = [
             (0.183_434_642_495_649_8, 0.362_683_783_378_362),
@@ -76,7 +92,8 @@ impl<'t> Trace<'t> {
         let step = |(k, (start, end)): (usize, (f64, f64))| {
             let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
             let pair = |&(node, weight): &(f64, f64)| {
-                weight * (self.on_step(k, middle - half * node) + self.on_step(k, middle + half * node))
+                let (left, right) = (self.on_step(k, middle - half * node), self.on_step(k, middle + half * node));
+                weight * (measure(left) + measure(right))
             };
             half * RULE.iter().map(pair).sum::<f64>()
         };
@@ -90,8 +107,16 @@ impl<'t> Trace<'t> {
     }
 
     fn on_step(&self, step: usize, t: f64) -> f64 {
-        let mut row = vec![0.0; self.dense.width()];
-        self.dense.on_step(step, t, 0, &mut row);
+        let count = self.columns.as_ref().map_or(self.dense.width(), Vec::len);
+        let mut row = vec![0.0; count];
+        match &self.columns {
+            None => self.dense.on_step(step, t, 0, &mut row),
+            Some(columns) => {
+                for (entry, column) in row.iter_mut().zip(columns) {
+                    self.dense.on_step(step, t, *column, std::slice::from_mut(entry));
+                }
+            }
+        }
         (self.read)(t, &row)
     }
 

@@ -78,7 +78,7 @@ impl Settings {
 /// ```
 /// # Errors
 /// [`SimError::TimeSpan`], [`SimError::NotFinite`] and [`SimError::NotPositive`] for bad input; [`SimError::BlowUp`],
-/// [`SimError::StepSize`] or [`SimError::TooManySteps`] where the solution cannot be continued.
+/// [`SimError::Singular`], [`SimError::StepSize`] or [`SimError::TooManySteps`] where the solution cannot be continued.
 pub fn solve(
     f: impl Fn(f64, &[f64], &mut [f64]),
     start: f64,
@@ -192,11 +192,13 @@ pub(crate) struct Stepper {
     h: Option<f64>,
     implicit: bool,
     steps: usize,
+    /// The largest entry and the largest derivative at the start of the first interval.
+    first: Option<(f64, f64)>,
 }
 
 impl Stepper {
     pub(crate) fn new(settings: Settings) -> Self {
-        Self { settings, h: None, implicit: settings.integrator == Integrator::Implicit, steps: 0 }
+        Self { settings, h: None, implicit: settings.integrator == Integrator::Implicit, steps: 0, first: None }
     }
 
     /// Steps attempted so far.
@@ -232,6 +234,7 @@ impl Stepper {
             return Err(error);
         }
         check_finite("the right-hand side at the start of an interval", &slope)?;
+        let first = *self.first.get_or_insert_with(|| (largest(y), largest(&slope)));
         let h = self.h.unwrap_or_else(|| first_step(y, &slope, tolerance)).min(self.settings.max_step).min(end - start);
         let mut method = self.begin(start, y, &slope, h);
         loop {
@@ -248,7 +251,7 @@ impl Stepper {
             self.steps += 1;
             if !(last || h > 8.0 * f64::EPSILON * t.abs().max(f64::MIN_POSITIVE)) {
                 let reached = undefined.take();
-                return Err(match (standstill(f, t, method.y(), h), reached) {
+                return Err(match (standstill(f, t, method.y(), h, first), reached) {
                     (SimError::StepSize { .. }, Some(undefined)) => undefined,
                     (error, _) => error,
                 });
@@ -257,7 +260,7 @@ impl Stepper {
                 Attempt::Accepted => {
                     undefined.take();
                     self.h = Some(if last { method.h().max(proposed) } else { method.h() });
-                    let norm = method.y().iter().fold(0.0f64, |norm, entry| norm.max(entry.abs()));
+                    let norm = largest(method.y());
                     if norm > 1e100 || !method.y().iter().all(|entry| entry.is_finite()) {
                         return Err(SimError::BlowUp { time: t, norm });
                     }
@@ -288,23 +291,38 @@ impl Stepper {
     }
 }
 
-/// Why the step size vanished: the solution runs off within a few steps, or the right-hand side is rough.
-fn standstill(f: &Rhs<'_>, t: f64, y: &[f64], h: f64) -> SimError {
-    let mut slope = vec![0.0; y.len()];
-    f(t, y, &mut slope);
-    let (mut norm, mut rate) = (0.0f64, 0.0);
-    for (entry, slope) in y.iter().zip(&slope) {
-        if entry.abs() > norm {
-            (norm, rate) = (entry.abs(), slope * entry.signum());
-        }
-    }
+fn largest(y: &[f64]) -> f64 {
+    y.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()))
+}
+
+/// Growth of the largest entry over its size at the start, 1 at least, that counts as a blow-up. At the spacing of
+/// floating-point numbers a solution of x' = x^p has grown by the factor 1e16^(1/(p - 1)), which is 1e4 for p = 5, while
+/// the logarithm that a simple pole of the right-hand side integrates to has reached 40.
+const GROWTH: f64 = 1e3;
+
+/// A derivative is unbounded if it exceeds the largest one at the start, and the entries per unit of time, by this
+/// factor; at x' = -1/x it is 1e8 at the spacing of floating-point numbers.
+const STEEP: f64 = 1e6;
+
+/// Why the step size vanished: the solution or its derivative runs off within a few steps, or the right-hand side is
+/// rough.
+fn standstill(f: &Rhs<'_>, t: f64, y: &[f64], h: f64, (size, speed): (f64, f64)) -> SimError {
+    let mut slopes = vec![0.0; y.len()];
+    f(t, y, &mut slopes);
+    let norm = largest(y);
     // At a finite-time blow-up |y|/|y'| is the time left, a few steps; at a kink it is the time scale of the plant.
     // Steps there have the size of the spacing of t, so a million of them is still nothing.
-    let runs_off = rate * h.max(f64::EPSILON * t.abs()) * 1e6 > norm;
-    if runs_off || slope.iter().any(|slope| !slope.is_finite()) && norm > 1e10 {
-        SimError::BlowUp { time: t, norm }
-    } else {
-        SimError::StepSize { time: t, step: h }
+    let step = h.max(f64::EPSILON * t.abs()) * 1e6;
+    let grows = y.iter().zip(&slopes).any(|(y, slope)| y.abs() >= norm && slope * y.signum() * step > norm);
+    if norm > GROWTH * size.max(1.0) && grows || slopes.iter().any(|slope| !slope.is_finite()) && norm > 1e10 {
+        return SimError::BlowUp { time: t, norm };
+    }
+    let steepest = y.iter().zip(&slopes).enumerate().max_by(|a, b| a.1.1.abs().total_cmp(&b.1.1.abs()));
+    match steepest {
+        Some((index, (&value, &slope))) if slope.abs() > STEEP * speed.max(norm) => {
+            SimError::Singular { time: t, index, value, slope }
+        }
+        _ => SimError::StepSize { time: t, step: h },
     }
 }
 

@@ -32,6 +32,7 @@
 //! |---|---|
 //! | [`scenario`], [`trajectory`] | what is to be run; what a run leaves |
 //! | [`compare`] | observers side by side on one plant, from the same information |
+//! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
@@ -60,11 +61,12 @@ pub mod replay;
 mod run;
 pub mod samples;
 pub mod scenario;
+pub mod scores;
 pub mod signal;
 pub mod trajectory;
 pub mod view;
 
-pub use compare::{Compared, Comparison, Cost, Merits};
+pub use compare::{Compared, Comparison, Cost};
 pub use dense::Dense;
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};
@@ -76,6 +78,7 @@ pub use noise::Noise;
 pub use replay::{Recording, Replay, Replayed, ReplayedObserver};
 pub use samples::{Between, Samples};
 pub use scenario::Scenario;
+pub use scores::{Errors, Merits, ScoreGrid, StateScores};
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
 pub use view::View;

@@ -51,6 +51,31 @@ pub(crate) struct Runner<'m, 'a> {
     sample_clocks: Vec<Option<Periodic>>,
 }
 
+/// A law that reads an output with direct feedthrough is a loop even where the input at the start is zero: the output
+/// is taken under another input, and the law must not see it.
+fn runs_through_the_output(
+    model: &Model<'_>,
+    stacked: &[f64],
+    still: &HeldValues,
+    now: &mut Instant,
+) -> Result<(), SimError> {
+    let (t, x) = (model.start, &stacked[..model.size.states]);
+    let (u, y) = (now.u.clone(), now.y.clone());
+    let size = u.iter().fold(1.0f64, |size, entry| size.max(entry.abs()));
+    now.u.iter_mut().for_each(|entry| *entry += size);
+    model.see(t, x, still, now);
+    let is_free = now.y == y;
+    if !is_free {
+        model.estimates(t, stacked, still, now);
+        model.law(t, stacked, now);
+    }
+    let change = u.iter().zip(&now.u).fold(0.0f64, |change, (a, b)| change.max((a - b).abs()));
+    now.u = u;
+    model.see(t, x, still, now);
+    model.estimates(t, stacked, still, now);
+    if !is_free && change > 1e-9 * size { Err(SimError::AlgebraicLoop { change }) } else { Ok(()) }
+}
+
 impl<'m, 'a> Runner<'m, 'a> {
     /// Starts: noise, input and observers at the initial time.
     pub(crate) fn new(model: &'m Model<'a>) -> Result<Self, SimError> {
@@ -72,6 +97,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         model.law(t, &model.x0, &mut now);
         check_finite("the input at the start", &now.u)?;
+        model.see(t, &model.x0, &still, &mut now);
         let mut stacked = vec![0.0; model.stacked_length()];
         stacked[..model.size.states].copy_from_slice(&model.x0);
         for (k, fitted) in model.observers.iter().enumerate() {
@@ -86,6 +112,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         if model.input.reads_estimates() {
             model.steer(t, &stacked, &still, &mut now);
             let before = now.u.clone();
+            model.see(t, &model.x0, &still, &mut now);
             model.estimates(t, &stacked, &still, &mut now);
             model.law(t, &stacked, &mut now);
             let change = before.iter().zip(&now.u).fold(0.0f64, |change, (a, b)| change.max((a - b).abs()));
@@ -93,6 +120,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             if change > 1e-9 * size {
                 return Err(SimError::AlgebraicLoop { change });
             }
+            runs_through_the_output(model, &stacked, &still, &mut now)?;
         }
         let clock = |period: f64| Periodic::new(t, period);
         let mut runner = Self {
@@ -106,12 +134,12 @@ impl<'m, 'a> Runner<'m, 'a> {
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
         };
         let everybody = vec![true; model.observers.len()];
-        runner.jump(t, model.hold.is_some(), &everybody);
+        runner.jump(t, model.hold.is_some(), &everybody)?;
         Ok(runner)
     }
 
     /// New held input, new samples.
-    fn jump(&mut self, t: f64, hold: bool, sample: &[bool]) {
+    fn jump(&mut self, t: f64, hold: bool, sample: &[bool]) -> Result<(), SimError> {
         let model = self.model;
         for (k, _) in sample.iter().enumerate().filter(|(_, due)| **due) {
             self.still.sampled[k].clone_from(&self.pending[k]);
@@ -128,12 +156,17 @@ impl<'m, 'a> Runner<'m, 'a> {
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
                 fitted.observer.step(t, &mut self.pending[k], &now.u, &now.seen);
+                if let Some(index) = self.pending[k].iter().position(|entry| !entry.is_finite()) {
+                    let (observer, value) = (model.names[k].clone(), self.pending[k][index]);
+                    return Err(SimError::ObserverNotFinite { observer, time: t, index, value });
+                }
             }
         }
+        Ok(())
     }
 
     /// Everything that happens at `t`.
-    fn tick(&mut self, t: f64) {
+    fn tick(&mut self, t: f64) -> Result<(), SimError> {
         if let Some(clock) = &mut self.noise_clock
             && clock.happens(t)
             && let Some(noise) = &self.model.noise
@@ -144,8 +177,9 @@ impl<'m, 'a> Runner<'m, 'a> {
         let sample: Vec<bool> =
             self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))).collect();
         if hold || sample.contains(&true) {
-            self.jump(t, hold, &sample);
+            self.jump(t, hold, &sample)?;
         }
+        Ok(())
     }
 
     /// When something jumps next after `t`, `end` at the latest.
@@ -183,7 +217,11 @@ impl<'m, 'a> Runner<'m, 'a> {
                     let t = step.start + node(i) * (step.end - step.start);
                     model.row(t, &step.at(t), still, &mut now, &mut rows);
                 }
-                check_finite("a quantity of the run", &rows)?;
+                if let Some(at) = rows.iter().position(|value| !value.is_finite()) {
+                    let time = step.start + node(at / layout.width) * (step.end - step.start);
+                    let what = layout.name(at % layout.width);
+                    return Err(SimError::QuantityNotFinite { time, what, value: rows[at] });
+                }
                 dense.push(step.start, step.end, rows);
                 // A time at the seam of two intervals, up to rounding, waits for what happens there.
                 while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
@@ -193,7 +231,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             })?;
             self.stacked = stacked;
             t = next;
-            self.tick(t);
+            self.tick(t)?;
         }
         for t in waiting {
             model.row(t, &self.stacked, &self.still, self.now.get_mut(), &mut samples);

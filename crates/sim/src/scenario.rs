@@ -201,8 +201,8 @@ impl<'a> Scenario<'a> {
     /// # Errors
     /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
     /// [`SimError::TimeSpan`], [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`],
-    /// [`SimError::Index`], [`SimError::AlgebraicLoop`]. What happens on the way: [`SimError::BlowUp`],
-    /// [`SimError::StepSize`], [`SimError::TooManySteps`].
+    /// [`SimError::Index`], [`SimError::AlgebraicLoop`]. What happens on the way: the errors with
+    /// [`SimError::ends_run`].
     pub fn run(mut self) -> Result<Trajectory, SimError> {
         if let Some((end, samples)) = self.span {
             self.times = equally_spaced(self.start, end, samples)?;
@@ -210,6 +210,12 @@ impl<'a> Scenario<'a> {
         let end = self.check_times()?;
         let model = Model::new(self)?;
         Runner::new(&model)?.run(end)
+    }
+
+    /// The duration of the run.
+    pub(crate) fn duration(&self) -> Result<f64, SimError> {
+        let end = self.span.map(|(end, _)| end).or(self.times.last().copied()).unwrap_or(self.start);
+        if end > self.start { Ok(end - self.start) } else { Err(SimError::TimeSpan { start: self.start, end }) }
     }
 
     /// Checks everything about time, and returns the end.

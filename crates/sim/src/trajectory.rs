@@ -4,9 +4,9 @@ use luenberger_plants::Dimensions;
 use nalgebra::DMatrix;
 
 use crate::dense::Dense;
-use crate::error::SimError;
+use crate::error::{SimError, check_positive};
 use crate::events::Trace;
-use crate::metrics;
+use crate::scores::{Merits, ScoreGrid};
 use crate::view::View;
 
 /// Where things stand in a row.
@@ -27,6 +27,30 @@ pub(crate) struct ObserverLayout {
     pub(crate) estimate: usize,
     /// Which states of the plant it estimates.
     pub(crate) states: Vec<usize>,
+    /// Its sampling period; none in continuous time.
+    pub(crate) period: Option<f64>,
+}
+
+impl Layout {
+    /// The name of an entry of a row.
+    pub(crate) fn name(&self, entry: usize) -> String {
+        let Dimensions { states: n, inputs: m, outputs: p } = self.size;
+        for (observer, name) in self.observers.iter().zip(&self.names) {
+            if (observer.estimate..observer.estimate + observer.states.len()).contains(&entry) {
+                return format!("xhat{} of {name:?}", observer.states[entry - observer.estimate] + 1);
+            }
+        }
+        match entry {
+            _ if entry < n => format!("x{}", entry + 1),
+            _ if entry < n + m => format!("u{}", entry - n + 1),
+            _ if entry < n + m + p => format!("y{}", entry - n - m + 1),
+            _ if entry >= self.integrals => format!("integral {}", entry - self.integrals + 1),
+            _ => {
+                let of = self.observers.iter().zip(&self.names).find(|(observer, _)| entry < observer.estimate);
+                of.map_or_else(|| "a state".to_owned(), |(_, name)| format!("a state of {name:?}"))
+            }
+        }
+    }
 }
 
 /// What a run leaves: samples at the requested times, and everything in between by dense output.
@@ -49,6 +73,8 @@ pub struct Trajectory {
     /// Steps the integrator attempted.
     pub steps: usize,
     dense: Dense,
+    /// Everything at the end, after what happens there.
+    last: Vec<f64>,
     layout: Layout,
 }
 
@@ -65,6 +91,8 @@ pub struct ObserverTrajectory {
     pub state: DMatrix<f64>,
     /// Which states of the plant it estimates, from 0.
     pub states: Vec<usize>,
+    /// Its sampling period, between two multiples of which the estimate stands still; none in continuous time.
+    pub period: Option<f64>,
 }
 
 /// One integral.
@@ -97,14 +125,17 @@ impl Trajectory {
             let estimate = block(place.estimate, place.states.len());
             let error = DMatrix::from_fn(rows, place.states.len(), |i, j| x[(i, place.states[j])] - estimate[(i, j)]);
             let state = block(place.estimate - length, length);
-            ObserverTrajectory { name: name.clone(), estimate, error, state, states: place.states.clone() }
+            let (states, period) = (place.states.clone(), place.period);
+            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period }
         });
         let observers = observers.collect();
         let value = |k: usize| block(layout.integrals + k, 1).as_slice().to_vec();
         let named = |(k, name)| IntegralTrajectory { name, value: value(k) };
         let integrals = integrals.into_iter().enumerate().map(named).collect();
         let (u, y) = (block(n, m), block(n + m, p));
-        Self { t: times.to_vec(), x, u, y, observers, integrals, steps, dense, layout }
+        // The last requested time ends the run.
+        let last = samples[samples.len().saturating_sub(layout.width)..].to_vec();
+        Self { t: times.to_vec(), x, u, y, observers, integrals, steps, dense, last, layout }
     }
 
     /// The observer of that name.
@@ -132,6 +163,15 @@ impl Trajectory {
         let mut row = self.dense.at(t)?;
         row.truncate(self.layout.size.states);
         Ok(row)
+    }
+
+    /// The input at any time of the run, by dense output.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`].
+    pub fn input_at(&self, t: f64) -> Result<Vec<f64>, SimError> {
+        let (n, m) = (self.layout.size.states, self.layout.size.inputs);
+        Ok(self.dense.at(t)?[n..n + m].to_vec())
     }
 
     /// The own state of the observer of that name at any time of the run, by dense output; of a filter estimate and
@@ -188,46 +228,95 @@ impl Trajectory {
         })
     }
 
-    /// Component `component` (from 0) of the error of an observer as a function of time.
+    /// Component `component` (from 0) of the error of an observer as a function of time. The estimate of a sampled
+    /// observer is held between its samples: its scores are those of [`Errors`](crate::Errors).
     ///
     /// # Errors
     /// [`SimError::UnknownName`], [`SimError::Index`].
     pub fn error_trace(&self, observer: &str, component: usize) -> Result<Trace<'_>, SimError> {
-        let unknown = || SimError::UnknownName { name: observer.to_owned() };
-        let k = self.layout.names.iter().position(|name| name == observer).ok_or_else(unknown)?;
-        let ObserverLayout { estimate, states } = &self.layout.observers[k];
+        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
         let count = states.len();
         let Some(&state) = states.get(component) else {
             return Err(SimError::Index { what: "component of the error", index: component, count });
         };
-        let entry = estimate + component;
-        Ok(Trace::new(&self.dense, move |_, row| row[state] - row[entry]))
+        Ok(Trace::of_columns(&self.dense, vec![state, estimate + component], |_, entries| entries[0] - entries[1]))
     }
 
-    /// `|e|`, the Euclidean norm of an observer's error, as a function of time.
+    /// `|e|`, the Euclidean norm of an observer's error, as a function of time. The estimate of a sampled observer is
+    /// held between its samples.
     ///
     /// # Errors
     /// [`SimError::UnknownName`].
     pub fn error_norm(&self, observer: &str) -> Result<Trace<'_>, SimError> {
-        self.observer(observer)?;
-        let observer = observer.to_owned();
-        let norm = |e: &[f64]| e.iter().map(|e| e * e).sum::<f64>().sqrt();
-        Ok(self.trace(move |view| view.error(&observer).map_or(f64::NAN, norm)))
+        self.scaled_norm(observer, &vec![1.0; self.place(observer)?.states.len()])
     }
 
-    /// The root mean square error of an observer, `sqrt(1/T int |e|^2 dt)` over the run, from the dense output.
+    /// `sqrt(sum_i (e_i / scale_i)^2)` as a function of time.
+    pub(crate) fn scaled_norm(&self, observer: &str, scale: &[f64]) -> Result<Trace<'_>, SimError> {
+        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
+        let count = states.len();
+        let columns = states.iter().copied().chain(*estimate..estimate + count).collect();
+        let scale = scale.to_vec();
+        Ok(Trace::of_columns(&self.dense, columns, move |_, entries| {
+            let (states, estimates) = entries.split_at(count);
+            let errors = states.iter().zip(estimates).zip(&scale).map(|((x, xhat), scale)| (x - xhat) / scale);
+            errors.map(|error| error * error).sum::<f64>().sqrt()
+        }))
+    }
+
+    fn place(&self, observer: &str) -> Result<&ObserverLayout, SimError> {
+        let found = self.layout.names.iter().position(|name| name == observer);
+        let k = found.ok_or_else(|| SimError::UnknownName { name: observer.to_owned() })?;
+        Ok(&self.layout.observers[k])
+    }
+
+    /// The instants at which all observers of the run are scored: the samples, if any of them is sampled (see
+    /// [`ScoreGrid`]).
     ///
     /// # Errors
-    /// [`SimError::UnknownName`].
-    pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
-        self.observer(observer)?;
-        let squared = |e: &[f64]| e.iter().map(|e| e * e).sum::<f64>();
-        let squared = self.trace(|view| view.error(observer).map_or(f64::NAN, squared)).integral();
+    /// [`SimError::NoCommonGrid`].
+    pub fn score_grid(&self) -> Result<ScoreGrid, SimError> {
         let (start, end) = self.span();
-        Ok((squared / (end - start)).sqrt())
+        let periods: Vec<Option<f64>> = self.observers.iter().map(|observer| observer.period).collect();
+        ScoreGrid::common(&periods, end - start)
     }
 
-    /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not.
+    /// The multiples of `period` from the start on, and the errors of an observer there, one row each; those of a
+    /// sampled observer at its last sample up to each.
+    pub(crate) fn errors_at_samples(&self, observer: &str, period: f64) -> Result<(Vec<f64>, DMatrix<f64>), SimError> {
+        check_positive("the period of scoring", period)?;
+        let ObserverLayout { estimate, states, period: own } = self.place(observer)?;
+        if let Some(own) = *own
+            && period < own * (1.0 - 1e-9)
+        {
+            return Err(SimError::ScorePeriod { period, observer: observer.to_owned(), own });
+        }
+        let (start, end) = self.span();
+        let last = |period: f64, t: f64| start + ((t - start) / period + 1e-9).floor() * period;
+        let count = ((end - start) / period + 1e-9).floor() as usize;
+        let times: Vec<f64> = (0..=count).map(|k| start + k as f64 * period).collect();
+        let mut errors = DMatrix::zeros(times.len(), states.len());
+        for (k, t) in times.iter().enumerate() {
+            let t = own.map_or(*t, |own| last(own, *t));
+            let row = if t >= end { &self.last } else { &self.dense.at(t)? };
+            for (j, state) in states.iter().enumerate() {
+                errors[(k, j)] = row[*state] - row[estimate + j];
+            }
+        }
+        Ok((times, errors))
+    }
+
+    /// The root mean square of `|e|` of an observer: over the samples if any observer of the run is sampled, otherwise
+    /// `sqrt(1/T int |e|^2 dt)` (see [`scores`](crate::scores)).
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
+        Ok(Merits::of(self, observer, 1.0)?.rms)
+    }
+
+    /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not. At
+    /// the samples, if any observer of the run is sampled.
     ///
     /// ```
     /// use luenberger_observers::LinearObserver;
@@ -243,11 +332,9 @@ impl Trajectory {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`SimError::UnknownName`].
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
     pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
-        let norm = self.error_norm(observer)?;
-        let first = norm.at(norm.span().0)?;
-        Ok(metrics::settling_last(&norm, band * first))
+        Ok(Merits::of(self, observer, band)?.settling_last)
     }
 
     /// The samples as comma-separated values: a head of names, then one line per requested time with `t`, states,

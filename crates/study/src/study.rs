@@ -97,6 +97,10 @@ pub struct Simulation {
     pub hold: Option<f64>,
     /// The settling band as a fraction of the initial error.
     pub band: f64,
+    /// The period of the scores, if specified.
+    pub score_period: Option<f64>,
+    /// The scale of each state in norms, if specified.
+    pub scale: Option<Vec<f64>>,
     /// Noise on the outputs.
     pub noise: Option<NoiseSpec>,
 }
@@ -340,6 +344,29 @@ impl ObserverKind {
             Self::ExtendedKalman { .. } => "extended-kalman",
             Self::KklNumerical(_) => "kkl-numerical",
         }
+    }
+
+    /// The sampling period; none in continuous time.
+    pub fn period(&self) -> Option<f64> {
+        match self {
+            Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            _ => None,
+        }
+    }
+
+    /// The region of the design, if it is bounded somewhere.
+    pub fn region(&self) -> Option<luenberger_design::Region> {
+        let region = match self {
+            Self::Lpv { region, .. } | Self::MeanValue { region, .. } | Self::Lipschitz { region, split: None, .. } => {
+                region.clone()
+            }
+            Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
+            _ => return None,
+        };
+        let bounded = |bounds: &(f64, f64)| bounds.0.is_finite() || bounds.1.is_finite();
+        let (inputs, time) = (region.input_bounds().unwrap_or_default(), region.time_bounds());
+        let bounded = region.states().iter().chain(inputs).chain([&time]).any(bounded);
+        bounded.then_some(region)
     }
 
     /// The same specification with poles and rates scaled by `factor`.

@@ -4,7 +4,8 @@ use super::text_log;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
-    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, SimulationReport, SweepReport, leading,
+    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, ScoreCell, ScoreTable, SimulationReport,
+    SweepReport, leading,
 };
 use luenberger_study::{Results, Step};
 use nalgebra::Complex;
@@ -13,6 +14,9 @@ use std::path::Path;
 
 /// Maximal number of modes printed for one point; --json has all.
 const SHOWN: usize = 12;
+
+/// Maximal number of states of which the scores are printed; --json has all.
+const STATES: usize = 6;
 
 /// Maximal number of matrix entries printed; --json and study.json have all.
 const ENTRIES: usize = 36;
@@ -45,7 +49,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         }
     }
     if let Some(report) = &results.simulation {
-        simulation(&mut text, report);
+        simulation(&mut text, results, report);
     }
     if !results.filters.is_empty() {
         text_log::filters(&mut text, &results.filters);
@@ -54,7 +58,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         text_log::log(&mut text, report, &results.plant);
     }
     if let Some(report) = &results.sweep {
-        sweep(&mut text, report);
+        sweep(&mut text, results, report);
     }
     for warning in &results.warnings {
         text.extend(["\nwarning: ", warning]);
@@ -176,46 +180,53 @@ fn observer(text: &mut String, report: &ObserverReport) {
     }
 }
 
-fn simulation(text: &mut String, report: &SimulationReport) {
-    _ = writeln!(text, "\nsimulation to t = {}", number(report.duration));
-    let header = ["observer", "settled from", "peak |e|", "rms |e|", "|e| at the end"];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
-    for row in &report.rows {
-        let cells = match (&row.merits, &row.failure) {
-            (Some(merits), _) => vec![
-                row.observer.clone(),
-                merits.settling_last.map_or_else(|| "never".to_owned(), number),
-                number(merits.peak),
-                number(merits.rms),
-                size(merits.last),
-            ],
-            (None, failure) => vec![row.observer.clone(), failure.clone().unwrap_or_default()],
-        };
-        rows.push(cells);
+fn simulation(text: &mut String, results: &Results, report: &SimulationReport) {
+    let plant = &results.plant;
+    let unit = plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    _ = writeln!(text, "\nsimulation to t = {}{unit}", number(report.duration));
+    for sentence in &report.scoring.words {
+        text.extend(["  ", sentence, "\n"]);
     }
-    table(text, &rows);
+    if report.rows.len() > 1 {
+        text.push_str("  The best values have an asterisk.\n");
+    }
+    if let Some(norm) = report.norm_table(plant) {
+        scores(text, &norm);
+        text.push('\n');
+    }
+    match report.state_table(plant, STATES) {
+        Some(states) => scores(text, &states),
+        None => text.push_str("  No observer finished its run:\n"),
+    }
+    for ended in report.ended().into_iter().chain(results.not_run()) {
+        text.extend(["  ", &ended, "\n"]);
+    }
 }
 
-fn sweep(text: &mut String, report: &SweepReport) {
+/// A table of scores, the best of them marked.
+fn scores(text: &mut String, scores: &ScoreTable) {
+    let cell = |cell: &ScoreCell| if cell.best { format!("{}*", cell.text) } else { cell.text.clone() };
+    let rows = scores.rows.iter().map(|row| row.iter().map(cell).collect());
+    table(text, &std::iter::once(scores.head.clone()).chain(rows).collect::<Vec<_>>());
+    if scores.omitted > 0 {
+        _ = writeln!(text, "  and {} without a row; --json has them", counted(scores.omitted, "state"));
+    }
+}
+
+fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
     let runs = counted(report.ensemble, "run");
     let medians = if report.ensemble == 1 { "" } else { ": medians" };
     _ = writeln!(text, "\nsweep of {}, {runs} at each value{medians}", report.parameter);
-    let header = [report.parameter.as_str(), "observer", "settled from", "rms |e|", "|e| at the end"];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
-    let or_none = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
-    for row in &report.rows {
-        rows.push(match &row.failure {
-            Some(failure) => vec![number(row.value), row.observer.clone(), failure.clone()],
-            None => vec![
-                number(row.value),
-                row.observer.clone(),
-                or_none(row.settling),
-                or_none(row.rms),
-                or_none(row.last),
-            ],
-        });
+    for sentence in &report.scoring.words {
+        text.extend(["  ", sentence, "\n"]);
     }
-    table(text, &rows);
+    match report.table(&results.plant, STATES) {
+        Some(table) => scores(text, &table),
+        None => text.push_str("  No run finished:\n"),
+    }
+    for ended in report.ended() {
+        text.extend(["  ", &ended, "\n"]);
+    }
 }
 
 /// Rows of cells, left-aligned in columns.

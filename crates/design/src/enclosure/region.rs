@@ -67,9 +67,14 @@ impl Region {
         &self.states
     }
 
-    /// Bounds of the inputs; none if every input is in the region.
+    /// The bounds of the inputs; none if they are arbitrary.
     pub fn input_bounds(&self) -> Option<&[(f64, f64)]> {
         self.inputs.as_deref()
+    }
+
+    /// The bounds of the time, infinite by default.
+    pub fn time_bounds(&self) -> (f64, f64) {
+        self.time
     }
 
     /// The bisections allowed.

@@ -17,8 +17,8 @@ pub(super) trait AnyFilter {
     /// The period at which it has to be predicted, of a filter in discrete time.
     fn grid(&self) -> Option<f64>;
     fn initial(&self, t: f64, estimate: &[f64], state: &mut [f64]);
-    /// The update by the outputs that were measured; none if the innovation covariance is not positive definite.
-    fn update(&self, t: f64, state: &mut [f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare>;
+    /// The update by the outputs that were measured under the input u; none if the innovation covariance is not positive definite.
+    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare>;
     /// How many calls of [`predict`](Self::predict) take it over a duration.
     fn pieces(&self, duration: f64) -> f64;
     fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64);
@@ -80,9 +80,9 @@ where
         }
     }
 
-    fn update(&self, t: f64, state: &mut [f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
-        let y = OVector::<f64, P>::try_from_slice(y)?;
-        let innovation = with_belief(state, |belief| self.0.update_partial(t, belief, &y, |j| measured[j]))??;
+    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
+        let (u, y) = (OVector::<f64, M>::try_from_slice(u)?, OVector::<f64, P>::try_from_slice(y)?);
+        let innovation = with_belief(state, |belief| self.0.update_partial(t, belief, &u, &y, |j| measured[j]))??;
         Some(square(&innovation, measured))
     }
 
@@ -124,9 +124,9 @@ where
         }
     }
 
-    fn update(&self, _t: f64, state: &mut [f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
-        let y = OVector::<f64, P>::try_from_slice(y)?;
-        let innovation = with_belief(state, |belief| self.0.update_partial(belief, &y, |j| measured[j]))??;
+    fn update(&self, _t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
+        let (u, y) = (OVector::<f64, M>::try_from_slice(u)?, OVector::<f64, P>::try_from_slice(y)?);
+        let innovation = with_belief(state, |belief| self.0.update_partial(belief, &u, &y, |j| measured[j]))??;
         Some(square(&innovation, measured))
     }
 

@@ -80,7 +80,7 @@ impl<'r> March<'r> {
             return Ok(());
         }
         let mut expected = vec![0.0; self.y.len()];
-        self.plant.output(t, estimate, &mut expected);
+        self.plant.output(t, estimate, &self.u, &mut expected);
         for ((y, measured), h) in self.y.iter_mut().zip(&self.measured).zip(&expected) {
             if *measured {
                 let innovation = *y - h;
@@ -164,7 +164,7 @@ impl<'r> March<'r> {
                     if whole && sources.contains(&Source::Predicted) {
                         let (mut estimate, mut h) = (vec![0.0; sizes.2], vec![0.0; sizes.1]);
                         observer.estimate(t, state, &u, &y, &mut estimate);
-                        plant.output(t, &estimate, &mut h);
+                        plant.output(t, &estimate, &u, &mut h);
                         for ((y, source), h) in y.iter_mut().zip(&sources).zip(&h) {
                             *y = if *source == Source::Predicted { *h } else { *y };
                         }
@@ -261,8 +261,11 @@ impl<'r> March<'r> {
     ) -> Result<(), SimError> {
         check_finite(&format!("the state of filter {:?} at t = {t}", self.entry.name), state)?;
         self.predict_outputs(t, &state[..n])?;
-        let nis: Option<NormalisedSquare> =
-            if self.measured.contains(&true) { filter.update(t, state, &self.y, &self.measured) } else { None };
+        let nis: Option<NormalisedSquare> = if self.measured.contains(&true) {
+            filter.update(t, state, &self.u, &self.y, &self.measured)
+        } else {
+            None
+        };
         self.note(t, row, &state[..n])?;
         if let Some(belief) = &mut self.belief {
             belief.nis.push(nis);

@@ -163,8 +163,8 @@ impl<'a> Replay<'a> {
     ///
     /// # Errors
     /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
-    /// [`SimError::DuplicateName`]. What happens on the way: [`SimError::BlowUp`], [`SimError::NotDefined`],
-    /// [`SimError::StepSize`], [`SimError::TooManySteps`].
+    /// [`SimError::DuplicateName`]. What happens on the way: the errors with
+    /// [`SimError::ends_run`].
     pub fn run(self) -> Result<Replayed, SimError> {
         self.settings.check()?;
         self.plant.check()?;

@@ -1,7 +1,9 @@
 //! One test binary, a module a subject.
 
 mod compare;
+mod feedthrough;
 mod gramian;
 mod replay;
 mod replay_missing;
 mod runs;
+mod scores;

@@ -96,7 +96,8 @@ fn sensors_of_different_rates_update_when_they_have_measured() {
         let values = Vector2::new(y[(k, 0)].unwrap_or(f64::NAN), y[(k, 1)].unwrap_or(f64::NAN));
         let nis = found.belief.as_ref().unwrap().nis[k];
         if measured.contains(&true) {
-            let innovation = filter.update_partial(t[k], &mut belief, &values, |j| measured[j]).unwrap();
+            let innovation =
+                filter.update_partial(t[k], &mut belief, &Vector1::new(input), &values, |j| measured[j]).unwrap();
             let nis = nis.unwrap();
             assert_eq!(nis.degrees, measured.iter().filter(|m| **m).count());
             assert!((nis.square - innovation.normalized_square).abs() < 1e-9 * (1.0 + nis.square), "row {k}");

@@ -188,7 +188,7 @@ fn a_kink_that_cannot_be_passed_is_named() {
     // x' = -1/x reaches 0 at t = 1/2 with infinite slope, but without growing.
     let error = solve(|_, x, slope| slope[0] = -1.0 / x[0], 0.0, 1.0, &[1.0], &Settings::default()).unwrap_err();
     match error {
-        SimError::StepSize { time, .. } => assert!((time - 0.5).abs() < 1e-6),
+        SimError::Singular { time, index: 0, .. } => assert!((time - 0.5).abs() < 1e-6),
         other => panic!("{other}"),
     }
 }

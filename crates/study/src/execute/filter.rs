@@ -49,12 +49,15 @@ pub(super) fn consistency(
         // The belief before the sample stands from the sample to the next one.
         let held = trajectory.observer_state_at(name, f64::midpoint(t, (t + period).min(simulation.duration)))?;
         let Some(mut belief) = GaussianEstimate::try_from_slice(&held) else { continue };
-        let mut y = study.plant.model.output(t, &DVector::from_column_slice(&x));
+        // A held input is the one that stands from the sample on.
+        let at = simulation.hold.map_or(t, |hold| (t + 0.5 * hold.min(period)).min(simulation.duration));
+        let u = DVector::from_vec(trajectory.input_at(at)?);
+        let mut y = study.plant.model.output(t, &DVector::from_column_slice(&x), &u);
         if let Some((noise, period)) = &noise {
             let value = noise.sample((t / period * (1.0 + 4.0 * f64::EPSILON)).floor() as u64);
             y.iter_mut().zip(value).for_each(|(y, noise)| *y += noise);
         }
-        let Some(innovation) = filter.update(t, &mut belief, &y) else { continue };
+        let Some(innovation) = filter.update(t, &mut belief, &u, &y) else { continue };
         nis.push(NormalisedSquare { square: innovation.normalized_square, degrees: y.len() });
         let e = DVector::from_column_slice(&x) - belief.estimate();
         if let Some(factor) = belief.covariance().cholesky() {

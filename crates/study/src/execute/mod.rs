@@ -8,7 +8,9 @@ mod observe;
 mod options;
 mod pictures;
 mod region;
+mod scores;
 mod simulate;
+mod stopped;
 mod sweep;
 mod warn;
 
@@ -146,25 +148,36 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
-        let (report, outcomes, filters) = simulate::all(study, simulation, &members, options, &finished);
+        let (report, outcomes, filters) = simulate::all(study, simulation, &members, options, &finished)?;
         results.simulation = Some(report);
         results.filters = filters;
         if let Some(error) = failed.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
             return Err(error);
         }
-        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref().ok()?))).collect();
-        results.warnings.extend(region::warnings(study, &of));
+        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.warnings.extend(region::of_runs(study, &of));
         save(&folder, &mut results)?;
         options.check()?;
         let alone;
-        let first = match of.first() {
+        // The plant is drawn from the run with the most rows.
+        let densest = of.iter().rev().max_by_key(|(_, run)| run.t.len());
+        let first = match densest {
             Some((_, run)) => Some(*run),
             // No observer run finished: the plant alone, if it can be simulated.
             None if simulate::fed(study).is_none() => {
-                let trajectory = simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE)?;
-                alone = simulate::samples(simulation, &trajectory, None);
-                folder.table("trajectories/plant", &pictures::table(study, &alone))?;
-                Some(&alone)
+                match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE) {
+                    Ok(trajectory) => {
+                        alone = simulate::samples(simulation, &trajectory, None);
+                        folder.table("trajectories/plant", &pictures::table(study, &alone))?;
+                        Some(&alone)
+                    }
+                    // With observers, each of their rows says how far it came.
+                    Err(error) if error.ends_run() && !members.is_empty() => {
+                        results.warnings.push(format!("The plant alone: {}", stopped::why(study, &error)));
+                        None
+                    }
+                    Err(error) => return Err(error.into()),
+                }
             }
             None => None,
         };
@@ -178,7 +191,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         results.warnings.extend(warnings);
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(region::warnings(study, &of));
+        results.warnings.extend(region::of_runs(study, &of));
         for (member, run) in &of {
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));
             folder.table(&name, &pictures::table(study, run))?;
@@ -192,8 +205,9 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     }
     if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
         options.check()?;
-        let report = sweep::all(study, simulation, sweep, &members, options)?;
-        figures.extend(pictures::sweep(&report, study.plant.time_unit.as_ref()));
+        let (report, warnings) = sweep::all(study, simulation, sweep, &members, options)?;
+        results.warnings.extend(warnings);
+        figures.extend(pictures::sweep(study, &report));
         results.sweep = Some(report);
         save(&folder, &mut results)?;
     }
@@ -303,12 +317,17 @@ fn summary(study: &Study) -> PlantSummary {
     };
     let linear = plant.model.linear();
     let motion = if plant.inputs.is_empty() { "x' = A x" } else { "x' = A x + B u" };
-    if linear.is_some() {
-        equations.extend([motion.to_owned(), "y = C x".to_owned()]);
+    if let Some(linear) = &linear {
+        let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
+        equations.extend([motion.to_owned(), output.to_owned()]);
     }
     let named = |plant: &StateSpace| {
         let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
-        all.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect()
+        all.into_iter()
+            .chain(plant.d.iter().map(|d| ("D", d)))
+            .filter(|(_, m)| !m.is_empty())
+            .map(|(name, m)| matrix(name, m))
+            .collect()
     };
     let matrices = linear.as_ref().map(named).unwrap_or_default();
     PlantSummary {

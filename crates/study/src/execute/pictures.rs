@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Member;
 use super::simulate::Run;
-use crate::results::SweepReport;
 use crate::results::report::with_unit;
+use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
 
 /// The data common to all runs of a study, and those of each observer.
@@ -165,18 +165,26 @@ fn errors(runs: &Runs<'_>) -> Named {
         }
         panel
     };
-    figure("errors", "Errors", "The errors e = x - xhat.", runs.states().into_iter().map(panel).collect())
+    let sampled = runs.shown().any(|(member, _)| member.designed.runnable.period().is_some());
+    let caption = match sampled && !runs.measured {
+        true => "The errors e = x - xhat; those of sampled observers at their samples.",
+        false => "The errors e = x - xhat.",
+    };
+    figure("errors", "Errors", caption, runs.states().into_iter().map(panel).collect())
 }
 
 fn norm(runs: &Runs<'_>) -> Named {
     if runs.first.x.ncols() == 0 {
         return None;
     }
-    let mut panel = Panel::new(runs.time(), "norm of the error |e|").log_y();
+    // Without a scale there is no norm.
+    let scale = super::scores::scale(runs.study, runs.study.simulation.as_ref()?)?;
+    let mut panel = Panel::new(runs.time(), "|e| in units of scale").log_y();
     for (number, (member, run)) in runs.shown().enumerate() {
         let Some(estimate) = &run.estimate else { continue };
         let size = |k: usize| {
-            let norm = (run.x.row(k) - estimate.row(k)).norm();
+            let entry = |(i, scale): (usize, &f64)| ((run.x[(k, i)] - estimate[(k, i)]) / scale).powi(2);
+            let norm = scale.iter().enumerate().map(entry).sum::<f64>().sqrt();
             // Zero cannot be drawn on a logarithmic axis.
             if norm > 0.0 { norm } else { f64::NAN }
         };
@@ -205,7 +213,7 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
     figure(id, title, &caption, names.iter().enumerate().map(panel).collect())
 }
 
-/// Innovation `y - h(xhat)` of a run.
+/// Innovation `y - h(t, xhat, u)` of a run.
 pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
     if let Some(innovation) = &run.innovation {
         return Some(innovation.clone());
@@ -214,7 +222,8 @@ pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
     let mut innovation = run.y.clone();
     for k in 0..innovation.nrows() {
         let xhat = DVector::from_iterator(estimate.ncols(), estimate.row(k).iter().copied());
-        let expected = study.plant.model.output(run.t[k], &xhat);
+        let u = DVector::from_iterator(run.u.ncols(), run.u.row(k).iter().copied());
+        let expected = study.plant.model.output(run.t[k], &xhat, &u);
         for j in 0..innovation.ncols() {
             innovation[(k, j)] -= expected[j];
         }
@@ -238,29 +247,31 @@ fn innovations(runs: &Runs<'_>) -> Named {
     figure("innovations", "Innovations", caption, runs.study.plant.outputs.iter().enumerate().map(panel).collect())
 }
 
-/// Figure of merit of a row of a sweep.
-type Merit = fn(&crate::results::SweepRow) -> Option<f64>;
+/// Score of a row of a sweep.
+type Score<'a> = Box<dyn Fn(&SweepRow) -> Option<f64> + 'a>;
 
-/// The sweep: each figure of merit against the parameter.
-pub(super) fn sweep(report: &SweepReport, time_unit: Option<&String>) -> Named {
-    let observers: Vec<&String> = report.rows.iter().fold(Vec::new(), |mut names, row| {
-        if !names.contains(&&row.observer) {
-            names.push(&row.observer);
+/// The sweep: each score against the parameter. Without a norm, the scores of the states that are shown.
+pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
+    let mut observers: Vec<&String> = report.rows.iter().map(|row| &row.observer).collect();
+    observers.dedup();
+    let timed = |text: &str| with_unit(text, study.plant.time_unit.as_ref());
+    let mut scores: Vec<(String, Score<'_>)> = Vec::new();
+    if report.scoring.scale.is_some() {
+        scores.push((timed("time to settle"), Box::new(|row| row.settling)));
+        scores.push(("rms of |e|".to_owned(), Box::new(|row| row.rms)));
+        scores.push(("largest |e|".to_owned(), Box::new(|row| row.peak)));
+    } else {
+        let all: Vec<usize> = (0..study.plant.states.len()).collect();
+        for &i in study.plot.states.as_ref().unwrap_or(&all) {
+            let label = with_unit(&format!("RMSE of {}", study.plant.states[i]), study.plant.units.get(i));
+            scores.push((label, Box::new(move |row| Some(row.states.get(i)?.rmse))));
         }
-        names
-    });
-    let settling = with_unit("time to settle", time_unit);
-    let merits: [(&str, Merit); 3] =
-        [(&settling, |row| row.settling), ("rms of |e|", |row| row.rms), ("largest |e|", |row| row.peak)];
-    let panel = |(label, merit): (&str, Merit)| {
+    }
+    let panel = |(label, score): (String, Score<'_>)| {
         let mut panel = Panel::new(parameter(&report.parameter), label).log_x();
         for (number, name) in observers.iter().enumerate() {
-            let mut points: Vec<(f64, f64)> = report
-                .rows
-                .iter()
-                .filter(|row| row.observer == **name)
-                .filter_map(|row| Some((row.value, merit(row)?)))
-                .collect();
+            let of = report.rows.iter().filter(|row| row.observer == **name);
+            let mut points: Vec<(f64, f64)> = of.filter_map(|row| Some((row.value, score(row)?))).collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             if points.len() > 1 {
                 let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
@@ -274,7 +285,7 @@ pub(super) fn sweep(report: &SweepReport, time_unit: Option<&String>) -> Named {
         1 => "One run at each value.".to_owned(),
         runs => format!("Medians of {runs} runs at each value."),
     };
-    figure("sweep", "Sweep", &caption, merits.into_iter().map(panel).collect())
+    figure("sweep", "Sweep", &caption, scores.into_iter().map(panel).collect())
 }
 
 /// Axis label of the sweep parameter.

@@ -1,80 +1,86 @@
 //! Whether a run or a log stays in the region for which an observer was designed.
 
-use luenberger_design::Region;
-use nalgebra::DMatrix;
+use luenberger_proof::wording::{counted, significant};
 
 use super::Member;
 use super::simulate::Run;
-use crate::study::{ObserverKind, Study};
+use crate::study::{ObserverKind, ObserverSpec, Study};
 
-/// Bounds of the states, and of the inputs if there are any.
-struct Bounds<'a> {
-    states: &'a [(f64, f64)],
-    inputs: Option<&'a [(f64, f64)]>,
-    /// Whether it bounds the validity of a proof; otherwise that of a fit.
-    certified: bool,
+/// How a run left the region of a design.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Excursion {
+    /// What does not hold outside of it.
+    what: &'static str,
+    /// Rows outside, and all rows.
+    rows: (usize, usize),
+    /// The first time outside.
+    t: f64,
+    /// What left the region then, with its value and the bounds.
+    name: String,
+    value: f64,
+    bounds: (f64, f64),
 }
 
-fn certified(region: &Region) -> Bounds<'_> {
-    Bounds { states: region.states(), inputs: region.input_bounds(), certified: true }
-}
-
-/// The region of an observer's design, if it is bounded somewhere.
-fn bounds(kind: &ObserverKind) -> Option<Bounds<'_>> {
-    let bounds = match kind {
-        ObserverKind::Lpv { region, .. }
-        | ObserverKind::MeanValue { region, .. }
-        | ObserverKind::Lipschitz { region, split: None, .. } => certified(region),
-        ObserverKind::KklNumerical(kkl) => Bounds { states: &kkl.domain, inputs: None, certified: false },
-        _ => return None,
-    };
-    let all = bounds.states.iter().chain(bounds.inputs.unwrap_or(&[]));
-    all.clone().any(|(low, high)| low.is_finite() || high.is_finite()).then_some(bounds)
-}
-
-/// In how many rows something is outside, and what is furthest outside first.
-struct Outside {
-    rows: usize,
-    first: (usize, usize),
-}
-
-/// The rows of `values` outside the bounds; a value that is not known is not outside.
-fn outside(values: &DMatrix<f64>, bounds: &[(f64, f64)]) -> Option<Outside> {
-    let column = |k: usize| {
-        (0..values.ncols().min(bounds.len())).find(|&i| values[(k, i)] < bounds[i].0 || values[(k, i)] > bounds[i].1)
-    };
-    let found: Vec<(usize, usize)> = (0..values.nrows()).filter_map(|k| Some((k, column(k)?))).collect();
-    Some(Outside { rows: found.len(), first: *found.first()? })
-}
-
-/// Warnings of the observers whose run, or log, leaves the region of their design.
-pub(super) fn warnings(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for (member, run) in runs {
-        let (name, Some(bounds)) = (&member.wish.name, bounds(&member.wish.kind)) else { continue };
-        let plant = &study.plant;
-        let states = (bounds.states, &plant.states);
-        let parts = [
-            ("inputs", Some(&run.u), bounds.inputs.map(|inputs| (inputs, &plant.inputs))),
-            ("true states", Some(&run.x), Some(states)),
-            ("estimates", run.estimate.as_ref(), Some(states)),
-        ];
-        for (what, values, of) in parts {
-            let (Some(values), Some((bounds_of, names))) = (values, of) else { continue };
-            let Some(Outside { rows, first: (k, i) }) = outside(values, bounds_of) else { continue };
-            let number = |x: f64| luenberger_proof::wording::significant(x, 5);
-            let valid = if bounds.certified { "Guarantee not valid" } else { "Fit not valid" };
-            let (low, high) = bounds_of[i];
-            warnings.push(format!(
-                "{name}: {valid} outside the design region: {rows} of {} rows of the {what}, first at t = {}, where {} = {} (region {} to {})",
-                values.nrows(),
-                number(run.t[k]),
-                names[i],
-                number(values[(k, i)]),
-                number(low),
-                number(high)
-            ));
-        }
+impl Excursion {
+    /// As a sentence about one run.
+    fn in_run(&self, observer: &str) -> String {
+        let (outside, all) = self.rows;
+        format!("{}: {observer}: outside at {outside} of {}, first {}", self.what, counted(all, "row"), self.first())
     }
-    warnings
+
+    /// As a sentence about the runs of a sweep, of which this is the first that left.
+    pub(super) fn in_sweep(&self, observer: &str, runs: usize, all: usize, parameter: &str, value: f64) -> String {
+        let (what, value) = (self.what, significant(value, 5));
+        format!(
+            "{what}: {observer}: left in {runs} of {} of the sweep, first with {parameter} = {value} {}",
+            counted(all, "run"),
+            self.first()
+        )
+    }
+
+    fn first(&self) -> String {
+        let [t, value, low, high] = [self.t, self.value, self.bounds.0, self.bounds.1].map(|x| significant(x, 5));
+        format!("at t = {t}, where {} = {value} is not in [{low}, {high}]", self.name)
+    }
+}
+
+/// Whether state, estimate, input or time of a run leave the region of the observer's design.
+pub(super) fn excursion(study: &Study, wish: &ObserverSpec, run: &Run) -> Option<Excursion> {
+    let region = wish.kind.region()?;
+    let what = match wish.kind {
+        ObserverKind::KklNumerical(_) => "Fit not valid outside the design region",
+        _ => "Guarantee not valid outside the design region",
+    };
+    let plant = &study.plant;
+    let inputs = region.input_bounds().map(|bounds| ("", &plant.inputs, Some(&run.u), bounds));
+    let states = ("", &plant.states, Some(&run.x), region.states());
+    let estimates = ("estimate of ", &plant.states, run.estimate.as_ref(), region.states());
+    let quantities: Vec<_> = [Some(states), inputs, Some(estimates)].into_iter().flatten().collect();
+    // The time is a quantity of its own.
+    let outside = |k: usize| -> Option<(String, f64, (f64, f64))> {
+        // What is not known is not outside.
+        let beyond = |x: f64, (low, high): (f64, f64)| x < low || x > high;
+        for (prefix, names, values, bounds) in &quantities {
+            let Some(values) = values else { continue };
+            // A log has no true states.
+            let found = (0..values.ncols()).find(|i| beyond(values[(k, *i)], bounds[*i]));
+            if let Some(i) = found {
+                return Some((format!("{prefix}{}", names[i]), values[(k, i)], bounds[i]));
+            }
+        }
+        let time = region.time_bounds();
+        beyond(run.t[k], time).then(|| ("t".to_owned(), run.t[k], time))
+    };
+    let all: Vec<(usize, (String, f64, (f64, f64)))> =
+        (0..run.t.len()).filter_map(|k| Some((k, outside(k)?))).collect();
+    let rows = (all.len(), run.t.len());
+    let (k, (name, value, bounds)) = all.into_iter().next()?;
+    Some(Excursion { what, rows, t: run.t[k], name, value, bounds })
+}
+
+/// Runs that leave the region for which a property was proved, or in which a map was fitted.
+pub(super) fn of_runs(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
+    let sentence =
+        |(member, run): &(&Member<'_>, &Run)| Some(excursion(study, member.wish, run)?.in_run(&member.wish.name));
+    runs.iter().filter_map(sentence).collect()
 }

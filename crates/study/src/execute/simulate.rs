@@ -1,14 +1,20 @@
 //! Simulations: each observer in its own run, so that a diverging one affects only its own row of the table.
 //!
 //! With feedback, the observer in the loop is part of every run, so that all see the same plant trajectory.
+//!
+//! The rows of a run are equally spaced times; those of a run with a sampled observer are at its samples, where its
+//! estimate is defined.
 
-use luenberger_sim::{Integrand, Merits, Scenario, SimError, Trajectory};
+use luenberger_sim::{Scenario, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::options::RunOptions;
+use super::scores::Scoring;
+use super::stopped::why;
 use super::{Member, filter};
-use crate::results::{FilterReport, MeritsReport, RunReport, SimulationReport};
+use crate::error::StudyError;
+use crate::results::{FilterReport, RunReport, SimulationReport};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
@@ -48,6 +54,27 @@ pub(super) fn fed(study: &Study) -> Option<&str> {
     }
 }
 
+/// The times of a run that are rows of its table, and the end of the run if that is no row: the samples of a sampled
+/// observer, evenly thinned.
+fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>) {
+    let (end, rows) = (simulation.duration, simulation.samples);
+    let Some(period) = period else {
+        let step = end / (rows - 1) as f64;
+        let time = |k: usize| if k + 1 == rows { end } else { step * k as f64 };
+        return ((0..rows).map(time).collect(), None);
+    };
+    let samples = (end / period + 1e-9).floor() as usize;
+    let every = samples.div_ceil(rows - 1).max(1);
+    let mut times: Vec<f64> = (0..=samples / every).map(|k| (k * every) as f64 * period).collect();
+    match times.last_mut() {
+        Some(last) if *last >= end - 1e-9 * period => {
+            *last = end;
+            (times, None)
+        }
+        _ => (times, Some(end)),
+    }
+}
+
 /// One run, with the observer `member` and the one in the feedback loop.
 pub(super) fn trajectory(
     study: &Study,
@@ -56,9 +83,11 @@ pub(super) fn trajectory(
     member: Option<&Member<'_>>,
     variation: Variation,
 ) -> Result<Trajectory, SimError> {
+    let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
+    wanted.extend(end);
     let mut scenario = Scenario::new(&study.plant.model)
         .initial_state(&simulation.x0)
-        .until(simulation.duration, simulation.samples)
+        .times(&wanted)
         .settings(simulation.settings)
         .input(study.input.signal())
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
@@ -77,45 +106,11 @@ pub(super) fn trajectory(
     if let Some(member) = member {
         let name = &member.wish.name;
         scenario = member.designed.runnable.join(scenario, name, &member.wish.initial);
-        scenario = scenario.integral("e^2", Integrand::squared_error(name));
-        for i in 0..study.plant.states.len() {
-            scenario = scenario.integral(&format!("e{}^2", i + 1), Integrand::squared_error_of(name, i));
-        }
     }
     scenario.run()
 }
 
-/// The initial error, |x(0) - xhat(0)|.
-pub(super) fn initial_error(simulation: &Simulation, initial: &[f64]) -> f64 {
-    simulation.x0.iter().zip(initial).map(|(x, xhat)| (x - xhat).powi(2)).sum::<f64>().sqrt()
-}
-
-pub(super) fn merits(
-    study: &Study,
-    simulation: &Simulation,
-    trajectory: &Trajectory,
-    member: &Member<'_>,
-) -> Result<MeritsReport, SimError> {
-    let initial = initial_error(simulation, &member.wish.initial);
-    let band = simulation.band * initial;
-    let merits = Merits::of(trajectory, &member.wish.name, simulation.band)?;
-    let by_state = (0..study.plant.states.len()).map(|i| {
-        let square = trajectory.integral(&format!("e{}^2", i + 1))?.last().copied().unwrap_or(0.0);
-        Ok((square.max(0.0) / simulation.duration).sqrt())
-    });
-    Ok(MeritsReport {
-        initial,
-        band,
-        settling_first: merits.settling_first,
-        settling_last: merits.settling_last,
-        peak: merits.peak,
-        rms: merits.rms,
-        last: merits.last,
-        rms_by_state: by_state.collect::<Result<_, SimError>>()?,
-    })
-}
-
-/// The samples of a run, with the measured outputs.
+/// The rows of a run, with the measured outputs.
 pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: Option<&Member<'_>>) -> Run {
     let mut y = trajectory.y.clone();
     if let Some(wish) = &simulation.noise {
@@ -128,14 +123,17 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
             }
         }
     }
-    let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| o.estimate.clone());
-    let deviation = member.and_then(|member| filter::deviation(trajectory, member));
-    let (t, x, u) = (trajectory.t.clone(), trajectory.x.clone(), trajectory.u.clone());
-    Run { t, x, u, y, estimate, innovation: None, deviation }
+    let (wanted, _) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
+    let rows = wanted.len();
+    let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
+    let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
+    let deviation = member.and_then(|member| filter::deviation(trajectory, member)).map(|deviation| of(&deviation));
+    let (x, u, y) = (of(&trajectory.x), of(&trajectory.u), of(&y));
+    Run { t: wanted, x, u, y, estimate, innovation: None, deviation }
 }
 
-/// A run with its observer, or the error that ended it.
-pub(super) type Outcome<'a> = (Member<'a>, Result<Run, SimError>);
+/// A run with its observer, or why it ended.
+pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
 /// All runs, in the order of the observers. `finished` is called for each run that ends, from any thread. Observers not
 /// reached before an interruption are omitted.
@@ -145,18 +143,23 @@ pub(super) fn all<'a>(
     members: &[Member<'a>],
     options: &RunOptions<'_>,
     finished: &(dyn Fn(&Member<'_>, &Run) + Sync),
-) -> (SimulationReport, Vec<Outcome<'a>>, Vec<FilterReport>) {
+) -> Result<(SimulationReport, Vec<Outcome<'a>>, Vec<FilterReport>), StudyError> {
+    let scoring = Scoring::of(study, simulation, members.iter(), members)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |member: &Member<'a>| {
         if options.interrupted() {
             return None;
         }
         let outcome = fed_back(study, members).and_then(|()| {
-            trajectory(study, simulation, members, Some(member), Variation::NONE).and_then(|trajectory| {
-                let merits = merits(study, simulation, &trajectory, member)?;
-                let filter = filter::consistency(study, simulation, &trajectory, member)?;
-                Ok((samples(simulation, &trajectory, Some(member)), merits, filter))
-            })
+            trajectory(study, simulation, members, Some(member), Variation::NONE)
+                .and_then(|trajectory| {
+                    let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
+                    let filter = filter::consistency(study, simulation, &trajectory, member)?;
+                    let last = trajectory.x.nrows() - 1;
+                    let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();
+                    Ok((samples(simulation, &trajectory, Some(member)), merits, filter, end))
+                })
+                .map_err(|error| why(study, &error))
         });
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         options.tell("simulate", &member.wish.name, count, members.len());
@@ -173,17 +176,17 @@ pub(super) fn all<'a>(
     for (member, outcome) in outcomes {
         let observer = member.wish.name.clone();
         match outcome {
-            Ok((run, merits, filter)) => {
+            Ok((run, merits, filter, end)) => {
                 filters.extend(filter);
                 if x_end.is_empty() {
-                    x_end = run.x.row(run.x.nrows() - 1).iter().copied().collect();
+                    x_end = end;
                 }
                 rows.push(RunReport { observer, merits: Some(merits), failure: None });
-                runs.push((member, Ok(run)));
+                runs.push((member, Some(run)));
             }
-            Err(error) => {
-                rows.push(RunReport { observer, merits: None, failure: Some(error.to_string()) });
-                runs.push((member, Err(error)));
+            Err(failure) => {
+                rows.push(RunReport { observer, merits: None, failure: Some(failure) });
+                runs.push((member, None));
             }
         }
     }
@@ -192,17 +195,46 @@ pub(super) fn all<'a>(
         x0: simulation.x0.clone(),
         x_end,
         seed: simulation.noise.as_ref().map(|noise| noise.seed),
+        scoring: scoring.report(study),
         rows,
     };
-    (report, runs, filters)
+    Ok((report, runs, filters))
 }
 
 /// Checks that the observer in the feedback loop has a design.
-fn fed_back(study: &Study, members: &[Member<'_>]) -> Result<(), SimError> {
+fn fed_back(study: &Study, members: &[Member<'_>]) -> Result<(), String> {
     match fed(study) {
         Some(observer) if !members.iter().any(|member| member.wish.name == observer) => {
-            Err(SimError::UnknownName { name: observer.to_owned() })
+            Err(format!("not simulated: the observer {observer:?} in the feedback loop has no design"))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_a_sampled_observer_are_samples() {
+        let study = crate::Study::from_text(
+            "t.toml",
+            "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 1\nsamples = 6\n",
+            crate::Format::Toml,
+            ".".as_ref(),
+        )
+        .unwrap();
+        let simulation = study.simulation.unwrap();
+        let near = |period, wished: &[f64], end| {
+            let (times, rest) = times(&simulation, period);
+            assert!(times.len() == wished.len() && times.iter().zip(wished).all(|(a, b)| (a - b).abs() < 1e-12));
+            assert_eq!(rest, end);
+        };
+        near(None, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
+        near(Some(0.1), &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
+        // Eight samples, every second of them; the run goes on to its end.
+        near(Some(0.13), &[0.0, 0.26, 0.52, 0.78], Some(1.0));
+        near(Some(0.3), &[0.0, 0.3, 0.6, 0.9], Some(1.0));
+        near(Some(2.0), &[0.0], Some(1.0));
     }
 }

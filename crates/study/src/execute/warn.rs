@@ -6,7 +6,7 @@ use crate::design::SPEED_RATIO;
 use crate::results::report::eigenvalue;
 use crate::results::{DesignReport, Results};
 use crate::signal::Input;
-use crate::study::{ObserverKind, Study};
+use crate::study::Study;
 
 /// Modes with a margin below this are weakly observable.
 const HARDLY: f64 = 1e-6;
@@ -31,15 +31,12 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
         for wish in &study.observers {
-            let period = match &wish.kind {
-                ObserverKind::SampledCubic { period, .. } | ObserverKind::ExtendedKalman { period, .. } => *period,
-                _ => continue,
-            };
+            let Some(period) = wish.kind.period() else { continue };
             if simulation.hold != Some(period) {
+                let hold = simulation.hold.map_or_else(|| "not set".to_owned(), |hold| hold.to_string());
+                let name = &wish.name;
                 warnings.push(format!(
-                    "{} takes the input as held over its period {period}, and simulation.hold is {}: its error does not tend to 0",
-                    wish.name,
-                    simulation.hold.map_or_else(|| "not there".to_owned(), |hold| hold.to_string())
+                    "{name} assumes a zero-order hold of the input: set simulation.hold = {period} (it is {hold})"
                 ));
             }
         }

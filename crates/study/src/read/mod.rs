@@ -79,6 +79,9 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     if let (Some(node), Some(input), Some(simulation)) = (root.get("input"), &input, &simulation) {
         simulation_settings::input_over(node, input, plant.inputs.len(), simulation, reader);
     }
+    if let (Some(node), Some(simulation), Some(observers)) = (root.get("simulation"), &simulation, &observers) {
+        simulation_settings::score_grid(node, simulation, observers, reader);
+    }
     let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {

@@ -1,7 +1,7 @@
 //! The tables around plant and observers: [input], [simulation], [log], [plot], [sweep].
 
 use luenberger_expression::Scope;
-use luenberger_sim::{Integrator, Settings};
+use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
@@ -131,8 +131,35 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
             None => None,
         },
         band: number("band", 0.05)?,
+        score_period: match node.get("score_period") {
+            Some(period) => Some(period.number()?),
+            None => None,
+        },
+        scale: match node.get("scale") {
+            Some(scale) => Some(reader.numbers(scale, "scale", plant.states.len(), "states")?),
+            None => None,
+        },
         noise,
     })
+}
+
+/// Checks that there are instants at which all observers can be scored.
+pub(super) fn score_grid(node: &Node, simulation: &Simulation, observers: &[ObserverSpec], reader: &mut Reader) {
+    let periods: Vec<Option<f64>> = observers.iter().map(|observer| observer.kind.period()).collect();
+    let Some(period) = simulation.score_period else {
+        // A period that is not positive is reported at its own key.
+        if let Err(error @ SimError::NoCommonGrid { .. }) = ScoreGrid::common(&periods, simulation.duration) {
+            let expected = "expected `score_period`, at which each observer is scored by its last sample";
+            reader.wrong(check::head(node), error.to_string(), expected);
+        }
+        return;
+    };
+    let longest = periods.into_iter().flatten().fold(0.0, f64::max);
+    if let (Some(entry), true) = (node.get("score_period"), period < longest * (1.0 - 1e-9)) {
+        let message = format!("`score_period` is {period}, finer than the samples of an observer, every {longest}");
+        let expected = format!("expected at least {longest}: between samples an estimate is not defined");
+        reader.wrong(entry.span.clone(), message, expected);
+    }
 }
 
 pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Log> {

@@ -6,9 +6,15 @@
 
 mod log;
 pub(crate) mod report;
+mod score_tables;
+mod scores;
 
 pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
 pub use report::{leading, log_data};
+pub use score_tables::{ScoreCell, ScoreTable};
+pub use scores::{
+    MeritsReport, NormReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport, SweepRow,
+};
 
 use serde::Serialize;
 
@@ -235,92 +241,6 @@ pub struct FailureReport {
     pub alternatives: Vec<String>,
     /// Position of the observer in the file.
     pub line: usize,
-}
-
-/// The simulations.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SimulationReport {
-    /// The end time.
-    pub duration: f64,
-    /// The initial state x(0); initial errors such as `|x(0) - xhat(0)|` are stored per observer.
-    pub x0: Vec<f64>,
-    /// x at the end.
-    pub x_end: Vec<f64>,
-    /// The seed of the noise.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
-    /// One row for each designed observer.
-    pub rows: Vec<RunReport>,
-}
-
-/// Result of one observer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RunReport {
-    /// The observer.
-    pub observer: String,
-    /// The figures of merit; none if the run ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub merits: Option<MeritsReport>,
-    /// Why the run ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
-}
-
-/// Figures of merit of the error norm |e|.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MeritsReport {
-    /// |e(0)|.
-    pub initial: f64,
-    /// The settling band.
-    pub band: f64,
-    /// The first time at which |e| is within the band.
-    pub settling_first: Option<f64>,
-    /// The time from which |e| stays in the band.
-    pub settling_last: Option<f64>,
-    /// The maximum of |e|.
-    pub peak: f64,
-    /// The root mean square of |e|.
-    pub rms: f64,
-    /// |e| at the end time.
-    pub last: f64,
-    /// The root mean square for each state.
-    pub rms_by_state: Vec<f64>,
-}
-
-/// The sweep.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SweepReport {
-    /// The swept parameter.
-    pub parameter: String,
-    /// Runs at each value.
-    pub ensemble: usize,
-    /// Its values.
-    pub values: Vec<f64>,
-    /// One row for each observer and value.
-    pub rows: Vec<SweepRow>,
-}
-
-/// One observer at one value.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SweepRow {
-    /// The observer.
-    pub observer: String,
-    /// The value.
-    pub value: f64,
-    /// Number of runs of the ensemble that finished.
-    pub finished: usize,
-    /// Median over the ensemble of the settling time, from which |e| stays in the band; none if most runs do not
-    /// settle.
-    pub settling: Option<f64>,
-    /// Median of the root mean square of |e|.
-    pub rms: Option<f64>,
-    /// Median and maximum over the ensemble of max |e|.
-    pub peak: Option<f64>,
-    /// Median of |e| at the end time.
-    pub last: Option<f64>,
-    /// Why there is no run, if there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
 }
 
 impl Results {

@@ -9,6 +9,7 @@ use luenberger_proof::wording::{complex, significant};
 
 use super::{
     DesignReport, ModeReport, NamedMatrix, NamedNumber, ObservabilityAt, ObservabilityReport, ObserverReport, Results,
+    ScoreCell, ScoreTable, SweepReport,
 };
 use crate::error::StudyError;
 
@@ -35,20 +36,7 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
         report = report.section(section);
     }
     if let Some(sweep) = &results.sweep {
-        let settles = with_unit("settles", results.plant.time_unit.as_ref());
-        let mut grid = Grid::new(&["observer", &sweep.parameter, "finished", &settles, "rms", "peak", "at the end"]);
-        for row in &sweep.rows {
-            grid = grid.row([
-                Cell::from(row.observer.as_str()),
-                number(row.value),
-                Cell::number(format!("{} of {}", row.finished, sweep.ensemble)),
-                maybe(row.settling),
-                maybe(row.rms),
-                maybe(row.peak),
-                maybe(row.last),
-            ]);
-        }
-        report = report.section(Section::new("Sweep").grid(grid.caption("Medians over the ensemble.")));
+        report = report.section(self::sweep(results, sweep));
     }
     let links = files
         .iter()
@@ -299,35 +287,53 @@ fn laid_out(matrix: &NamedMatrix) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
+/// The maximal number of states of which the scores are shown.
+const SCORED: usize = 12;
+
+fn scores(table: &ScoreTable, caption: &str) -> Grid {
+    let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
+    let cell = |cell: &ScoreCell| match (cell.best, cell.number) {
+        (true, _) => Cell::best(cell.text.as_str()),
+        (false, true) => Cell::number(cell.text.as_str()),
+        (false, false) => Cell::from(cell.text.as_str()),
+    };
+    let grid = table.rows.iter().fold(Grid::new(&head), |grid, row| grid.row(row.iter().map(cell)));
+    match table.omitted {
+        0 => grid.caption(caption),
+        omitted => grid.caption(format!("{caption} `study.json` has the other {omitted} states.")),
+    }
+}
+
+fn sweep(results: &Results, sweep: &SweepReport) -> Section {
+    let mut section = Section::new("Sweep").prose(sweep.scoring.words.join(" "));
+    if let Some(table) = sweep.table(&results.plant, SCORED) {
+        section = section.grid(scores(&table, "Medians over the ensemble."));
+    }
+    let ended = sweep.ended();
+    if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }
+}
+
 fn comparison(results: &Results) -> Section {
-    let in_time = |text: &str| with_unit(text, results.plant.time_unit.as_ref());
     let mut section = Section::new("Comparison");
     if let Some(simulation) = &results.simulation {
-        let (first, last) = (in_time("settles at"), in_time("stays from"));
-        let head = ["observer", "|e(0)|", &first, &last, "largest |e|", "rms", "at the end"];
-        let mut grid =
-            Grid::new(&head).caption("Of the norm of the error; settled is within the band of its first value.");
-        let mut ended = Vec::new();
-        for row in &simulation.rows {
-            if let Some(merits) = &row.merits {
-                grid = grid.row([
-                    Cell::from(row.observer.as_str()),
-                    number(merits.initial),
-                    maybe(merits.settling_first),
-                    maybe(merits.settling_last),
-                    number(merits.peak),
-                    number(merits.rms),
-                    number(merits.last),
-                ]);
-            }
-            ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
+        section = section.prose(simulation.scoring.words.join(" "));
+        if let Some(table) = simulation.norm_table(&results.plant) {
+            section = section.grid(scores(&table, "Norm of the error; the best values are marked."));
         }
-        section = section.grid(grid);
+        match simulation.state_table(&results.plant, SCORED) {
+            Some(table) => {
+                let caption = "Error of each state, in its unit. Settling: the error stays within 5 % or 2 % of its \
+                               initial value; overshoot: the largest error after its first change of sign.";
+                section = section.grid(scores(&table, caption));
+            }
+            None => section = section.prose("No observer finished its run."),
+        }
         if let Some(seed) = simulation.seed {
             section = section.prose(format!("The noise has the seed {seed}, the same for all."));
         }
+        let ended: Vec<String> = simulation.ended().into_iter().chain(results.not_run()).collect();
         if !ended.is_empty() {
-            section = section.prose("Ended early:").list(ended);
+            section = section.prose("Ended early, or not run:").list(ended);
         }
     }
     if !results.filters.is_empty() {

@@ -61,9 +61,10 @@ const PLANT: Table = Table {
     keys: &[
         optional("a", Kind::Rows, "A of x' = A x + B u, n x n, as a list of rows."),
         optional("b", Kind::Rows, "B, n x m; no inputs without it."),
-        optional("c", Kind::Rows, "C of y = C x, p x n."),
+        optional("c", Kind::Rows, "C of y = C x + D u, p x n."),
+        optional("d", Kind::Rows, "D, p x m; zero without it."),
         optional("f", Kind::Texts, "The right-hand sides of x' = f(t, x, u), one expression for each state."),
-        optional("h", Kind::Texts, "The outputs y = h(t, x), one expression for each."),
+        optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each."),
         optional("parameters", Kind::Named, "Numbers that the expressions may use by name."),
         optional("builtin", Kind::Choice(BUILTIN), "A plant that is built in."),
         optional(
@@ -129,7 +130,7 @@ const SIMULATION: Table = Table {
         optional(
             "samples",
             Kind::Count(2),
-            "How many equally spaced times are written, both ends among them; 501 without it.",
+            "How many equally spaced times are written, both ends among them (default 501). A sampled observer has its rows at its samples, evenly thinned to at most this number.",
         ),
         optional(
             "integrator",
@@ -151,6 +152,16 @@ const SIMULATION: Table = Table {
             "band",
             Kind::Number(Range::Positive),
             "The error has settled at this share of its first value; 0.05 without it.",
+        ),
+        optional(
+            "scale",
+            Kind::Numbers(Range::Positive),
+            "One positive number per state, in its unit: the error of each state is divided by it in the norm |e|. Default: the widths of the region of the designs, if it is finite and the same for all; otherwise no norm is formed.",
+        ),
+        optional(
+            "score_period",
+            Kind::Number(Range::Positive),
+            "Errors are scored at multiples of this period, at least the longest sampling period. Default: at the samples if any observer is sampled, otherwise in continuous time.",
         ),
         optional("noise", Kind::Table(&NOISE), "Noise on the outputs that the observers see; none without it."),
     ],

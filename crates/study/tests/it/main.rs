@@ -1,11 +1,13 @@
 //! One test binary, a module a subject.
 
+mod feedthrough;
 mod gain_limits;
 mod high_gain;
 mod log;
 mod mistakes;
 mod plant;
 mod report_in_browser;
+mod scores;
 mod signal;
 mod solver;
 mod table;

@@ -1,0 +1,416 @@
+//! Scores of an observer's error, and the times at which errors are scored.
+//!
+//! The estimate of a sampled-data observer is defined at its samples only: at the sample k it is what is known of x(t_k)
+//! before the sample is used. Held until the next sample it lags behind the plant by up to a period, and that lag is no
+//! error of the observer. Hence one rule for all that is compared: if any of the observers is sampled, all of them are
+//! scored at the same instants, the samples; if none is, in continuous time.
+//!
+//! | score | at the samples | in continuous time |
+//! |---|---|---|
+//! | RMSE | root of the mean square over the samples | `sqrt(1/T int e^2 dt)`, from the dense output |
+//! | peak | largest magnitude at a sample | largest magnitude |
+//! | overshoot | largest magnitude after the first change of sign | the same |
+//! | settling | first sample from which it stays within the band | last crossing of the band |
+//! | at the end | at the last sample | at the end of the run |
+//!
+//! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes a
+//! scale, one positive number per state, by which each error is divided.
+
+use std::fmt;
+
+use nalgebra::DMatrix;
+
+use crate::error::{SimError, check, check_positive};
+use crate::events::Trace;
+use crate::metrics;
+use crate::trajectory::Trajectory;
+
+/// Largest number of periods that a common multiple is looked for in.
+const MULTIPLES: u32 = 1000;
+
+/// Fewest intervals of a common grid of several periods in a run.
+const INTERVALS: f64 = 10.0;
+
+/// The instants at which errors are scored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScoreGrid {
+    /// All times of the run.
+    Continuous,
+    /// The start and every multiple of a period after it.
+    Samples {
+        /// The period.
+        period: f64,
+    },
+}
+
+impl ScoreGrid {
+    /// The instants common to observers with these periods (`None` for those in continuous time) in a run of this
+    /// duration: continuous time if none is sampled, otherwise the least common multiple of the periods.
+    ///
+    /// ```
+    /// use luenberger_sim::ScoreGrid;
+    /// assert_eq!(ScoreGrid::common(&[None, None], 10.0)?, ScoreGrid::Continuous);
+    /// assert_eq!(ScoreGrid::common(&[None, Some(0.02)], 10.0)?, ScoreGrid::Samples { period: 0.02 });
+    /// assert_eq!(ScoreGrid::common(&[Some(0.25), Some(0.1)], 10.0)?, ScoreGrid::Samples { period: 0.5 });
+    /// assert!(ScoreGrid::common(&[Some(0.1), Some(0.1 * 2f64.sqrt())], 10.0).is_err());
+    /// # Ok::<(), luenberger_sim::SimError>(())
+    /// ```
+    /// # Errors
+    /// [`SimError::NoCommonGrid`] for periods without a common multiple of which the run has at least ten.
+    pub fn common(periods: &[Option<f64>], duration: f64) -> Result<Self, SimError> {
+        let mut common: Option<f64> = None;
+        for &period in periods.iter().flatten() {
+            check_positive("the period of a sampled-data observer", period)?;
+            common = Some(match common {
+                None => period,
+                Some(other) if near(other, period) => other,
+                Some(other) => {
+                    let none = SimError::NoCommonGrid { first: other, second: period, duration };
+                    let found = multiple(other, period).filter(|common| INTERVALS * common <= duration * (1.0 + 1e-9));
+                    found.ok_or(none)?
+                }
+            });
+        }
+        Ok(common.map_or(Self::Continuous, |period| Self::Samples { period }))
+    }
+
+    /// The period; none in continuous time.
+    pub fn period(self) -> Option<f64> {
+        match self {
+            Self::Continuous => None,
+            Self::Samples { period } => Some(period),
+        }
+    }
+}
+
+impl fmt::Display for ScoreGrid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Continuous => write!(f, "Scores in continuous time"),
+            Self::Samples { period } => write!(f, "Scores at the samples, every {period}"),
+        }
+    }
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
+}
+
+/// The least common multiple, up to rounding.
+fn multiple(a: f64, b: f64) -> Option<f64> {
+    let (short, long) = (a.min(b), a.max(b));
+    (1..=MULTIPLES).map(|k| f64::from(k) * long).find(|multiple| {
+        let count = multiple / short;
+        near(count, count.round())
+    })
+}
+
+/// Scores of the error of one state, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateScores {
+    /// The error at the start.
+    pub initial: f64,
+    /// Root mean square.
+    pub rmse: f64,
+    /// The largest magnitude; at least that at the start.
+    pub peak: f64,
+    /// The largest magnitude after the first change of sign; 0 if the sign never changes.
+    pub overshoot: f64,
+    /// The time from which the magnitude stays within 5 % of that at the start; `None` if it does not, or if the error
+    /// starts at 0.
+    pub settling_5: Option<f64>,
+    /// Likewise for 2 %.
+    pub settling_2: Option<f64>,
+    /// The magnitude at the end.
+    pub last: f64,
+}
+
+/// Figures of merit of the norm of the error, |e|.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merits {
+    /// |e| at the start.
+    pub initial: f64,
+    /// The first time |e| is within the band; `None` if it never is.
+    pub settling_first: Option<f64>,
+    /// The time from which |e| stays within the band; `None` if it does not.
+    pub settling_last: Option<f64>,
+    /// The largest |e|; at least |e(0)|.
+    pub peak: f64,
+    /// The root mean square of |e|.
+    pub rms: f64,
+    /// |e| at the end.
+    pub last: f64,
+}
+
+impl Merits {
+    /// The merits of an observer in a run; settled is within `band |e(0)|`, `e(0)` the error at the start.
+    ///
+    /// If any observer of the run is sampled, the merits are those at the samples (see the [module](self)), on the grid
+    /// that [`Trajectory::score_grid`] names. The norm is Euclid's of the errors as they are, which adds up units; with
+    /// a scale it is [`Errors::norm`].
+    ///
+    /// ```
+    /// use luenberger_sim::{Merits, Scenario};
+    /// use luenberger_observers::LinearObserver;
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let run = Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .until(8.0, 2)
+    ///     .run()?;
+    /// let merits = Merits::of(&run, "linear", 0.05)?;
+    /// assert!(merits.peak >= 1.0 && merits.last < 1e-5 && merits.settling_last < Some(3.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    pub fn of(trajectory: &Trajectory, observer: &str, band: f64) -> Result<Self, SimError> {
+        Errors::of(trajectory, observer, trajectory.score_grid()?)?.norm(None, band)
+    }
+}
+
+/// The band of settling.
+#[derive(Clone, Copy)]
+pub(crate) enum Band {
+    /// A share of the norm at the start.
+    Share(f64),
+    /// A norm.
+    Within(f64),
+}
+
+impl Band {
+    fn of(self, initial: f64) -> f64 {
+        match self {
+            Self::Share(share) => share * initial,
+            Self::Within(within) => within,
+        }
+    }
+}
+
+/// The errors of one observer in a run at the instants of a grid.
+pub struct Errors<'t> {
+    trajectory: &'t Trajectory,
+    observer: &'t str,
+    /// The times and the errors there, one row each; `None` in continuous time.
+    samples: Option<(Vec<f64>, DMatrix<f64>)>,
+    count: usize,
+}
+
+impl<'t> Errors<'t> {
+    /// The errors of an observer on a grid.
+    ///
+    /// On a grid of a period that is no multiple of its own, a sampled observer is scored at its last sample up to each
+    /// instant, against the state of the plant at that sample.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use luenberger_sim::{Errors, Scenario, ScoreGrid};
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let run = Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .until(8.0, 2)
+    ///     .run()?;
+    /// let position = Errors::of(&run, "linear", ScoreGrid::Continuous)?.state(0)?;
+    /// assert!(position.peak == 1.0 && position.overshoot < 0.25 && position.settling_5 < position.settling_2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`SimError::UnknownName`]; [`SimError::ScorePeriod`] for a grid finer than the samples of the observer.
+    pub fn of(trajectory: &'t Trajectory, observer: &'t str, grid: ScoreGrid) -> Result<Self, SimError> {
+        let count = trajectory.observer(observer)?.states.len();
+        let samples = match grid {
+            ScoreGrid::Continuous => None,
+            ScoreGrid::Samples { period } => Some(trajectory.errors_at_samples(observer, period)?),
+        };
+        Ok(Self { trajectory, observer, samples, count })
+    }
+
+    /// Number of components: the states that the observer estimates.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether the observer estimates nothing.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The scores of component `component`, from 0.
+    ///
+    /// # Errors
+    /// [`SimError::Index`].
+    pub fn state(&self, component: usize) -> Result<StateScores, SimError> {
+        let curve = match &self.samples {
+            Some((_, errors)) if component >= errors.ncols() => {
+                let count = errors.ncols();
+                return Err(SimError::Index { what: "component of the error", index: component, count });
+            }
+            Some((times, errors)) => Curve::Samples(times, errors.column(component).iter().copied().collect()),
+            None => Curve::Continuous(self.trajectory.error_trace(self.observer, component)?),
+        };
+        let initial = curve.initial()?;
+        let settling = |share: f64| if initial == 0.0 { None } else { curve.stays_within(share * initial.abs()) };
+        Ok(StateScores {
+            initial,
+            rmse: curve.rms(),
+            peak: curve.peak()?,
+            overshoot: curve.overshoot(),
+            settling_5: settling(0.05),
+            settling_2: settling(0.02),
+            last: curve.last().abs(),
+        })
+    }
+
+    /// The scores of all components.
+    ///
+    /// # Errors
+    /// As [`state`](Self::state).
+    pub fn states(&self) -> Result<Vec<StateScores>, SimError> {
+        (0..self.count).map(|component| self.state(component)).collect()
+    }
+
+    /// The merits of the norm `sqrt(sum_i (e_i / scale_i)^2)`, Euclid's without a scale; settled is within `band` of
+    /// its value at the start. An error that starts at 0 has no settling time.
+    ///
+    /// # Errors
+    /// [`SimError::Length`], [`SimError::NotFinite`] or [`SimError::NotPositive`] for a scale that does not fit.
+    pub fn norm(&self, scale: Option<&[f64]>, band: f64) -> Result<Merits, SimError> {
+        self.merits(scale, Band::Share(band))
+    }
+
+    /// As [`norm`](Self::norm), settled within a band of either kind.
+    pub(crate) fn merits(&self, scale: Option<&[f64]>, band: Band) -> Result<Merits, SimError> {
+        let scale = match scale {
+            Some(scale) => check_scale(scale, self.count).map(|()| scale.to_vec())?,
+            None => vec![1.0; self.count],
+        };
+        let curve = match &self.samples {
+            Some((times, errors)) => {
+                let norms = errors.row_iter().map(|row| {
+                    row.iter().zip(&scale).map(|(error, scale)| (error / scale).powi(2)).sum::<f64>().sqrt()
+                });
+                Curve::Samples(times, norms.collect())
+            }
+            None => Curve::Continuous(self.trajectory.scaled_norm(self.observer, &scale)?),
+        };
+        let initial = curve.initial()?;
+        let within = band.of(initial);
+        let starts = |time: Option<f64>| time.filter(|_| initial > 0.0);
+        Ok(Merits {
+            initial,
+            settling_first: starts(curve.first_within(within)),
+            settling_last: starts(curve.stays_within(within)),
+            peak: curve.peak()?,
+            rms: curve.rms(),
+            last: curve.last(),
+        })
+    }
+}
+
+/// Checks a scale: one positive number per state.
+pub(crate) fn check_scale(scale: &[f64], states: usize) -> Result<(), SimError> {
+    check("the scale of the states", scale, states)?;
+    scale.iter().try_for_each(|entry| check_positive("an entry of the scale of the states", *entry))
+}
+
+/// A scalar error, as it is scored.
+enum Curve<'t> {
+    Continuous(Trace<'t>),
+    Samples(&'t [f64], Vec<f64>),
+}
+
+impl Curve<'_> {
+    fn initial(&self) -> Result<f64, SimError> {
+        match self {
+            Self::Continuous(trace) => trace.at(trace.span().0),
+            Self::Samples(_, values) => Ok(values[0]),
+        }
+    }
+
+    fn last(&self) -> f64 {
+        match self {
+            Self::Continuous(trace) => trace.last(),
+            Self::Samples(_, values) => values[values.len() - 1],
+        }
+    }
+
+    fn rms(&self) -> f64 {
+        match self {
+            Self::Continuous(trace) => {
+                let (start, end) = trace.span();
+                (trace.integral_of_square() / (end - start)).sqrt()
+            }
+            Self::Samples(_, values) => (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt(),
+        }
+    }
+
+    fn peak(&self) -> Result<f64, SimError> {
+        match self {
+            Self::Continuous(trace) => Ok(metrics::peak(trace)?.value),
+            Self::Samples(_, values) => Ok(largest(values)),
+        }
+    }
+
+    fn overshoot(&self) -> f64 {
+        match self {
+            Self::Continuous(trace) => metrics::overshoot(trace).map_or(0.0, |extremum| extremum.value),
+            Self::Samples(_, values) => {
+                let Some(sign) = values.iter().find(|x| **x != 0.0) else { return 0.0 };
+                let crossed = values.iter().position(|x| x * sign < 0.0);
+                crossed.map_or(0.0, |first| largest(&values[first..]))
+            }
+        }
+    }
+
+    fn first_within(&self, band: f64) -> Option<f64> {
+        match self {
+            Self::Continuous(trace) => metrics::settling_first(trace, band),
+            Self::Samples(times, values) => values.iter().position(|x| x.abs() <= band).map(|k| times[k]),
+        }
+    }
+
+    fn stays_within(&self, band: f64) -> Option<f64> {
+        match self {
+            Self::Continuous(trace) => metrics::settling_last(trace, band),
+            Self::Samples(times, values) => match values.iter().rposition(|x| x.abs() > band) {
+                None => times.first().copied(),
+                Some(outside) => times.get(outside + 1).copied(),
+            },
+        }
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_common_grid_is_the_least_common_multiple() {
+        let period = |periods: &[f64], duration| {
+            let periods: Vec<Option<f64>> = periods.iter().map(|period| Some(*period)).collect();
+            ScoreGrid::common(&periods, duration).map(ScoreGrid::period)
+        };
+        assert_eq!(period(&[0.3, 0.1, 0.2], 6.0).unwrap().map(|p| (p * 1e9).round()), Some(6e8));
+        assert_eq!(period(&[0.01, 0.01], 0.05).unwrap(), Some(0.01));
+        // Of 21 and 0.97 the least common multiple is 2037: not ten times in 100.
+        assert!(matches!(period(&[21.0, 0.97], 100.0), Err(SimError::NoCommonGrid { .. })));
+        assert!(matches!(period(&[0.0], 1.0), Err(SimError::NotPositive { .. })));
+        assert_eq!(ScoreGrid::Samples { period: 0.01 }.to_string(), "Scores at the samples, every 0.01");
+    }
+
+    #[test]
+    fn scores_of_samples() {
+        let times = [0.0, 1.0, 2.0, 3.0, 4.0];
+        let curve = Curve::Samples(&times, vec![-2.0, 1.0, 0.04, -0.2, 0.01]);
+        assert_eq!((curve.initial().unwrap(), curve.last(), curve.peak().unwrap()), (-2.0, 0.01, 2.0));
+        assert_eq!((curve.overshoot(), curve.first_within(0.1), curve.stays_within(0.1)), (1.0, Some(2.0), Some(4.0)));
+        assert_eq!((curve.stays_within(0.001), curve.stays_within(2.0)), (None, Some(0.0)));
+        assert!((curve.rms() - (5.0417f64 / 5.0).sqrt()).abs() < 1e-15);
+        assert!(Curve::Samples(&times, vec![1.0; 5]).overshoot() == 0.0);
+    }
+}

@@ -1,0 +1,220 @@
+//! Scores at the samples: a sampled observer is not blamed for what happens between them.
+
+use approx::assert_abs_diff_eq;
+use luenberger_observers::{LinearObserver, ObserverDimensions, SampledObserver};
+use luenberger_plants::double_integrator;
+use luenberger_sim::{Comparison, Errors, Merits, Scenario, ScoreGrid, SimError, solve};
+use nalgebra::{Matrix2, Vector1, Vector2};
+
+/// The deadbeat observer of the double integrator, sampled every half: A = [1 h; 0 1], L = [2; 1/h], (A - L C)^2 = 0.
+struct Deadbeat {
+    period: f64,
+}
+
+impl SampledObserver<f64> for Deadbeat {
+    type State = Vector2<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn period(&self) -> f64 {
+        self.period
+    }
+
+    fn step(&self, _t: f64, state: &mut Vector2<f64>, _u: &Vector1<f64>, y: &Vector1<f64>) {
+        let a = Matrix2::new(1.0, self.period, 0.0, 1.0);
+        *state = a * *state + Vector2::new(2.0, 1.0 / self.period) * (y[0] - state[0]);
+    }
+
+    fn estimate(&self, state: &Vector2<f64>) -> Vector2<f64> {
+        *state
+    }
+
+    fn initial(&self, _t: f64, estimate: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *estimate
+    }
+}
+
+/// Divides by the time that is left until t = 1.
+struct Diverging;
+
+impl SampledObserver<f64> for Diverging {
+    type State = Vector2<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn period(&self) -> f64 {
+        0.5
+    }
+
+    fn step(&self, t: f64, state: &mut Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) {
+        state[1] = 1.0 / (1.0 - t);
+    }
+
+    fn estimate(&self, state: &Vector2<f64>) -> Vector2<f64> {
+        *state
+    }
+
+    fn initial(&self, _t: f64, estimate: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *estimate
+    }
+}
+
+const X0: [f64; 2] = [1.0, 1.0];
+
+/// From e(0) = (1, 1) the errors at the samples are (1, 1), (-1/2, -1), 0, 0, ... exactly. Held until the next sample
+/// the position lags by the velocity times the period, 1/2, for ever.
+#[test]
+fn a_sampled_observer_is_scored_at_its_samples() {
+    let run = Scenario::new(double_integrator())
+        .initial_state(&X0)
+        .sampled_observer("deadbeat", Deadbeat { period: 0.5 }, &[0.0, 0.0])
+        .until(3.0, 2)
+        .run()
+        .unwrap();
+    assert_eq!(run.score_grid().unwrap(), ScoreGrid::Samples { period: 0.5 });
+    let held = run.error_norm("deadbeat").unwrap();
+    assert_abs_diff_eq!(held.last(), 0.5, epsilon = 1e-9);
+    let merits = Merits::of(&run, "deadbeat", 0.05).unwrap();
+    assert!(merits.last < 1e-12, "{merits:?}");
+    assert_eq!((merits.settling_first, merits.settling_last), (Some(1.0), Some(1.0)));
+    assert_abs_diff_eq!(merits.peak, 2f64.sqrt(), epsilon = 1e-12);
+    // Seven samples.
+    assert_abs_diff_eq!(merits.rms, (3.25f64 / 7.0).sqrt(), epsilon = 1e-12);
+    assert_abs_diff_eq!(run.rmse("deadbeat").unwrap(), merits.rms, epsilon = 0.0);
+    assert_eq!(run.settling_time("deadbeat", 0.05).unwrap(), Some(1.0));
+    let position = Errors::of(&run, "deadbeat", ScoreGrid::Samples { period: 0.5 }).unwrap().state(0).unwrap();
+    assert_abs_diff_eq!(position.rmse, (1.25f64 / 7.0).sqrt(), epsilon = 1e-12);
+    assert_abs_diff_eq!(position.overshoot, 0.5, epsilon = 1e-12);
+    assert_eq!((position.initial, position.peak), (1.0, 1.0));
+    assert_eq!((position.settling_5, position.settling_2), (Some(1.0), Some(1.0)));
+}
+
+/// One sampled observer in a comparison, and the continuous one beside it has the same grid: e' = F e with the poles -1
+/// and -2 from e(0) = (1, 1) is known at every sample.
+#[test]
+fn one_sampled_observer_puts_all_on_its_grid() {
+    let plant = double_integrator();
+    let (deadbeat, linear) =
+        (Deadbeat { period: 0.5 }, LinearObserver::of(plant.clone(), Vector2::new(3.0, 2.0)).unwrap());
+    let comparison = Comparison::new(&plant, &X0, &[0.0, 0.0])
+        .until(3.0, 2)
+        .observer("linear", &linear)
+        .sampled_observer("deadbeat", &deadbeat);
+    let table = comparison.clone().run().unwrap();
+    assert_eq!(table.grid, ScoreGrid::Samples { period: 0.5 });
+    let text = table.to_string();
+    assert!(text.contains("Scores at the samples, every 0.5\n"), "{text}");
+    // F = [-3 1; -2 0]; eigenvectors (1, 1) of -2 and (1, 2) of -1, and e(0) = (1, 1) is the first: e = e^-2t (1, 1).
+    let row = table.row("linear").unwrap();
+    let squares: f64 = (0..=6).map(|k| 2.0 * (-4.0 * 0.5 * f64::from(k)).exp()).sum();
+    assert_abs_diff_eq!(row.outcome.clone().unwrap().rms, (squares / 7.0).sqrt(), epsilon = 1e-9);
+    assert_abs_diff_eq!(row.states[1].last, (-6f64).exp(), epsilon = 1e-9);
+    // ln 20 / 2 = 1.498: the first sample after it.
+    assert_eq!((row.states[0].settling_5, row.states[0].overshoot), (Some(1.5), 0.0));
+    assert!(table.row("deadbeat").unwrap().outcome.clone().unwrap().last < 1e-12);
+    // In units of the scale [1, 2] the norm at the start is |(1, 1/2)|.
+    let scaled = comparison.clone().scale(&[1.0, 2.0]).run().unwrap();
+    assert_abs_diff_eq!(scaled.initial_error, 1.25f64.sqrt(), epsilon = 1e-15);
+    assert_abs_diff_eq!(scaled.row("linear").unwrap().outcome.clone().unwrap().peak, 1.25f64.sqrt(), epsilon = 1e-12);
+    assert!(scaled.to_string().contains("norm in units of scale = [1.0, 2.0]"));
+    assert!(matches!(comparison.clone().scale(&[1.0, 0.0]).run(), Err(SimError::NotPositive { .. })));
+    assert!(matches!(comparison.scale(&[1.0]).run(), Err(SimError::Length { .. })));
+}
+
+/// Without a sampled observer the integral is exact: of e^-4t over [0, 3].
+#[test]
+fn without_a_sampled_observer_scores_are_those_of_continuous_time() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(3.0, 2.0)).unwrap();
+    let table = Comparison::new(&plant, &X0, &[0.0, 0.0]).until(3.0, 2).observer("linear", &linear).run().unwrap();
+    assert_eq!(table.grid, ScoreGrid::Continuous);
+    let velocity = table.row("linear").unwrap().states[1];
+    assert_abs_diff_eq!(velocity.rmse, ((1.0 - (-12f64).exp()) / 4.0 / 3.0).sqrt(), epsilon = 1e-9);
+    assert_abs_diff_eq!(velocity.settling_2.unwrap(), 50f64.ln() / 2.0, epsilon = 1e-8);
+    assert!(table.to_string().contains("Scores in continuous time\n"));
+}
+
+/// Two periods: the grid is their least common multiple, or one that is asked for, or an error.
+#[test]
+fn several_periods_have_common_multiples() {
+    let plant = double_integrator();
+    let (slow, fast, odd) =
+        (Deadbeat { period: 0.5 }, Deadbeat { period: 0.2 }, Deadbeat { period: 0.1 * 2f64.sqrt() });
+    let of = |other| {
+        Comparison::new(&plant, &X0, &[0.0, 0.0])
+            .until(12.0, 2)
+            .sampled_observer("slow", &slow)
+            .sampled_observer("other", other)
+    };
+    let table = of(&fast).run().unwrap();
+    assert_eq!(table.grid.period(), Some(1.0));
+    assert!(table.rows.iter().all(|row| row.outcome.clone().unwrap().last < 1e-12), "{table}");
+    let error = of(&odd).run().unwrap_err();
+    assert!(error.to_string().contains("have no common multiple that occurs ten times in a run of 12"), "{error}");
+    // Each at its last sample up to the instants asked for: no estimate is compared with a later state.
+    let table = of(&odd).score_period(0.7).run().unwrap();
+    assert!(table.rows.iter().all(|row| row.outcome.clone().unwrap().last < 1e-12), "{table}");
+    let error = of(&odd).score_period(0.3).run().unwrap_err();
+    assert!(matches!(error, SimError::ScorePeriod { .. }), "{error}");
+}
+
+/// An error that starts at 0 has no settling time: no band is within 5 % of nothing.
+#[test]
+fn an_error_that_starts_at_zero_does_not_settle() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(3.0, 2.0)).unwrap();
+    let run =
+        Scenario::new(&plant).initial_state(&X0).observer("linear", &linear, &[1.0, 0.0]).until(6.0, 2).run().unwrap();
+    let errors = Errors::of(&run, "linear", ScoreGrid::Continuous).unwrap();
+    let position = errors.state(0).unwrap();
+    assert!(position.initial == 0.0 && position.peak > 0.1);
+    assert_eq!((position.settling_5, position.settling_2), (None, None));
+    assert!(errors.state(1).unwrap().settling_5.is_some());
+    assert!(matches!(errors.state(2), Err(SimError::Index { index: 2, count: 2, .. })));
+}
+
+/// A division by zero is no blow-up: x2' = 1/x1 where x1 falls through 0 at t = 1 and x2 is 37 at most.
+#[test]
+fn a_division_by_zero_is_named() {
+    let falling = |_: f64, x: &[f64], slope: &mut [f64]| (slope[0], slope[1]) = (-1.0, 1.0 / x[0]);
+    let error = solve(falling, 0.0, 2.0, &[1.0, 0.0], &luenberger_sim::Settings::default()).unwrap_err();
+    match &error {
+        SimError::Singular { time, index: 1, value, slope } => {
+            assert!((time - 1.0).abs() < 1e-6 && *value < 40.0 && *slope > 1e6, "{error}");
+        }
+        other => panic!("{other}"),
+    }
+    assert!(
+        error.to_string().starts_with("stopped at t = 1: the derivative of entry 1 is unbounded there ("),
+        "{error}"
+    );
+    assert!(error.to_string().ends_with("as by a division by zero"), "{error}");
+}
+
+/// A sampled observer whose state becomes NaN ends its own run, not the comparison.
+#[test]
+fn a_sampled_observer_that_is_not_finite_is_a_row() {
+    let plant = double_integrator();
+    let (broken, deadbeat) = (Diverging, Deadbeat { period: 0.5 });
+    let run = Scenario::new(&plant).initial_state(&X0).sampled_observer("broken", &broken, &[0.0, 0.0]);
+    let error = run.until(3.0, 2).run().unwrap_err();
+    let named = "stopped at t = 1: entry 1 of the state of \"broken\" is inf after this sample";
+    assert_eq!(error.to_string(), named);
+    let table = Comparison::new(&plant, &X0, &[0.0, 0.0])
+        .until(3.0, 2)
+        .sampled_observer("broken", &broken)
+        .sampled_observer("deadbeat", &deadbeat)
+        .run()
+        .unwrap();
+    assert!(table.to_string().contains(named) && table.row("deadbeat").unwrap().outcome.is_ok(), "{table}");
+}

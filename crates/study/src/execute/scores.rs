@@ -1,0 +1,134 @@
+//! Scores of runs: where errors are scored, and in which units their norm is.
+
+use luenberger_proof::wording::shortest;
+use luenberger_sim::{Errors, ScoreGrid, SimError, Trajectory};
+
+use super::Member;
+use super::simulate;
+use crate::results::{MeritsReport, NormReport, ScoringReport, StateReport};
+use crate::study::{Simulation, Study};
+
+/// How all observers of a comparison are scored.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scoring {
+    grid: ScoreGrid,
+    scale: Option<Vec<f64>>,
+    /// Whether the scale is that of the simulation, and not the widths of a region.
+    given: bool,
+    band: f64,
+}
+
+impl Scoring {
+    /// The scoring of these observers, and the one in the feedback loop, in a simulation.
+    pub(super) fn of<'a>(
+        study: &Study,
+        simulation: &Simulation,
+        observers: impl Iterator<Item = &'a Member<'a>>,
+        members: &[Member<'_>],
+    ) -> Result<Self, SimError> {
+        let grid = match simulation.score_period {
+            Some(period) => ScoreGrid::Samples { period },
+            None => {
+                let fed = simulate::fed(study).and_then(|name| super::member(members, name));
+                let fed = fed.and_then(|member| member.designed.runnable.period());
+                let periods: Vec<_> = observers.map(|member| member.designed.runnable.period()).chain([fed]).collect();
+                ScoreGrid::common(&periods, simulation.duration)?
+            }
+        };
+        Ok(Self { grid, scale: scale(study, simulation), given: simulation.scale.is_some(), band: simulation.band })
+    }
+
+    /// The scale of the states, if there is one.
+    pub(super) fn scale(&self) -> Option<&[f64]> {
+        self.scale.as_deref()
+    }
+
+    /// The scores of an observer in a run.
+    pub(super) fn merits(
+        &self,
+        study: &Study,
+        trajectory: &Trajectory,
+        observer: &str,
+    ) -> Result<MeritsReport, SimError> {
+        let errors = Errors::of(trajectory, observer, self.grid)?;
+        let states = errors.states()?;
+        let norm = match &self.scale {
+            None => None,
+            Some(scale) => {
+                let norm = errors.norm(Some(scale), self.band)?;
+                Some(NormReport {
+                    initial: norm.initial,
+                    band: self.band * norm.initial,
+                    settling_first: norm.settling_first,
+                    settling_last: norm.settling_last,
+                    peak: norm.peak,
+                    rms: norm.rms,
+                    last: norm.last,
+                })
+            }
+        };
+        let plant = &study.plant;
+        let named = states.iter().zip(&plant.states).enumerate().map(|(i, (scores, name))| StateReport {
+            state: name.clone(),
+            unit: plant.units.get(i).cloned(),
+            initial: scores.initial,
+            rmse: scores.rmse,
+            peak: scores.peak,
+            overshoot: scores.overshoot,
+            settling_5: scores.settling_5,
+            settling_2: scores.settling_2,
+            last: scores.last,
+        });
+        Ok(MeritsReport {
+            norm,
+            rms_by_state: states.iter().map(|scores| scores.rmse).collect(),
+            states: named.collect(),
+        })
+    }
+
+    pub(super) fn report(&self, study: &Study) -> ScoringReport {
+        let mut words = vec![match &study.plant.time_unit {
+            Some(unit) if self.grid.period().is_some() => format!("{} {unit}.", self.grid),
+            _ => format!("{}.", self.grid),
+        }];
+        let percent = shortest(100.0 * self.band);
+        match &self.scale {
+            Some(scale) => {
+                let entry = |(i, x): (usize, &f64)| match study.plant.units.get(i) {
+                    Some(unit) => format!("{} {unit}", shortest(*x)),
+                    None => shortest(*x),
+                };
+                let entries: Vec<String> = scale.iter().enumerate().map(entry).collect();
+                // One number is said once.
+                let list = match entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6 {
+                    true => format!("[{}, ..]", entries[0]),
+                    false => format!("[{}]", entries.join(", ")),
+                };
+                let source = if self.given { "" } else { ", the widths of the design region" };
+                words.push(format!("Norm |e| in units of scale = {list}{source}."));
+                words.push(format!("Settling time: |e| stays within {percent} % of |e(0)|."));
+            }
+            None => words.push(NO_SCALE.to_owned()),
+        }
+        ScoringReport { period: self.grid.period(), scale: self.scale.clone(), band: self.band, words }
+    }
+}
+
+/// How to get a norm.
+const NO_SCALE: &str =
+    "No norm of the error: its states have no scale; set simulation.scale, one positive number per state.";
+
+/// The scale of the states: that of the simulation, or the widths of the region of the designs, if it is finite and the
+/// same for all observers that have one.
+pub(super) fn scale(study: &Study, simulation: &Simulation) -> Option<Vec<f64>> {
+    if let Some(scale) = &simulation.scale {
+        return Some(scale.clone());
+    }
+    let mut regions = study.observers.iter().filter_map(|observer| observer.kind.region());
+    let first = regions.next()?;
+    if regions.any(|other| other.states() != first.states()) {
+        return None;
+    }
+    let widths: Vec<f64> = first.states().iter().map(|(low, high)| high - low).collect();
+    widths.iter().all(|width| width.is_finite() && *width > 0.0).then_some(widths)
+}

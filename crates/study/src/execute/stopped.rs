@@ -1,0 +1,37 @@
+//! Why a run ended early, with the names of the study.
+
+use luenberger_proof::wording::significant;
+use luenberger_sim::SimError;
+
+use crate::study::Study;
+
+/// The error as a sentence, in which entries of the state have the names of the states.
+pub(super) fn why(study: &Study, error: &SimError) -> String {
+    let states = &study.plant.states;
+    // After the plant's states come those of observers in continuous time.
+    let name = |index: usize| states.get(index).map_or_else(|| "an observer's state".to_owned(), Clone::clone);
+    let short = |x: f64| significant(x, 5);
+    match error {
+        SimError::NotDefined { time, index, value, state } => {
+            let at = states.iter().zip(state).map(|(name, x)| format!("{name} = {}", short(*x)));
+            let at: Vec<String> = at.take(SHOWN).collect();
+            let more = if states.len() > SHOWN { ", .." } else { "" };
+            let (t, name) = (short(*time), name(*index));
+            format!("stopped at t = {t}: the derivative of {name} is {value}, where {}{more}", at.join(", "))
+        }
+        SimError::Singular { time, index, value, slope } => format!(
+            "stopped at t = {}: the derivative of {name} is unbounded there ({} at {name} = {}), as by a division by zero",
+            short(*time),
+            short(*slope),
+            short(*value),
+            name = name(*index)
+        ),
+        SimError::ObserverNotFinite { observer, time, value, .. } => {
+            format!("stopped at t = {}: the estimate of {observer:?} becomes {value} with this sample", short(*time))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// Maximal number of states that are quoted.
+const SHOWN: usize = 8;

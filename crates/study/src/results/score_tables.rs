@@ -1,0 +1,236 @@
+//! Scores as tables, for the terminal and the report.
+
+use luenberger_proof::wording::significant;
+
+use super::report::with_unit;
+use super::{NormReport, PlantSummary, Results, RunReport, SimulationReport, StateReport, SweepReport, SweepRow};
+
+/// A table of scores.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScoreTable {
+    /// The head.
+    pub head: Vec<String>,
+    /// The rows, each as long as the head.
+    pub rows: Vec<Vec<ScoreCell>>,
+    /// Number of states of which the scores are not in the table.
+    pub omitted: usize,
+}
+
+/// A cell of a table of scores.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScoreCell {
+    /// Its text.
+    pub text: String,
+    /// Whether it is a number, or stands for one.
+    pub number: bool,
+    /// Whether it is the best of those it is compared with.
+    pub best: bool,
+}
+
+impl ScoreCell {
+    fn name(text: &str) -> Self {
+        Self { text: text.to_owned(), number: false, best: false }
+    }
+
+    fn text(text: &str) -> Self {
+        Self { text: text.to_owned(), number: true, best: false }
+    }
+
+    fn number(x: f64) -> Self {
+        Self::text(&significant(x, 4))
+    }
+
+    /// What is left of an error at the end; digits beyond these are noise or rounding.
+    fn left(x: f64) -> Self {
+        Self::text(&significant(x, 2))
+    }
+}
+
+/// A score with its value, the smaller the better; none for a time that does not exist.
+type Score = (ScoreCell, Option<f64>);
+
+fn plain(x: f64) -> Score {
+    (ScoreCell::number(x), Some(x))
+}
+
+fn left(x: f64) -> Score {
+    (ScoreCell::left(x), Some(x))
+}
+
+/// A time of settling; an error that starts at 0 has none.
+fn settling(time: Option<f64>, initial: f64) -> Score {
+    match time {
+        Some(t) => plain(t),
+        None if initial == 0.0 => (ScoreCell::text("-"), None),
+        None => (ScoreCell::text("never"), None),
+    }
+}
+
+/// Marks the best score of each column, unless all are written alike.
+fn with_best(rows: Vec<(Vec<ScoreCell>, Vec<Score>)>) -> Vec<Vec<ScoreCell>> {
+    let columns = rows.first().map_or(0, |(_, scores)| scores.len());
+    let best: Vec<Option<String>> = (0..columns)
+        .map(|j| {
+            let column: Vec<&Score> = rows.iter().map(|(_, scores)| &scores[j]).collect();
+            let least = column.iter().filter_map(|(cell, x)| Some((cell, (*x)?))).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+            column.iter().any(|(cell, _)| cell.text != least.text).then(|| least.text.clone())
+        })
+        .collect();
+    let marked = |(names, scores): (Vec<ScoreCell>, Vec<Score>)| {
+        let scores = scores.into_iter().zip(&best);
+        let scores = scores
+            .map(|((cell, x), best)| ScoreCell { best: x.is_some() && best.as_ref() == Some(&cell.text), ..cell });
+        names.into_iter().chain(scores).collect()
+    };
+    rows.into_iter().map(marked).collect()
+}
+
+fn head(columns: &[&str]) -> Vec<String> {
+    columns.iter().map(|&column| column.to_owned()).collect()
+}
+
+fn of_norm(norm: &NormReport) -> Vec<Score> {
+    vec![
+        settling(norm.settling_first, norm.initial),
+        settling(norm.settling_last, norm.initial),
+        plain(norm.peak),
+        plain(norm.rms),
+        left(norm.last),
+    ]
+}
+
+fn of_state(state: &StateReport) -> Vec<Score> {
+    vec![
+        plain(state.rmse),
+        plain(state.peak),
+        plain(state.overshoot),
+        settling(state.settling_5, state.initial),
+        settling(state.settling_2, state.initial),
+        left(state.last),
+    ]
+}
+
+/// The heads of the scores of a state.
+fn state_heads(plant: &PlantSummary) -> [String; 6] {
+    let timed = |text: &str| with_unit(text, plant.time_unit.as_ref());
+    ["RMSE", "peak", "overshoot", &timed("settles 5 %"), &timed("settles 2 %"), "at the end"].map(str::to_owned)
+}
+
+fn labelled(state: &StateReport) -> ScoreCell {
+    ScoreCell::name(&with_unit(&state.state, state.unit.as_ref()))
+}
+
+impl SimulationReport {
+    fn finished(&self) -> impl Iterator<Item = (&RunReport, &super::MeritsReport)> {
+        self.rows.iter().filter_map(|row| Some((row, row.merits.as_ref()?)))
+    }
+
+    /// The scores of the norm of each observer that finished; none without a scale, or if no run finished.
+    pub fn norm_table(&self, plant: &PlantSummary) -> Option<ScoreTable> {
+        let timed = |text: &str| with_unit(text, plant.time_unit.as_ref());
+        let rows: Vec<_> = self
+            .finished()
+            .filter_map(|(row, merits)| Some((vec![ScoreCell::name(&row.observer)], of_norm(merits.norm.as_ref()?))))
+            .collect();
+        let head =
+            head(&["observer", &timed("settles at"), &timed("stays from"), "peak |e|", "rms |e|", "|e| at the end"]);
+        (!rows.is_empty()).then(|| ScoreTable { head, rows: with_best(rows), omitted: 0 })
+    }
+
+    /// The scores of the first `most` states, the observers compared state by state; none if no run finished.
+    pub fn state_table(&self, plant: &PlantSummary, most: usize) -> Option<ScoreTable> {
+        let count = self.finished().next()?.1.states.len();
+        let mut rows = Vec::new();
+        for i in 0..count.min(most) {
+            let of = self.finished().filter_map(|(row, merits)| Some((row, merits.states.get(i)?)));
+            rows.extend(with_best(
+                of.map(|(row, state)| (vec![labelled(state), ScoreCell::name(&row.observer)], of_state(state)))
+                    .collect(),
+            ));
+        }
+        let mut head = head(&["error of", "observer"]);
+        head.extend(state_heads(plant));
+        Some(ScoreTable { head, rows, omitted: count.saturating_sub(most) })
+    }
+
+    /// Observers whose run ended early, and why.
+    pub fn ended(&self) -> Vec<String> {
+        self.rows.iter().filter_map(|row| Some(format!("{}: {}", row.observer, row.failure.as_ref()?))).collect()
+    }
+}
+
+impl SweepReport {
+    /// The medians of the norm, or without a scale those of the first `most` states; none if no run finished.
+    pub fn table(&self, plant: &PlantSummary, most: usize) -> Option<ScoreTable> {
+        let timed = |text: &str| with_unit(text, plant.time_unit.as_ref());
+        let known = |x: Option<f64>| x.map_or_else(|| (ScoreCell::text("-"), None), plain);
+        let named = |row: &SweepRow| {
+            let finished = format!("{} of {}", row.finished, self.ensemble);
+            vec![ScoreCell::number(row.value), ScoreCell::name(&row.observer), ScoreCell::text(&finished)]
+        };
+        let finished = || self.rows.iter().filter(|row| row.finished > 0);
+        let count = finished().next()?.states.len();
+        let mut columns = head(&[self.parameter.as_str(), "observer", "finished"]);
+        if self.scoring.scale.is_some() {
+            columns.extend(head(&[&timed("stays from"), "peak |e|", "rms |e|", "|e| at the end"]));
+            let scores = |row: &SweepRow| vec![known(row.settling), known(row.peak), known(row.rms), known(row.last)];
+            let rows = finished().map(|row| named(row).into_iter().chain(cells(scores(row))).collect());
+            return Some(ScoreTable { head: columns, rows: rows.collect(), omitted: 0 });
+        }
+        columns.push("error of".to_owned());
+        columns.extend(state_heads(plant));
+        let rows = finished().flat_map(|row| {
+            row.states.iter().take(most).map(move |state| {
+                named(row).into_iter().chain([labelled(state)]).chain(cells(of_state(state))).collect()
+            })
+        });
+        Some(ScoreTable { head: columns, rows: rows.collect(), omitted: count.saturating_sub(most) })
+    }
+
+    /// The rows without a run, or with runs that ended early, and why.
+    pub fn ended(&self) -> Vec<String> {
+        let sentence = |row: &SweepRow| {
+            let why = row.failure.as_ref()?;
+            let (observer, value) = (&row.observer, significant(row.value, 6));
+            let count = self.ensemble - row.finished;
+            let runs = if row.finished > 0 { format!(", {count} of {} runs", self.ensemble) } else { String::new() };
+            Some(format!("{observer} with {} = {value}{runs}: {why}", self.parameter))
+        };
+        self.rows.iter().filter_map(sentence).collect()
+    }
+}
+
+fn cells(scores: Vec<Score>) -> impl Iterator<Item = ScoreCell> {
+    scores.into_iter().map(|(cell, _)| cell)
+}
+
+impl Results {
+    /// Observers without a design, which therefore were not run: a sentence if there are any.
+    pub fn not_run(&self) -> Option<String> {
+        let names: Vec<&str> =
+            self.observers.iter().filter(|o| o.design.is_none()).map(|observer| observer.name.as_str()).collect();
+        (!names.is_empty()).then(|| format!("Not run, because there is no design: {}.", names.join(", ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_is_marked_unless_all_are_alike() {
+        let row = |name: &str, settles: Option<f64>, peak: f64, last: f64| {
+            (vec![ScoreCell::name(name)], vec![settling(settles, 1.0), plain(peak), left(last)])
+        };
+        let table = with_best(vec![
+            row("a", None, 4.0, 1e-9),
+            row("b", Some(2.0), 4.0, 1.01e-9),
+            row("c", Some(3.0), 4.0, 2.0),
+        ]);
+        let best: Vec<Vec<bool>> = table.iter().map(|row| row.iter().map(|cell| cell.best).collect()).collect();
+        // Two that are written alike are both best; a peak that all share is none.
+        assert_eq!(best, [[false, false, false, true], [false, true, false, true], [false; 4]]);
+        assert_eq!((table[0][1].text.as_str(), settling(None, 0.0).0.text.as_str()), ("never", "-"));
+        assert_eq!(with_best(vec![row("a", None, 4.0, 1.0)])[0].iter().filter(|cell| cell.best).count(), 0);
+    }
+}

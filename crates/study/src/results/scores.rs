@@ -1,0 +1,143 @@
+//! Scores of simulations and sweeps as data.
+
+use serde::Serialize;
+
+/// The simulations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SimulationReport {
+    /// The end time.
+    pub duration: f64,
+    /// The initial state x(0).
+    pub x0: Vec<f64>,
+    /// x at the end.
+    pub x_end: Vec<f64>,
+    /// The seed of the noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Where errors are scored, and in which units.
+    pub scoring: ScoringReport,
+    /// One row for each designed observer.
+    pub rows: Vec<RunReport>,
+}
+
+/// Where errors are scored, the same for all observers, and in which units their norm is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScoringReport {
+    /// The period of the scores; none in continuous time.
+    pub period: Option<f64>,
+    /// The scale of each state, by which its error is divided in the norm |e|; none if no norm is formed.
+    pub scale: Option<Vec<f64>>,
+    /// The settling band of the norm, as a fraction of |e(0)|.
+    pub band: f64,
+    /// The same as sentences.
+    pub words: Vec<String>,
+}
+
+/// Result of one observer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunReport {
+    /// The observer.
+    pub observer: String,
+    /// The scores; none if the run ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub merits: Option<MeritsReport>,
+    /// Why the run ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+/// Scores of an error.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeritsReport {
+    /// Those of the norm; none without a scale.
+    #[serde(flatten)]
+    pub norm: Option<NormReport>,
+    /// The root mean square for each state.
+    pub rms_by_state: Vec<f64>,
+    /// The scores of each state.
+    pub states: Vec<StateReport>,
+}
+
+/// Scores of the error norm |e| in units of the scale.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NormReport {
+    /// |e(0)|.
+    pub initial: f64,
+    /// The settling band.
+    pub band: f64,
+    /// The first time at which |e| is within the band.
+    pub settling_first: Option<f64>,
+    /// The time from which |e| stays in the band.
+    pub settling_last: Option<f64>,
+    /// The maximum of |e|.
+    pub peak: f64,
+    /// The root mean square of |e|.
+    pub rms: f64,
+    /// |e| at the end time.
+    pub last: f64,
+}
+
+/// Scores of the error of one state, in its unit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StateReport {
+    /// The state.
+    pub state: String,
+    /// Its unit, if the file gives one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// The error at the start.
+    pub initial: f64,
+    /// The root mean square.
+    pub rmse: f64,
+    /// The largest magnitude.
+    pub peak: f64,
+    /// The largest magnitude after the first change of sign; 0 if the sign never changes.
+    pub overshoot: f64,
+    /// The time from which the magnitude stays within 5 % of that at the start; none if it does not, or if the error
+    /// starts at 0.
+    pub settling_5: Option<f64>,
+    /// Likewise for 2 %.
+    pub settling_2: Option<f64>,
+    /// The magnitude at the end.
+    pub last: f64,
+}
+
+/// The sweep.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SweepReport {
+    /// The swept parameter.
+    pub parameter: String,
+    /// Runs at each value.
+    pub ensemble: usize,
+    /// Its values.
+    pub values: Vec<f64>,
+    /// Where errors are scored, and in which units.
+    pub scoring: ScoringReport,
+    /// One row for each observer and value.
+    pub rows: Vec<SweepRow>,
+}
+
+/// One observer at one value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SweepRow {
+    /// The observer.
+    pub observer: String,
+    /// The value.
+    pub value: f64,
+    /// Number of runs of the ensemble that finished.
+    pub finished: usize,
+    /// Median over the ensemble of the settling time, from which |e| stays in the band; none if most runs do not
+    /// settle, or without a scale.
+    pub settling: Option<f64>,
+    /// Median of the root mean square of |e|.
+    pub rms: Option<f64>,
+    /// Median and maximum over the ensemble of max |e|.
+    pub peak: Option<f64>,
+    /// Median of |e| at the end time.
+    pub last: Option<f64>,
+    /// Medians of the scores of each state; empty if no run finished.
+    pub states: Vec<StateReport>,
+    /// Why there is no run, if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}

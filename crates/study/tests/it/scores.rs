@@ -1,0 +1,248 @@
+//! Scores: where they are taken, in which units, and what is said where there are none.
+
+use std::path::{Path, PathBuf};
+
+use luenberger_study::results::{NormReport, StateReport};
+use luenberger_study::{Format, Results, RunOptions, Step, Study, execute, template};
+
+fn study(text: &str) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scores").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn run(study: &Study, step: Step) -> Results {
+    execute(study, step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Columns by name.
+fn columns(path: &Path, names: &[&str]) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let place = |name: &&str| head.iter().position(|column| column == name).unwrap();
+    let column = |k: usize| text.lines().skip(1).map(|line| line.split(',').nth(k).unwrap().parse().unwrap()).collect();
+    names.iter().map(|name| column(place(name))).collect()
+}
+
+/// The scores of an error at samples, computed anew.
+fn anew(t: &[f64], e: &[f64]) -> StateReport {
+    let largest = |e: &[f64]| e.iter().fold(0.0f64, |largest, e| largest.max(e.abs()));
+    let crossed = e.iter().position(|x| x * e[0] < 0.0);
+    let settles = |share: f64| {
+        let outside = (0..e.len()).filter(|k| e[*k].abs() > share * e[0].abs()).max();
+        outside.map_or(Some(t[0]), |k| t.get(k + 1).copied())
+    };
+    StateReport {
+        state: String::new(),
+        unit: None,
+        initial: e[0],
+        rmse: (e.iter().map(|e| e * e).sum::<f64>() / e.len() as f64).sqrt(),
+        peak: largest(e),
+        overshoot: crossed.map_or(0.0, |k| largest(&e[k..])),
+        settling_5: settles(0.05),
+        settling_2: settles(0.02),
+        last: e[e.len() - 1].abs(),
+    }
+}
+
+/// The rows of a sampled observer are its samples, those of the others hold its samples: every score of the template is
+/// computed anew from the CSV files.
+#[test]
+fn the_scores_are_those_of_the_rows() {
+    let study = Study { sweep: None, ..study(template::text("double-integrator").unwrap()) };
+    let folder = scratch("rows");
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let results = execute(&study, Step::Simulate, &options).unwrap();
+    let simulation = results.simulation.unwrap();
+    assert_eq!(simulation.scoring.period, Some(0.02));
+    assert_eq!(simulation.scoring.words[0], "Scores at the samples, every 0.02 s.");
+    assert_eq!(simulation.scoring.words[1], "Norm |e| in units of scale = [1 m, 1 m/s].");
+    for row in &simulation.rows {
+        let names = ["t", "position", "velocity", "position_hat", "velocity_hat"];
+        let mut table = columns(&folder.join(format!("trajectories/{}.csv", row.observer)), &names);
+        assert_eq!(table[0].len(), if row.observer == "sampled" { 201 } else { 401 });
+        if row.observer != "sampled" {
+            table = table.into_iter().map(|column| column.into_iter().step_by(2).collect()).collect();
+        }
+        let t = &table[0];
+        let errors: Vec<Vec<f64>> =
+            (1..3).map(|i| table[i].iter().zip(&table[i + 2]).map(|(x, xhat)| x - xhat).collect()).collect();
+        let merits = row.merits.as_ref().unwrap();
+        let same = |a: f64, b: f64| assert!((a - b).abs() <= 1e-9 * b.abs() + 1e-12, "{}: {a} {b}", row.observer);
+        for (i, found) in merits.states.iter().enumerate() {
+            let wished = anew(t, &errors[i]);
+            same(merits.rms_by_state[i], wished.rmse);
+            let numbers = |scores: &StateReport| {
+                let [five, two] = [scores.settling_5, scores.settling_2].map(Option::unwrap);
+                [scores.initial, scores.rmse, scores.peak, scores.overshoot, five, two, scores.last]
+            };
+            numbers(found).into_iter().zip(numbers(&wished)).for_each(|(a, b)| same(a, b));
+        }
+        let norm: Vec<f64> = errors[0].iter().zip(&errors[1]).map(|(a, b)| a.hypot(*b)).collect();
+        let wished = anew(t, &norm);
+        let NormReport { initial, band, settling_last, peak, rms, last, .. } = merits.norm.clone().unwrap();
+        for (a, b) in [(initial, wished.initial), (band, 0.05 * initial), (peak, wished.peak), (rms, wished.rmse)] {
+            same(a, b);
+        }
+        same(last, wished.last);
+        same(settling_last.unwrap(), wished.settling_5.unwrap());
+    }
+}
+
+/// A cart that rolls on is estimated without error at the samples; between them the estimate that was held lagged.
+const ROLLING: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+c = [[1, 0]]
+[simulation]
+x0 = [1, 2]
+duration = 20
+samples = 11
+[[observer]]
+name = "sampled"
+kind = "sampled-cubic"
+poles = [-2, -3]
+gamma = 0.1
+period = 0.5
+"#;
+
+#[test]
+fn a_sampled_observer_that_converges_settles() {
+    let results = run(&study(ROLLING), Step::Compare);
+    let simulation = results.simulation.unwrap();
+    let merits = simulation.rows[0].merits.clone().unwrap();
+    // Its slowest pole is exp(-2 * 0.5): exp(-40) at the end.
+    for state in &merits.states {
+        assert!(state.last < 1e-9 && state.settling_2.is_some(), "{state:?}");
+    }
+    // Without a scale there is no norm anywhere.
+    assert!(merits.norm.is_none() && simulation.scoring.scale.is_none());
+    let said = &simulation.scoring.words[1];
+    assert!(said.starts_with("No norm of the error") && said.contains("set simulation.scale"), "{said}");
+    let json = serde_json::to_value(&merits).unwrap();
+    assert_eq!(json.as_object().unwrap().keys().collect::<Vec<_>>(), ["rms_by_state", "states"]);
+}
+
+#[test]
+fn without_a_scale_no_norm_is_drawn_or_swept() {
+    let text = format!("{ROLLING}[sweep]\nparameter = \"gamma\"\nvalues = [0.1, 0.2]\nensemble = 3\n");
+    let folder = scratch("no-scale");
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let results = luenberger_study::run(&study(&text), &options).unwrap();
+    assert!(!folder.join("figures/error-norm.svg").exists() && folder.join("figures/errors.svg").exists());
+    assert!(folder.join("figures/sweep.svg").exists());
+    let sweep = results.sweep.unwrap();
+    for row in &sweep.rows {
+        assert_eq!((row.finished, row.rms, row.peak, row.last, row.settling), (3, None, None, None, None));
+        assert!(row.states.len() == 2 && row.states[1].rmse > 0.0);
+    }
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("set simulation.scale") && !page.contains("rms |e|"));
+}
+
+/// The widths of a region are a scale, if all observers with a region agree.
+#[test]
+fn the_widths_of_the_region_are_a_scale() {
+    let text = r#"
+[plant]
+f = ["x2", "-sin(x1) - 0.1*x2"]
+h = ["x1"]
+states = ["angle", "speed"]
+[simulation]
+x0 = [1, 0]
+duration = 5
+[[observer]]
+name = "one"
+kind = "lpv"
+region = { states = [[-2, 2], [-0.5, 0.5]] }
+decay_rate = 0.5
+[[observer]]
+name = "free"
+kind = "high-gain"
+r = 0.2
+"#;
+    let results = run(&study(text), Step::Compare);
+    let simulation = results.simulation.as_ref().unwrap();
+    assert_eq!(simulation.scoring.scale, Some(vec![4.0, 1.0]));
+    assert!(simulation.scoring.words[1].ends_with("the widths of the design region."), "{:?}", simulation.scoring);
+    let norm = simulation.rows[0].merits.as_ref().unwrap().norm.as_ref().unwrap();
+    assert!((norm.initial - 0.25).abs() < 1e-12, "{norm:?}");
+    let other = text.replace(
+        "kind = \"high-gain\"\nr = 0.2",
+        "kind = \"lpv\"\nregion = { states = [[-2, 2], [-9, 9]] }\ndecay_rate = 0.5",
+    );
+    assert_eq!(run(&study(&other), Step::Compare).simulation.unwrap().scoring.scale, None);
+    // A region without an end has no width.
+    let half = text.replace("[-0.5, 0.5]", "[-0.5, inf]");
+    assert_eq!(run(&study(&half), Step::Compare).simulation.unwrap().scoring.scale, None);
+}
+
+/// The pendulum swings past its region: the speed reaches 0.9, and every step that runs it says so.
+#[test]
+fn a_run_outside_the_region_is_warned_of_by_every_step() {
+    let text = r#"
+[plant]
+f = ["x2", "-sin(x1)"]
+h = ["x1"]
+states = ["angle", "speed"]
+[simulation]
+x0 = [1, 0]
+duration = 5
+samples = 51
+[[observer]]
+name = "one"
+kind = "lpv"
+region = { states = [[-2, 2], [-0.5, 0.5]] }
+decay_rate = 0.5
+initial = [1, 0]
+[sweep]
+parameter = "initial"
+values = [0.5, 1]
+"#;
+    let study = study(text);
+    // Count, time and speed by the classical Runge-Kutta method in Python with 200 steps per row.
+    let warned = "Guarantee not valid outside the design region: one: outside at 32 of 51 rows, first at t = 0.7, where speed = -0.56105";
+    for step in [Step::Simulate, Step::Compare, Step::Run] {
+        let warnings = run(&study, step).warnings;
+        assert!(warnings.iter().any(|text| text.starts_with(warned)), "{step:?}: {warnings:?}");
+    }
+    let warnings = run(&study, Step::Sweep).warnings;
+    let warned = "Guarantee not valid outside the design region: one: left in 2 of 2 runs of the sweep, first with initial = 0.5 at t = 0.7, where speed = -0.56105";
+    assert!(warnings.iter().any(|text| text.starts_with(warned)), "{warnings:?}");
+    assert!(run(&study, Step::Design).warnings.is_empty());
+}
+
+/// A division by zero is named with the state, and no table is empty.
+#[test]
+fn observers_that_all_fail_say_why() {
+    let text = r#"
+[plant]
+f = ["-1", "1/level"]
+h = ["level", "volume"]
+states = ["level", "volume"]
+[simulation]
+x0 = [1, 0]
+duration = 2
+[[observer]]
+name = "gain"
+kind = "extended-kalman"
+w = 1
+v = 1
+period = 0.1
+initial = [1, 0]
+"#;
+    let results = run(&study(text), Step::Compare);
+    let simulation = results.simulation.as_ref().unwrap();
+    let why = simulation.rows[0].failure.as_ref().unwrap();
+    assert!(why.starts_with("stopped at t = 1: the derivative of volume is unbounded there ("), "{why}");
+    assert!(why.ends_with("as by a division by zero"), "{why}");
+    let warned = "The plant alone: stopped at t = 1: the derivative of volume is unbounded there";
+    assert!(results.warnings.iter().any(|text| text.starts_with(warned)), "{:?}", results.warnings);
+    assert!(simulation.norm_table(&results.plant).is_none() && simulation.state_table(&results.plant, 6).is_none());
+    assert_eq!(simulation.ended(), [format!("gain: {why}")]);
+}
