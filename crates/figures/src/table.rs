@@ -164,7 +164,7 @@ impl Table {
             if self.columns[..i].iter().any(|(other, _)| other == name) {
                 return Err(TableError::Duplicate { name: name.clone() });
             }
-            let wrong = |x: &f64| !x.is_finite() && !(self.partial[i] && x.is_nan());
+            let wrong = |x: &f64| !(x.is_finite() || self.partial[i] && x.is_nan());
             if let Some(row) = values.iter().position(wrong) {
                 return Err(TableError::NotFinite { name: name.clone(), row: row + 1, value: values[row] });
             }

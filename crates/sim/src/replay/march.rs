@@ -142,7 +142,9 @@ impl<'r> March<'r> {
         self.arrive(observer, times[0], Some(0), &state)?;
         let sizes = (self.u.len(), self.y.len(), observer.dimensions().estimate);
         for (k, pair) in times.windows(2).enumerate() {
-            holds.iter_mut().for_each(|hold| hold.arrive(recording, k));
+            for hold in &mut holds {
+                hold.arrive(recording, k);
+            }
             let untils: Vec<f64> = holds.iter().map(|hold| hold.until(pair[0], pair[1])).collect();
             let mut ends: Vec<f64> = untils.iter().copied().filter(|t| *t > pair[0] && *t < pair[1]).collect();
             ends.push(pair[1]);
@@ -221,12 +223,11 @@ impl<'r> March<'r> {
         if let Some(period) = filter.grid() {
             let mut grid = Grid::new(&self.entry.name, self.recording, period)?;
             while let Some((t, row)) = grid.next() {
-                match row {
-                    Some(row) => self.read(row),
-                    None => {
-                        self.recording.inputs().on(grid.last, t, &mut self.u);
-                        self.measured.fill(false);
-                    }
+                if let Some(row) = row {
+                    self.read(row);
+                } else {
+                    self.recording.inputs().on(grid.last, t, &mut self.u);
+                    self.measured.fill(false);
                 }
                 self.correct(filter, t, row, &mut state, n)?;
                 filter.predict(t, &mut state, &self.u, period);
@@ -259,13 +260,13 @@ impl<'r> March<'r> {
         n: usize,
     ) -> Result<(), SimError> {
         check_finite(&format!("the state of filter {:?} at t = {t}", self.entry.name), state)?;
-        self.predict_outputs(t, &state[..n].to_vec())?;
+        self.predict_outputs(t, &state[..n])?;
         let nis: Option<NormalisedSquare> = if self.measured.contains(&true) {
             filter.update(t, state, &self.u, &self.y, &self.measured)
         } else {
             None
         };
-        self.note(t, row, &state[..n].to_vec())?;
+        self.note(t, row, &state[..n])?;
         if let Some(belief) = &mut self.belief {
             belief.nis.push(nis);
             belief.covariances.extend_from_slice(&state[n..]);

@@ -88,18 +88,13 @@ fn a_gap_is_no_measurement() {
 #[test]
 fn a_blank_cell_is_no_measurement() {
     let full = with_a_gap();
-    let blank: String = full
-        .lines()
-        .map(|line| match line.split(',').next() {
-            Some("3" | "4") => format!("{},\n", line.rsplit_once(',').unwrap().0),
-            _ => format!("{line}\n"),
-        })
-        .collect();
-    let without: String = full
-        .lines()
-        .filter(|line| !line.starts_with("3,") && !line.starts_with("4,"))
-        .map(|l| format!("{l}\n"))
-        .collect();
+    let blanked = full.lines().map(|line| match line.rsplit_once(',') {
+        Some((rest, _)) if line.starts_with("3,") || line.starts_with("4,") => format!("{rest},"),
+        _ => line.to_owned(),
+    });
+    let blank = blanked.collect::<Vec<_>>().join("\n") + "\n";
+    let kept = full.lines().filter(|line| !line.starts_with("3,") && !line.starts_with("4,"));
+    let without = kept.collect::<Vec<_>>().join("\n") + "\n";
     let text = format!("{CART}{FILTER}period = 1\n");
     let (a, b) = (bench("blank", &blank), bench("without", &without));
     let results = run(&a, &text);

@@ -1,5 +1,7 @@
 //! Observers on a log, and the consistency of filters, as tables of the report.
 
+use std::fmt::Write as _;
+
 use luenberger_figures::{Cell, Grid, Section};
 use luenberger_proof::wording::{counted, significant};
 
@@ -94,11 +96,8 @@ pub fn data(log: &LogReport, unit: Option<&str>) -> String {
     );
     for column in &log.columns {
         let period = time(column.median_period);
-        text.push_str(&format!(
-            " {} is measured in {} (median Ts {period}{unit}).",
-            column.output,
-            counted(column.samples, "row")
-        ));
+        let rows = counted(column.samples, "row");
+        _ = write!(text, " {} is measured in {rows} (median Ts {period}{unit}).", column.output);
     }
     text.push_str(match log.interpolation {
         "linear" => {
