@@ -3,12 +3,13 @@
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver
 //! normalises them together.
 
-use luenberger_lmi::{Problem, Settings, Solution, he};
+use luenberger_lmi::{Problem, Solution, he};
 use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
 use crate::check;
 use crate::error::DesignError;
+use crate::gain_options::{Checked, GainOptions};
 
 /// A gain with the Lyapunov matrix that came with it.
 pub(crate) struct Gain {
@@ -17,8 +18,8 @@ pub(crate) struct Gain {
 }
 
 /// L and P alone.
-pub(crate) fn gain_by_lmi(plant: &StateSpace, rate: f64, settings: &Settings) -> Result<Gain, DesignError> {
-    Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new(), settings)?.0)
+pub(crate) fn gain_by_lmi(plant: &StateSpace, rate: f64, options: &GainOptions) -> Result<Gain, DesignError> {
+    Ok(solve(plant, std::slice::from_ref(&plant.a), rate, Problem::new(), options)?.0)
 }
 
 /// One L and one P for every state matrix in `vertices`, in addition to the constraints already in `lmi`.
@@ -27,29 +28,32 @@ pub(crate) fn solve(
     vertices: &[DMatrix<f64>],
     rate: f64,
     mut lmi: Problem,
-    settings: &Settings,
+    options: &GainOptions,
 ) -> Result<(Gain, Solution), DesignError> {
     check::plant(plant)?;
     check::rate(rate)?;
+    let limits = options.check(plant.c.nrows())?;
     let mut nearly = None;
     for a in vertices {
         nearly = check::detectable(a, &plant.c, rate)?.or(nearly);
     }
-    pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate);
-    let solution = lmi.solve_with(settings)?;
+    pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate, &limits);
+    let solution = lmi.solve_with(&options.settings)?;
     if solution.verdict.is_proved() {
         Ok((gain_of(&solution)?, solution))
     } else {
-        Err(DesignError::not_proved(WHAT, Some(solution.verdict)).with_seen(nearly))
+        let what = if options.only_rate() { WHAT } else { WHAT_WITHIN_LIMITS };
+        Err(DesignError::not_proved(what, Some(solution.verdict)).with_seen(nearly))
     }
 }
 
 /// Asks `lmi` for one P and one Y for all pairs `(A_k, C_k)`, each given with the number k (from 0) of its vertex, at
-/// least one.
+/// least one, within `limits`.
 pub(crate) fn pose<'a>(
     lmi: &mut Problem,
     vertices: impl Iterator<Item = (usize, &'a DMatrix<f64>, &'a DMatrix<f64>)>,
     rate: f64,
+    limits: &Checked,
 ) {
     let mut unknowns = None;
     for (k, a, c) in vertices {
@@ -57,9 +61,12 @@ pub(crate) fn pose<'a>(
             let p = lmi.symmetric("P", a.nrows());
             let y = lmi.rectangular("Y", a.nrows(), c.nrows());
             lmi.constrain("P > 0", &p >> 0.0);
+            limits.constrain(lmi, &p, &y, a.nrows(), c.nrows());
             (p, y)
         });
-        lmi.constrain(&decrease_at(k), (he(&*p * a - &*y * c) + (2.0 * rate) * &*p) << 0.0);
+        let half = &*p * a - &*y * c;
+        lmi.constrain(&decrease_at(k), (he(half.clone()) + (2.0 * rate) * &*p) << 0.0);
+        limits.constrain_vertex(lmi, &decrease_at(k), half, y);
     }
 }
 
@@ -75,5 +82,8 @@ pub(crate) fn gain_of(solution: &Solution) -> Result<Gain, DesignError> {
     let l = check::solve_definite("P", &p, &value("Y"))?;
     Ok(Gain { l, p })
 }
+
+pub(crate) const WHAT_WITHIN_LIMITS: &str =
+    "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0 with the bound of the gain and the noise asked for";
 
 pub(crate) const WHAT: &str = "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0";

@@ -4,7 +4,7 @@
 //! `A'P + PA - YC - C'Y' + 2 rate P < 0`, `S + S' > 0`. They are feasible iff `(A + rate I, C)` is detectable; the
 //! cubic term never costs feasibility, because S stands alone.
 
-use luenberger_lmi::{Problem, Settings, he};
+use luenberger_lmi::{Problem, he};
 use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
@@ -12,6 +12,7 @@ use crate::check;
 use crate::cubic::{CubicDesign, CubicGain};
 use crate::error::DesignError;
 use crate::gain_lmi;
+use crate::gain_options::GainOptions;
 use crate::linear::LinearDesign;
 
 /// L, N and P from one inequality, every error decaying at least like `exp(-rate t)`; `rate = 0` asks for stability
@@ -44,7 +45,7 @@ pub fn joint_design(
     let mut lmi = Problem::new();
     let s = lmi.rectangular("S", outputs, outputs);
     lmi.constrain("S + S' > 0", he(&s) >> 0.0);
-    let (gain, solution) = gain_lmi::solve(plant, std::slice::from_ref(&plant.a), rate, lmi, &Settings::default())?;
+    let (gain, solution) = gain_lmi::solve(plant, std::slice::from_ref(&plant.a), rate, lmi, &GainOptions::default())?;
     let s = solution.value(&s);
     let s = &s * (gamma / s.norm());
     let linear = LinearDesign::with_lyapunov_matrix(plant, gain, rate)?;

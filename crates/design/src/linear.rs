@@ -5,7 +5,7 @@
 //! designs (the cubic term, robustness margins, feedback) do not depend on how L was computed.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
-use luenberger_lmi::{Settings, proof_matrix};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, PlantWithin};
@@ -15,6 +15,7 @@ use crate::certificate::certified;
 use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
+use crate::gain_options::GainOptions;
 
 /// The right-hand side Q of the Lyapunov equation `F'P + P F + Q = 0` that certifies a gain (default `Identity(1.0)`).
 ///
@@ -151,7 +152,7 @@ impl LinearDesign {
     /// # Errors
     /// [`DesignError::Infeasible`] with verified multipliers; [`DesignError::Undecided`] if neither is proved.
     pub fn lmi(plant: &StateSpace) -> Result<Self, DesignError> {
-        Self::lmi_with(plant, 0.0, &Settings::default())
+        Self::lmi_with(plant, 0.0, &GainOptions::default())
     }
 
     /// L and P by linear matrix inequality such that every error decays at least like `exp(-rate t)`:
@@ -163,17 +164,18 @@ impl LinearDesign {
     /// As [`lmi`](Self::lmi); a rate that is not positive and finite.
     pub fn with_decay_rate(plant: &StateSpace, rate: f64) -> Result<Self, DesignError> {
         check::positive("decay rate", rate)?;
-        Self::lmi_with(plant, rate, &Settings::default())
+        Self::lmi_with(plant, rate, &GainOptions::default())
     }
 
-    /// [`with_decay_rate`](Self::with_decay_rate), or [`lmi`](Self::lmi) for the rate 0, by the solver of `settings`.
+    /// [`with_decay_rate`](Self::with_decay_rate), or [`lmi`](Self::lmi) for the rate 0, with a bound of the gain, the
+    /// least noise gain, or another solver.
     ///
     /// # Errors
     /// As [`with_decay_rate`](Self::with_decay_rate); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
     /// [`DesignError::Lmi`].
-    pub fn lmi_with(plant: &StateSpace, rate: f64, settings: &Settings) -> Result<Self, DesignError> {
+    pub fn lmi_with(plant: &StateSpace, rate: f64, options: &GainOptions) -> Result<Self, DesignError> {
         check::plant(plant)?;
-        Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, rate, settings)?, rate)
+        Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, rate, options)?, rate)
     }
 
     /// The same gain, certified by the Lyapunov equation with another right-hand side.
@@ -244,6 +246,15 @@ impl LinearDesign {
         let certificate = Certificate::of([theorem])?;
         let observer = LinearObserver::of(plant.clone(), l)?;
         Ok(Self { observer, poles, p, q, rate, certificate, origin })
+    }
+
+    /// The stationary covariance of the error of a design by [`kalman`](Self::kalman), the stabilising solution of the
+    /// Riccati equation; none for other designs. [`p`](Self::p) is the Lyapunov matrix.
+    pub fn covariance(&self) -> Option<&DMatrix<f64>> {
+        match &self.origin {
+            Origin::Kalman(covariance) => Some(covariance),
+            Origin::Gain | Origin::Inequality => None,
+        }
     }
 
     /// The largest real part of an eigenvalue of `F = A - L C`: in the end errors decay like `exp` of this times t.

@@ -5,9 +5,9 @@ use core::fmt;
 use nalgebra::RealField;
 
 use crate::error::{ExpressionError, ExpressionErrorKind, Family};
-use crate::scope::Scope;
+use crate::scope::{Scope, Symbol};
 use crate::tape::Tape;
-use crate::tree::Tree;
+use crate::tree::{Node, Tree};
 use crate::undefined::{self, Undefined};
 use crate::{affine, parse};
 
@@ -102,6 +102,18 @@ impl Expression {
     /// The first part of the text that is not.
     pub fn affine(&self) -> Result<(), &str> {
         affine::affine(&self.tree).map_err(|node| self.part(node))
+    }
+
+    /// Whether state `k` (from 0) occurs in it, whatever its value there.
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope};
+    /// let rate = Expression::parse("7.2e10*exp(-8750/x1)*x2", &Scope::plant(3, 0))?;
+    /// assert!(rate.depends_on_state(1) && !rate.depends_on_state(2));
+    /// # Ok::<(), luenberger_expression::ExpressionError>(())
+    /// ```
+    pub fn depends_on_state(&self, k: usize) -> bool {
+        self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::State(state), _) if *state == k))
     }
 
     /// The text that was parsed.

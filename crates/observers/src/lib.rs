@@ -23,6 +23,7 @@
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
+//! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
@@ -53,6 +54,8 @@ pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
 mod semidefinite;
+#[cfg(feature = "alloc")]
+pub mod static_size;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};

@@ -5,7 +5,7 @@ use luenberger_design::Names;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing, StateSpace,
-    VanDerPol, double_integrator, flexible_joint, third_order,
+    VanDerPol, double_integrator, flexible_joint, state_jacobian, third_order,
 };
 use nalgebra::{DMatrix, DVector, RealField, convert};
 
@@ -119,6 +119,22 @@ impl Model {
         }
     }
 
+    /// Whether the derivative of state `i` depends on state `j`, both from 0: by the entry of A, by the occurrence in
+    /// an expression, and for library plants by the Jacobian at a few points. An expression whose value underflows at
+    /// some points, as `exp(-8750/T)` near T = 0, still depends on its states.
+    pub fn depends_on(&self, i: usize, j: usize) -> bool {
+        match self {
+            Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
+                plant.a[(i, j)] != 0.0
+            }
+            Self::Expressions(plant) => plant.f().get(i).is_some_and(|row| row.depends_on_state(j)),
+            Self::Builtin(_) => {
+                let u = DVector::zeros(self.size().inputs);
+                generic_points(self.size().states).iter().any(|x| state_jacobian(self, 0.0, x, &u)[(i, j)] != 0.0)
+            }
+        }
+    }
+
     /// The states, from 0, whose right-hand side or output is not affine, with the expression; empty if unknown.
     pub fn nonlinearities(&self) -> Vec<String> {
         match self {
@@ -134,6 +150,12 @@ impl Model {
             _ => Vec::new(),
         }
     }
+}
+
+/// A few states without symmetry, inside the domain of most right-hand sides.
+pub(crate) fn generic_points(n: usize) -> Vec<DVector<f64>> {
+    let entry = |seed: f64| move |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
+    [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
 }
 
 /// `M x`, with binary64 entries of M.

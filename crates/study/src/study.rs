@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use luenberger_design::GainOptions;
 use luenberger_lmi::Solver;
 use luenberger_sim::Recording;
 use nalgebra::{Complex, DMatrix};
@@ -147,8 +148,28 @@ pub struct ObserverSpec {
     pub initial: Vec<f64>,
     /// Its kind.
     pub kind: ObserverKind,
+    /// Limits of a gain that is designed by a matrix inequality.
+    pub limits: GainLimits,
     /// Position of the observer in the file.
     pub place: Place,
+}
+
+/// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see
+/// [`GainOptions`](luenberger_design::GainOptions).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GainLimits {
+    /// An upper bound of the spectral norm of L.
+    pub max_gain: Option<f64>,
+    /// The intensity V of the measurement noise, p x p, for which the noise gain is to be the least.
+    pub noise: Option<DMatrix<f64>>,
+}
+
+impl GainLimits {
+    /// The options of the design, with this solver.
+    pub fn options(&self, solver: Solver) -> GainOptions {
+        let settings = luenberger_lmi::Settings { solver, ..luenberger_lmi::Settings::default() };
+        GainOptions { settings, max_gain: self.max_gain, noise: self.noise.clone() }
+    }
 }
 
 /// Gain specification of a linear observer.

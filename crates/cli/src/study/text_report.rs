@@ -161,6 +161,10 @@ fn observer(text: &mut String, report: &ObserverReport) {
     for entry in &design.numbers {
         _ = writeln!(text, "  {} {}", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number));
     }
+    if !design.noise_deviation.is_empty() {
+        let deviations: Vec<String> = design.noise_deviation.iter().map(|x| number(*x)).collect();
+        _ = writeln!(text, "  standard deviation of the error due to noise [{}]", deviations.join(" "));
+    }
     if let Some(solver) = report.solver {
         _ = writeln!(text, "  proposed by the solver {solver}");
     }

@@ -10,6 +10,7 @@ use super::sector::LipschitzPlant;
 use super::{LipschitzDesign, Proposal, WHAT, problem};
 use crate::check;
 use crate::error::DesignError;
+use crate::gain_options::Checked;
 
 /// Where the proof ends when the sectors are widened.
 #[derive(Debug, Clone)]
@@ -62,7 +63,9 @@ pub fn greatest_factor(
     } else {
         check::detectable(&plant.centre(), plant.c(), rate)?;
     }
-    let found = greatest_parameter(0.0, limit, tolerance, |factor| problem(&plant.widened(factor), l, rate))?;
+    let found = greatest_parameter(0.0, limit, tolerance, |factor| {
+        problem(&plant.widened(factor), l, rate, &Checked::default())
+    })?;
     let Some((mut factor, solution)) = found.proved else {
         return Err(match found.stopped {
             Some((_, verdict)) => DesignError::not_proved(WHAT, Some(verdict)),
@@ -103,7 +106,7 @@ fn least_refuted(
     tolerance: f64,
 ) -> Result<Option<f64>, DesignError> {
     let refuted = |factor: f64| -> Result<bool, DesignError> {
-        Ok(problem(&plant.widened(factor), l, rate).solve()?.verdict.is_refuted())
+        Ok(problem(&plant.widened(factor), l, rate, &Checked::default()).solve()?.verdict.is_refuted())
     };
     if !refuted(high)? {
         return Ok(None);

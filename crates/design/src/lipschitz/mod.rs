@@ -40,6 +40,7 @@ pub use split::Split;
 use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
+use crate::gain_options::{Checked, GainOptions};
 
 certified!(LipschitzDesign);
 
@@ -90,10 +91,11 @@ impl LipschitzDesign {
     /// [`DesignError::Infeasible`] with verified multipliers when the inequality has no solution;
     /// [`DesignError::Undecided`].
     pub fn new(plant: &LipschitzPlant, rate: f64) -> Result<Self, DesignError> {
-        Self::new_with(plant, None, rate, &Settings::default())
+        Self::new_with(plant, None, rate, &GainOptions::default())
     }
 
-    /// [`new`](Self::new), or [`with_gain`](Self::with_gain) where `l` is given, by the solver of `settings`.
+    /// [`new`](Self::new), or [`with_gain`](Self::with_gain) where `l` is given, with a bound of the gain, the least
+    /// noise gain, or another solver. Bound and noise do not apply to a given gain.
     ///
     /// # Errors
     /// As these; [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
@@ -101,7 +103,7 @@ impl LipschitzDesign {
         plant: &LipschitzPlant,
         l: Option<&DMatrix<f64>>,
         rate: f64,
-        settings: &Settings,
+        options: &GainOptions,
     ) -> Result<Self, DesignError> {
         plant.check(rate)?;
         let nearly = if let Some(l) = l {
@@ -111,8 +113,8 @@ impl LipschitzDesign {
         } else {
             check::detectable(&plant.centre(), plant.c(), rate)?
         };
-        let proposal = proposed(plant, l, rate, settings).map_err(|error| error.with_seen(nearly))?;
-        proposal.certified(plant, l, rate, settings)
+        let proposal = proposed(plant, l, rate, options).map_err(|error| error.with_seen(nearly))?;
+        proposal.certified(plant, l, rate, &options.settings)
     }
 
     /// Verification of a user-supplied gain L, n x p.
@@ -121,7 +123,7 @@ impl LipschitzDesign {
     /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the
     /// middle of its sector.
     pub fn with_gain(plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
-        Self::new_with(plant, Some(l), rate, &Settings::default())
+        Self::new_with(plant, Some(l), rate, &GainOptions::default())
     }
 
     /// The observer of `nonlinear`, the plant itself, with this gain.
@@ -146,16 +148,18 @@ impl LipschitzDesign {
 }
 
 /// The inequality, with Y free or `Y = P L`.
-fn problem(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Problem {
+fn problem(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64, limits: &Checked) -> Problem {
     let (a, c) = (plant.a(), plant.c());
     let (n, outputs) = (a.nrows(), c.nrows());
     let mut lmi = Problem::new();
     let p = lmi.symmetric("P", n);
-    let injected: Expression = match l {
-        Some(l) => &p * l * c,
-        None => &lmi.rectangular("Y", n, outputs) * c,
+    let free = l.is_none().then(|| lmi.rectangular("Y", n, outputs));
+    let injected: Expression = match (l, &free) {
+        (Some(l), _) => &p * l * c,
+        (None, Some(y)) => y * c,
+        (None, None) => zeros(n, n),
     };
-    let mut first = he(&p * a - injected) + (2.0 * rate) * &p;
+    let mut first = he(&p * a - injected);
     let mut corners = vec![];
     let mut last = vec![];
     for (k, sector) in plant.sectors().iter().enumerate() {
@@ -172,6 +176,22 @@ fn problem(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Probl
         corners.push(corner);
         last.push((-1.0 * tau.identity(q), q));
     }
+    lmi.constrain("P > 0", &p >> 0.0);
+    lmi.constrain("decrease", bordered(first.clone() + (2.0 * rate) * &p, &corners, &last) << 0.0);
+    if let Some(y) = &free {
+        limits.constrain(&mut lmi, &p, y, n, outputs);
+        if let Some(precision) = limits.precision() {
+            corners.push(y.into());
+            last.push((Expression::constant(-precision), outputs));
+            lmi.constrain("covariance", bordered(first, &corners, &last) << 0.0);
+        }
+    }
+    lmi
+}
+
+/// `first` with these blocks on its right, their transposes below it, and the blocks of `last` with their widths on the
+/// diagonal.
+fn bordered(first: Expression, corners: &[Expression], last: &[(Expression, usize)]) -> Expression {
     let mut rows = vec![std::iter::once(first).chain(corners.iter().cloned()).collect::<Vec<_>>()];
     for (k, corner) in corners.iter().enumerate() {
         let mut row = vec![corner.transpose()];
@@ -180,9 +200,7 @@ fn problem(plant: &LipschitzPlant, l: Option<&DMatrix<f64>>, rate: f64) -> Probl
         }
         rows.push(row);
     }
-    lmi.constrain("P > 0", &p >> 0.0);
-    lmi.constrain("decrease", Expression::blocks(rows) << 0.0);
-    lmi
+    Expression::blocks(rows)
 }
 
 fn multiplier(k: usize) -> String {
@@ -225,7 +243,7 @@ impl Proposal {
             let plant = plant.clone();
             return Ok(LipschitzDesign { plant, l, p: self.p, tau: self.tau, rate, certificate });
         }
-        let again = proposed(plant, Some(&l), rate, settings)?;
+        let again = proposed(plant, Some(&l), rate, &(*settings).into())?;
         let certificate = again.certificate(plant, &l, rate)?;
         Ok(LipschitzDesign { plant: plant.clone(), l, p: again.p, tau: again.tau, rate, certificate })
     }
@@ -241,9 +259,10 @@ fn proposed(
     plant: &LipschitzPlant,
     l: Option<&DMatrix<f64>>,
     rate: f64,
-    settings: &Settings,
+    options: &GainOptions,
 ) -> Result<Proposal, DesignError> {
-    let solution = problem(plant, l, rate).solve_with(settings)?;
+    let limits = options.check(plant.c().nrows())?;
+    let solution = problem(plant, l, rate, &limits).solve_with(&options.settings)?;
     match Proposal::read(plant, &solution) {
         Some(proposal) if solution.verdict.is_proved() => Ok(proposal),
         _ => Err(DesignError::not_proved(WHAT, Some(solution.verdict))),

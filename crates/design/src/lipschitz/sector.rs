@@ -165,7 +165,7 @@ impl LipschitzPlant {
     }
 
     /// A with every nonlinearity in the middle of its sector: one of the linear plants that the sectors contain.
-    pub(super) fn centre(&self) -> DMatrix<f64> {
+    pub fn centre(&self) -> DMatrix<f64> {
         let moved = self.sectors.iter().filter(|sector| !sector.is_symmetric());
         moved.fold(self.a.clone(), |a, sector| a + &sector.g * &sector.h * sector.middle())
     }

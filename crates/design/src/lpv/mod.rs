@@ -48,6 +48,7 @@ use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
+use crate::gain_options::{Checked, GainOptions};
 use crate::number::decay;
 use crate::robust::greatest_rate;
 
@@ -119,19 +120,20 @@ where
     /// vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with the best margin
     /// found.
     pub fn new(plant: S, region: &Region, rate: f64) -> Result<Self, LpvError> {
-        Self::new_with(plant, region, rate, &Settings::default())
+        Self::new_with(plant, region, rate, &GainOptions::default())
     }
 
-    /// [`new`](Self::new) by the solver of `settings`.
+    /// [`new`](Self::new) with a bound of the gain, the least noise gain, or another solver.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
-    pub fn new_with(plant: S, region: &Region, rate: f64, settings: &Settings) -> Result<Self, LpvError> {
+    pub fn new_with(plant: S, region: &Region, rate: f64, options: &GainOptions) -> Result<Self, LpvError> {
         check::rate(rate)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
-        let solution = pose(&polytope, rate, settings).solve_with(settings)?;
+        let limits = options.check(polytope.enclosure.c.rows())?;
+        let solution = pose(&polytope, rate, &limits, &options.settings).solve_with(&options.settings)?;
         if !solution.verdict.is_proved() {
-            return Err(obstacle::explain(&polytope, rate, solution.verdict, settings));
+            return Err(why_not(&polytope, rate, solution.verdict, options));
         }
         let gain = gain_lmi::gain_of(&solution)?;
         Self::certified(plant, region, polytope, gain, rate, None)
@@ -147,10 +149,11 @@ where
     /// # Errors
     /// As [`new`](Self::new) at the rate 0; a ceiling or tolerance that is not positive and finite.
     pub fn fastest(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, LpvError> {
-        Self::fastest_with(plant, region, ceiling, tolerance, &Settings::default())
+        Self::fastest_with(plant, region, ceiling, tolerance, &GainOptions::default())
     }
 
-    /// [`fastest`](Self::fastest) by the solver of `settings`.
+    /// [`fastest`](Self::fastest) with a bound of the gain, or another solver. Noise is considered at each rate, and
+    /// does not limit it.
     ///
     /// # Errors
     /// As [`fastest`](Self::fastest); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
@@ -160,15 +163,15 @@ where
         region: &Region,
         ceiling: f64,
         tolerance: f64,
-        settings: &Settings,
+        options: &GainOptions,
     ) -> Result<Self, LpvError> {
         check::positive("ceiling", ceiling)?;
         check::positive("tolerance", tolerance)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
-        let family = |rate| pose(&polytope, rate, settings);
-        let bisection = greatest_parameter_with(settings, 0.0, ceiling, tolerance, family)?;
-        let stopped =
-            bisection.stopped.map(|(rate, verdict)| (rate, obstacle::explain(&polytope, rate, verdict, settings)));
+        let limits = options.check(polytope.enclosure.c.rows())?;
+        let family = |rate| pose(&polytope, rate, &limits, &options.settings);
+        let bisection = greatest_parameter_with(&options.settings, 0.0, ceiling, tolerance, family)?;
+        let stopped = bisection.stopped.map(|(rate, verdict)| (rate, why_not(&polytope, rate, verdict, options)));
         let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
         Self::certified(plant, region, polytope, gain_lmi::gain_of(&solution)?, rate, stopped)
     }
@@ -325,16 +328,19 @@ where
 }
 
 /// (1) for P and Y at the relevant vertices.
-fn pose(polytope: &Polytope, rate: f64, settings: &Settings) -> Problem {
+fn pose(polytope: &Polytope, rate: f64, limits: &Checked, settings: &Settings) -> Problem {
     let at = |active: &[usize]| {
         let mut lmi = Problem::new();
         let vertices = active.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c));
-        gain_lmi::pose(&mut lmi, vertices, rate);
+        gain_lmi::pose(&mut lmi, vertices, rate, limits);
         lmi
     };
     let half = |solution: &Solution, vertex: &Vertex| {
         let (p, y) = (solution.named("P")?, solution.named("Y")?);
-        Some(p * &vertex.a - y * &vertex.c + p * rate)
+        let half = p * &vertex.a - y * &vertex.c;
+        let mut halves = vec![&half + p * rate];
+        halves.extend(limits.covariance_term(y).map(|term| half + term * 0.5));
+        Some(halves)
     };
     growing(polytope, at, half, settings)
 }
@@ -355,7 +361,7 @@ fn pose_for(polytope: &Polytope, l: &DMatrix<f64>, rate: f64, settings: &Setting
     };
     let half = |solution: &Solution, vertex: &Vertex| {
         let p = solution.named("P")?;
-        Some(p * (&vertex.a - l * &vertex.c) + p * rate)
+        Some(vec![p * (&vertex.a - l * &vertex.c) + p * rate])
     };
     growing(polytope, at, half, settings)
 }
@@ -367,12 +373,12 @@ const AT_ONCE: usize = 16;
 const ADDED: usize = 4;
 
 /// The problem at a set of vertices that grows until its solution satisfies all of them with half its margin, or until
-/// it is infeasible: infeasibility for a few vertices implies it for all. `half` is X of the left-hand side X + X' of
-/// (1). The solution is approximate; the verification uses every vertex.
+/// it is infeasible: infeasibility for a few vertices implies it for all. `halves` are X of each left-hand side X + X'
+/// that has to be negative at a vertex. The solution is approximate; the verification uses every vertex.
 fn growing(
     polytope: &Polytope,
     at: impl Fn(&[usize]) -> Problem,
-    half: impl Fn(&Solution, &Vertex) -> Option<DMatrix<f64>>,
+    halves: impl Fn(&Solution, &Vertex) -> Option<Vec<DMatrix<f64>>>,
     settings: &Settings,
 ) -> Problem {
     let count = polytope.vertices.len();
@@ -388,8 +394,9 @@ fn growing(
         let Ok(solution) = problem.solve_with(settings) else { return problem };
         let Some(margin) = solution.verdict.margin() else { return problem };
         let slope = |k: &usize| {
-            let half = half(&solution, &polytope.vertices[*k])?;
-            lambda_max(&(&half + half.transpose())).ok()
+            let halves = halves(&solution, &polytope.vertices[*k])?;
+            let slopes = halves.iter().map(|half| lambda_max(&(half + half.transpose())));
+            slopes.collect::<Result<Vec<f64>, _>>().ok()?.into_iter().reduce(f64::max)
         };
         let mut violated: Vec<(usize, f64)> = (0..count)
             .filter(|k| !active.contains(k))
@@ -401,6 +408,16 @@ fn growing(
         }
         violated.sort_by(|x, y| y.1.total_cmp(&x.1));
         active.extend(violated.iter().take(ADDED).map(|(k, _)| *k));
+    }
+}
+
+/// Why there is no gain: for a rate alone the mode or the vertices that exclude it, within limits the constraints that
+/// exclude each other.
+fn why_not(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>, options: &GainOptions) -> LpvError {
+    if options.only_rate() {
+        obstacle::explain(polytope, rate, verdict, &options.settings)
+    } else {
+        DesignError::not_proved(gain_lmi::WHAT_WITHIN_LIMITS, Some(verdict)).into()
     }
 }
 

@@ -11,6 +11,7 @@ use super::polytope::Polytope;
 use crate::enclosure::Entry;
 use crate::error::{DesignError, NearlyHidden};
 use crate::gain_lmi::{self, decrease_at};
+use crate::gain_options::Checked;
 
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
@@ -156,7 +157,12 @@ fn conflict(polytope: &Polytope, rate: f64, witness: Infeasibility, weights: &[f
     let pairs = (1..involved.len()).flat_map(|j| (0..j).map(move |i| (i, j))).take(PAIRS);
     let pair = pairs.map(|(i, j)| [involved[i], involved[j]]).find_map(|pair| {
         let mut lmi = Problem::new();
-        gain_lmi::pose(&mut lmi, pair.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c)), rate);
+        gain_lmi::pose(
+            &mut lmi,
+            pair.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c)),
+            rate,
+            &Checked::default(),
+        );
         match lmi.solve_with(settings).ok()?.verdict {
             Verdict::Refuted { witness } => Some((pair.to_vec(), witness)),
             _ => None,
@@ -201,7 +207,12 @@ mod tests {
 
     fn verdict(polytope: &Polytope) -> Verdict<Infeasibility> {
         let mut lmi = Problem::new();
-        gain_lmi::pose(&mut lmi, polytope.vertices.iter().enumerate().map(|(k, v)| (k, &v.a, &v.c)), 0.0);
+        gain_lmi::pose(
+            &mut lmi,
+            polytope.vertices.iter().enumerate().map(|(k, v)| (k, &v.a, &v.c)),
+            0.0,
+            &Checked::default(),
+        );
         lmi.solve().unwrap().verdict
     }
 

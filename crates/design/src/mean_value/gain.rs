@@ -4,7 +4,7 @@
 //! Jacobian between z and x. Where every such Jacobian lies in a polytope and one P serves all its vertices,
 //! `|d(t)| <= sqrt(cond P) exp(-rate t) |d(0)|` from *any* e(0), and whatever G does.
 
-use luenberger_lmi::{Problem, Settings, proof_matrix};
+use luenberger_lmi::{Problem, proof_matrix};
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, Size, StateSpace};
 use luenberger_proof::ProofError;
@@ -16,6 +16,7 @@ use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
+use crate::gain_options::GainOptions;
 
 certified!(MeanValueDesign);
 
@@ -61,10 +62,10 @@ impl MeanValueDesign {
     /// # Errors
     /// [`PolytopicDesign::new`](crate::robust::PolytopicDesign::new)'s; [`DesignError::NoVertices`].
     pub fn new(vertices: &[DMatrix<f64>], outputs: usize, rate: f64) -> Result<Self, DesignError> {
-        Self::new_with(vertices, outputs, rate, &Settings::default())
+        Self::new_with(vertices, outputs, rate, &GainOptions::default())
     }
 
-    /// [`new`](Self::new) by the solver of `settings`.
+    /// [`new`](Self::new) with a bound of the gain, the least noise gain, or another solver.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in [`DesignError::Lmi`].
@@ -72,13 +73,13 @@ impl MeanValueDesign {
         vertices: &[DMatrix<f64>],
         outputs: usize,
         rate: f64,
-        settings: &Settings,
+        options: &GainOptions,
     ) -> Result<Self, DesignError> {
         let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
         let nominal = StateSpace::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
         let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
-        let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), settings)?;
+        let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), options)?;
         let Gain { l, p } = gain;
         let c = proof_matrix(&nominal.c);
         let theorem = JacobianPolytope {

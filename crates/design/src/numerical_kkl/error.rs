@@ -3,6 +3,7 @@
 use luenberger_linalg::LinalgError;
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
+use luenberger_proof::wording::significant;
 use thiserror::Error;
 
 use crate::error::{DesignError, from_through_design_error};
@@ -69,7 +70,7 @@ pub enum NumericalKklError {
     /// T varies more than the grid can show: it is rough (D too slow for the backward expansion of the plant), or the
     /// grid coarse.
     #[error(
-        "the spline misses T by {error:.2e} of its width (at most {most} is accepted): take faster poles, a finer grid or a smaller box"
+        "interpolation error {} % of the width of T (limit {} %)", significant(100.0 * error, 3), significant(100.0 * most, 3)
     )]
     Unresolved {
         /// The largest error at the held-out points, in units of the width of T(box).

@@ -5,7 +5,7 @@
 //! `e' = (A(eps) - LC) e + ..`. The forcing `(A(eps) - A) x` of an observer with the nominal A is not covered by the
 //! theorem: see [`super`].
 
-use luenberger_lmi::{Problem, Settings, proof_matrix};
+use luenberger_lmi::{Problem, proof_matrix};
 use luenberger_plants::StateSpace;
 use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, PlantPolytope, Vertex};
@@ -13,6 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::certificate::certified;
 use crate::error::DesignError;
+use crate::gain_options::GainOptions;
 use crate::linear::LinearDesign;
 use crate::{check, gain_lmi};
 
@@ -47,7 +48,7 @@ impl PolytopicDesign {
             check::matrix("vertex A", a, (n, n))?;
         }
         let all: Vec<_> = std::iter::once(nominal.a.clone()).chain(vertices.iter().cloned()).collect();
-        let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new(), &Settings::default())?;
+        let (gain, _) = gain_lmi::solve(nominal, &all, rate, Problem::new(), &GainOptions::default())?;
         let nominal = LinearDesign::with_lyapunov_matrix(nominal, gain, rate)?;
         let c = proof_matrix(&nominal.observer.c);
         let theorem = PlantPolytope {

@@ -10,3 +10,5 @@ mod kkl;
 mod mean_value;
 mod numerical_kkl;
 mod sampled;
+#[cfg(feature = "alloc")]
+mod static_size;

@@ -12,7 +12,7 @@ use nalgebra::DVector;
 
 use super::runnable::Chains;
 use crate::execute::in_words;
-use crate::model::{Builtin, Model};
+use crate::model::{Builtin, Model, generic_points};
 use crate::results::FailureReport;
 use crate::study::{ObserverSpec, Study};
 
@@ -116,7 +116,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }
-                DesignError::NotHurwitz { .. } | DesignError::StabilityUndecided { .. } => another_gain(),
+                DesignError::NotHurwitz { .. } | DesignError::StabilityUndecided { .. } => another_gain(kind),
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)
@@ -130,18 +130,33 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
         }
         Misfit::Lpv(error) => {
             let alternatives = match error {
-                LpvError::TooManyVertices { .. } => vec![
-                    "lipschitz: one sector for each entry that varies, in place of a vertex for each combination"
-                        .to_owned(),
-                    "a smaller `region`, in which fewer entries vary".to_owned(),
-                ],
+                LpvError::TooManyVertices { .. } => {
+                    vec!["a smaller `region`, in which fewer entries vary".to_owned()]
+                }
                 LpvError::HiddenMode(_) | LpvError::Conflict(_) => with_smaller_rate(study, kind),
-                LpvError::UnstableVertex { .. } => another_gain(),
+                LpvError::UnstableVertex { .. } => another_gain(kind),
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)
         }
-        Misfit::NumericalKkl(error) => (error.to_string(), for_nonlinear(study, kind)),
+        Misfit::NumericalKkl(error) => {
+            let remedy = match error {
+                NumericalKklError::Unresolved { .. } => {
+                    Some("increase `points` or `cutoff`, or choose a smaller `domain`")
+                }
+                NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
+                NumericalKklError::Escapes { .. } => {
+                    Some("give `escape`, the margin around `domain` outside of which the plant is slowed down")
+                }
+                NumericalKklError::NotInjective { .. } => {
+                    Some("increase `cutoff`, or choose a `domain` on which the output distinguishes all states")
+                }
+                _ => None,
+            };
+            let mut alternatives: Vec<String> = remedy.into_iter().map(str::to_owned).collect();
+            alternatives.extend(for_nonlinear(study, kind));
+            (error.to_string(), alternatives)
+        }
         Misfit::NonlinearOutput { output, state, low, high } => {
             let hypothesis = format!(
                 "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
@@ -162,8 +177,14 @@ fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {
     kinds
 }
 
-fn another_gain() -> Vec<String> {
-    vec!["poles, decay_rate or lmi in place of a given gain".to_owned()]
+/// The ways to a gain that the kind has beside a given one.
+fn another_gain(kind: &str) -> Vec<String> {
+    let ways = match kind {
+        "lpv" => "`decay_rate` or `fastest`",
+        "lipschitz" => "`decay_rate`",
+        _ => "`poles`, `decay_rate` or `lmi`",
+    };
+    vec![format!("{ways} in place of a given gain")]
 }
 
 /// A linear plant with an unobservable mode: the mode, its direction, and which observers still exist.
@@ -202,7 +223,7 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
 /// Whether output k is state k, tested at points where a coincidence is unlikely.
 fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
     let size = model.size();
-    for point in points(size.states) {
+    for point in generic_points(size.states) {
         let y = model.output(0.0, &point);
         for k in 0..size.outputs.min(size.states) {
             if y[k] != point[k] {
@@ -211,12 +232,6 @@ fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
         }
     }
     Ok(())
-}
-
-/// A few states without symmetry, inside the domain of most right-hand sides.
-fn points(n: usize) -> Vec<DVector<f64>> {
-    let entry = |seed: f64| move |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
-    [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
 }
 
 pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
@@ -238,45 +253,53 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Resul
     })
 }
 
-/// Each chain begins at its output, and each equation of a chain depends on no later state than the next one.
-pub(super) fn triangular(study: &Study, wish: &ObserverSpec, chains: &Chains) -> Result<(), FailureReport> {
-    let size = study.plant.model.size();
+/// The chains of a high-gain observer: each begins at its output, each equation of a chain depends on the next state
+/// and on no later one, and the coefficient of the next state is not 0 at the first estimate.
+pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
+    let (model, size) = (&study.plant.model, study.plant.model.size());
     let (states, kind) = (&study.plant.states, wish.kind.name());
     let misfit = |hypothesis| Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
-    for point in points(size.states) {
-        let y = chains.model.output(0.0, &point);
-        for k in 0..size.outputs {
-            let head = chains.head(k);
-            if y[k] != point[head] {
+    let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
+    for (k, (head, length)) in heads.zip(lengths).enumerate() {
+        for point in generic_points(size.states) {
+            let y = model.output(0.0, &point)[k];
+            if y != point[head] {
                 return misfit(format!(
-                    "the kind {kind} needs chains that begin at the outputs: {} is {} where {} is {}",
-                    study.plant.outputs[k], y[k], states[head], point[head]
+                    "the kind {kind} needs chains that begin at the outputs: {} is {y} where {} is {}",
+                    study.plant.outputs[k], states[head], point[head]
                 ));
             }
         }
-        let u = DVector::zeros(size.inputs);
-        let jacobian = luenberger_plants::state_jacobian(&chains.model, 0.0, &point, &u);
-        for (k, length) in chains.lengths.iter().enumerate() {
-            let head = chains.head(k);
-            for i in 0..length.saturating_sub(1) {
-                if jacobian[(head + i, head + i + 1)] == 0.0 {
-                    return misfit(format!(
-                        "the kind {kind} needs a chain: {}' does not depend on {}",
-                        states[head + i],
-                        states[head + i + 1]
-                    ));
-                }
-                if let Some(j) = (i + 2..*length).find(|j| jacobian[(head + i, head + j)] != 0.0) {
-                    return misfit(format!(
-                        "the kind {kind} needs a triangular plant: {}' depends on {}, which stands further down its chain than the next state",
-                        states[head + i],
-                        states[head + j]
-                    ));
-                }
+        for i in head..(head + length).saturating_sub(1) {
+            if !model.depends_on(i, i + 1) {
+                return misfit(format!(
+                    "the kind {kind} needs a chain: {}' does not depend on {}",
+                    states[i],
+                    states[i + 1]
+                ));
+            }
+            if let Some(j) = (i + 2..head + length).find(|&j| model.depends_on(i, j)) {
+                return misfit(format!(
+                    "the kind {kind} needs a triangular plant: {}' depends on {}, which is further down its chain than the next state",
+                    states[i], states[j]
+                ));
             }
         }
     }
-    Ok(())
+    let mut input = DVector::zeros(size.inputs);
+    if let Some(program) = study.input.program() {
+        program.at(0.0, input.as_mut_slice());
+    }
+    Chains::at(model, lengths, &wish.initial, &input).map_err(|(i, coefficient)| {
+        let hypothesis = format!(
+            "the kind {kind} divides by the derivative of {}' by {}, which is {} at the first estimate",
+            states[i],
+            states[i + 1],
+            shortest(coefficient)
+        );
+        let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
+        failure(wish, hypothesis, vec![remedy.to_owned()])
+    })
 }
 
 pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {

@@ -117,6 +117,7 @@ fn of_size<const N: usize, const Z: usize>(
         numbers,
         facts: Vec::new(),
         verdict: "measured".to_owned(),
+        noise_deviation: Vec::new(),
         evidence: Some(format!("errors measured at {} points that the fit has not seen", form.samples)),
     };
     Ok((design, report))

@@ -1,24 +1,24 @@
 //! Designs of the observers of linear plants.
 
 use luenberger_design::number::decay;
-use luenberger_design::{CubicDesign, CubicGain, DesignError, LinearDesign, SampledCubicDesign};
-use luenberger_lmi::Settings;
+use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign, SampledCubicDesign};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::explain::Misfit;
+use super::noise_gain::NoiseGain;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
-use crate::study::{GainSpec, LinearSpec};
+use crate::study::{GainSpec, LinearSpec, Study};
 
-fn of(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<LinearDesign, DesignError> {
+fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
     let design = match &wish.gain {
         GainSpec::Poles(poles) => LinearDesign::with_poles(plant, poles),
         GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),
-        GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, settings),
-        GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, settings),
+        GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
+        GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, options),
         GainSpec::Given(l) => LinearDesign::with_gain(plant, l.clone()),
     }?;
     match &wish.weight {
@@ -27,24 +27,44 @@ fn of(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<Line
     }
 }
 
-pub(super) fn luenberger(plant: &StateSpace, wish: &LinearSpec, settings: &Settings) -> Result<Designed, Misfit> {
-    let design = of(plant, wish, settings)?;
+pub(super) fn luenberger(
+    study: &Study,
+    plant: &StateSpace,
+    wish: &LinearSpec,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let design = of(plant, wish, options)?;
     let rate = -design.spectral_abscissa();
     let promised = match wish.gain {
         GainSpec::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
         _ => String::new(),
+    };
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
+    let mut numbers = vec![number("decay rate", rate)];
+    numbers.extend(noise.numbers());
+    let l = matrix("L", &design.observer.l);
+    // P of a Kalman filter is the covariance of its error.
+    let matrices = match design.covariance() {
+        Some(covariance) => vec![
+            l,
+            matrix("P (stationary error covariance)", covariance),
+            matrix("Lyapunov matrix", &design.p),
+            matrix("Lyapunov right-hand side", &design.q),
+        ],
+        None => vec![l, matrix("P", &design.p), matrix("Q", &design.q)],
     };
     let report = DesignReport {
         statement: format!(
             "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{} t).{promised}",
             significant(rate, 5)
         ),
-        matrices: vec![matrix("L", &design.observer.l), matrix("P", &design.p), matrix("Q", &design.q)],
+        matrices,
         poles: poles(&design.poles),
-        numbers: vec![number("decay rate", rate)],
+        numbers,
         facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
+        noise_deviation: noise.deviation,
     };
     Ok(Designed {
         runnable: Runnable::Linear(Box::new(design.observer.clone())),
@@ -54,15 +74,19 @@ pub(super) fn luenberger(plant: &StateSpace, wish: &LinearSpec, settings: &Setti
 }
 
 pub(super) fn cubic(
+    study: &Study,
     plant: &StateSpace,
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
     correction: &CubicGain,
-    settings: &Settings,
+    options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let linear = of(plant, wish, settings)?;
+    let linear = of(plant, wish, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
     let reach = reach(&design.certificate);
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
+    let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
+    numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!(
             "V = e'Pe decreases at least as fast as without the cubic term, whatever the error. {reach}"
@@ -76,10 +100,11 @@ pub(super) fn cubic(
             matrix("S", &design.s),
         ],
         poles: poles(&linear.poles),
-        numbers: vec![number("decay rate of small errors", -linear.spectral_abscissa())],
+        numbers,
         facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
+        noise_deviation: noise.deviation,
     };
     Ok(Designed {
         runnable: Runnable::Cubic(Box::new(design.observer.clone())),
@@ -94,9 +119,9 @@ pub(super) fn sampled(
     theta: &DMatrix<f64>,
     strength: f64,
     period: f64,
-    settings: &Settings,
+    options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let linear = of(plant, wish, settings)?;
+    let linear = of(plant, wish, options)?;
     let design = SampledCubicDesign::new(&linear, theta, strength, period)?;
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
@@ -110,6 +135,7 @@ pub(super) fn sampled(
         facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
+        noise_deviation: Vec::new(),
     };
     Ok(Designed {
         runnable: Runnable::SampledCubic(Box::new(design.observer.clone())),

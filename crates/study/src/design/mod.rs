@@ -3,17 +3,18 @@
 mod explain;
 mod kkl;
 mod linear;
+mod noise_gain;
 mod nonlinear;
 mod runnable;
 
 pub use kkl::Kkl;
+pub(crate) use noise_gain::SPEED_RATIO;
 pub use runnable::{Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{Certificate, Fact, ProvedTheorem};
-use luenberger_lmi::Settings;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
 use luenberger_proof::wording::at_least;
@@ -62,7 +63,7 @@ pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result
 /// As [`design`], with the names of the study in all messages.
 fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
-    let settings = Settings { solver: study.solver, ..Settings::default() };
+    let options = wish.limits.options(study.solver);
     let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
     let explained = |misfit| match misfit {
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
@@ -70,26 +71,24 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
     };
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            linear::luenberger(&linear()?, gain, &settings).map_err(explained)
+            linear::luenberger(study, &linear()?, gain, &options).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
-            linear::cubic(&linear()?, gain, theta, correction, &settings).map_err(explained)
+            linear::cubic(study, &linear()?, gain, theta, correction, &options).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
-            linear::sampled(&linear()?, gain, theta, *strength, *period, &settings).map_err(explained)
+            linear::sampled(&linear()?, gain, theta, *strength, *period, &options).map_err(explained)
         }
-        ObserverKind::Lpv { region, rate } => nonlinear::lpv(model, region, rate, &settings).map_err(explained),
+        ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
-            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &settings).map_err(explained)
+            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &options).map_err(explained)
         }
         ObserverKind::MeanValue { region, rate, eta, internal_error } => {
             explain::first_states_measured(study, wish)?;
-            nonlinear::mean_value(model, region, *rate, *eta, internal_error, &settings).map_err(explained)
+            nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
         }
         ObserverKind::HighGain { r, chains, alpha } => {
-            let chains = Chains { model: model.clone(), lengths: chains.clone() };
-            explain::triangular(study, wish, &chains)?;
-            nonlinear::high_gain(chains, alpha, *r).map_err(explained)
+            nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)

@@ -3,48 +3,77 @@
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::number::decay;
-use luenberger_design::{LipschitzDesign, LipschitzPlant, LpvDesign, MeanValueDesign, Region, Sector};
-use luenberger_lmi::Settings;
+use luenberger_design::{
+    DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
+};
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel};
 use luenberger_proof::wording::at_most;
 use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
+use super::noise_gain::NoiseGain;
 use super::runnable::{Chains, Runnable};
 use super::{Designed, facts, matrix, number, verdict};
 use crate::model::Model;
 use crate::results::DesignReport;
 use crate::study::{RateSpec, Study};
 
-pub(super) fn lpv(model: &Model, region: &Region, rate: &RateSpec, settings: &Settings) -> Result<Designed, Misfit> {
+pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
+    let model = &study.plant.model;
     let design = match rate {
-        RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, settings),
+        RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, options),
         // The rate is determined to one hundredth of the ceiling, which is enough for a design.
-        RateSpec::Fastest(ceiling) => {
-            LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, settings)
-        }
-        RateSpec::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, settings),
-    }?;
+        RateSpec::Fastest(ceiling) => LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, options),
+        RateSpec::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, &options.settings),
+    };
+    let design = match design {
+        Err(LpvError::TooManyVertices { .. }) => return beyond_vertices(study, region, rate, options),
+        design => design?,
+    };
     let evidence = design
         .stopped
         .as_ref()
         .map(|(rate, why)| format!("nothing was proved at the rate {}: {why}", significant(*rate, 5)));
+    let pairs = design.polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c));
+    let l = design.observer.l();
+    let noise = NoiseGain::of(study, pairs, l);
+    let mut numbers = vec![
+        number("rate", design.rate),
+        number("overshoot", design.overshoot),
+        number("vertices", design.polytope.vertices.len() as f64),
+    ];
+    numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: design.statement(),
-        matrices: vec![matrix("L", design.observer.l()), matrix("P", &design.p)],
+        matrices: vec![matrix("L", l), matrix("P", &design.p)],
         poles: Vec::new(),
-        numbers: vec![
-            number("rate", design.rate),
-            number("overshoot", design.overshoot),
-            number("vertices", design.polytope.vertices.len() as f64),
-        ],
+        numbers,
         facts: facts(&design.certificate, &design.vertex_names()),
         verdict: verdict(&design.certificate),
         evidence,
+        noise_deviation: noise.deviation,
     };
     let runnable = Runnable::NonlinearLuenberger(Box::new(design.observer.clone()));
     Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+}
+
+/// Where the vertices are too many: the norm-bounded form, with a sector for each entry that varies and one inequality
+/// in place of one for each vertex. It is sufficient only.
+fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
+    let (a, c, sectors) = sectors(&study.plant.model, region)?;
+    let count = sectors.len();
+    let plant = LipschitzPlant::new(a, c, sectors)?;
+    let at = |rate| LipschitzDesign::new_with(&plant, None, rate, options);
+    let design = match rate {
+        RateSpec::Rate(rate) => at(*rate)?,
+        RateSpec::Gain(gain, rate) => LipschitzDesign::new_with(&plant, Some(gain), *rate, options)?,
+        RateSpec::Fastest(ceiling) => fastest(at, *ceiling)?,
+    };
+    let whose = format!(
+        "{count} entries of the Jacobians vary, too many for the 2^{count} vertices of a polytope: each is a sector of one inequality (norm-bounded form), which is sufficient only."
+    );
+    by_sectors(study, &design, region, &whose)
 }
 
 /// A, C and the sectors of a plant.
@@ -92,17 +121,40 @@ pub(super) fn lipschitz(
     region: &Region,
     rate: f64,
     gain: Option<&DMatrix<f64>>,
-    settings: &Settings,
+    options: &GainOptions,
 ) -> Result<Designed, Misfit> {
     let model = &study.plant.model;
     let (read_a, c, read) = sectors(model, region)?;
     let (a, sectors, whose) = match split {
-        Some((a, sectors)) => (a.clone(), sectors.clone(), "The sectors are the study's own, and not checked."),
+        Some((a, sectors)) => (a.clone(), sectors.clone(), "The sectors are given by the study and not checked."),
         None => (read_a, read, "The sectors enclose the Jacobian over the box."),
     };
-    let count = sectors.len();
     let plant = LipschitzPlant::new(a, c, sectors)?;
-    let design = LipschitzDesign::new_with(&plant, gain, rate, settings)?;
+    by_sectors(study, &LipschitzDesign::new_with(&plant, gain, rate, options)?, region, whose)
+}
+
+/// The design of the greatest rate up to the ceiling, to one hundredth of it.
+fn fastest(
+    at: impl Fn(f64) -> Result<LipschitzDesign, DesignError>,
+    ceiling: f64,
+) -> Result<LipschitzDesign, DesignError> {
+    if let Ok(design) = at(ceiling) {
+        return Ok(design);
+    }
+    let (mut best, mut low, mut high) = (at(0.0)?, 0.0, ceiling);
+    while high - low > 0.01 * ceiling {
+        let middle = f64::midpoint(low, high);
+        match at(middle) {
+            Ok(design) => (best, low) = (design, middle),
+            Err(_) => high = middle,
+        }
+    }
+    Ok(best)
+}
+
+/// The report of a design by sectors; `whose` says where they come from.
+fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &str) -> Result<Designed, Misfit> {
+    let count = design.plant.sectors().len();
     let who = match count {
         1 => "the nonlinearity does within its sector".to_owned(),
         count => format!("the {count} nonlinearities do within their sectors"),
@@ -111,16 +163,21 @@ pub(super) fn lipschitz(
         "everywhere" => "From every x(0) and xhat(0)".to_owned(),
         bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
     };
+    let centre = design.plant.centre();
+    let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l);
+    let mut numbers = vec![number("rate", design.rate), number("sectors", count as f64)];
+    numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!("{box_}, the error decays at least like {}, whatever {who}. {whose}", decay(rate)),
+        statement: format!("{box_}, the error decays at least like {}, whatever {who}. {whose}", decay(design.rate)),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
-        numbers: vec![number("rate", design.rate), number("sectors", count as f64)],
+        numbers,
         facts: facts(&design.certificate, &[]),
         verdict: verdict(&design.certificate),
         evidence: None,
+        noise_deviation: noise.deviation,
     };
-    let observer = design.observer(model.clone())?;
+    let observer = design.observer(study.plant.model.clone())?;
     Ok(Designed {
         runnable: Runnable::NonlinearLuenberger(Box::new(observer)),
         report,
@@ -129,16 +186,17 @@ pub(super) fn lipschitz(
 }
 
 pub(super) fn mean_value(
-    model: &Model,
+    study: &Study,
     region: &Region,
     rate: f64,
     eta: f64,
     internal_error: &[f64],
-    settings: &Settings,
+    options: &GainOptions,
 ) -> Result<Designed, Misfit> {
+    let model = &study.plant.model;
     let polytope = Polytope::new(enclose(model, region)?)?;
     let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
-    let design = MeanValueDesign::new_with(&vertices, model.size().outputs, rate, settings)?;
+    let design = MeanValueDesign::new_with(&vertices, model.size().outputs, rate, options)?;
     let names: Vec<String> = polytope.vertices.iter().map(ToString::to_string).collect();
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
     let hypothesis = match region.to_string().as_str() {
@@ -149,6 +207,14 @@ pub(super) fn mean_value(
         Some(branches) => format!("{hypothesis}, provided that {branches}"),
         None => hypothesis,
     };
+    let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l);
+    let mut numbers = vec![
+        number("rate", design.rate),
+        number("overshoot", design.overshoot),
+        number("eta", eta),
+        number("vertices", vertices.len() as f64),
+    ];
+    numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!(
             "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}{hypothesis}.",
@@ -157,36 +223,40 @@ pub(super) fn mean_value(
         ),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
-        numbers: vec![
-            number("rate", design.rate),
-            number("overshoot", design.overshoot),
-            number("eta", eta),
-            number("vertices", vertices.len() as f64),
-        ],
+        numbers,
         facts: facts(&design.certificate, &names),
         verdict: verdict(&design.certificate),
         evidence: None,
+        noise_deviation: noise.deviation,
     };
     let runnable = Runnable::MeanValue(Box::new(observer));
     Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
 }
 
 pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
+    let column = |entries: &DVector<f64>| DMatrix::from_column_slice(entries.len(), 1, entries.as_slice());
+    let factors = (!chains.are_pure()).then(|| column(chains.factors()));
     let observer = HighGainObserver::new(chains, DVector::from_column_slice(alpha), r)?;
-    let gain = DMatrix::from_column_slice(observer.gain().len(), 1, observer.gain().as_slice());
+    let mut matrices = vec![matrix("alpha_i / r^i", &column(observer.gain()))];
+    let mut gains = "the gains alpha_i / r^i".to_owned();
+    if let Some(factors) = factors {
+        gains.push_str(" times factors (the inverse products of the chain's coefficients at the first estimate)");
+        matrices.push(matrix("factors", &factors));
+    }
     let report = DesignReport {
         statement: format!(
-            "The copy of the plant with the gains alpha_i / r^i, r = {r}: for a plant whose right-hand side is Lipschitz and r small enough the error decays like exp(-c t / r)."
+            "A copy of the plant with {gains}, r = {r}. If the right-hand side is Lipschitz and r is small enough, the error decays like exp(-c t / r)."
         ),
-        matrices: vec![matrix("alpha_i / r^i", &gain)],
+        matrices,
         poles: Vec::new(),
         numbers: vec![number("r", r)],
         facts: Vec::new(),
         verdict: "none".to_owned(),
         evidence: Some(
-            "how small r has to be is not computed: the theorem asks for some r, and this one is tried by running it"
+            "the theorem holds for every r below some bound, which is not computed; the simulation tests this r"
                 .to_owned(),
         ),
+        noise_deviation: Vec::new(),
     };
     Ok(Designed { runnable: Runnable::HighGain(Box::new(observer)), report, certificate: None })
 }
@@ -207,6 +277,7 @@ pub(super) fn extended_kalman(
         facts: Vec::new(),
         verdict: "none".to_owned(),
         evidence: Some("it converges from small errors, and nothing is promised from large ones".to_owned()),
+        noise_deviation: Vec::new(),
     };
     Ok(Designed { runnable: Runnable::ExtendedKalman(Box::new(filter)), report, certificate: None })
 }

@@ -5,7 +5,7 @@ use luenberger_observers::{
     CubicObserver, ExtendedKalmanFilter, HighGainObserver, Integral, LinearObserver, MeanValueObserver,
     NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledObserver,
 };
-use luenberger_plants::Plant;
+use luenberger_plants::{Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
@@ -89,16 +89,55 @@ impl Runnable {
 }
 
 /// A plant in triangular form: chain k has `lengths[k]` consecutive states, the first of which is output k.
+///
+/// In a pure chain of integrators each state is the derivative of the one before it. Here it enters with the
+/// coefficient `c_i = df_i/dx_(i+1)`, taken at the first estimate and the first input; the correction of a state is
+/// divided by the product of the coefficients before it, so that the error has the poles of a pure chain there.
 #[derive(Debug, Clone)]
 pub struct Chains {
     pub(super) model: Model,
     pub(super) lengths: Vec<usize>,
+    /// `1 / (c_1 ... c_(i-1))` within each chain.
+    shape: DVector<f64>,
 }
 
 impl Chains {
-    /// The state at which chain `k` begins.
-    pub(super) fn head(&self, k: usize) -> usize {
-        self.lengths.iter().take(k).sum()
+    /// The chains with the coefficients at `estimate` and `input`.
+    ///
+    /// # Errors
+    /// The state (from 0) whose coefficient is 0 or not finite there, with the coefficient.
+    pub(super) fn at(
+        model: &Model,
+        lengths: &[usize],
+        estimate: &[f64],
+        input: &DVector<f64>,
+    ) -> Result<Self, (usize, f64)> {
+        let x = DVector::from_column_slice(estimate);
+        let jacobian = state_jacobian(model, 0.0, &x, input);
+        let mut shape = DVector::repeat(x.len(), 1.0);
+        let mut head = 0;
+        for length in lengths {
+            for i in head..(head + length).saturating_sub(1) {
+                let coefficient = jacobian[(i, i + 1)];
+                let next = shape[i] / coefficient;
+                if next == 0.0 || !next.is_finite() {
+                    return Err((i, coefficient));
+                }
+                shape[i + 1] = next;
+            }
+            head += length;
+        }
+        Ok(Self { model: model.clone(), lengths: lengths.to_vec(), shape })
+    }
+
+    /// Whether every coefficient is 1.
+    pub(super) fn are_pure(&self) -> bool {
+        self.shape.iter().all(|entry| *entry == 1.0)
+    }
+
+    /// The factors of the corrections.
+    pub(super) fn factors(&self) -> &DVector<f64> {
+        &self.shape
     }
 }
 
@@ -127,6 +166,10 @@ impl HighGainMap<f64> for Chains {
 
     fn drift(&self, t: f64, xi: &DVector<f64>, u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {
         self.model.derivative(t, xi, u)
+    }
+
+    fn shape(&self, _t: f64, _u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {
+        self.shape.clone()
     }
 
     fn estimate(&self, _t: f64, xi: &DVector<f64>, _u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {

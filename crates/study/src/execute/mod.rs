@@ -1,6 +1,7 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
 mod estimate;
+mod excursion;
 mod folder;
 mod log;
 mod observe;
@@ -151,7 +152,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
             return Err(error);
         }
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(warn::of_runs(study, &of));
+        results.warnings.extend(excursion::warnings(study, &of));
         save(&folder, &mut results)?;
         options.check()?;
         let alone;

@@ -74,13 +74,21 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
         // A perturbed initial state may blow up where x0 does not: then only the ranks are reported.
         if let Ok(gramian) = empirical_gramian(model, &simulation.x0, input, span, &settings) {
             report.weakest = gramian.weakest().map(|v| v.as_slice().to_vec()).unwrap_or_default();
+            let (rank, order) = (gramian.rank, gramian.scales.len());
             let _ = write!(
                 report.words,
-                "\nempirical Gramian: rank {} of {}, seen least along {}",
-                gramian.rank,
-                gramian.scales.len(),
+                "\nempirical Gramian: rank {rank} of {order}, least observable direction {}",
                 in_words(study, &report.weakest)
             );
+            // Two ranks that differ are no contradiction, but each has to be read rightly.
+            let least = lie.points.iter().map(|point| point.rank).min().unwrap_or(rank);
+            if rank < least {
+                let _ = write!(
+                    report.words,
+                    "\n  The Lie derivatives have rank {least}: every direction is observable in principle. Along this run, in the units of the initial state, {} of them leave less in the output than the Gramian's rank tolerance: expect slow or noisy estimates there, or excite the plant more.",
+                    order - rank
+                );
+            }
             report.gramian = gramian.eigenvalues;
         }
     }

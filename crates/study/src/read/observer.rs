@@ -8,7 +8,7 @@ use super::tree::Node;
 use super::{Reader, check};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
-use crate::study::{GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
+use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
@@ -52,8 +52,25 @@ fn observer(node: &Node, size: Dimensions, source: &Source, reader: &mut Reader)
         None => Some(vec![0.0; size.states]),
     };
     let kind = kind(node, kind_name, size, reader);
+    let limits = limits(node, size, reader);
     let place = source.place(check::head(node).start);
-    Some(ObserverSpec { name, initial: initial?, kind: kind?, place })
+    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, place })
+}
+
+/// `max_gain` and `noise`, which apply to gains that an inequality chooses.
+fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimits> {
+    let given = ["max_gain", "noise"].iter().find_map(|key| node.entry(key));
+    let fixed = ["poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
+    if let (Some(limit), Some(fixed)) = (given, fixed) {
+        let message = format!("`{}` beside `{}`, which determines the gain", limit.key, fixed.key);
+        reader.wrong(limit.span.clone(), message, "expected `decay_rate`, `lmi` or `fastest` with it");
+        return None;
+    }
+    let noise = match node.get("noise") {
+        Some(v) => Some(reader.weight(v, "noise", size.outputs, &format!("the plant has {} outputs", size.outputs))?),
+        None => None,
+    };
+    Some(GainLimits { max_gain: node.get("max_gain").and_then(Node::number), noise })
 }
 
 fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {

@@ -204,6 +204,10 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
             number.value.map_or_else(|| Cell::number("infinite"), |x| Cell::number(short(x))),
         ));
     }
+    if !design.noise_deviation.is_empty() {
+        let deviations = design.noise_deviation.iter().map(|x| short(*x)).collect::<Vec<_>>().join(", ");
+        facts.push(("standard deviation of the error due to noise".to_owned(), Cell::number(deviations)));
+    }
     if !design.poles.is_empty() {
         let poles = design.poles.iter().map(|pole| eigenvalue(*pole)).collect::<Vec<_>>().join(",  ");
         facts.push(("poles".to_owned(), Cell::number(poles)));

@@ -30,6 +30,16 @@ const DECAY: Key =
     optional("decay_rate", Kind::Number(Range::Positive), "Every error decays at least like exp(-decay_rate t).");
 const LMI: Key =
     optional("lmi", Kind::Switch, "true: a matrix inequality with the largest margin decides on the gain.");
+const MAX_GAIN: Key = optional(
+    "max_gain",
+    Kind::Number(Range::Positive),
+    "With decay_rate, lmi or fastest: an upper bound of the spectral norm of L.",
+);
+const NOISE: Key = optional(
+    "noise",
+    Kind::Weight,
+    "With decay_rate, lmi or fastest: intensity V of the measurement noise, p x p (sample variance times sampling period); among the gains with the rate, the one with the least noise gain is chosen.",
+);
 const KALMAN: Key = optional("kalman", Kind::Table(&NOISES), "The stationary Kalman gain for these intensities.");
 const GAIN: Key = optional("gain", Kind::Rows, "A given gain L, n x p.");
 const RHO: Key = optional(
@@ -85,7 +95,7 @@ const KINDS: &[Variant] = &[
     Variant {
         name: "luenberger",
         about: "xhat' = A xhat + B u + L (y - C xhat), for linear plants.",
-        keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q],
+        keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE],
     },
     Variant {
         name: "kalman",
@@ -103,6 +113,8 @@ const KINDS: &[Variant] = &[
             GAIN,
             RHO,
             Q,
+            MAX_GAIN,
+            NOISE,
             THETA,
             optional(
                 "gamma",
@@ -124,6 +136,8 @@ const KINDS: &[Variant] = &[
             GAIN,
             RHO,
             Q,
+            MAX_GAIN,
+            NOISE,
             THETA,
             required(
                 "gamma",
@@ -145,6 +159,8 @@ const KINDS: &[Variant] = &[
                 "Instead: the greatest rate that can be proved up to this ceiling.",
             ),
             optional("gain", Kind::Rows, "Instead: what can be proved of this gain L, n x p."),
+            MAX_GAIN,
+            NOISE,
         ],
     },
     Variant {
@@ -160,6 +176,8 @@ const KINDS: &[Variant] = &[
             REGION,
             optional("decay_rate", Kind::Number(Range::NotNegative), "The rate that is proved; 0 without it."),
             optional("gain", Kind::Rows, "Instead of a gain that is designed: what is proved of this L, n x p."),
+            MAX_GAIN,
+            NOISE,
         ],
     },
     Variant {
@@ -174,6 +192,8 @@ const KINDS: &[Variant] = &[
                 Kind::Numbers(Range::Any),
                 "Its belief about x(0) - xhat(0), n numbers; zeros without it.",
             ),
+            MAX_GAIN,
+            NOISE,
         ],
     },
     Variant {

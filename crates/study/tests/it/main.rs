@@ -1,5 +1,7 @@
 //! One test binary, a module a subject.
 
+mod gain_limits;
+mod high_gain;
 mod mistakes;
 mod plant;
 mod report_in_browser;

@@ -1,0 +1,133 @@
+//! Requirements on a gain designed by linear matrix inequality, beside the decay rate.
+//!
+//! An inequality that asks for a rate alone is often solved by gains far beyond use: they amplify noise and let the
+//! error overshoot. Two remedies, both linear in (P, Y = P L):
+//! ```text
+//! |L| <= g                [ g^2 s I  Y' ]
+//!                         [ Y        P  ] > 0,   P > s I            as L'L < L'P L/s = Y'P^-1 Y/s < g^2 I     (1)
+//!
+//! least noise gain        [ A'P + PA - YC - C'Y'   Y     ]          [ Z  I ]
+//!                         [ Y'                     -V^-1 ] < 0,     [ I  P ] > 0,    minimise trace Z         (2)
+//! ```
+//! The first inequality of (2) is `F P^-1 + P^-1 F' + L V L' < 0` for `F = A - L C`: measurement noise of intensity V
+//! leaves the error with a covariance of at most `P^-1 < Z`, at every vertex and for every motion between them. For one
+//! plant and no decay rate this bound is attained. (1) is sufficient: a gain between the bound found and g may exist
+//! where the inequality has no solution.
+//!
+//! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
+//! SIAM 1994, sections 6.3 and 7.3.
+
+use luenberger_lmi::{Expression, Problem, Settings, Variable, block, he, identity, trace};
+use nalgebra::DMatrix;
+
+use crate::check;
+use crate::error::DesignError;
+
+/// Solver, bound of the gain and noise of a design by linear matrix inequality.
+///
+/// ```
+/// use luenberger_design::{GainOptions, LinearDesign};
+/// use nalgebra::dmatrix;
+/// let plant = luenberger_plants::double_integrator().to_dynamic();
+/// let quiet = LinearDesign::lmi_with(&plant, 1.0, &GainOptions::default().noise(dmatrix![1.0]))?;
+/// let bounded = LinearDesign::lmi_with(&plant, 1.0, &GainOptions::default().max_gain(10.0))?;
+/// // Every error decays at least like exp(-t) in both; the quiet one has the least noise gain.
+/// assert!(quiet.rate == 1.0 && quiet.observer.l.norm() < 4.0);
+/// assert!(bounded.observer.l.norm() < 10.0);
+/// # Ok::<(), luenberger_design::DesignError>(())
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GainOptions {
+    /// Solver and limits.
+    pub settings: Settings,
+    /// An upper bound of the spectral norm of L, (1).
+    pub max_gain: Option<f64>,
+    /// The intensity V of the measurement noise, p x p: among the gains with the rate, the one with the least bound
+    /// `trace P^-1` of the error's variance, (2).
+    pub noise: Option<DMatrix<f64>>,
+}
+
+impl From<Settings> for GainOptions {
+    fn from(settings: Settings) -> Self {
+        Self { settings, ..Self::default() }
+    }
+}
+
+impl GainOptions {
+    /// With `|L| <= bound`.
+    #[must_use]
+    pub fn max_gain(mut self, bound: f64) -> Self {
+        self.max_gain = Some(bound);
+        self
+    }
+
+    /// With the least noise gain for measurement noise of the intensity `v`, p x p, positive definite.
+    #[must_use]
+    pub fn noise(mut self, v: DMatrix<f64>) -> Self {
+        self.noise = Some(v);
+        self
+    }
+
+    /// Whether nothing but a rate is asked for.
+    pub(crate) fn only_rate(&self) -> bool {
+        self.max_gain.is_none() && self.noise.is_none()
+    }
+
+    /// The inverse of V.
+    pub(crate) fn check(&self, outputs: usize) -> Result<Checked, DesignError> {
+        if let Some(bound) = self.max_gain {
+            check::positive("the bound of the gain", bound)?;
+        }
+        let precision = match &self.noise {
+            Some(v) => {
+                let v = check::positive_definite("V", v, outputs)?;
+                let identity = DMatrix::identity(outputs, outputs);
+                Some(check::solve_definite("V", &v, &identity)?)
+            }
+            None => None,
+        };
+        Ok(Checked { max_gain: self.max_gain, precision })
+    }
+}
+
+/// Options whose numbers have been checked, with `V^-1`.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Checked {
+    max_gain: Option<f64>,
+    precision: Option<DMatrix<f64>>,
+}
+
+impl Checked {
+    /// The constraints on P and Y alone, once in a problem.
+    pub(crate) fn constrain(&self, lmi: &mut Problem, p: &Variable, y: &Variable, n: usize, outputs: usize) {
+        if let Some(bound) = self.max_gain {
+            let s = lmi.scalar("s");
+            lmi.constrain("P > s", (p - s.identity(n)) >> 0.0);
+            let scaled = (bound * bound) * s.identity(outputs);
+            lmi.constrain("|L| < max_gain", block![[scaled, y.transpose()], [y, p]] >> 0.0);
+        }
+        if self.precision.is_some() {
+            let z = lmi.symmetric("Z", n);
+            lmi.constrain("P^-1 < Z", block![[&z, identity(n)], [identity(n), p]] >> 0.0);
+            lmi.minimise(trace(&z));
+        }
+    }
+
+    /// The bound of the covariance at one vertex, where `half` is `P A - Y C`.
+    pub(crate) fn constrain_vertex(&self, lmi: &mut Problem, name: &str, half: Expression, y: &Variable) {
+        if let Some(precision) = &self.precision {
+            let rows = block![[he(half), y], [y.transpose(), -precision]];
+            lmi.constrain(&format!("covariance, {name}"), rows << 0.0);
+        }
+    }
+
+    /// `V^-1`, if noise is considered.
+    pub(crate) fn precision(&self) -> Option<&DMatrix<f64>> {
+        self.precision.as_ref()
+    }
+
+    /// `Y V Y'`, which the noise adds to the decrease; none without noise.
+    pub(crate) fn covariance_term(&self, y: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        Some(y * self.precision.clone()?.cholesky()?.solve(&y.transpose()))
+    }
+}

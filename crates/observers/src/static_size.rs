@@ -1,0 +1,116 @@
+//! From the desk to the target: designed observers, whose sizes are known at run time, with sizes and scalar of the
+//! target.
+//!
+//! ```
+//! use luenberger_observers::{CubicObserver, Observer, StaticCubicObserver};
+//! use nalgebra::{DMatrix, Vector1, Vector2, dmatrix};
+//! let plant = luenberger_plants::double_integrator().to_dynamic();
+//! let designed = CubicObserver::of(plant, dmatrix![7.0; 10.0], dmatrix![-9.5; -11.5], DMatrix::identity(1, 1))?;
+//! let target: StaticCubicObserver<f32, 2, 1, 1> = designed.to_static()?;
+//! let slope = target.derivative(0.0, &Vector2::zeros(), &Vector1::new(0.0), &Vector1::new(2.0));
+//! assert_eq!(slope, Vector2::new(14.0 + 76.0, 20.0 + 92.0));
+//! // Other sizes than the observer has are an error.
+//! assert!(designed.to_static::<f32, 3, 1, 1>().is_err());
+//! # Ok::<(), luenberger_observers::ObserverError>(())
+//! ```
+//! Entries are rounded to the nearest number of the scalar. A certificate speaks of the gains as designed: what is true
+//! of the rounded ones is proved anew, by `deployed_linear` of the design crate for instance.
+
+use luenberger_plants::error::check_matrix;
+use nalgebra::{DMatrix, Dyn, RealField, SMatrix};
+
+use crate::cubic::{CubicObserver, StaticCubicObserver};
+use crate::cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
+use crate::discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
+use crate::error::ObserverError;
+use crate::linear::{LinearObserver, StaticLinearObserver};
+use crate::observer::SampledObserver;
+
+/// The same matrix with sizes known at compile time, over `T`.
+///
+/// # Errors
+/// [`ObserverError::Matrix`] for another shape, and for an entry beyond the range of `T`.
+fn fixed<T: RealField + Copy, const R: usize, const C: usize>(
+    what: &'static str,
+    m: &DMatrix<f64>,
+) -> Result<SMatrix<T, R, C>, ObserverError> {
+    check_matrix(what, m, (R, C))?;
+    let fixed = SMatrix::<T, R, C>::from_fn(|i, j| nalgebra::convert(m[(i, j)]));
+    check_matrix(what, &fixed, (R, C))?;
+    Ok(fixed)
+}
+
+impl LinearObserver<f64, Dyn, Dyn, Dyn> {
+    /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticLinearObserver<T, N, M, P>, ObserverError> {
+        let Self { a, b, c, l } = self;
+        LinearObserver::new(fixed("A", a)?, fixed("B", b)?, fixed("C", c)?, fixed("L", l)?)
+    }
+}
+
+impl CubicObserver<f64, Dyn, Dyn, Dyn> {
+    /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticCubicObserver<T, N, M, P>, ObserverError> {
+        let Self { a, b, c, l, n, theta } = self;
+        let (a, b, c) = (fixed("A", a)?, fixed("B", b)?, fixed("C", c)?);
+        CubicObserver::new(a, b, c, fixed("L", l)?, fixed("N", n)?, fixed("theta", theta)?)
+    }
+}
+
+impl SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
+    /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of
+    /// [`new`](Self::new) for what rounding may destroy.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticSampledCubicObserver<T, N, M, P>, ObserverError> {
+        SampledCubicObserver::new(SampledCubicGains {
+            ad: fixed("Ad", self.ad())?,
+            bd: fixed("Bd", self.bd())?,
+            c: fixed("C", self.c())?,
+            ld: fixed("Ld", self.ld())?,
+            n: fixed("N", self.n())?,
+            theta: fixed("theta", self.theta())?,
+            w: nalgebra::convert(self.w()),
+            period: nalgebra::convert(self.period()),
+        })
+    }
+}
+
+impl KalmanFilter<f64, Dyn, Dyn, Dyn> {
+    /// The same filter with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of
+    /// [`new`](Self::new) for what rounding may destroy.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticKalmanFilter<T, N, M, P>, ObserverError> {
+        let model = self.model();
+        KalmanFilter::new(KalmanModel {
+            ad: fixed("Ad", &model.ad)?,
+            bd: fixed("Bd", &model.bd)?,
+            c: fixed("C", &model.c)?,
+            w: fixed("W", &model.w)?,
+            v: fixed("V", &model.v)?,
+            p0: fixed("P(0)", &model.p0)?,
+            period: nalgebra::convert(model.period),
+        })
+    }
+}

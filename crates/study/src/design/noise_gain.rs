@@ -1,0 +1,76 @@
+//! How much measurement noise a constant gain lets into the estimate.
+//!
+//! With `F = A - L C` the error obeys `e' = F e - L v`. White noise v of intensity V leaves it with the covariance X of
+//! `F X + X F' + L V L' = 0`; the noise gain is `sqrt(trace X)` for V = I. The noise of a study is held over its period
+//! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`, `G = int_0^h exp(F s)
+//! ds L`, at the end of each period. Of several Jacobians (vertices) the largest counts.
+
+use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
+use nalgebra::{DMatrix, DVector};
+
+use super::number;
+use crate::results::NamedNumber;
+use crate::study::{NoiseSpec, Study};
+
+/// The noise gain of a design, and what it means for the noise of the study.
+#[derive(Debug, Default)]
+pub(super) struct NoiseGain {
+    norm: f64,
+    gain: f64,
+    ratio: Option<f64>,
+    /// Standard deviation of the error of each state with the noise of the simulation; empty without noise.
+    pub(super) deviation: Vec<f64>,
+}
+
+impl NoiseGain {
+    /// The noise gain of L for these pairs (A, C), of which `A - L C` is Hurwitz.
+    pub(super) fn of<'a>(
+        study: &Study,
+        pairs: impl IntoIterator<Item = (&'a DMatrix<f64>, &'a DMatrix<f64>)>,
+        l: &DMatrix<f64>,
+    ) -> Self {
+        let noise = study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref());
+        let mut worst = Self { norm: l.clone().svd(false, false).singular_values.max(), ..Self::default() };
+        let (mut fastest, mut plant) = (0.0f64, 0.0f64);
+        for (a, c) in pairs {
+            let f = a - l * c;
+            let white = lyapunov(&f.transpose(), &symmetric_part(&(l * l.transpose())));
+            worst.gain = worst.gain.max(white.map_or(f64::NAN, |x| x.p.trace().max(0.0).sqrt()));
+            if let Some(x) = noise.and_then(|noise| held(&f, l, noise)) {
+                let deviation = x.diagonal().map(|variance| variance.max(0.0).sqrt());
+                if worst.deviation.is_empty() {
+                    worst.deviation = deviation.as_slice().to_vec();
+                } else {
+                    worst.deviation.iter_mut().zip(&deviation).for_each(|(most, one)| *most = most.max(*one));
+                }
+            }
+            let modulus = |m: &DMatrix<f64>| {
+                eigenvalues(m).map_or(0.0, |values| values.iter().map(|z| z.norm()).fold(0.0, f64::max))
+            };
+            fastest = fastest.max(modulus(&f));
+            plant = plant.max(modulus(a));
+        }
+        worst.ratio = (plant > 0.0).then_some(fastest / plant);
+        worst
+    }
+
+    /// The numbers of the report.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = NamedNumber> {
+        let ratio = self.ratio.map(|ratio| number(SPEED_RATIO, ratio));
+        [number("norm of L", self.norm), number("noise gain", self.gain)].into_iter().chain(ratio)
+    }
+}
+
+/// The stationary covariance of the error with the noise of the study; none if it does not exist in floating point.
+fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, noise: &NoiseSpec) -> Option<DMatrix<f64>> {
+    let held = zero_order_hold(f, l, noise.period).ok()?;
+    // The variance of uniform noise of amplitude a is a^2/3.
+    let share = if noise.gaussian { 1.0 } else { 1.0 / 3.0 };
+    let variances = noise.amplitude.iter().map(|amplitude| share * amplitude * amplitude);
+    let s = DMatrix::from_diagonal(&DVector::from_iterator(noise.amplitude.len(), variances));
+    let q = symmetric_part(&(&held.bd * s * held.bd.transpose()));
+    stein(&held.ad.transpose(), &q).ok().map(|solution| solution.p)
+}
+
+/// The name of the ratio of the largest modulus of an observer pole to that of a plant pole.
+pub(crate) const SPEED_RATIO: &str = "fastest pole relative to the plant";
