@@ -174,7 +174,7 @@ pub(crate) fn independent_outputs(c: &DMatrix<f64>) -> Result<(), DesignError> {
 
 /// The plant's fields are public: what its constructor checked is checked again.
 pub(crate) fn plant(plant: &StateSpace) -> Result<(), DesignError> {
-    StateSpace::new(plant.a.clone(), plant.b.clone(), plant.c.clone())?;
+    plant.clone().checked()?;
     Ok(())
 }
 

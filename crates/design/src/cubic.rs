@@ -91,7 +91,7 @@ impl CubicDesign {
         };
         let n = -(p_inverse_ct * &s);
         let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate).certify()?;
-        let observer = CubicObserver::new(o.a.clone(), o.b.clone(), o.c.clone(), o.l.clone(), n, theta.clone())?;
+        let observer = CubicObserver::of(o.plant(), o.l.clone(), n, theta.clone())?;
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }
 

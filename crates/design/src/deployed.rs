@@ -32,6 +32,9 @@ pub struct DeployedLinear {
 
 /// The observer of the sampled plant `x+ = A x + B u`, `y = C x` with gain `l` (n x p), stored and run in `formats`.
 ///
+/// Of a plant with a feedthrough D the step proved here is given `y - D u` as its measurement: the target subtracts
+/// `D u` first, and what rounding does there belongs to the bounds of the measurement noise.
+///
 /// Tries a few Lyapunov matrices of the *stored* error matrix and returns the proof with the smallest ball: the
 /// solutions of `F'PF - s^2 P + s^2 Q = 0`, which contract at least by s, for s between the spectral radius of F and 1,
 /// in the units of the promised bounds of the state. Where the stored F is not stable, the P of the gain before
@@ -142,7 +145,8 @@ impl SampledCubicDesign {
         SampledPlant { a: proof_matrix(o.ad()), b: proof_matrix(o.bd()), c: proof_matrix(o.c()) }
     }
 
-    /// This observer, stored and run in `formats`: its stored N needs no structure to be proved, and no tolerance.
+    /// This observer, stored and run in `formats`: its stored N needs no structure to be proved, and no tolerance. With
+    /// a feedthrough its measurement is `y - D u`, as for [`deployed_linear`].
     ///
     /// The design's own P proves it, since N was made for that P.
     ///

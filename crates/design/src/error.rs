@@ -130,6 +130,12 @@ pub enum DesignError {
         /// The state.
         point: Vec<f64>,
     },
+    /// An output that depends on the input, for an observer whose theory excludes it.
+    #[error("{} depends on the input: this observer is for y = h(t, x)", crate::names::output(*output))]
+    Feedthrough {
+        /// Index of the output, from 0.
+        output: usize,
+    },
     /// A derivative of the plant is not finite at a point.
     #[error("{what}({row}, {column}) is {value} at the state {point:?}")]
     NotDifferentiable {

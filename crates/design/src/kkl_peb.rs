@@ -181,23 +181,26 @@ impl<O> KklPebDesign<O> {
     /// use luenberger_observers::KklPebObserver;
     /// use luenberger_observers::cascade::Cascade;
     /// use luenberger_observers::estimator::gradient::Gradient;
-    /// use luenberger_plants::{Dimensions, Plant};
+    /// use luenberger_plants::{Dimensions, Plant, Shape};
     /// use nalgebra::{DMatrix, Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};
     ///
     /// #[derive(Clone, Copy)]
     /// struct Gain;
     /// type Nothing = SVector<f64, 0>;
+    /// impl Shape for Gain {
+    ///     fn dimensions(&self) -> Dimensions {
+    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
+    ///     }
+    /// }
+    ///
     /// impl Plant<f64> for Gain {
     ///     type State = Vector2<f64>;
     ///     type Input = Vector1<f64>;
     ///     type Output = Vector1<f64>;
-    ///     fn dimensions(&self) -> Dimensions {
-    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
-    ///     }
     ///     fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &Vector1<f64>) -> Vector2<f64> {
     ///         Vector2::new(x[1] * u[0] - x[0], 0.0)
     ///     }
-    ///     fn output(&self, _t: f64, x: &Vector2<f64>) -> Vector1<f64> {
+    ///     fn output(&self, _t: f64, x: &Vector2<f64>, _u: &Self::Input) -> Vector1<f64> {
     ///         Vector1::new(x[0])
     ///     }
     /// }
@@ -383,7 +386,7 @@ where
         let x: Vec<f64> = run.x.row(row).iter().copied().collect();
         let u: Vec<f64> = run.u.row(row).iter().copied().collect();
         let (state, input) = (S::State::from_slice(&x), S::Input::from_slice(&u));
-        let (slope, output) = (plant.derivative(time, &state, &input), plant.output(time, &state));
+        let (slope, output) = (plant.derivative(time, &state, &input), plant.output(time, &state, &input));
         let (slope, output) = (slope.as_slice(), output.as_slice());
         let y = OVector::from_fn_generic(C::Outputs::from_usize(p), U1, |i, _| x[i]);
         let x2 = OVector::from_fn_generic(C::Second::from_usize(n2), U1, |i, _| x[p + i]);

@@ -3,6 +3,8 @@
 //!
 //! Every design ends with the same pair `P > 0`, `Q > 0` and `F'P + P F = -Q` for `F = A - L C` (9), so that later
 //! designs (the cubic term, robustness margins, feedback) do not depend on how L was computed.
+//!
+//! A feedthrough D has no part in it: the observer subtracts D u from y, and the error obeys the same equation.
 
 use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
@@ -187,8 +189,7 @@ impl LinearDesign {
     /// [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`] of a gain that is not Kalman's; a Q that
     /// is not symmetric and positive definite.
     pub fn lyapunov_weight(self, weight: LyapunovWeight) -> Result<Self, DesignError> {
-        let plant = StateSpace::new(self.observer.a.clone(), self.observer.b.clone(), self.observer.c.clone())?;
-        Self::with_equation(&plant, self.observer.l.clone(), self.origin, weight)
+        Self::with_equation(&self.observer.plant(), self.observer.l.clone(), self.origin, weight)
     }
 
     /// P by the Lyapunov equation of the weight, or from the covariance.

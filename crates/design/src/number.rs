@@ -12,12 +12,18 @@ pub fn coefficient(x: f64) -> String {
     if x == 1.0 { String::new() } else { shortest(x) }
 }
 
-/// `exp(-rate t)`.
+/// `exp(-rate t)`; for the rate 0, of which the strict inequality is proved, that the error tends to 0.
 ///
 /// ```
 /// use luenberger_design::number::decay;
-/// assert_eq!([decay(0.1), decay(1.0)], ["exp(-0.1 t)", "exp(-t)"]);
+/// assert_eq!([decay(0.1), decay(1.0), decay(0.0)], ["exp(-0.1 t)", "exp(-t)", "and tends to 0"]);
 /// ```
 pub fn decay(rate: f64) -> String {
-    if rate == 1.0 { "exp(-t)".to_owned() } else { format!("exp(-{} t)", shortest(rate)) }
+    if rate == 0.0 {
+        "and tends to 0".to_owned()
+    } else if rate == 1.0 {
+        "exp(-t)".to_owned()
+    } else {
+        format!("exp(-{} t)", shortest(rate))
+    }
 }

@@ -143,6 +143,10 @@ impl SampledCubicDesign {
             w,
             period: h,
         })?;
+        let observer = match &o.d {
+            Some(d) => observer.with_feedthrough(d.clone())?,
+            None => observer,
+        };
         Ok(Self { observer, poles, p, s, certificate })
     }
 

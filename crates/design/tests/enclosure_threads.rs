@@ -2,19 +2,21 @@
 
 use luenberger_design::Region;
 use luenberger_design::enclosure::{EnclosureError, enclose};
-use luenberger_plants::{Dimensions, Plant};
+use luenberger_plants::{Dimensions, Plant, Shape};
 use nalgebra::{RealField, SVector, Vector1, convert};
 
 struct Threaded;
+
+impl Shape for Threaded {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
 
 impl<T: RealField + Copy> Plant<T> for Threaded {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
         let (x, cut) = (x[0], convert::<f64, T>(0.5));
@@ -22,7 +24,7 @@ impl<T: RealField + Copy> Plant<T> for Threaded {
         Vector1::new(square.unwrap_or(x))
     }
 
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         *x
     }
 }

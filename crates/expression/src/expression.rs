@@ -104,6 +104,11 @@ impl Expression {
         affine::affine(&self.tree).map_err(|node| self.part(node))
     }
 
+    /// Whether an input occurs in it.
+    pub fn uses_inputs(&self) -> bool {
+        self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::Input(_), _)))
+    }
+
     /// Whether state `k` (from 0) occurs in it, whatever its value there.
     ///
     /// ```

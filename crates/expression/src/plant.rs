@@ -10,7 +10,7 @@
 use core::fmt;
 use std::sync::Arc;
 
-use luenberger_plants::{Dimensions, Plant, PlantError, StateSpace};
+use luenberger_plants::{Dimensions, Plant, PlantError, Shape, StateSpace};
 use nalgebra::{DMatrix, DVector, RealField, SVector};
 
 use crate::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
@@ -136,14 +136,14 @@ fn at_input(u: &[f64]) -> String {
     if u.is_empty() { String::new() } else { format!(", u = {u:?}") }
 }
 
-/// An affine plant `x' = A x + B u + f0`, `y = C x + h0`.
+/// An affine plant `x' = A x + B u + f0`, `y = C x + D u + h0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AffinePlant {
-    /// A, n x n; B, n x m; C, p x n.
+    /// A, n x n; B, n x m; C, p x n; D, p x m, where an output uses an input.
     pub linear: StateSpace,
     /// f(0, 0), n entries.
     pub f0: DVector<f64>,
-    /// h(0), p entries.
+    /// h(0, 0), p entries.
     pub h0: DVector<f64>,
 }
 
@@ -161,15 +161,14 @@ struct Rows {
     inputs: usize,
 }
 
-/// A plant `x' = f(t, x, u)`, `y = h(t, x)` whose rows are expressions. A copy shares them.
+/// A plant `x' = f(t, x, u)`, `y = h(t, x, u)` whose rows are expressions. A copy shares them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionPlant(Arc<Rows>);
 
 impl ExpressionPlant {
     /// The plant with these rows of f and h, so many inputs, and these parameters.
     ///
-    /// Rows of f may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows; rows of h all but the
-    /// inputs.
+    /// The rows of f and h may use `x1..xn`, `u1..um`, `t` and the parameters, with n the number of rows of f.
     ///
     /// # Errors
     /// [`ExpressionPlantError::Empty`], [`TooLarge`](ExpressionPlantError::TooLarge),
@@ -234,11 +233,10 @@ impl ExpressionPlant {
                 .map(|(k, one)| one.map_err(|error| ExpressionPlantError::Expression { row: row(k), error }))
                 .collect()
         };
-        let scope = |scope: Scope| -> Result<Scope, ExpressionPlantError> {
-            Ok(scope.named(state_names, input_names)?.with(parameters)?)
-        };
-        let f = parse(f, &scope(Scope::plant(states, inputs))?, Row::Derivative)?;
-        let h = parse(h, &scope(Scope::output(states))?, Row::Output)?;
+        let scope = Scope::plant(states, inputs);
+        let scope = scope.named(state_names, input_names)?.with(parameters)?;
+        let f = parse(f, &scope, Row::Derivative)?;
+        let h = parse(h, &scope, Row::Output)?;
         Ok(Self(Arc::new(Rows { f, h, inputs })))
     }
 
@@ -250,6 +248,11 @@ impl ExpressionPlant {
     /// The rows of h.
     pub fn h(&self) -> &[Expression] {
         &self.0.h
+    }
+
+    /// The first output whose expression uses an input, from 0, if there is one: then y depends on u at once.
+    pub fn feedthrough(&self) -> Option<usize> {
+        self.h().iter().position(Expression::uses_inputs)
     }
 
     /// Checks that f, h and their Jacobians are finite at a point, such as the start of a run.
@@ -277,9 +280,7 @@ impl ExpressionPlant {
         for (row, expression) in self.rows() {
             let seen = |undefined| self.undefined(row, undefined, x, u);
             expression.gradient(t, x, u).map_err(seen)?;
-            if matches!(row, Row::Derivative(_)) {
-                expression.input_gradient(t, x, u).map_err(seen)?;
-            }
+            expression.input_gradient(t, x, u).map_err(seen)?;
         }
         Ok(())
     }
@@ -323,7 +324,10 @@ impl ExpressionPlant {
         let c = gradients(self.h(), by_state, size.states);
         let values =
             |rows: &[Expression]| DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(0.0, &x, &u)));
-        let linear = StateSpace::new(a, b, c)?;
+        let mut linear = StateSpace::new(a, b, c)?;
+        if self.feedthrough().is_some() {
+            linear = linear.with_feedthrough(gradients(self.h(), by_input, size.inputs))?;
+        }
         Ok(AffinePlant { linear, f0: values(self.f()), h0: values(self.h()) })
     }
 
@@ -361,23 +365,25 @@ impl ExpressionPlant {
 
 impl luenberger_plants::ByDual for ExpressionPlant {}
 
+impl Shape for ExpressionPlant {
+    fn dimensions(&self) -> Dimensions {
+        self.size()
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        self.size()
-    }
 
     fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
         let (rows, x, u) = (&self.0.f, x.as_slice(), u.as_slice());
         DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, u)))
     }
 
-    fn output(&self, t: T, x: &DVector<T>) -> DVector<T> {
-        let (rows, x) = (&self.0.h, x.as_slice());
-        DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, &[])))
+    fn output(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        let (rows, x, u) = (&self.0.h, x.as_slice(), u.as_slice());
+        DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, u)))
     }
 }
 
@@ -406,21 +412,23 @@ impl<const N: usize, const M: usize, const P: usize> Fixed<N, M, P> {
 
 impl<const N: usize, const M: usize, const P: usize> luenberger_plants::ByDual for Fixed<N, M, P> {}
 
+impl<const N: usize, const M: usize, const P: usize> Shape for Fixed<N, M, P> {
+    fn dimensions(&self) -> Dimensions {
+        self.0.size()
+    }
+}
+
 impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<T> for Fixed<N, M, P> {
     type State = SVector<T, N>;
     type Input = SVector<T, M>;
     type Output = SVector<T, P>;
-
-    fn dimensions(&self) -> Dimensions {
-        self.0.size()
-    }
 
     fn derivative(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SVector<T, N> {
         let rows = self.0.f();
         SVector::from_fn(|k, _| rows[k].evaluate(t, x.as_slice(), u.as_slice()))
     }
 
-    fn output(&self, t: T, x: &SVector<T, N>) -> SVector<T, P> {
+    fn output(&self, t: T, x: &SVector<T, N>, _u: &Self::Input) -> SVector<T, P> {
         let rows = self.0.h();
         SVector::from_fn(|k, _| rows[k].evaluate(t, x.as_slice(), &[]))
     }

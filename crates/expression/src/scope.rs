@@ -68,7 +68,6 @@ pub(crate) enum Symbol {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reads {
     StatesAndInputs,
-    States,
     Nothing,
 }
 
@@ -87,14 +86,9 @@ pub struct Scope {
 }
 
 impl Scope {
-    /// The names of a right-hand side f: the given numbers of states and inputs, and the time.
+    /// The names of a right-hand side f or an output h: the given numbers of states and inputs, and the time.
     pub fn plant(states: usize, inputs: usize) -> Self {
         Self::of(states, inputs, Reads::StatesAndInputs)
-    }
-
-    /// The names of an output h: the states and the time. There is no direct feedthrough: `y = h(t, x)`.
-    pub fn output(states: usize) -> Self {
-        Self::of(states, 0, Reads::States)
     }
 
     /// The names of a function of time: `t`.
@@ -205,7 +199,6 @@ impl Scope {
             },
             (_, _, Some(k)) => match self.reads {
                 Reads::Nothing => unavailable("this is a function of the time t alone"),
-                Reads::States => unavailable("an output y = h(t, x) does not depend on the input"),
                 Reads::StatesAndInputs if (1..=self.inputs).contains(&k) => Ok(Symbol::Input(k - 1)),
                 Reads::StatesAndInputs => out_of_range(Family::Inputs, self.inputs),
             },

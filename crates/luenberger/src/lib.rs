@@ -70,7 +70,7 @@ pub mod prelude {
         NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ObserverError, PeboObserver, Regression,
         SampledCubicGains, SampledCubicObserver, SampledObserver,
     };
-    pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, PlantError, StateSpace};
+    pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, PlantError, Shape, StateSpace};
     pub use luenberger_proof::{ProofError, Verdict};
     pub use luenberger_sim::{
         Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, SimError, Trajectory, metrics,

@@ -1,6 +1,6 @@
 //! The cubic observer: eq. (5) of the cubic-observer paper.
 //!
-//! `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~` with the innovation `y~ = y - C xhat`, so that the error obeys
+//! `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~` with the innovation `y~ = y - C xhat - D u`, so that the error obeys
 //! `e' = (A - L C) e + (y~' theta y~) N y~` (7). Every admissible gain is `N = -P^-1 C' S` with `S + S' >= 0`; the
 //! paper's is `S = gamma theta` (14).
 //!
@@ -13,9 +13,10 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
+use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions};
 
-/// `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~`, `y~ = y - C xhat`, with N states, M inputs and P outputs.
+/// `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~`, `y~ = y - C xhat - D u`, with N states, M inputs and P outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubicObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
@@ -27,6 +28,8 @@ where
     pub b: OMatrix<T, N, M>,
     /// Output matrix, p x n.
     pub c: OMatrix<T, P, N>,
+    /// Feedthrough matrix, p x m; `None` where the output does not depend on the input.
+    pub d: Option<OMatrix<T, P, M>>,
     /// Gain of the linear part, n x p.
     pub l: OMatrix<T, N, P>,
     /// Gain of the cubic part, n x p.
@@ -43,6 +46,11 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> CubicObserver<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
+    /// The plant that is observed.
+    pub fn plant(&self) -> LinearPlant<T, N, M, P> {
+        LinearPlant { a: self.a.clone(), b: self.b.clone(), c: self.c.clone(), d: self.d.clone() }
+    }
+
     /// The gain L, n x p.
     pub fn l(&self) -> &OMatrix<T, N, P> {
         &self.l
@@ -73,15 +81,10 @@ where
         n: OMatrix<T, N, P>,
         theta: OMatrix<T, P, P>,
     ) -> Result<Self, ObserverError> {
-        let LinearPlant { a, b, c } = LinearPlant::new(a, b, c)?;
-        let (states, outputs) = (a.nrows(), c.nrows());
-        check_matrix("L", &l, (states, outputs))?;
-        check_matrix("N", &n, (states, outputs))?;
-        check_matrix("theta", &theta, (outputs, outputs))?;
-        Ok(Self { a, b, c, l, n, theta })
+        Self::of(LinearPlant::new(a, b, c)?, l, n, theta)
     }
 
-    /// The observer with these gains of `plant`.
+    /// The observer with these gains of `plant`, and with its D.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -91,7 +94,12 @@ where
         n: OMatrix<T, N, P>,
         theta: OMatrix<T, P, P>,
     ) -> Result<Self, ObserverError> {
-        Self::new(plant.a, plant.b, plant.c, l, n, theta)
+        let LinearPlant { a, b, c, d } = plant.checked()?;
+        let (states, outputs) = (a.nrows(), c.nrows());
+        check_matrix("L", &l, (states, outputs))?;
+        check_matrix("N", &n, (states, outputs))?;
+        check_matrix("theta", &theta, (outputs, outputs))?;
+        Ok(Self { a, b, c, d, l, n, theta })
     }
 }
 
@@ -114,7 +122,7 @@ where
     }
 
     fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = y - &self.c * xhat;
+        let innovation = feedthrough::without(self.d.as_ref(), u, y - &self.c * xhat);
         let cubic = &innovation * weight(&self.theta, &innovation);
         &self.a * xhat + &self.b * u + &self.l * innovation - &self.n * cubic
     }

@@ -1,6 +1,6 @@
 //! The sampled-data cubic observer: exact cubic flow, then exact linear step.
 //!
-//! With the innovation `y~ = y_k - C xhat` of one sample and a radial gain, `C N = -w I`:
+//! With the innovation `y~ = y_k - C xhat - D u` of one sample and a radial gain, `C N = -w I`:
 //!
 //! ```text
 //! r      = 1/sqrt(1 + 2 w h y~' theta y~)
@@ -22,6 +22,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::cubic::{count, entry_of_product, flow};
 use crate::error::ObserverError;
+use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
 use crate::semidefinite::failing_pivot;
 
@@ -59,6 +60,7 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     gains: SampledCubicGains<T, N, M, P>,
+    d: Option<OMatrix<T, P, M>>,
 }
 
 /// A sampled-data cubic observer whose sizes are known at compile time.
@@ -96,7 +98,7 @@ where
     /// more than rounding in the computation of N explains: sqrt(epsilon) times `|C| |N|`.
     pub fn new(gains: SampledCubicGains<T, N, M, P>) -> Result<Self, ObserverError> {
         let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = gains;
-        let LinearPlant { a: ad, b: bd, c } = LinearPlant::new(ad, bd, c)?;
+        let LinearPlant { a: ad, b: bd, c, .. } = LinearPlant::new(ad, bd, c)?;
         let (states, outputs) = (ad.nrows(), c.nrows());
         check_matrix("Ld", &ld, (states, outputs))?;
         check_matrix("N", &n, (states, outputs))?;
@@ -123,7 +125,22 @@ where
         }
         // An idle cubic part must not touch the innovation either.
         let w = if idle { T::zero() } else { w };
-        Ok(Self { gains: SampledCubicGains { ad, bd, c, ld, n, theta, w, period } })
+        Ok(Self { gains: SampledCubicGains { ad, bd, c, ld, n, theta, w, period }, d: None })
+    }
+
+    /// The same observer of a plant with the feedthrough D, p x m: `y = C x + D u`.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`]: D of another shape, entries that are not finite.
+    pub fn with_feedthrough(mut self, d: OMatrix<T, P, M>) -> Result<Self, ObserverError> {
+        let (outputs, inputs) = (self.gains.c.nrows(), self.gains.bd.ncols());
+        self.d = Some(feedthrough::checked(d, (outputs, inputs))?);
+        Ok(self)
+    }
+
+    /// Feedthrough matrix, p x m; `None` where the output does not depend on the input.
+    pub fn d(&self) -> Option<&OMatrix<T, P, M>> {
+        self.d.as_ref()
     }
 
     /// State matrix of the discretised plant, n x n.
@@ -182,7 +199,7 @@ where
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = &self.gains;
-        let innovation = y - c * &*xhat;
+        let innovation = feedthrough::without(self.d.as_ref(), u, y - c * &*xhat);
         let after = flow(theta, *w, &innovation, *period);
         let moved = &*xhat - n * after.impulse;
         *xhat = ad * moved + bd * u + ld * after.innovation;

@@ -1,11 +1,11 @@
 //! The Kalman filter of a plant in discrete time.
 //!
-//! `x+ = Ad x + Bd u + w`, `y = C x + v`, with w of covariance W (n x n) and v of covariance V (p x p), both white and
+//! `x+ = Ad x + Bd u + w`, `y = C x + D u + v`, with w of covariance W (n x n) and v of covariance V (p x p), both white and
 //! *per sample*. At a sample
 //!
 //! ```text
 //! S = C P C' + V,  K = P C' S^-1                                    innovation covariance, gain
-//! xhat <- xhat + K (y - C xhat)
+//! xhat <- xhat + K (y - C xhat - D u)
 //! P    <- (I - K C) P (I - K C)' + K V K'                           Joseph's form
 //! ```
 //!
@@ -26,6 +26,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
 
 use crate::error::ObserverError;
+use crate::feedthrough;
 use crate::kalman::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
 use crate::observer::{ObserverDimensions, SampledObserver};
 
@@ -74,7 +75,7 @@ where
 /// let (u, y) = (Vector1::new(0.0), Vector1::new(1.0));
 /// let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
 /// // The doubt was 1, that of the measurement 0.04: K = 1/1.04.
-/// let innovation = filter.update(&mut belief, &y).ok_or("S is not positive definite")?;
+/// let innovation = filter.update(&mut belief, &u, &y).ok_or("S is not positive definite")?;
 /// assert_eq!(innovation.value, Vector1::new(1.0));
 /// assert!((belief.estimate() - Vector2::new(1.0 / 1.04, 0.0)).amax() < 1e-15);
 /// // The next sample does not come: the doubt grows.
@@ -90,6 +91,7 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     model: KalmanModel<T, N, M, P>,
+    d: Option<OMatrix<T, P, M>>,
 }
 
 /// A Kalman filter whose sizes are known at compile time.
@@ -108,14 +110,29 @@ where
     /// [`ObserverError::Period`].
     pub fn new(model: KalmanModel<T, N, M, P>) -> Result<Self, ObserverError> {
         let KalmanModel { ad, bd, c, w, v, p0, period } = model;
-        let LinearPlant { a: ad, b: bd, c } = LinearPlant::new(ad, bd, c)?;
+        let LinearPlant { a: ad, b: bd, c, .. } = LinearPlant::new(ad, bd, c)?;
         if !(period.is_finite() && period > T::zero()) {
             return Err(ObserverError::Period { period: period.to_subset_unchecked() });
         }
         let w = covariance("W", w, ad.nrows(), false)?;
         let v = covariance("V", v, c.nrows(), true)?;
         let p0 = covariance("P(0)", p0, ad.nrows(), false)?;
-        Ok(Self { model: KalmanModel { ad, bd, c, w, v, p0, period } })
+        Ok(Self { model: KalmanModel { ad, bd, c, w, v, p0, period }, d: None })
+    }
+
+    /// The same observer of a plant with the feedthrough D, p x m: `y = C x + D u`.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`]: D of another shape, entries that are not finite.
+    pub fn with_feedthrough(mut self, d: OMatrix<T, P, M>) -> Result<Self, ObserverError> {
+        let (outputs, inputs) = (self.model.c.nrows(), self.model.bd.ncols());
+        self.d = Some(feedthrough::checked(d, (outputs, inputs))?);
+        Ok(self)
+    }
+
+    /// Feedthrough matrix, p x m; `None` where the output does not depend on the input.
+    pub fn d(&self) -> Option<&OMatrix<T, P, M>> {
+        self.d.as_ref()
     }
 
     /// The plant and the noise, the covariances exactly symmetric.
@@ -137,12 +154,18 @@ where
         *belief = GaussianEstimate::new(&xhat, &p);
     }
 
-    /// The belief after the measurement y (length p), and what was new in it.
+    /// The belief after the measurement y (length p) taken under the input u, and what was new in it. Without a
+    /// [feedthrough](Self::with_feedthrough) the input is not read.
     ///
     /// `None`, and the belief as it was, if the innovation covariance S is not positive definite in floating point: an
     /// overflow, a NaN, a P that has lost its definiteness.
-    pub fn update(&self, belief: &mut GaussianEstimate<T, N>, y: &OVector<T, P>) -> Option<Innovation<T, P>> {
-        self.update_partial(belief, y, |_| true)
+    pub fn update(
+        &self,
+        belief: &mut GaussianEstimate<T, N>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+    ) -> Option<Innovation<T, P>> {
+        self.update_partial(belief, u, y, |_| true)
     }
 
     /// [`update`](Self::update) with those outputs alone for which `measured` is true, for sensors of different rates;
@@ -162,18 +185,19 @@ where
     /// })?;
     /// let (u, y) = (SVector::zeros(), Vector2::new(2.0, f64::NAN));
     /// let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
-    /// assert!(filter.update_partial(&mut belief, &y, |output| output == 0).is_some());
+    /// assert!(filter.update_partial(&mut belief, &u, &y, |output| output == 0).is_some());
     /// assert_eq!(belief.estimate(), Vector2::new(0.5, 0.0));
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     pub fn update_partial(
         &self,
         belief: &mut GaussianEstimate<T, N>,
+        u: &OVector<T, M>,
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
         let KalmanModel { c, v, .. } = &self.model;
-        let innovation = y - c * belief.estimate();
+        let innovation = feedthrough::without(self.d.as_ref(), u, y - c * belief.estimate());
         correct::<T, N, M, P>(belief, c.clone(), innovation, v.clone(), measured)
     }
 }
@@ -199,7 +223,7 @@ where
     /// Update and prediction. A sample without a gain, where [`update`](KalmanFilter::update) is `None`, is passed
     /// over.
     fn step(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(state, y);
+        self.update(state, u, y);
         self.predict(state, u);
     }
 

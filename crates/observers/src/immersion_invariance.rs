@@ -149,6 +149,8 @@ where
 
 /// The observer (18), (19) of the plant `S` with the maps `I`; see the [module](self).
 ///
+/// The output must not depend on the input: the rate of y would have that of u in it, which nobody knows.
+///
 /// For Van der Pol's oscillator, `x2' = mu (1 - y^2) x2 - y`, with `phi = x2` and `beta = chi + k y`: the error obeys
 /// `e' = (mu (1 - y^2) - k) e`. Only the maps are written down.
 /// ```
@@ -191,7 +193,7 @@ where
 /// let plant = VanDerPol { mu: 1.0 };
 /// let observer = ImmersionInvarianceObserver::new(plant, Shifted);
 /// let (x, e, u) = (Vector2::new(2.0, 0.5), 0.25, SVector::<f64, 0>::zeros());
-/// let y = plant.output(0.0, &x);
+/// let y = plant.output(0.0, &x, &u);
 /// let chi = observer.initial(0.0, &Vector1::new(x[1] + e), &u, &y);
 /// // chi' + 3 y' - x2' = (1 - 4 - 3) e.
 /// let rate = plant.derivative(0.0, &x, &u);
@@ -265,7 +267,7 @@ where
     fn derivative(&self, t: T, chi: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
         let xhat = self.map.left_inverse(&self.map.beta(y, chi), y);
         let f = self.plant.derivative(t, &xhat, u);
-        let output_rate = self.plant.output_directional(t, &xhat, &f).1;
+        let output_rate = self.plant.output_directional(t, &xhat, u, &f).1;
         let still = OVector::zeros_generic(chi.shape_generic().0, U1);
         let mut wanted = self.map.phi_directional(&xhat, &f) - self.map.beta_directional(y, chi, &output_rate, &still);
         if let Some(rho) = self.map.rho(y, chi, u) {

@@ -1,11 +1,11 @@
 //! The continuous-discrete extended Kalman filter: plant in continuous time, measurements in samples.
 //!
-//! `x' = f(x, u) + w`, `y_k = h(x(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of
-//! covariance V (p x p). At a sample, with `H = Dh(xhat)`:
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of
+//! covariance V (p x p). At a sample, with `H = Dh(xhat, u)`:
 //!
 //! ```text
 //! S = H P H' + V,  K = P H' S^-1                                    innovation covariance, gain
-//! xhat <- xhat + K (y - h(xhat))
+//! xhat <- xhat + K (y - h(xhat, u))
 //! P    <- (I - K H) P (I - K H)' + K V K'                           Joseph's form
 //! ```
 //!
@@ -178,14 +178,14 @@ where
         &self.noises
     }
 
-    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat)` of a sample at time t has by this belief, p x
-    /// p.
-    pub fn innovation_covariance(&self, t: T, belief: &GaussianEstimate<T, N>) -> OMatrix<T, P, P>
+    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat, u)` of a sample at time t has by this belief,
+    /// p x p.
+    pub fn innovation_covariance(&self, t: T, belief: &GaussianEstimate<T, N>, u: &OVector<T, M>) -> OMatrix<T, P, P>
     where
         N: DimAdd<U1>,
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
-        let c = self.plant.output_jacobian(t, &belief.estimate());
+        let c = self.plant.output_jacobian(t, &belief.estimate(), u);
         &c * belief.covariance() * c.transpose() + &self.noises.v
     }
 
@@ -237,7 +237,7 @@ where
     /// // The first sample comes at 0.13, the time of the next is still 0.2.
     /// filter.predict(0.0, &mut belief, &u, 0.13);
     /// assert!((belief.estimate()[0] - 0.13).abs() < 1e-15);
-    /// assert!(filter.update(0.13, &mut belief, &y).is_some());
+    /// assert!(filter.update(0.13, &mut belief, &u, &y).is_some());
     /// filter.predict(0.13, &mut belief, &u, 0.07);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
@@ -250,12 +250,18 @@ where
         *belief = GaussianEstimate::new(&xhat, &p);
     }
 
-    /// The belief after the measurement y (length p) at time t, and what was new in it.
+    /// The belief after the measurement y (length p) at time t under the input u, and what was new in it.
     ///
     /// `None`, and the belief as it was, if the innovation covariance S is not positive definite in floating point: an
     /// overflow, a NaN, a P that has lost its definiteness.
-    pub fn update(&self, t: T, belief: &mut GaussianEstimate<T, N>, y: &OVector<T, P>) -> Option<Innovation<T, P>> {
-        self.update_partial(t, belief, y, |_| true)
+    pub fn update(
+        &self,
+        t: T,
+        belief: &mut GaussianEstimate<T, N>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+    ) -> Option<Innovation<T, P>> {
+        self.update_partial(t, belief, u, y, |_| true)
     }
 
     /// [`update`](Self::update) with those outputs alone for which `measured` is true, for sensors of different rates;
@@ -264,12 +270,13 @@ where
         &self,
         t: T,
         belief: &mut GaussianEstimate<T, N>,
+        u: &OVector<T, M>,
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
         let xhat = belief.estimate();
-        let h = self.plant.output_jacobian(t, &xhat);
-        let innovation = y - self.plant.output(t, &xhat);
+        let h = self.plant.output_jacobian(t, &xhat, u);
+        let innovation = y - self.plant.output(t, &xhat, u);
         correct::<T, N, M, P>(belief, h, innovation, self.noises.v.clone(), measured)
     }
 }
@@ -301,7 +308,7 @@ where
     /// Update and prediction. A sample without a gain, where [`update`](ExtendedKalmanFilter::update) is `None`, is
     /// passed over.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(t, state, y);
+        self.update(t, state, u, y);
         self.predict(t, state, u, self.h);
     }
 
@@ -320,7 +327,7 @@ pub struct Innovation<T: RealField + Copy, P: Dim>
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {
-    /// The innovation `y~ = y - h(xhat)` before the update, length p; zero for an output that was not measured.
+    /// The innovation `y~ = y - h(xhat, u)` before the update, length p; zero for an output that was not measured.
     pub value: OVector<T, P>,
     /// Its covariance `S = H P H' + V`, p x p; the row and column of an output that was not measured are those of I.
     pub covariance: OMatrix<T, P, P>,

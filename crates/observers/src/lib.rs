@@ -40,6 +40,7 @@ pub mod diagnosis;
 pub mod discrete_kalman;
 pub mod error;
 pub mod estimator;
+mod feedthrough;
 pub mod filters;
 pub mod high_gain;
 pub mod immersion_invariance;

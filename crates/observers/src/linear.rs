@@ -1,4 +1,4 @@
-//! Luenberger's observer `xhat' = (A - L C) xhat + B u + L y`: eq. (2) of the cubic-observer paper.
+//! Luenberger's observer `xhat' = (A - L C) xhat + B u + L (y - D u)`: eq. (2) of the cubic-observer paper, where D = 0.
 //!
 //! Its error obeys `e' = (A - L C) e`, whatever the input.
 
@@ -7,9 +7,10 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
+use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions};
 
-/// `xhat' = A xhat + B u + L (y - C xhat)` with N states, M inputs and P outputs.
+/// `xhat' = A xhat + B u + L (y - C xhat - D u)` with N states, M inputs and P outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
@@ -21,6 +22,8 @@ where
     pub b: OMatrix<T, N, M>,
     /// Output matrix, p x n.
     pub c: OMatrix<T, P, N>,
+    /// Feedthrough matrix, p x m; `None` where the output does not depend on the input.
+    pub d: Option<OMatrix<T, P, M>>,
     /// Observer gain, n x p.
     pub l: OMatrix<T, N, P>,
 }
@@ -33,6 +36,11 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> LinearObserver<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
+    /// The plant that is observed.
+    pub fn plant(&self) -> LinearPlant<T, N, M, P> {
+        LinearPlant { a: self.a.clone(), b: self.b.clone(), c: self.c.clone(), d: self.d.clone() }
+    }
+
     /// The gain L, n x p.
     pub fn l(&self) -> &OMatrix<T, N, P> {
         &self.l
@@ -60,14 +68,14 @@ where
         Self::of(LinearPlant::new(a, b, c)?, l)
     }
 
-    /// The observer with gain L (n x p) of `plant`.
+    /// The observer with gain L (n x p) of `plant`, and with its D.
     ///
     /// # Errors
     /// [`ObserverError::Matrix`]: L of another shape, entries that are not finite.
     pub fn of(plant: LinearPlant<T, N, M, P>, l: OMatrix<T, N, P>) -> Result<Self, ObserverError> {
-        let LinearPlant { a, b, c } = LinearPlant::new(plant.a, plant.b, plant.c)?;
+        let LinearPlant { a, b, c, d } = plant.checked()?;
         check_matrix("L", &l, (a.nrows(), c.nrows()))?;
-        Ok(Self { a, b, c, l })
+        Ok(Self { a, b, c, d, l })
     }
 }
 
@@ -90,7 +98,7 @@ where
     }
 
     fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = y - &self.c * xhat;
+        let innovation = feedthrough::without(self.d.as_ref(), u, y - &self.c * xhat);
         &self.a * xhat + &self.b * u + &self.l * innovation
     }
 

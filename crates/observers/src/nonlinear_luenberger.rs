@@ -1,4 +1,4 @@
-//! The copy of a nonlinear plant, corrected by a constant gain: `xhat' = f(t, xhat, u) + L (y - h(t, xhat))`.
+//! The copy of a nonlinear plant, corrected by a constant gain: `xhat' = f(t, xhat, u) + L (y - h(t, xhat, u))`.
 //!
 //! The run-time form of Thau's, Rajamani's and the LPV (mean value theorem) designs: they differ in how L is found and
 //! in what is then proved, not in what runs. Its error obeys `e' = (Fbar - L Hbar) e` with the mean Jacobians of f and
@@ -16,7 +16,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
 
-/// `xhat' = f(t, xhat, u) + L (y - h(t, xhat))` for a plant `S` with N states, M inputs and P outputs.
+/// `xhat' = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` with N states, M inputs and P outputs.
 ///
 /// Fields are read through methods, because the constructor has checked them.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ where
     /// let observer = NonlinearLuenbergerObserver::new(Chaotic, l)?;
     /// let (x, u) = (Vector3::new(-2.0, -1.0, -1.0), SVector::zeros());
     /// // On the plant's own state it is the plant.
-    /// let y = Chaotic.output(0.0, &x);
+    /// let y = Chaotic.output(0.0, &x, &u);
     /// assert_eq!(observer.derivative(0.0, &x, &u, &y), Chaotic.derivative(0.0, &x, &u));
     /// # Ok::<(), ObserverError>(())
     /// ```
@@ -87,7 +87,7 @@ where
     }
 
     fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = y - self.plant.output(t, xhat);
+        let innovation = y - self.plant.output(t, xhat, u);
         self.plant.derivative(t, xhat, u) + &self.l * innovation
     }
 

@@ -17,6 +17,7 @@
 //! of the rounded ones is proved anew, by `deployed_linear` of the design crate for instance.
 
 use luenberger_plants::error::check_matrix;
+use luenberger_plants::{StateSpace, StaticPlant};
 use nalgebra::{DMatrix, Dyn, RealField, SMatrix};
 
 use crate::cubic::{CubicObserver, StaticCubicObserver};
@@ -40,6 +41,18 @@ fn fixed<T: RealField + Copy, const R: usize, const C: usize>(
     Ok(fixed)
 }
 
+/// The same plant with sizes known at compile time, over `T`.
+fn fixed_plant<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+    plant: StateSpace,
+) -> Result<StaticPlant<T, N, M, P>, ObserverError> {
+    let StateSpace { a, b, c, d } = plant;
+    let plant = StaticPlant::new(fixed("A", &a)?, fixed("B", &b)?, fixed("C", &c)?)?;
+    Ok(match d {
+        Some(d) => plant.with_feedthrough(fixed("D", &d)?)?,
+        None => plant,
+    })
+}
+
 impl LinearObserver<f64, Dyn, Dyn, Dyn> {
     /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
     /// [module](crate::static_size).
@@ -49,8 +62,7 @@ impl LinearObserver<f64, Dyn, Dyn, Dyn> {
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
         &self,
     ) -> Result<StaticLinearObserver<T, N, M, P>, ObserverError> {
-        let Self { a, b, c, l } = self;
-        LinearObserver::new(fixed("A", a)?, fixed("B", b)?, fixed("C", c)?, fixed("L", l)?)
+        LinearObserver::of(fixed_plant(self.plant())?, fixed("L", &self.l)?)
     }
 }
 
@@ -63,9 +75,8 @@ impl CubicObserver<f64, Dyn, Dyn, Dyn> {
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
         &self,
     ) -> Result<StaticCubicObserver<T, N, M, P>, ObserverError> {
-        let Self { a, b, c, l, n, theta } = self;
-        let (a, b, c) = (fixed("A", a)?, fixed("B", b)?, fixed("C", c)?);
-        CubicObserver::new(a, b, c, fixed("L", l)?, fixed("N", n)?, fixed("theta", theta)?)
+        let Self { l, n, theta, .. } = self;
+        CubicObserver::of(fixed_plant(self.plant())?, fixed("L", l)?, fixed("N", n)?, fixed("theta", theta)?)
     }
 }
 
@@ -79,7 +90,7 @@ impl SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
         &self,
     ) -> Result<StaticSampledCubicObserver<T, N, M, P>, ObserverError> {
-        SampledCubicObserver::new(SampledCubicGains {
+        let observer = SampledCubicObserver::new(SampledCubicGains {
             ad: fixed("Ad", self.ad())?,
             bd: fixed("Bd", self.bd())?,
             c: fixed("C", self.c())?,
@@ -88,7 +99,11 @@ impl SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
             theta: fixed("theta", self.theta())?,
             w: nalgebra::convert(self.w()),
             period: nalgebra::convert(self.period()),
-        })
+        })?;
+        match self.d() {
+            Some(d) => observer.with_feedthrough(fixed("D", d)?),
+            None => Ok(observer),
+        }
     }
 }
 
@@ -103,7 +118,7 @@ impl KalmanFilter<f64, Dyn, Dyn, Dyn> {
         &self,
     ) -> Result<StaticKalmanFilter<T, N, M, P>, ObserverError> {
         let model = self.model();
-        KalmanFilter::new(KalmanModel {
+        let filter = KalmanFilter::new(KalmanModel {
             ad: fixed("Ad", &model.ad)?,
             bd: fixed("Bd", &model.bd)?,
             c: fixed("C", &model.c)?,
@@ -111,6 +126,10 @@ impl KalmanFilter<f64, Dyn, Dyn, Dyn> {
             v: fixed("V", &model.v)?,
             p0: fixed("P(0)", &model.p0)?,
             period: nalgebra::convert(model.period),
-        })
+        })?;
+        match self.d() {
+            Some(d) => filter.with_feedthrough(fixed("D", d)?),
+            None => Ok(filter),
+        }
     }
 }

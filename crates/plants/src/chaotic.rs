@@ -2,7 +2,7 @@
 
 use nalgebra::{RealField, SVector, Vector2, Vector3, convert};
 
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// `x1' = ln(0.1 + exp(x2 - x1))`, `x2' = x1 x3`, `x3' = 0.2 - x1 x2`, `y = (x1, x2)`: eq. (22); no input.
 ///
@@ -22,14 +22,16 @@ pub struct Chaotic;
 
 impl crate::jacobian::ByDual for Chaotic {}
 
+impl Shape for Chaotic {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 3, inputs: 0, outputs: 2 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Chaotic {
     type State = Vector3<T>;
     type Input = SVector<T, 0>;
     type Output = Vector2<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 0, outputs: 2 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector3<T>, _u: &SVector<T, 0>) -> Vector3<T> {
         let (tenth, fifth): (T, T) = (convert(0.1), convert(0.2));
@@ -39,7 +41,7 @@ impl<T: RealField + Copy> Plant<T> for Chaotic {
         Vector3::new(first, x[0] * x[2], fifth - x[0] * x[1])
     }
 
-    fn output(&self, _t: T, x: &Vector3<T>) -> Vector2<T> {
+    fn output(&self, _t: T, x: &Vector3<T>, _u: &Self::Input) -> Vector2<T> {
         Vector2::new(x[0], x[1])
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{RealField, SVector};
 
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// The plant of two closures; see [`from_fn`].
 #[derive(Clone, Copy, Debug)]
@@ -11,18 +11,18 @@ pub struct FromFn<F, H, const N: usize, const M: usize, const P: usize> {
     h: H,
 }
 
-/// The plant `x' = f(t, x, u)`, `y = h(t, x)` of two closures, with N states, M inputs and P outputs.
+/// The plant `x' = f(t, x, u)`, `y = h(t, x, u)` of two closures, with N states, M inputs and P outputs.
 ///
 /// For a simulation or an observer without derivatives. A closure is of one scalar type, so that dual numbers do not
 /// apply: a plant whose Jacobians are asked for is a type of its own; see [`Plant`] and [`ByDual`](crate::ByDual).
 ///
 /// ```
-/// use luenberger_plants::{Plant, from_fn};
+/// use luenberger_plants::{Plant, Shape, from_fn};
 /// use nalgebra::{Vector1, Vector2};
 /// // A pendulum with a torque, its angle measured.
 /// let pendulum = from_fn(
 ///     |_t, x: &Vector2<f64>, u: &Vector1<f64>| Vector2::new(x[1], u[0] - x[0].sin()),
-///     |_t, x: &Vector2<f64>| Vector1::new(x[0]),
+///     |_t, x: &Vector2<f64>, _u: &Vector1<f64>| Vector1::new(x[0]),
 /// );
 /// assert_eq!(pendulum.derivative(0.0, &Vector2::new(0.0, 1.0), &Vector1::new(0.5)), Vector2::new(1.0, 0.5));
 /// assert_eq!(pendulum.dimensions().inputs, 1);
@@ -31,30 +31,32 @@ pub fn from_fn<T, F, H, const N: usize, const M: usize, const P: usize>(f: F, h:
 where
     T: RealField + Copy,
     F: Fn(T, &SVector<T, N>, &SVector<T, M>) -> SVector<T, N>,
-    H: Fn(T, &SVector<T, N>) -> SVector<T, P>,
+    H: Fn(T, &SVector<T, N>, &SVector<T, M>) -> SVector<T, P>,
 {
     FromFn { f, h }
+}
+
+impl<F, H, const N: usize, const M: usize, const P: usize> Shape for FromFn<F, H, N, M, P> {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: N, inputs: M, outputs: P }
+    }
 }
 
 impl<T, F, H, const N: usize, const M: usize, const P: usize> Plant<T> for FromFn<F, H, N, M, P>
 where
     T: RealField + Copy,
     F: Fn(T, &SVector<T, N>, &SVector<T, M>) -> SVector<T, N>,
-    H: Fn(T, &SVector<T, N>) -> SVector<T, P>,
+    H: Fn(T, &SVector<T, N>, &SVector<T, M>) -> SVector<T, P>,
 {
     type State = SVector<T, N>;
     type Input = SVector<T, M>;
     type Output = SVector<T, P>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: N, inputs: M, outputs: P }
-    }
-
     fn derivative(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::State {
         (self.f)(t, x, u)
     }
 
-    fn output(&self, t: T, x: &Self::State) -> Self::Output {
-        (self.h)(t, x)
+    fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output {
+        (self.h)(t, x, u)
     }
 }

@@ -1,4 +1,4 @@
-//! A plant in other linear coordinates: `x = T z`, hence `z' = T^-1 f(t, T z, u)`, `y = h(t, T z)`.
+//! A plant in other linear coordinates: `x = T z`, hence `z' = T^-1 f(t, T z, u)`, `y = h(t, T z, u)`.
 //!
 //! Derivatives are those of the plant inside, by dual numbers or by hand, along `T v`: Jacobians come out in the new
 //! coordinates, `T^-1 Df T` and `Dh T`.
@@ -12,7 +12,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 use crate::column::Column;
 use crate::error::{PlantError, check_matrix};
 use crate::jacobian::Differentiable;
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 use crate::size::Size;
 
 /// The plant `S` in the coordinates z, `x = T z`.
@@ -61,13 +61,17 @@ where
         Ok(Self { plant, matrix: t, inverse, measured_first: false })
     }
 
-    /// As [`new`](Self::new), of a plant whose outputs *are* the first coordinates: `h(T z) = (z_1, .., z_p)` up to
+    /// As [`new`](Self::new), of a plant whose outputs *are* the first coordinates: `h(T z, u) = (z_1, .., z_p)` up to
     /// rounding, which is what [`output`](Plant::output) then returns, exactly.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`PlantError::OutputNotCoordinate`] when h(T z) differs by more than the rounding of
-    /// T and of its inverse (tested at two points).
-    pub fn measured_first(plant: S, t: OMatrix<T, N, N>) -> Result<Self, PlantError> {
+    /// As [`new`](Self::new), and [`PlantError::OutputNotCoordinate`] when h(T z, u) differs by more than the rounding of
+    /// T and of its inverse (tested at two states and inputs).
+    pub fn measured_first<M: Dim>(plant: S, t: OMatrix<T, N, N>) -> Result<Self, PlantError>
+    where
+        S: Plant<T, Input = OVector<T, M>>,
+        DefaultAllocator: Allocator<M>,
+    {
         let new = Self::new(plant, t)?;
         let size = new.plant.dimensions();
         let condition = new.condition();
@@ -75,7 +79,10 @@ where
             let z = OVector::from_fn_generic(new.matrix.shape_generic().0, U1, |i, _| {
                 convert::<f64, T>(scale * (i as f64 + 1.0))
             });
-            let y = new.plant.output(T::zero(), &(&new.matrix * &z));
+            let u = OVector::from_fn_generic(M::from_usize(size.inputs), U1, |j, _| {
+                convert::<f64, T>(scale * (j as f64 + 0.5))
+            });
+            let y = new.plant.output(T::zero(), &(&new.matrix * &z), &u);
             let allowed = T::default_epsilon() * convert(16.0 * size.states as f64) * condition * z.norm();
             for (output, &found) in y.as_slice().iter().enumerate() {
                 let expected = z.get(output).copied();
@@ -112,6 +119,15 @@ where
     }
 }
 
+impl<T: RealField + Copy, S: Shape, N: Dim> Shape for InCoordinates<S, T, N>
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    fn dimensions(&self) -> Dimensions {
+        self.plant.dimensions()
+    }
+}
+
 impl<T: RealField + Copy, S, N: Dim> Plant<T> for InCoordinates<S, T, N>
 where
     S: Plant<T, State = OVector<T, N>>,
@@ -121,22 +137,18 @@ where
     type Input = S::Input;
     type Output = S::Output;
 
-    fn dimensions(&self) -> Dimensions {
-        self.plant.dimensions()
-    }
-
     fn derivative(&self, t: T, z: &Self::State, u: &Self::Input) -> Self::State {
         &self.inverse * self.plant.derivative(t, &(&self.matrix * z), u)
     }
 
-    fn output(&self, t: T, z: &Self::State) -> Self::Output {
+    fn output(&self, t: T, z: &Self::State, u: &Self::Input) -> Self::Output {
         if self.measured_first {
             let outputs = self.plant.dimensions().outputs;
             if let Some(y) = z.as_slice().get(..outputs).and_then(S::Output::try_from_slice) {
                 return y;
             }
         }
-        self.plant.output(t, &(&self.matrix * z))
+        self.plant.output(t, &(&self.matrix * z), u)
     }
 }
 
@@ -160,7 +172,13 @@ where
         (&self.inverse * slope, &self.inverse * along)
     }
 
-    fn output_directional(&self, t: T, z: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>) {
+    fn output_directional(
+        &self,
+        t: T,
+        z: &OVector<T, N>,
+        u: &OVector<T, M>,
+        v: &OVector<T, N>,
+    ) -> (OVector<T, P>, OVector<T, P>) {
         if self.measured_first {
             let size = self.plant.dimensions();
             if let (Some(y), Some(along)) = (
@@ -170,6 +188,6 @@ where
                 return (y, along);
             }
         }
-        self.plant.output_directional(t, &(&self.matrix * z), &(&self.matrix * v))
+        self.plant.output_directional(t, &(&self.matrix * z), u, &(&self.matrix * v))
     }
 }

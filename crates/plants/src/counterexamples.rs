@@ -18,11 +18,11 @@
 use nalgebra::{Matrix1, Matrix2, RealField, RowVector2, SMatrix, SVector, Vector1, convert};
 
 use crate::linear::{LinearPlant, StaticPlant};
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// `x' = u`, `y = x`: the measured state itself is missed.
 pub fn integrator() -> StaticPlant<f64, 1, 1, 1> {
-    LinearPlant { a: Matrix1::new(0.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0) }
+    LinearPlant { a: Matrix1::new(0.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0), d: None }
 }
 
 /// `x1' = x2`, `x2' = x2/2`, `y = x1`: observable, with poles at 0 and 1/2.
@@ -37,7 +37,7 @@ pub fn stable() -> StaticPlant<f64, 2, 0, 1> {
 }
 
 fn measured_first(a: Matrix2<f64>) -> StaticPlant<f64, 2, 0, 1> {
-    LinearPlant { a, b: SMatrix::zeros(), c: RowVector2::new(1.0, 0.0) }
+    LinearPlant { a, b: SMatrix::zeros(), c: RowVector2::new(1.0, 0.0), d: None }
 }
 
 /// `x' = x - x^3`, `y = x`: every solution that does not start at 0 goes to 1 or to -1.
@@ -67,21 +67,23 @@ macro_rules! measured {
     ($plant:ident, $x:ident, $slope:expr) => {
         impl crate::jacobian::ByDual for $plant {}
 
+        impl Shape for $plant {
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: 1, inputs: 0, outputs: 1 }
+            }
+        }
+
         impl<T: RealField + Copy> Plant<T> for $plant {
             type State = Vector1<T>;
             type Input = SVector<T, 0>;
             type Output = Vector1<T>;
-
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 1, inputs: 0, outputs: 1 }
-            }
 
             fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
                 let $x = x[0];
                 Vector1::new($slope)
             }
 
-            fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+            fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
                 *x
             }
         }

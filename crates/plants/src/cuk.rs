@@ -16,7 +16,7 @@
 use nalgebra::{RealField, Vector1, Vector2, Vector4, convert};
 
 use crate::error::PlantError;
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// The converter: parameters in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,14 +147,16 @@ impl CukConverter {
     }
 }
 
+impl Shape for CukConverter {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 4, inputs: 1, outputs: 2 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for CukConverter {
     type State = Vector4<T>;
     type Input = Vector1<T>;
     type Output = Vector2<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 4, inputs: 1, outputs: 2 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector4<T>, u: &Vector1<T>) -> Vector4<T> {
         let number = |value: f64| convert::<f64, T>(value);
@@ -168,7 +170,7 @@ impl<T: RealField + Copy> Plant<T> for CukConverter {
         )
     }
 
-    fn output(&self, _t: T, x: &Vector4<T>) -> Vector2<T> {
+    fn output(&self, _t: T, x: &Vector4<T>, _u: &Self::Input) -> Vector2<T> {
         Vector2::new(x[1], x[2])
     }
 }
@@ -185,7 +187,7 @@ impl<T: RealField + Copy> crate::jacobian::Differentiable<T, nalgebra::U4, nalge
         (self.derivative(t, x, u), self.derivative(t, v, u) - self.derivative(t, &Vector4::zeros(), u))
     }
 
-    fn output_directional(&self, t: T, x: &Vector4<T>, v: &Vector4<T>) -> (Vector2<T>, Vector2<T>) {
-        (self.output(t, x), self.output(t, v))
+    fn output_directional(&self, t: T, x: &Vector4<T>, u: &Vector1<T>, v: &Vector4<T>) -> (Vector2<T>, Vector2<T>) {
+        (self.output(t, x, u), self.output(t, v, u))
     }
 }

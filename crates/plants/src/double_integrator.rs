@@ -15,5 +15,10 @@ use crate::linear::{LinearPlant, StaticPlant};
 ///
 /// Source: M. M. Share Pasand, Luenberger-type cubic observers for state estimation of linear systems, Example 1.
 pub fn double_integrator() -> StaticPlant<f64, 2, 1, 1> {
-    LinearPlant { a: Matrix2::new(0.0, 1.0, 0.0, 0.0), b: Vector2::new(0.0, 1.0), c: RowVector2::new(1.0, 0.0) }
+    LinearPlant {
+        a: Matrix2::new(0.0, 1.0, 0.0, 0.0),
+        b: Vector2::new(0.0, 1.0),
+        c: RowVector2::new(1.0, 0.0),
+        d: None,
+    }
 }

@@ -5,7 +5,7 @@
 
 use nalgebra::{RealField, SVector, Vector2, convert};
 
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// `x11' = -x11 + x3 + u'x4`, `x12' = -2 x12 + x2`, `x2' = -x2 + sin x12`, `x3' = -3 x3 + x2 x11`, `x4' = -u x11/2`,
 /// `y = (x11, x12)`.
@@ -25,14 +25,16 @@ pub struct DrivenCascade;
 
 impl crate::jacobian::ByDual for DrivenCascade {}
 
+impl Shape for DrivenCascade {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 6, inputs: 2, outputs: 2 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for DrivenCascade {
     type State = SVector<T, 6>;
     type Input = Vector2<T>;
     type Output = Vector2<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 6, inputs: 2, outputs: 2 }
-    }
 
     fn derivative(&self, _t: T, x: &SVector<T, 6>, u: &Vector2<T>) -> SVector<T, 6> {
         let [half, two, three] = [0.5, 2.0, 3.0].map(convert::<f64, T>);
@@ -42,7 +44,7 @@ impl<T: RealField + Copy> Plant<T> for DrivenCascade {
         SVector::from([x3 - x11 + u.dot(&x4), x2 - two * x12, x12.sin() - x2, x2 * x11 - three * x3, rate[0], rate[1]])
     }
 
-    fn output(&self, _t: T, x: &SVector<T, 6>) -> Vector2<T> {
+    fn output(&self, _t: T, x: &SVector<T, 6>, _u: &Self::Input) -> Vector2<T> {
         Vector2::new(x[0], x[1])
     }
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::{RealField, Vector1, Vector3};
 
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// `x1' = -x1^3 + exp(x3)`, `x2' = -x2 + x1^2 + sin x1`, `x3' = 1/(x1^2 + 1) + x1 u`, `y = x1`: eq. (31).
 ///
@@ -22,14 +22,16 @@ pub struct ExponentialCascade;
 
 impl crate::jacobian::ByDual for ExponentialCascade {}
 
+impl Shape for ExponentialCascade {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 3, inputs: 1, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for ExponentialCascade {
     type State = Vector3<T>;
     type Input = Vector1<T>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 1, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector3<T>, u: &Vector1<T>) -> Vector3<T> {
         let square = x[0] * x[0];
@@ -40,7 +42,7 @@ impl<T: RealField + Copy> Plant<T> for ExponentialCascade {
         )
     }
 
-    fn output(&self, _t: T, x: &Vector3<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector3<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }

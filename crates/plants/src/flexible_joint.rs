@@ -17,7 +17,7 @@
 
 use nalgebra::{Matrix4, RealField, SVector, Vector1, Vector4, convert};
 
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// The flexible joint with the first P states measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,7 @@ pub fn classical() -> FlexibleJoint<2> {
 /// use nalgebra::Vector4;
 /// let plant = flexible_joint::corrected();
 /// assert_eq!(plant.linear_part(), flexible_joint::classical().linear_part());
-/// assert_eq!(Plant::<f64>::dimensions(&plant).outputs, 3);
+/// assert_eq!(plant.dimensions().outputs, 3);
 /// ```
 pub fn corrected() -> FlexibleJoint<3> {
     FlexibleJoint { a44: 0.0 }
@@ -74,14 +74,16 @@ impl<const P: usize> FlexibleJoint<P> {
 
 impl<const P: usize> crate::jacobian::ByDual for FlexibleJoint<P> {}
 
+impl<const P: usize> Shape for FlexibleJoint<P> {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 4, inputs: 1, outputs: P }
+    }
+}
+
 impl<T: RealField + Copy, const P: usize> Plant<T> for FlexibleJoint<P> {
     type State = Vector4<T>;
     type Input = Vector1<T>;
     type Output = SVector<T, P>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 4, inputs: 1, outputs: P }
-    }
 
     fn derivative(&self, _t: T, x: &Vector4<T>, u: &Vector1<T>) -> Vector4<T> {
         let number = |value: f64| convert::<f64, T>(value);
@@ -91,7 +93,7 @@ impl<T: RealField + Copy, const P: usize> Plant<T> for FlexibleJoint<P> {
         slope
     }
 
-    fn output(&self, _t: T, x: &Vector4<T>) -> SVector<T, P> {
+    fn output(&self, _t: T, x: &Vector4<T>, _u: &Self::Input) -> SVector<T, P> {
         // The constructors make P = 2 and P = 3 only.
         SVector::from_fn(|i, _| x[i])
     }

@@ -45,8 +45,14 @@ where
         v: &OVector<T, N>,
     ) -> (OVector<T, N>, OVector<T, N>);
 
-    /// `h(t, x)` and its derivative `Dh(t, x) v` along v.
-    fn output_directional(&self, t: T, x: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>);
+    /// `h(t, x, u)` and its derivative `Dh(t, x, u) v` along v.
+    fn output_directional(
+        &self,
+        t: T,
+        x: &OVector<T, N>,
+        u: &OVector<T, M>,
+        v: &OVector<T, N>,
+    ) -> (OVector<T, P>, OVector<T, P>);
 
     /// `Df(t, x, u)`, n x n: entry (i, j) is the derivative of `f_i` by `x_j`. Costs n directional derivatives.
     fn state_jacobian(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> OMatrix<T, N, N> {
@@ -61,15 +67,15 @@ where
         jacobian
     }
 
-    /// `Dh(t, x)`, p x n. Costs n directional derivatives.
-    fn output_jacobian(&self, t: T, x: &OVector<T, N>) -> OMatrix<T, P, N> {
+    /// `Dh(t, x, u)`, p x n. Costs n directional derivatives.
+    fn output_jacobian(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> OMatrix<T, P, N> {
         let (rows, n) = (x.shape_generic().0, x.nrows());
-        let outputs = self.output(t, x).shape_generic().0;
+        let outputs = self.output(t, x, u).shape_generic().0;
         let mut jacobian = OMatrix::zeros_generic(outputs, rows);
         let mut direction = OVector::zeros_generic(rows, U1);
         for j in 0..n {
             direction[j] = T::one();
-            jacobian.set_column(j, &self.output_directional(t, x, &direction).1);
+            jacobian.set_column(j, &self.output_directional(t, x, u, &direction).1);
             direction[j] = T::zero();
         }
         jacobian
@@ -90,8 +96,14 @@ where
         (self.derivative(t, x, u), &self.a * v)
     }
 
-    fn output_directional(&self, t: T, x: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>) {
-        (self.output(t, x), &self.c * v)
+    fn output_directional(
+        &self,
+        t: T,
+        x: &OVector<T, N>,
+        u: &OVector<T, M>,
+        v: &OVector<T, N>,
+    ) -> (OVector<T, P>, OVector<T, P>) {
+        (self.output(t, x, u), &self.c * v)
     }
 }
 
@@ -99,7 +111,7 @@ where
 /// plant over `T` and over dual numbers of `T` (f32 or f64). Without the feature this says nothing.
 ///
 /// ```
-/// use luenberger_plants::{ByDual, Dimensions, Plant, state_jacobian};
+/// use luenberger_plants::{ByDual, Dimensions, Plant, Shape, state_jacobian};
 /// use nalgebra::{RealField, SVector, Vector1};
 ///
 /// /// x' = -x^3, y = x.
@@ -107,17 +119,20 @@ where
 ///
 /// impl ByDual for Drag {}
 ///
+/// impl Shape for Drag {
+///     fn dimensions(&self) -> Dimensions {
+///         Dimensions { states: 1, inputs: 0, outputs: 1 }
+///     }
+/// }
+///
 /// impl<T: RealField + Copy> Plant<T> for Drag {
 ///     type State = Vector1<T>;
 ///     type Input = SVector<T, 0>;
 ///     type Output = Vector1<T>;
-///     fn dimensions(&self) -> Dimensions {
-///         Dimensions { states: 1, inputs: 0, outputs: 1 }
-///     }
 ///     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
 ///         Vector1::new(-x[0] * x[0] * x[0])
 ///     }
-///     fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+///     fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
 ///         *x
 ///     }
 /// }
@@ -164,7 +179,7 @@ pub use dual::{along, apart};
 #[cfg(feature = "dual")]
 mod dual {
     use nalgebra::allocator::Allocator;
-    use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
+    use nalgebra::{DefaultAllocator, Dim, OVector, RealField};
     use num_dual::{Dual, DualNumFloat};
 
     use super::{ByDual, Differentiable};
@@ -177,6 +192,14 @@ mod dual {
         DefaultAllocator: Allocator<N>,
     {
         x.zip_map(v, Dual::new)
+    }
+
+    /// `u` with the derivative 0.
+    fn constant<T: DualNumFloat + RealField, M: Dim>(u: &OVector<T, M>) -> OVector<Dual<T>, M>
+    where
+        DefaultAllocator: Allocator<M>,
+    {
+        u.map(Dual::from_re)
     }
 
     /// The real parts and the derivatives: what such a map has answered.
@@ -205,12 +228,17 @@ mod dual {
             u: &OVector<T, M>,
             v: &OVector<T, N>,
         ) -> (OVector<T, N>, OVector<T, N>) {
-            let u = OVector::from_iterator_generic(u.shape_generic().0, U1, u.iter().map(|&u| Dual::from_re(u)));
-            apart(&Plant::<Dual<T>>::derivative(self, Dual::from_re(t), &along(x, v), &u))
+            apart(&Plant::<Dual<T>>::derivative(self, Dual::from_re(t), &along(x, v), &constant(u)))
         }
 
-        fn output_directional(&self, t: T, x: &OVector<T, N>, v: &OVector<T, N>) -> (OVector<T, P>, OVector<T, P>) {
-            apart(&Plant::<Dual<T>>::output(self, Dual::from_re(t), &along(x, v)))
+        fn output_directional(
+            &self,
+            t: T,
+            x: &OVector<T, N>,
+            u: &OVector<T, M>,
+            v: &OVector<T, N>,
+        ) -> (OVector<T, P>, OVector<T, P>) {
+            apart(&Plant::<Dual<T>>::output(self, Dual::from_re(t), &along(x, v), &constant(u)))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Plants: the traits a plant implements, and the benchmark plants of the observer literature.
 //!
-//! A plant is data and a right-hand side, `x' = f(t, x, u)`, `y = h(t, x)`; it knows nothing of observers. The crate is
+//! A plant is data and a right-hand side, `x' = f(t, x, u)`, `y = h(t, x, u)`; it knows nothing of observers. The crate is
 //! `no_std`; sizes are known at compile time ([`nalgebra::Const`]) on a target, or at run time ([`nalgebra::Dyn`],
 //! feature `alloc`) on a workstation, and it is the same code.
 //!
@@ -8,9 +8,9 @@
 //! |---|---|
 //! | [`mod@column`] | what a vector of states, inputs or outputs must be able to do |
 //! | [`size`] | the one bound that hides nalgebra's allocators |
-//! | [`plant`] | the trait [`Plant`] |
+//! | [`plant`] | the traits [`Plant`] and [`Shape`] |
 //! | [`closures`] | a plant from two closures |
-//! | [`linear`] | `x' = A x + B u`, `y = C x` |
+//! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
 //! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
@@ -58,7 +58,7 @@ pub use jacobian::{ByDual, Differentiable, state_jacobian};
 pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};
 pub use oscillators::{ReverseDuffing, VanDerPol};
-pub use plant::{Dimensions, Plant};
+pub use plant::{Dimensions, Plant, Shape};
 pub use size::Size;
 
 /// The linear algebra of the columns and matrices here, in the version that fits.

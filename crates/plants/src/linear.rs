@@ -1,12 +1,16 @@
-//! Linear time-invariant plants `x' = A x + B u`, `y = C x`: eq. (1) of the cubic-observer paper.
+//! Linear time-invariant plants `x' = A x + B u`, `y = C x + D u`: eq. (1) of the cubic-observer paper, where D = 0.
+//!
+//! The direct feedthrough D is stored only where there is one: without it no operation is spent on it, and every result
+//! is to the last bit what it is for `y = C x`. D has no part in observability or in a gain, because u is known: an
+//! observer subtracts `D u` from y.
 
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::{PlantError, check_matrix};
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 use crate::size::Size;
 
-/// `x' = A x + B u`, `y = C x` with N states, M inputs and P outputs.
+/// `x' = A x + B u`, `y = C x + D u` with N states, M inputs and P outputs.
 ///
 /// A plant without inputs has a B of no columns (`M = 0`).
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +24,8 @@ where
     pub b: OMatrix<T, N, M>,
     /// Output matrix, p x n.
     pub c: OMatrix<T, P, N>,
+    /// Feedthrough matrix, p x m; `None` where the output does not depend on the input.
+    pub d: Option<OMatrix<T, P, M>>,
 }
 
 /// A linear plant whose sizes are known at compile time.
@@ -55,7 +61,37 @@ where
         check_matrix("A", &a, (n, n))?;
         check_matrix("B", &b, (n, m))?;
         check_matrix("C", &c, (p, n))?;
-        Ok(Self { a, b, c })
+        Ok(Self { a, b, c, d: None })
+    }
+
+    /// The same plant with the feedthrough D, p x m: `y = C x + D u`.
+    ///
+    /// ```
+    /// use luenberger_plants::{Plant, StateSpace};
+    /// use nalgebra::{dmatrix, dvector};
+    /// // A high pass: x' = -x + u, y = u - x.
+    /// let plant = StateSpace::new(dmatrix![-1.0], dmatrix![1.0], dmatrix![-1.0])?.with_feedthrough(dmatrix![1.0])?;
+    /// assert_eq!(plant.output(0.0, &dvector![0.25], &dvector![1.0]), dvector![0.75]);
+    /// # Ok::<(), luenberger_plants::PlantError>(())
+    /// ```
+    /// # Errors
+    /// [`PlantError::DimensionMismatch`] or [`PlantError::NotFinite`].
+    pub fn with_feedthrough(self, d: OMatrix<T, P, M>) -> Result<Self, PlantError> {
+        check_matrix("D", &d, (self.c.nrows(), self.b.ncols()))?;
+        Ok(Self { d: Some(d), ..self })
+    }
+
+    /// The same plant, with its fields checked as [`new`](Self::new) and [`with_feedthrough`](Self::with_feedthrough)
+    /// check them: they are public.
+    ///
+    /// # Errors
+    /// As those.
+    pub fn checked(self) -> Result<Self, PlantError> {
+        let plant = Self::new(self.a, self.b, self.c)?;
+        match self.d {
+            Some(d) => plant.with_feedthrough(d),
+            None => Ok(plant),
+        }
     }
 
     /// The same plant with sizes known at run time.
@@ -70,6 +106,7 @@ where
             a: dynamic(&self.a),
             b: dynamic(&self.b),
             c: dynamic(&self.c),
+            d: self.d.as_ref().map(dynamic),
         }
     }
 }
@@ -83,6 +120,15 @@ where
     nalgebra::DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)])
 }
 
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Shape for LinearPlant<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: self.a.nrows(), inputs: self.b.ncols(), outputs: self.c.nrows() }
+    }
+}
+
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Plant<T> for LinearPlant<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
@@ -91,15 +137,14 @@ where
     type Input = OVector<T, M>;
     type Output = OVector<T, P>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: self.a.nrows(), inputs: self.b.ncols(), outputs: self.c.nrows() }
-    }
-
     fn derivative(&self, _t: T, x: &Self::State, u: &Self::Input) -> Self::State {
         &self.a * x + &self.b * u
     }
 
-    fn output(&self, _t: T, x: &Self::State) -> Self::Output {
-        &self.c * x
+    fn output(&self, _t: T, x: &Self::State, u: &Self::Input) -> Self::Output {
+        match &self.d {
+            Some(d) => &self.c * x + d * u,
+            None => &self.c * x,
+        }
     }
 }

@@ -8,7 +8,7 @@
 
 use nalgebra::{RealField, SVector, Vector1, Vector2, convert};
 
-use crate::plant::{Dimensions, Plant};
+use crate::plant::{Dimensions, Plant, Shape};
 
 /// The reverse Duffing oscillator: `x1' = x2^3`, `x2' = -x1`, `y = x1`.
 ///
@@ -38,20 +38,22 @@ impl ReverseDuffing {
 
 impl crate::jacobian::ByDual for ReverseDuffing {}
 
+impl Shape for ReverseDuffing {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for ReverseDuffing {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
         Vector2::new(x[1] * x[1] * x[1], -x[0])
     }
 
-    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }
@@ -80,21 +82,23 @@ impl Default for VanDerPol {
 
 impl crate::jacobian::ByDual for VanDerPol {}
 
+impl Shape for VanDerPol {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for VanDerPol {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
         let mu: T = convert(self.mu);
         Vector2::new(x[1], mu * (T::one() - x[0] * x[0]) * x[1] - x[0])
     }
 
-    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }

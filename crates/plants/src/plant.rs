@@ -1,4 +1,4 @@
-//! The plant: `x' = f(t, x, u)`, `y = h(t, x)`.
+//! The plant: `x' = f(t, x, u)`, `y = h(t, x, u)`.
 //!
 //! The scalar `T` is a parameter of the trait, not of its methods: a plant written for every `T` that can add and
 //! multiply is at once a plant for `f64`, for `f32` on a target, and for dual numbers, from which its Jacobians come.
@@ -16,27 +16,50 @@ pub struct Dimensions {
     pub outputs: usize,
 }
 
-/// A plant `x' = f(t, x, u)`, `y = h(t, x)` over the scalar `T`.
+/// The numbers of states, inputs and outputs of a plant: the same for every scalar.
+///
+/// ```
+/// use luenberger_plants::{Chaotic, Plant, Shape};
+/// // No scalar has to be named, although Chaotic is a plant over every scalar.
+/// assert_eq!(Chaotic.dimensions().states, 3);
+/// fn order(plant: &(impl Plant<f64> + Plant<f32>)) -> usize {
+///     plant.dimensions().states
+/// }
+/// assert_eq!(order(&Chaotic), 3);
+/// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not say how many states, inputs and outputs it has",
+    note = "implement `luenberger_plants::Shape` beside `Plant<T>`"
+)]
+pub trait Shape {
+    /// Numbers of states, inputs and outputs.
+    fn dimensions(&self) -> Dimensions;
+}
+
+/// A plant `x' = f(t, x, u)`, `y = h(t, x, u)` over the scalar `T`.
 ///
 /// A nonlinear plant supplied by the user, written once for every scalar that nalgebra can compute with:
 /// ```
-/// use luenberger_plants::{Dimensions, Plant};
+/// use luenberger_plants::{Dimensions, Plant, Shape};
 /// use nalgebra::{RealField, SVector, Vector1, Vector2};
 ///
 /// /// Van der Pol's oscillator x1' = x2, x2' = (1 - x1^2) x2 - x1, y = x1.
 /// struct VanDerPol;
 ///
+/// impl Shape for VanDerPol {
+///     fn dimensions(&self) -> Dimensions {
+///         Dimensions { states: 2, inputs: 0, outputs: 1 }
+///     }
+/// }
+///
 /// impl<T: RealField + Copy> Plant<T> for VanDerPol {
 ///     type State = Vector2<T>;
 ///     type Input = SVector<T, 0>;
 ///     type Output = Vector1<T>;
-///     fn dimensions(&self) -> Dimensions {
-///         Dimensions { states: 2, inputs: 0, outputs: 1 }
-///     }
 ///     fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
 ///         Vector2::new(x[1], (T::one() - x[0] * x[0]) * x[1] - x[0])
 ///     }
-///     fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+///     fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
 ///         Vector1::new(x[0])
 ///     }
 /// }
@@ -44,13 +67,15 @@ pub struct Dimensions {
 /// assert_eq!(slope, Vector2::new(1.0, -5.0));
 /// ```
 ///
-/// Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says; simulation checks that
+/// Where h depends on u, as in `y = C x + D u`, the output is that of the input at the same instant.
+///
+/// Columns of dynamic length must have the lengths that [`dimensions`](Shape::dimensions) says; simulation checks that
 /// once, before the first call.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a plant over the scalar `{T}`",
     note = "implement `Plant<T>` for every `T: RealField + Copy`, or make it of closures with `luenberger_plants::from_fn`"
 )]
-pub trait Plant<T> {
+pub trait Plant<T>: Shape {
     /// Column of the n states.
     type State: Column<T>;
     /// Column of the m inputs.
@@ -58,14 +83,17 @@ pub trait Plant<T> {
     /// Column of the p measured outputs.
     type Output: Column<T>;
 
-    /// Numbers of states, inputs and outputs.
-    fn dimensions(&self) -> Dimensions;
-
     /// `f(t, x, u)`.
     fn derivative(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::State;
 
-    /// `h(t, x)`.
-    fn output(&self, t: T, x: &Self::State) -> Self::Output;
+    /// `h(t, x, u)`.
+    fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output;
+}
+
+impl<S: Shape + ?Sized> Shape for &S {
+    fn dimensions(&self) -> Dimensions {
+        (**self).dimensions()
+    }
 }
 
 impl<T, S: Plant<T> + ?Sized> Plant<T> for &S {
@@ -73,15 +101,11 @@ impl<T, S: Plant<T> + ?Sized> Plant<T> for &S {
     type Input = S::Input;
     type Output = S::Output;
 
-    fn dimensions(&self) -> Dimensions {
-        (**self).dimensions()
-    }
-
     fn derivative(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::State {
         (**self).derivative(t, x, u)
     }
 
-    fn output(&self, t: T, x: &Self::State) -> Self::Output {
-        (**self).output(t, x)
+    fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output {
+        (**self).output(t, x, u)
     }
 }

@@ -18,6 +18,7 @@ pub trait Size<N: Dim, M: Dim, P: Dim>:
     + Allocator<N, M>
     + Allocator<N, P>
     + Allocator<M, N>
+    + Allocator<P, M>
     + Allocator<P, N>
     + Allocator<P, P>
 {
@@ -31,6 +32,7 @@ impl<N: Dim, M: Dim, P: Dim> Size<N, M, P> for DefaultAllocator where
         + Allocator<N, M>
         + Allocator<N, P>
         + Allocator<M, N>
+        + Allocator<P, M>
         + Allocator<P, N>
         + Allocator<P, P>
 {

@@ -9,7 +9,7 @@ use crate::linear::{LinearPlant, StaticPlant};
 /// Example 2: a stable plant without input (B has no columns), on which the paper studies robustness.
 ///
 /// ```
-/// use luenberger_plants::Plant;
+/// use luenberger_plants::Shape;
 /// let plant = luenberger_plants::third_order::example2();
 /// assert_eq!(plant.dimensions().inputs, 0);
 /// ```
@@ -18,13 +18,14 @@ pub fn example2() -> StaticPlant<f64, 3, 0, 1> {
         a: Matrix3::new(-0.1, -0.2, 0.0, 0.3, 0.0, 0.0, 0.1, 0.2, -3.0),
         b: SMatrix::<f64, 3, 0>::zeros(),
         c: RowVector3::new(1.0, 1.0, 2.0),
+        d: None,
     }
 }
 
 /// Example 3: an unstable plant with two inputs, on which the paper closes the loop `u = -K xhat`.
 ///
 /// ```
-/// use luenberger_plants::Plant;
+/// use luenberger_plants::Shape;
 /// let plant = luenberger_plants::third_order::example3();
 /// assert_eq!((plant.dimensions().inputs, plant.a[(2, 2)]), (2, 3.0));
 /// ```
@@ -33,5 +34,6 @@ pub fn example3() -> StaticPlant<f64, 3, 2, 1> {
         a: Matrix3::new(0.1, -2.0, 0.0, 0.3, 0.0, -1.0, 0.1, 0.2, 3.0),
         b: Matrix3x2::new(1.0, 2.0, 2.0, 0.0, 0.0, 1.0),
         c: RowVector3::new(1.0, 1.0, 2.0),
+        d: None,
     }
 }

@@ -18,7 +18,7 @@ fn the_chaotic_plant_has_the_jacobian_on_paper() {
         let jacobian = state_jacobian(&Chaotic, 0.0, &x, &SVector::zeros());
         // A handful of operations of condition at most |d| <= 8.
         assert!((jacobian - expected).amax() <= 32.0 * f64::EPSILON, "{x}{jacobian}");
-        let c = Chaotic.output_jacobian(0.0, &x);
+        let c = Chaotic.output_jacobian(0.0, &x, &SVector::zeros());
         assert_eq!(c, Matrix2x3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0));
     }
 }
@@ -45,8 +45,8 @@ fn the_flexible_joint_has_the_jacobian_on_paper() {
     expected[(3, 3)] = 3.33;
     let printed = flexible_joint::printed();
     assert!((state_jacobian(&printed, 0.0, &x, &u) - expected).amax() <= 8.0 * f64::EPSILON * 48.6);
-    assert_eq!(printed.output_jacobian(0.0, &x), SMatrix::<f64, 3, 4>::identity());
-    assert_eq!(flexible_joint::classical().output_jacobian(0.0, &x), SMatrix::<f64, 2, 4>::identity());
+    assert_eq!(printed.output_jacobian(0.0, &x, &u), SMatrix::<f64, 3, 4>::identity());
+    assert_eq!(flexible_joint::classical().output_jacobian(0.0, &x, &u), SMatrix::<f64, 2, 4>::identity());
 }
 
 /// a44 = 3.33 alone moves the linearisation at the origin across the imaginary axis: its trace is the sum of the
@@ -65,7 +65,7 @@ fn linear_plants_and_single_precision() {
     let dynamic = plant.to_dynamic();
     let x = nalgebra::DVector::zeros(2);
     assert_eq!(dynamic.state_jacobian(0.0, &x, &nalgebra::DVector::zeros(1)), dynamic.a);
-    assert_eq!(dynamic.output_jacobian(0.0, &x), dynamic.c);
+    assert_eq!(dynamic.output_jacobian(0.0, &x, &nalgebra::DVector::zeros(1)), dynamic.c);
     let x = Vector3::new(1.0f32, 2.0, 3.0);
     let single = state_jacobian(&Chaotic, 0.0, &x, &SVector::zeros());
     let double = state_jacobian(&Chaotic, 0.0, &x.cast::<f64>(), &SVector::zeros());

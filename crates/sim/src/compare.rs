@@ -235,10 +235,10 @@ impl<'a> Comparison<'a> {
         // From here on lengths are known to fit: the run has checked them.
         let own = observer.dimensions();
         let (mut u0, mut y0) = (vec![0.0; size.inputs], vec![0.0; size.outputs]);
-        self.scenario.plant.output(0.0, &self.x0, &mut y0);
         let still = vec![0.0; size.inputs];
-        let view = View { t: 0.0, x: &self.x0, u: &still, y: &y0, names: &[], estimates: &[], errors: &[] };
+        let view = View { t: 0.0, x: &self.x0, u: &still, y: &[], names: &[], estimates: &[], errors: &[] };
         self.scenario.input.write(&view, &mut u0);
+        self.scenario.plant.output(0.0, &self.x0, &u0, &mut y0);
         let mut z0 = vec![0.0; own.state];
         observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
         let mut given: Vec<String> =

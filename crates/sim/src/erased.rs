@@ -18,7 +18,7 @@ pub(crate) trait AnyPlant {
     /// Checks that columns of fixed length have the lengths that the dimensions say.
     fn check(&self) -> Result<(), SimError>;
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]);
-    fn output(&self, t: f64, x: &[f64], y: &mut [f64]);
+    fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
 }
 
 /// An observer of any size; sampled ones have a period and a step, the others a derivative.
@@ -31,7 +31,7 @@ pub(crate) trait AnyObserver {
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
     /// The covariance that the observer believes its innovation to have, if it believes anything.
-    fn innovation_covariance(&self, _t: f64, _state: &[f64]) -> Option<DMatrix<f64>> {
+    fn innovation_covariance(&self, _t: f64, _state: &[f64], _u: &[f64]) -> Option<DMatrix<f64>> {
         None
     }
 }
@@ -59,8 +59,9 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
         put(columns.0.zip(columns.1).map(|(x, u)| self.0.derivative(t, &x, &u)), slope);
     }
 
-    fn output(&self, t: f64, x: &[f64], y: &mut [f64]) {
-        put(column::<P::State>(x).map(|x| self.0.output(t, &x)), y);
+    fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]) {
+        let columns = (column::<P::State>(x), column::<P::Input>(u));
+        put(columns.0.zip(columns.1).map(|(x, u)| self.0.output(t, &x, &u)), y);
     }
 }
 

@@ -81,9 +81,9 @@ pub enum SimError {
         /// How many there are.
         count: usize,
     },
-    /// A feedback from an estimate that itself depends on the input.
+    /// A feedback from an estimate, or of an output, that itself depends on the input.
     #[error(
-        "the input depends on itself through an estimate: evaluated again with the input found it moves by {change:e}"
+        "the input depends on itself through an estimate or an output: evaluated again with the input found it moves by {change:e}"
     )]
     AlgebraicLoop {
         /// How far the input moves.

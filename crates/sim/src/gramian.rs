@@ -175,7 +175,7 @@ pub fn empirical_gramian<P: Plant<f64>>(
             for (slope, (f, scale)) in slope[k * n..].iter_mut().zip(f.iter().zip(&scales)) {
                 *slope = f / scale;
             }
-            plant.output(t, &x, &mut outputs[k * p..(k + 1) * p]);
+            plant.output(t, &x, &u, &mut outputs[k * p..(k + 1) * p]);
         }
         let change =
             |i: usize, l: usize| (outputs[2 * i * p + l] - outputs[(2 * i + 1) * p + l]) / (2.0 * eps * weights[l]);

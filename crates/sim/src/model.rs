@@ -161,27 +161,28 @@ impl<'a> Model<'a> {
 
     /// Input, outputs and estimates at `t`.
     pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        let x = &stacked[..self.size.states];
-        self.see(t, x, still, now);
         match &still.held {
             Some(held) => now.u.copy_from_slice(held),
             None => self.steer(t, stacked, still, now),
         }
+        self.see(t, &stacked[..self.size.states], still, now);
         self.estimates(t, stacked, still, now);
     }
 
-    /// The output and what the observers see of it.
+    /// The output under the input of the same instant, and what the observers see of it.
     pub(crate) fn see(&self, t: f64, x: &[f64], still: &HeldValues, now: &mut Instant) {
-        self.plant.output(t, x, &mut now.y);
+        self.plant.output(t, x, &now.u, &mut now.y);
         for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
             *seen = y + noise;
         }
     }
 
-    /// The input by its law.
+    /// The input by its law. What the law reads of output and estimates is that of the input zero; a law that would
+    /// read another output under its own input is an algebraic loop.
     pub(crate) fn steer(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
         now.u.fill(0.0);
         if self.input.reads_estimates() {
+            self.see(t, &stacked[..self.size.states], still, now);
             self.estimates(t, stacked, still, now);
         }
         self.law(t, stacked, now);

@@ -4,8 +4,8 @@
 use luenberger_design::Names;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
 use luenberger_plants::{
-    Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing, StateSpace,
-    VanDerPol, double_integrator, flexible_joint, state_jacobian, third_order,
+    Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing, Shape,
+    StateSpace, VanDerPol, double_integrator, flexible_joint, state_jacobian, third_order,
 };
 use nalgebra::{DMatrix, DVector, RealField, convert};
 
@@ -38,7 +38,7 @@ impl PlantModel {
 /// A plant.
 #[derive(Debug, Clone)]
 pub enum Model {
-    /// `x' = A x + B u`, `y = C x`.
+    /// `x' = A x + B u`, `y = C x + D u`.
     Linear(StateSpace),
     /// From expressions.
     Expressions(ExpressionPlant),
@@ -105,7 +105,7 @@ impl Builtin {
 impl Model {
     /// Numbers of states, inputs and outputs.
     pub fn size(&self) -> Dimensions {
-        Plant::<f64>::dimensions(self)
+        self.dimensions()
     }
 
     /// The plant as a linear one, if it is linear: given by matrices, or by expressions that are syntactically linear.
@@ -115,6 +115,15 @@ impl Model {
                 Some(plant.clone())
             }
             Self::Expressions(plant) => plant.affine().ok().filter(AffinePlant::is_linear).map(|affine| affine.linear),
+            Self::Builtin(_) => None,
+        }
+    }
+
+    /// The first output that depends on the input at once, from 0, if there is one.
+    pub fn feedthrough(&self) -> Option<usize> {
+        match self {
+            Self::Linear(plant) => plant.d.as_ref()?.row_iter().position(|row| row.iter().any(|entry| *entry != 0.0)),
+            Self::Expressions(plant) => plant.feedthrough(),
             Self::Builtin(_) => None,
         }
     }
@@ -176,10 +185,10 @@ fn slope_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>, u
     }
 }
 
-fn output_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>) -> DVector<T> {
-    match P::State::try_from_slice(x.as_slice()) {
-        Some(state) => DVector::from_column_slice(plant.output(t, &state).as_slice()),
-        None => DVector::zeros(0),
+fn output_of<T: RealField + Copy, P: Plant<T>>(plant: &P, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+    match (P::State::try_from_slice(x.as_slice()), P::Input::try_from_slice(u.as_slice())) {
+        (Some(state), Some(input)) => DVector::from_column_slice(plant.output(t, &state, &input).as_slice()),
+        _ => DVector::zeros(0),
     }
 }
 
@@ -203,20 +212,25 @@ macro_rules! each {
 
 impl luenberger_plants::ByDual for Model {}
 
+impl Shape for Model {
+    fn dimensions(&self) -> Dimensions {
+        each!(self, plant => plant.dimensions(), linear => linear.dimensions())
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Model {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        each!(self, plant => Plant::<T>::dimensions(plant), linear => Plant::<f64>::dimensions(linear))
-    }
-
     fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
         each!(self, plant => slope_of(plant, t, x, u), linear => product(&linear.a, x) + product(&linear.b, u))
     }
 
-    fn output(&self, t: T, x: &DVector<T>) -> DVector<T> {
-        each!(self, plant => output_of(plant, t, x), linear => product(&linear.c, x))
+    fn output(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        each!(self, plant => output_of(plant, t, x, u), linear => match &linear.d {
+            Some(d) => product(&linear.c, x) + product(d, u),
+            None => product(&linear.c, x),
+        })
     }
 }

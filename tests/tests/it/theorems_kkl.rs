@@ -31,7 +31,7 @@ proptest! {
         x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in vector2(2.0), u in (-2.0..2.0f64).prop_map(Vector1::new),
     ) {
         let plant = ExponentialCascade;
-        let (y, rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let (y, rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
         let observer = exponential_cascade::observer(1.0, 5.0).unwrap();
         let map = observer.map();
         let slope = map.slope(0.0, &xi, &u, &y);
@@ -51,7 +51,7 @@ proptest! {
         x in prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from), xi in vector2(5.0), u in (-3.0..3.0f64).prop_map(Vector1::new), c in 0.1..10.0f64,
     ) {
         let plant = ExponentialCascade;
-        let (y, rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let (y, rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
         let observer = exponential_cascade::kklo(c).unwrap();
         let map = observer.map();
         let phi = map.image(0.0, &Vector2::new(x[1], x[2]), &y);

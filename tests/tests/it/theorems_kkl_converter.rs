@@ -65,16 +65,16 @@ proptest! {
     fn the_error_of_the_kklo_obeys_lambda(x in state(), xi in vector2(50.0), u in duty()) {
         let plant = CukConverter::default();
         let observer = cuk::kklo(plant).unwrap();
-        let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let (y, x_rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
         let e = observer.estimate(0.0, &xi, &u, &y) - unmeasured(&x);
-        let e_rate = estimate_rate(&observer, &xi, u, &y, &plant.output(0.0, &x_rate)) - unmeasured(&x_rate);
+        let e_rate = estimate_rate(&observer, &xi, u, &y, &plant.output(0.0, &x_rate, &u)) - unmeasured(&x_rate);
         let poles = Vector2::new(-(1.0 - u[0]) / plant.l1, -plant.g / plant.c4);
         // xhat1 is xi2/L1: 100 times larger.
         let claimed = e.component_mul(&poles);
         prop_assert!((e_rate - claimed).amax() <= 100.0 * ROUNDING, "{} {}", e_rate, claimed);
         // The same in the coordinates of Proposition 1: xi - phi(x), and Lambda itself.
         let phi = observer.map().image(0.0, &unmeasured(&x), &y);
-        let phi_rate = observer.map().image(0.0, &unmeasured(&x_rate), &plant.output(0.0, &x_rate));
+        let phi_rate = observer.map().image(0.0, &unmeasured(&x_rate), &plant.output(0.0, &x_rate, &u));
         let slope = observer.derivative(0.0, &xi, &u, &y) - phi_rate;
         prop_assert!((slope - observer.map().lambda(0.0, &u, &y) * (xi - phi)).amax() <= ROUNDING);
     }
@@ -86,9 +86,9 @@ proptest! {
     ) {
         let plant = CukConverter::default();
         let observer = cuk::immersion_invariance(plant, &Tuning { g1, g2, ..Tuning::default() }).unwrap();
-        let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let (y, x_rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
         let e = observer.estimate(0.0, &chi, &u, &y) - unmeasured(&x);
-        let e_rate = estimate_rate(&observer, &chi, u, &y, &plant.output(0.0, &x_rate)) - unmeasured(&x_rate);
+        let e_rate = estimate_rate(&observer, &chi, u, &y, &plant.output(0.0, &x_rate, &u)) - unmeasured(&x_rate);
         let claimed = e.component_mul(&Vector2::new(-g1 * (1.0 - u[0]), -(plant.g / plant.c4 + g2)));
         prop_assert!((e_rate - claimed).amax() <= ROUNDING, "{} {}", e_rate, claimed);
     }
@@ -99,8 +99,8 @@ proptest! {
         let plant = CukConverter::default();
         let linear = cuk::kklo(plant).unwrap();
         let immersed = cuk::immersion_invariance(plant, &Tuning { g1: 1.0 / plant.l1, g2: 0.0, ..Tuning::default() }).unwrap();
-        let y = plant.output(0.0, &x);
-        let y_rate = plant.output(0.0, &plant.derivative(0.0, &x, &u));
+        let y = plant.output(0.0, &x, &u);
+        let y_rate = plant.output(0.0, &plant.derivative(0.0, &x, &u), &u);
         let rates = [
             estimate_rate(&linear, &linear.initial(0.0, &estimate, &u, &y), u, &y, &y_rate),
             estimate_rate(&immersed, &immersed.initial(0.0, &estimate, &u, &y), u, &y, &y_rate),
@@ -113,7 +113,7 @@ proptest! {
     #[test]
     fn the_errors_of_the_high_gain_observers_are_linear(x in state(), e in state(), u in duty()) {
         let (plant, tuning, w) = (CukConverter::default(), Tuning::<f64>::default(), 1.0 - u[0]);
-        let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let (y, x_rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
         // The order of the chains: (v2, i1, i3, v4).
         let chains = |x: &Vector4<f64>| Vector4::new(x[1], x[0], x[2], x[3]);
         let [a1, a2, a3, a4] = tuning.coefficients;
@@ -145,7 +145,7 @@ proptest! {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
         let observer = cuk::high_gain_differentiator(plant, &tuning).unwrap();
         let (x, u) = (plant.equilibrium(vd), Vector1::new(plant.equilibrium_input(vd)));
-        let y = plant.output(0.0, &x);
+        let y = plant.output(0.0, &x, &u);
         let (a1, a2) = (tuning.coefficients[0] / tuning.r2, tuning.coefficients[1] / (tuning.r2 * tuning.r2));
         let slope = observer.derivative(0.0, &(Vector4::new(y[0], 0.0, y[1], 0.0) + e), &u, &y);
         let claimed = Vector4::new(e[1] - a1 * e[0], -a2 * e[0], e[3] - a1 * e[2], -a2 * e[2]);
@@ -159,8 +159,8 @@ proptest! {
     #[test]
     fn the_regressions_of_the_converter_are_exact(x in state(), xi in vector2(50.0), u in duty()) {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
-        let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
-        let y_rate = plant.output(0.0, &x_rate);
+        let (y, x_rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
+        let y_rate = plant.output(0.0, &x_rate, &u);
 
         let pebo = cuk::pebo(plant, &tuning).unwrap();
         let map = pebo.map();
@@ -198,7 +198,7 @@ where
     let x = plant.equilibrium(5.0);
     let u = Vector1::new(plant.control(&x, set_point(0.0), 0.2));
     let zero = O::State::from_slice(&vec![0.0; observer.dimensions().state]);
-    observer.estimate(0.0, &zero, &u, &plant.output(0.0, &x)).as_slice().to_vec()
+    observer.estimate(0.0, &zero, &u, &plant.output(0.0, &x, &u)).as_slice().to_vec()
 }
 
 const OBSERVERS: [&str; 7] = ["KKLO", "PEBO", "[KKL+PEB]O", "I&IO", "HGO, time-varying", "HGO, linear", "HGO, exact"];
@@ -364,7 +364,7 @@ proptest! {
         x in state(), xi in vector2(5.0), filters in prop::array::uniform3(-10.0..10.0f64), theta in -3.0..3.0f64, u in duty(),
     ) {
         let (plant, tuning) = (CukConverter::default(), Tuning::<f64>::default());
-        let (y, x_rate) = (plant.output(0.0, &x), plant.derivative(0.0, &x, &u));
+        let (y, x_rate) = (plant.output(0.0, &x, &u), plant.derivative(0.0, &x, &u));
         // f_m = F[w]/C2 of its own size, and Y = M theta for theta = i1 - xi1, which w solves.
         let m = 0.1 * filters[2] / plant.c2;
         let w = y[0] - (filters[1] + m * (x[0] - xi[0])) / tuning.alpha;

@@ -15,7 +15,9 @@ use luenberger_observers::{
 };
 use luenberger_plants::counterexamples::{Bistable, integrator, stable, unstable};
 use luenberger_plants::jacobian::Differentiable;
-use luenberger_plants::{Chaotic, Dimensions, FlexibleJoint, LinearPlant, Plant, double_integrator, flexible_joint};
+use luenberger_plants::{
+    Chaotic, Dimensions, FlexibleJoint, LinearPlant, Plant, Shape, double_integrator, flexible_joint,
+};
 use luenberger_proof::statement::{lyapunov_decrease, positive};
 use luenberger_sim::{Scenario, Signal, SimError, Trajectory};
 use nalgebra::{
@@ -334,20 +336,22 @@ struct Turning;
 
 impl luenberger_plants::ByDual for Turning {}
 
+impl Shape for Turning {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Turning {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
         Vector2::new(-x[0] * x[1] * x[1], x[0])
     }
 
-    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }
@@ -441,20 +445,22 @@ fn elsewhere_the_means_differ() {
 struct Tank;
 impl luenberger_plants::ByDual for Tank {}
 
+impl Shape for Tank {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Tank {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
         Vector1::new(T::one() - x[0].sqrt())
     }
 
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         *x
     }
 }
@@ -604,7 +610,7 @@ fn only_the_coordinates_differ() {
 #[test]
 fn any_linear_output_will_do() {
     let (a, b) = (Matrix2::new(0.0, 1.0, -1.0, -1.0), SMatrix::<f64, 2, 0>::zeros());
-    let plant = LinearPlant { a, b, c: RowVector2::new(1.0, 2.0) };
+    let plant = LinearPlant { a, b, c: RowVector2::new(1.0, 2.0), d: None };
     let refused = MeanValueObserver::new(plant.clone(), 1.0, Integral, Vector2::zeros()).unwrap_err();
     assert!(refused.to_string().contains("OutputCoordinates"), "{refused}");
     let change = OutputCoordinates::of(&plant).unwrap();

@@ -439,8 +439,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "I&I: f at the output's rate 0",
                 WrongOperand,
-                "output_directional(t, &xhat, &f).1",
-                "output_directional(t, &xhat, &f).0",
+                "output_directional(t, &xhat, u, &f).1",
+                "output_directional(t, &xhat, u, &f).0",
             ),
         ],
     },

@@ -84,10 +84,10 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
         let coordinates: Vec<IntervalDual> = (0..cell.len()).map(|k| IntervalDual::new(cell[k], seed(k))).collect();
         let x = column::<S::State>("states", &coordinates[..n], n)?;
         let t = coordinates[n + m];
-        if side == "h" {
-            return Ok(luenberger_plants::Column::as_slice(&self.plant.output(t, &x)).to_vec());
-        }
         let u = column::<S::Input>("inputs", &coordinates[n..n + m], m)?;
+        if side == "h" {
+            return Ok(luenberger_plants::Column::as_slice(&self.plant.output(t, &x, &u)).to_vec());
+        }
         Ok(luenberger_plants::Column::as_slice(&self.plant.derivative(t, &x, &u)).to_vec())
     }
 

@@ -36,7 +36,7 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
                 .collect();
             let x = column::<S::State>("states", &x, n)?;
             let f = paths::explore(|| self.plant.derivative(t, &x, &u).as_slice().to_vec());
-            let h = paths::explore(|| self.plant.output(t, &x).as_slice().to_vec());
+            let h = paths::explore(|| self.plant.output(t, &x, &u).as_slice().to_vec());
             branched |= [&f, &h].iter().any(|ways| ways.as_ref().is_ok_and(|ways| ways.len() > 1));
             let slopes = united("f", n, f)?.into_iter().chain(united("h", p, h)?);
             for (i, slope) in slopes.enumerate() {

@@ -1,7 +1,7 @@
 //! Linear plants over boxes: their matrices are binary64, so a plant exists for one scalar only; these are the other
 //! scalars.
 
-use luenberger_plants::{Dimensions, LinearPlant, Plant, Size};
+use luenberger_plants::{LinearPlant, Plant, Size};
 use nalgebra::{DefaultAllocator, Dim, OVector, convert};
 
 use super::scalar::IntervalDual;
@@ -17,16 +17,16 @@ macro_rules! linear_plant_over {
             type Input = OVector<$scalar, M>;
             type Output = OVector<$scalar, P>;
 
-            fn dimensions(&self) -> Dimensions {
-                Plant::<f64>::dimensions(self)
-            }
-
             fn derivative(&self, _t: $scalar, x: &Self::State, u: &Self::Input) -> Self::State {
                 self.a.map(convert::<f64, $scalar>) * x + self.b.map(convert::<f64, $scalar>) * u
             }
 
-            fn output(&self, _t: $scalar, x: &Self::State) -> Self::Output {
-                self.c.map(convert::<f64, $scalar>) * x
+            fn output(&self, _t: $scalar, x: &Self::State, u: &Self::Input) -> Self::Output {
+                let seen = self.c.map(convert::<f64, $scalar>) * x;
+                match &self.d {
+                    Some(d) => seen + d.map(convert::<f64, $scalar>) * u,
+                    None => seen,
+                }
             }
         }
     )*};

@@ -8,6 +8,7 @@ use nalgebra::{DefaultAllocator, Dim, OVector, RealField};
 
 use super::error::KklError;
 use crate::enclosure::IntervalDual;
+use crate::enclosure::paths::explore;
 
 /// A plant, and the maps of a KKL observer for it; see the [module](super).
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +64,25 @@ impl<'a, S, K> KklCandidate<'a, S, K> {
     }
 }
 
+/// An output whose derivative by an input is not zero, over the box or in its middle.
+pub(super) fn feedthrough<C: Pieces<IntervalDual>>(
+    candidate: &C,
+    axes: &[Interval],
+    size: Dimensions,
+) -> Option<usize> {
+    let middle: Vec<Interval> = axes.iter().map(|axis| Interval::of(axis.midpoint())).collect();
+    [axes, &middle].into_iter().find_map(|axes| {
+        let (x, u, t) = still(axes, size);
+        (0..size.inputs).find_map(|k| {
+            let mut u = u.clone();
+            u[k] = IntervalDual::new(u[k].value(), Interval::ONE);
+            let ways = explore(|| candidate.output_under(t, &x, &u)).ok()?;
+            let reads = |y: &IntervalDual| y.slope().is_bounded() && y.slope() != Interval::zero();
+            ways.iter().find_map(|way| way.iter().position(reads))
+        })
+    })
+}
+
 /// The plant and the maps of a [`KklCandidate`] over the scalar `T`. Holds where both are written for it; never
 /// implement it yourself.
 pub trait Pieces<T> {
@@ -70,7 +90,9 @@ pub trait Pieces<T> {
     fn plant_dimensions(&self) -> Dimensions;
     /// `f(t, x, u)`.
     fn field(&self, t: T, x: &[T], u: &[T]) -> Vec<T>;
-    /// `h(t, x)`.
+    /// `h(t, x, u)`.
+    fn output_under(&self, t: T, x: &[T], u: &[T]) -> Vec<T>;
+    /// `h(t, x)`, of a plant whose output does not depend on the input: the check refuses any other.
     fn output(&self, t: T, x: &[T]) -> Vec<T>;
     /// `phi(x)`: the map's image of the states that it estimates.
     fn image(&self, t: T, x: &[T], y: &[T]) -> Vec<T>;
@@ -98,8 +120,12 @@ where
         Column::as_slice(&slope).to_vec()
     }
 
+    fn output_under(&self, t: T, x: &[T], u: &[T]) -> Vec<T> {
+        Column::as_slice(&self.plant.output(t, &S::State::from_slice(x), &S::Input::from_slice(u))).to_vec()
+    }
+
     fn output(&self, t: T, x: &[T]) -> Vec<T> {
-        Column::as_slice(&self.plant.output(t, &S::State::from_slice(x))).to_vec()
+        self.output_under(t, x, &vec![T::zero(); self.plant.dimensions().inputs])
     }
 
     fn image(&self, t: T, x: &[T], y: &[T]) -> Vec<T> {

@@ -1,6 +1,6 @@
 //! `Phi = (phi, h)` of a candidate: values, Jacobians, and enclosures of both.
 
-use luenberger_plants::{Dimensions, Plant};
+use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::{Interval, Ring};
 use nalgebra::{DMatrix, DVector};
 
@@ -74,20 +74,22 @@ impl<C: Pieces<IntervalDual>> Images<'_, C> {
     }
 }
 
+impl<C: Pieces<IntervalDual>> Shape for Images<'_, C> {
+    fn dimensions(&self) -> Dimensions {
+        self.size
+    }
+}
+
 impl<C: Pieces<IntervalDual>> Plant<IntervalDual> for Images<'_, C> {
     type State = DVector<IntervalDual>;
     type Input = DVector<IntervalDual>;
     type Output = DVector<IntervalDual>;
 
-    fn dimensions(&self) -> Dimensions {
-        self.size
-    }
-
     fn derivative(&self, _t: IntervalDual, x: &Self::State, _u: &Self::Input) -> Self::State {
         x.clone()
     }
 
-    fn output(&self, t: IntervalDual, x: &Self::State) -> Self::Output {
+    fn output(&self, t: IntervalDual, x: &Self::State, _u: &Self::Input) -> Self::Output {
         DVector::from_vec(self.at(t, x.as_slice()))
     }
 }

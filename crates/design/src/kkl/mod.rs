@@ -169,6 +169,9 @@ impl<S, K> KklCandidate<'_, S, K> {
             let (axis, lo, hi) = (Axis::of(k, size), axes[k].lo(), axes[k].hi());
             return Err(KklError::Unbounded { axis, lo, hi });
         }
+        if let Some(output) = candidate::feedthrough(self, &axes, size) {
+            return Err(crate::DesignError::Feedthrough { output }.into());
+        }
         let points = samples(&axes, settings);
         let (tolerance, budget) = (settings.tolerance, region.budget());
         let residual = residual::residual(self, (&points, &axes), tolerance, budget)?;
@@ -362,21 +365,24 @@ impl<K> KklDesign<K> {
     /// use luenberger_design::kkl::{KklError, KklSettings};
     /// use luenberger_design::{KklDesign, Region};
     /// use luenberger_observers::{KklMap, ObserverDimensions};
-    /// use luenberger_plants::{Dimensions, Plant};
+    /// use luenberger_plants::{Dimensions, Plant, Shape};
     /// use nalgebra::{Matrix1, RealField, U1, Vector1, Vector2, convert};
     ///
     /// struct Chain;
+    /// impl Shape for Chain {
+    ///     fn dimensions(&self) -> Dimensions {
+    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
+    ///     }
+    /// }
+    ///
     /// impl<T: RealField + Copy> Plant<T> for Chain {
     ///     type State = Vector2<T>;
     ///     type Input = Vector1<T>;
     ///     type Output = Vector1<T>;
-    ///     fn dimensions(&self) -> Dimensions {
-    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
-    ///     }
     ///     fn derivative(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector2<T> {
     ///         Vector2::new(u[0] + x[1] * x[1] - x[0], x[0] - x[1])
     ///     }
-    ///     fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    ///     fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
     ///         Vector1::new(x[1])
     ///     }
     /// }

@@ -47,7 +47,7 @@ impl Split {
         DefaultAllocator: Size<N, M, P>,
     {
         let a = plant.state_jacobian(t, x, u);
-        let c = plant.output_jacobian(t, x);
+        let c = plant.output_jacobian(t, x, u);
         let a = DMatrix::from_column_slice(a.nrows(), a.ncols(), a.as_slice());
         let c = DMatrix::from_column_slice(c.nrows(), c.ncols(), c.as_slice());
         finite("Df", &a, x.as_slice())?;

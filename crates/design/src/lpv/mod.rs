@@ -239,7 +239,7 @@ where
         let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
         let limiting =
             (0..vertex_rates.len()).min_by(|&i, &j| vertex_rates[i].total_cmp(&vertex_rates[j])).unwrap_or(0);
-        let size = Plant::<f64>::dimensions(&plant);
+        let size = plant.dimensions();
         let l =
             OMatrix::<f64, N, P>::from_fn_generic(N::from_usize(size.states), P::from_usize(size.outputs), |i, j| {
                 l[(i, j)]

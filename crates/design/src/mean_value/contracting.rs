@@ -167,10 +167,10 @@ impl ContractingCoordinates {
     ///
     /// # Errors
     /// [`DesignError::Matrix`] when the plant has other numbers of states, or its outputs are not its first states.
-    pub fn plant<S, N: Dim>(&self, plant: S) -> Result<InCoordinates<S, f64, N>, DesignError>
+    pub fn plant<S, N: Dim, M: Dim>(&self, plant: S) -> Result<InCoordinates<S, f64, N>, DesignError>
     where
-        S: Plant<f64, State = OVector<f64, N>>,
-        DefaultAllocator: Allocator<N, N> + Allocator<N>,
+        S: Plant<f64, State = OVector<f64, N>, Input = OVector<f64, M>>,
+        DefaultAllocator: Allocator<N, N> + Allocator<N> + Allocator<M>,
     {
         let n = plant.dimensions().states;
         Ok(InCoordinates::measured_first(plant, check::sized("T", &self.matrix(), (n, n))?)?)

@@ -76,10 +76,11 @@ impl OutputCoordinates {
         Ok(Self { c: c.clone(), t, condition: most / least })
     }
 
-    /// T for the outputs of a plant, which must be linear: `h(t, x) = C x` with a constant C.
+    /// T for the outputs of a plant, which must be linear and free of the input: `h(t, x, u) = C x` with a constant C.
     ///
     /// # Errors
-    /// [`DesignError::NonlinearOutput`] with the numbers when h is something else at one of four points; as
+    /// [`DesignError::NonlinearOutput`] with the numbers when h is something else at one of four states
+    /// and inputs, [`DesignError::Feedthrough`] when it depends on the input there; as
     /// [`of_matrix`](Self::of_matrix).
     pub fn of<S, N: Dim, M: Dim, P: Dim>(plant: &S) -> Result<Self, DesignError>
     where
@@ -93,12 +94,19 @@ impl OutputCoordinates {
                 scale * (1.0 + i as f64 * 0.75 + f64::from(i % 2 == 1))
             })
         };
-        let c = plant.output_jacobian(0.0, &point(0.25));
+        let input = |scale: f64| {
+            OVector::<f64, M>::from_fn_generic(M::from_usize(size.inputs), U1, |j, _| scale * (0.5 + j as f64))
+        };
+        let c = plant.output_jacobian(0.0, &point(0.25), &input(0.0));
         let c = DMatrix::from_column_slice(c.nrows(), c.ncols(), c.as_slice());
         check::matrix("Dh", &c, (size.outputs, size.states))?;
         for (t, scale) in [(0.0, 1.0), (1.0, -2.0), (0.5, 0.0), (2.0, 7.0)] {
             let x = point(scale);
-            let found = plant.output(t, &x);
+            let found = plant.output(t, &x, &input(0.0));
+            let under_input = plant.output(t, &x, &input(1.0 + scale));
+            if let Some(output) = (0..size.outputs).find(|&k| found[k] != under_input[k]) {
+                return Err(DesignError::Feedthrough { output });
+            }
             for output in 0..size.outputs {
                 let row = c.row(output);
                 let terms = row.iter().zip(x.iter());
@@ -119,10 +127,10 @@ impl OutputCoordinates {
     ///
     /// # Errors
     /// [`DesignError::Matrix`] when the outputs of the plant are not those of this C.
-    pub fn plant<S, N: Dim>(&self, plant: S) -> Result<InCoordinates<S, f64, N>, DesignError>
+    pub fn plant<S, N: Dim, M: Dim>(&self, plant: S) -> Result<InCoordinates<S, f64, N>, DesignError>
     where
-        S: Plant<f64, State = OVector<f64, N>>,
-        DefaultAllocator: Allocator<N, N> + Allocator<N>,
+        S: Plant<f64, State = OVector<f64, N>, Input = OVector<f64, M>>,
+        DefaultAllocator: Allocator<N, N> + Allocator<N> + Allocator<M>,
     {
         let n = plant.dimensions().states;
         Ok(InCoordinates::measured_first(plant, check::sized("T", &self.t, (n, n))?)?)

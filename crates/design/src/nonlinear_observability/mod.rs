@@ -1,6 +1,6 @@
 //! Observability of a nonlinear plant along a trajectory: the rank of the derivatives of its output.
 //!
-//! Around a point `x` the output of `x' = f(t, x, u(t))`, `y = h(t, x)` is
+//! Around a point `x` the output of `x' = f(t, x, u(t))`, `y = h(t, x, u(t))` is
 //! `y(t + s) = y_0 + y_1 s + .. + y_K s^K + ..`, where `k! y_k` is the k-th derivative of the output along the
 //! solution: `h`, `L_f h`, `L_f^2 h`, .. for a plant without time and input. If
 //! ```text
@@ -487,7 +487,7 @@ fn derivatives<S: Plant<Jet>>(
                 x.c[k + 1].slope = derivative / (k + 1) as f64;
             }
         }
-        let y = plant.output(Jet::time(t), &column(&x)?);
+        let y = plant.output(Jet::time(t), &column(&x)?, &u);
         let y = y.as_slice();
         if y.len() != p {
             return Err(length("the output", p, y.len()));

@@ -176,7 +176,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
             let (w, slope) = spline.with_gradient(x);
             judged.add_spline((w - coordinates.white(&z)).norm());
             let defect = transform.defect_of(x, &coordinates.coloured(&w), &(coordinates.colour() * slope)).norm();
-            judged.add_defect(defect, (target.b() * plant.output(0.0, x)).norm());
+            judged.add_defect(defect, (target.b() * plant.output(0.0, x, transform.input())).norm());
             if done < 20 {
                 judged.simulated = judged.simulated.max(transform.defect(x)?.norm());
             }

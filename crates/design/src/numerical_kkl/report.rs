@@ -96,7 +96,7 @@ where
             let x = SVector::<f64, N>::from_column_slice(&state[..N]);
             let z = SVector::<f64, Z>::from_column_slice(&state[N..]);
             slope[..N].copy_from_slice(plant.derivative(0.0, &x, input).as_slice());
-            let y = plant.output(0.0, &x);
+            let y = plant.output(0.0, &x, input);
             slope[N..].copy_from_slice(observer.derivative(0.0, &z, input, &y).as_slice());
         };
         let mut method = Extrapolation::new(N + Z, 1e-12);
@@ -113,7 +113,7 @@ where
             }
             let x = SVector::<f64, N>::from_column_slice(&state[..N]);
             let z = SVector::<f64, Z>::from_column_slice(&state[N..]);
-            let error = x - observer.estimate(0.0, &z, input, &plant.output(0.0, &x));
+            let error = x - observer.estimate(0.0, &z, input, &plant.output(0.0, &x, input));
             if domain.contains(&x) { inside.push(error) } else { outside.push(error) }
         }
     }

@@ -68,7 +68,7 @@ where
         let probes = 3usize.pow(N.min(8) as u32);
         for probe in 0..probes {
             let x = domain.point(|i| (probe / 3usize.pow(i.min(8) as u32) % 3) as f64 * 0.5);
-            let y = plant.output(0.0, &x);
+            let y = plant.output(0.0, &x, &input);
             if !y.iter().all(|entry| entry.is_finite()) {
                 return Err(NumericalKklError::NotFinite { from: x.iter().copied().collect(), time: 0.0 });
             }
@@ -157,7 +157,7 @@ where
         jacobian: &SMatrix<f64, Z, N>,
     ) -> SVector<f64, Z> {
         let f = self.plant.derivative(0.0, x, &self.input) * self.domain.speed(x).0;
-        jacobian * f - self.target.d() * z - self.target.b() * self.plant.output(0.0, x)
+        jacobian * f - self.target.d() * z - self.target.b() * self.plant.output(0.0, x, &self.input)
     }
 
     /// From x backward over the horizon. State: x from the centre of the box, E by columns, w, and for each direction
@@ -192,7 +192,7 @@ where
                 slope[i] = if chi == 0.0 { 0.0 } else { -chi * f[i] };
             }
             slope[e..w].copy_from_slice((d * weights).as_slice());
-            slope[w..tangents].copy_from_slice((weights * self.plant.output(0.0, &x)).as_slice());
+            slope[w..tangents].copy_from_slice((weights * self.plant.output(0.0, &x, &self.input)).as_slice());
             for k in 0..directions {
                 let at = tangents + k * (N + Z);
                 let v = SVector::<f64, N>::from_column_slice(&state[at..at + N]);
@@ -201,7 +201,7 @@ where
                 for i in 0..N {
                     slope[at + i] = if chi == 0.0 { 0.0 } else { -(chi * along[i] + turn * f[i]) };
                 }
-                let (_, output_along) = self.plant.output_directional(0.0, &x, &v);
+                let (_, output_along) = self.plant.output_directional(0.0, &x, &self.input, &v);
                 slope[at + N..at + N + Z].copy_from_slice((weights * output_along).as_slice());
             }
         };

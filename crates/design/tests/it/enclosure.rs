@@ -3,7 +3,7 @@
 use luenberger_design::enclosure::{Axis, EnclosureError, Entry, enclose};
 use luenberger_design::{JacobianEnclosure, Region};
 use luenberger_observers::mean_value::integral::integral_mean;
-use luenberger_plants::{Chaotic, Differentiable, Dimensions, Plant, flexible_joint, state_jacobian};
+use luenberger_plants::{Chaotic, Differentiable, Dimensions, Plant, Shape, flexible_joint, state_jacobian};
 use nalgebra::{DMatrix, DVector, RealField, RowVector2, SVector, Vector1, Vector2, convert};
 use proptest::prelude::*;
 
@@ -47,14 +47,16 @@ fn function<T: RealField + Copy>(which: usize, smooth: bool, x: T) -> T {
 
 impl luenberger_plants::ByDual for Random {}
 
+impl Shape for Random {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: self.states, inputs: 1, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Random {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: self.states, inputs: 1, outputs: 1 }
-    }
 
     fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
         let mut slope = DVector::repeat(self.states, T::zero());
@@ -70,7 +72,7 @@ impl<T: RealField + Copy> Plant<T> for Random {
         slope
     }
 
-    fn output(&self, _t: T, x: &DVector<T>) -> DVector<T> {
+    fn output(&self, _t: T, x: &DVector<T>, _u: &Self::Input) -> DVector<T> {
         let last = x[self.states - 1];
         DVector::from_element(1, x[0] + convert::<f64, T>(0.3) * last.sin())
     }
@@ -136,7 +138,7 @@ proptest! {
         let enclosure = enclose(&plant, &s.region).unwrap();
         for x in &s.points {
             assert_inside(&state_jacobian(&plant, s.t, x, &s.u), &enclosure, 100.0 * f64::EPSILON * 2000.0)?;
-            let c = plant.output_jacobian(s.t, x);
+            let c = plant.output_jacobian(s.t, x, &s.u);
             for j in 0..plant.states {
                 let interval = enclosure.c[(0, j)];
                 prop_assert!(interval.lo() - 1e-15 <= c[(0, j)] && c[(0, j)] <= interval.hi() + 1e-15);
@@ -203,14 +205,16 @@ const ELEMENTARY: usize = 28;
 
 impl luenberger_plants::ByDual for Elementary {}
 
+impl Shape for Elementary {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Elementary {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
         let (x, y) = (x[0], x[1]);
@@ -247,7 +251,7 @@ impl<T: RealField + Copy> Plant<T> for Elementary {
         Vector2::new(f, -y)
     }
 
-    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }
@@ -257,20 +261,22 @@ macro_rules! scalar_plant {
     ($name:ident, |$x:ident, $t:ident| $f:expr) => {
         struct $name;
 
+        impl Shape for $name {
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: 2, inputs: 0, outputs: 1 }
+            }
+        }
+
         impl<T: RealField + Copy> Plant<T> for $name {
             type State = Vector2<T>;
             type Input = SVector<T, 0>;
             type Output = Vector1<T>;
 
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: 0, outputs: 1 }
-            }
-
             fn derivative(&self, $t: T, $x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
                 Vector2::new($x[1], $f)
             }
 
-            fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+            fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
                 Vector1::new(x[0])
             }
         }
@@ -427,20 +433,22 @@ fn bad_boxes_are_named() {
 /// A plant whose columns are not of the length it says.
 struct Liar;
 
+impl Shape for Liar {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Liar {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
         DVector::from_element(3, x[0])
     }
 
-    fn output(&self, _t: T, x: &DVector<T>) -> DVector<T> {
+    fn output(&self, _t: T, x: &DVector<T>, _u: &Self::Input) -> DVector<T> {
         x.clone()
     }
 }
@@ -515,14 +523,16 @@ struct ManyKinks {
     jump: f64,
 }
 
+impl Shape for ManyKinks {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 4, inputs: 1, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for ManyKinks {
     type State = SVector<T, 4>;
     type Input = Vector1<T>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 4, inputs: 1, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &SVector<T, 4>, u: &Vector1<T>) -> SVector<T, 4> {
         let kink = |x: T| if x > convert(-0.25) { x + convert(0.25) } else { T::zero() };
@@ -534,7 +544,7 @@ impl<T: RealField + Copy> Plant<T> for ManyKinks {
         SVector::from([x[1], x[2], x[3] + u[0], kink(x[0]) + kink(x[1]) + kink(x[2]) + jump + u[0]])
     }
 
-    fn output(&self, _t: T, x: &SVector<T, 4>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &SVector<T, 4>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }

@@ -9,7 +9,7 @@ use luenberger_linalg::sylvester;
 use luenberger_observers::cascade::Cascade;
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::{KklMap, KklPebObserver, Observer, ObserverDimensions};
-use luenberger_plants::{CukConverter, Dimensions, ExponentialCascade, Plant, PlantError, StateSpace};
+use luenberger_plants::{CukConverter, Dimensions, ExponentialCascade, Plant, PlantError, Shape, StateSpace};
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{Certified, verify};
 use nalgebra::{
@@ -139,17 +139,20 @@ impl Scalar {
     }
 }
 
+impl Shape for Scalar {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 1, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Scalar {
     type State = Vector1<T>;
     type Input = Vector1<T>;
     type Output = Vector1<T>;
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 1, outputs: 1 }
-    }
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &Vector1<T>) -> Vector1<T> {
         -x
     }
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(self.g(x[0]))
     }
 }
@@ -480,13 +483,16 @@ impl Cascade<f64> for Seventh {
     }
 }
 
+impl Shape for Seventh {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 5, inputs: 2, outputs: 1 }
+    }
+}
+
 impl Plant<f64> for Seventh {
     type State = SVector<f64, 5>;
     type Input = Vector2<f64>;
     type Output = Vector1<f64>;
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 5, inputs: 2, outputs: 1 }
-    }
     fn derivative(&self, _t: f64, x: &SVector<f64, 5>, u: &Vector2<f64>) -> SVector<f64, 5> {
         let seen = self.b[0] * u[0] * x[3] + self.b[1] * u[1] * x[4];
         SVector::from([
@@ -497,7 +503,7 @@ impl Plant<f64> for Seventh {
             -0.5 * u[1] * x[0],
         ])
     }
-    fn output(&self, _t: f64, x: &SVector<f64, 5>) -> Vector1<f64> {
+    fn output(&self, _t: f64, x: &SVector<f64, 5>, _u: &Self::Input) -> Vector1<f64> {
         Vector1::new(x[0])
     }
 }

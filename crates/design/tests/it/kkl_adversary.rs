@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use luenberger_design::kkl::{CouplingObjection, KklError, KklReport, KklSettings};
 use luenberger_design::{KklCandidate, KklDesign, Region, SymbolicPolynomial};
 use luenberger_observers::{KklMap, ObserverDimensions};
-use luenberger_plants::{Dimensions, Plant};
+use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert, dmatrix};
 
@@ -112,17 +112,20 @@ struct System {
     h: Vec<Terms>,
 }
 
+impl Shape for System {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: self.f.len(), inputs: 0, outputs: self.h.len() }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for System {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: self.f.len(), inputs: 0, outputs: self.h.len() }
-    }
     fn derivative(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
         DVector::from_iterator(self.f.len(), self.f.iter().map(|f| f.at(x.as_slice())))
     }
-    fn output(&self, _t: T, x: &DVector<T>) -> DVector<T> {
+    fn output(&self, _t: T, x: &DVector<T>, _u: &Self::Input) -> DVector<T> {
         DVector::from_iterator(self.h.len(), self.h.iter().map(|h| h.at(x.as_slice())))
     }
 }
@@ -482,13 +485,16 @@ impl Curious {
     }
 }
 
+impl Shape for Curious {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: self.length() }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Curious {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: self.length() }
-    }
     fn derivative(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
         let slope = match self {
             Self::Exception => T::one() - x[0],
@@ -497,7 +503,7 @@ impl<T: RealField + Copy> Plant<T> for Curious {
         };
         DVector::from_element(1, slope)
     }
-    fn output(&self, _t: T, x: &DVector<T>) -> DVector<T> {
+    fn output(&self, _t: T, x: &DVector<T>, _u: &Self::Input) -> DVector<T> {
         self.g(x[0])
     }
 }

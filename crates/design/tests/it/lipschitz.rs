@@ -6,7 +6,7 @@ use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Spli
 use luenberger_design::{DesignError, InfeasibilityReason};
 use luenberger_linalg::{lambda_min, place_observer};
 use luenberger_lmi::proof_matrix;
-use luenberger_plants::{Differentiable, Dimensions, Plant, flexible_joint};
+use luenberger_plants::{Differentiable, Dimensions, Plant, Shape, flexible_joint};
 use luenberger_proof::Matrix;
 use luenberger_proof::statement::{SectorTerm, sector_decrease};
 use nalgebra::{Complex, DMatrix, RealField, SVector, Vector1, Vector4, dmatrix};
@@ -220,17 +220,20 @@ fn a_plant_is_split_at_a_point() {
     struct Square;
     impl luenberger_plants::ByDual for Square {}
 
+    impl Shape for Square {
+        fn dimensions(&self) -> Dimensions {
+            Dimensions { states: 1, inputs: 0, outputs: 1 }
+        }
+    }
+
     impl<T: RealField + Copy> Plant<T> for Square {
         type State = Vector1<T>;
         type Input = SVector<T, 0>;
         type Output = Vector1<T>;
-        fn dimensions(&self) -> Dimensions {
-            Dimensions { states: 1, inputs: 0, outputs: 1 }
-        }
         fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
             Vector1::new(x[0] * x[0] + (x[0] - x[0]).sqrt() * T::zero())
         }
-        fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+        fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
             *x
         }
     }

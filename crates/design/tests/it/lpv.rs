@@ -3,7 +3,7 @@
 use luenberger_design::lpv::MAX_VARYING;
 use luenberger_design::{DesignError, LpvDesign, LpvError, Region};
 use luenberger_lmi::proof_matrix;
-use luenberger_plants::{Chaotic, Dimensions, Plant, StateSpace, flexible_joint};
+use luenberger_plants::{Chaotic, Dimensions, Plant, Shape, StateSpace, flexible_joint};
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -19,14 +19,16 @@ macro_rules! plant {
 
         impl luenberger_plants::ByDual for $name {}
 
+        impl Shape for $name {
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: $n, inputs: 0, outputs: $p }
+            }
+        }
+
         impl<T: RealField + Copy> Plant<T> for $name {
             type State = SVector<T, $n>;
             type Input = SVector<T, 0>;
             type Output = SVector<T, $p>;
-
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: $n, inputs: 0, outputs: $p }
-            }
 
             fn derivative(&self, _t: T, $x: &SVector<T, $n>, _u: &SVector<T, 0>) -> SVector<T, $n> {
                 let $s: &Self = self;
@@ -34,7 +36,7 @@ macro_rules! plant {
                 $f
             }
 
-            fn output(&self, _t: T, $x: &SVector<T, $n>) -> SVector<T, $p> {
+            fn output(&self, _t: T, $x: &SVector<T, $n>, _u: &Self::Input) -> SVector<T, $p> {
                 $h
             }
         }
@@ -347,14 +349,16 @@ struct Hull {
 
 impl luenberger_plants::ByDual for Hull {}
 
+impl Shape for Hull {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 3, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Hull {
     type State = SVector<T, 3>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &SVector<T, 3>, _u: &SVector<T, 0>) -> SVector<T, 3> {
         SVector::from_fn(|i, _| {
@@ -366,7 +370,7 @@ impl<T: RealField + Copy> Plant<T> for Hull {
         })
     }
 
-    fn output(&self, _t: T, x: &SVector<T, 3>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &SVector<T, 3>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }

@@ -7,7 +7,7 @@ use luenberger_observers::ObserverError;
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::mean_value::{Integral, MeanValueObserver};
 use luenberger_plants::counterexamples::Dimple;
-use luenberger_plants::{Chaotic, Differentiable, Dimensions, LinearPlant, Plant, StateSpace, flexible_joint};
+use luenberger_plants::{Chaotic, Differentiable, Dimensions, LinearPlant, Plant, Shape, StateSpace, flexible_joint};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector, Vector1, Vector3, Vector4, dmatrix};
 use proptest::prelude::*;
 
@@ -17,20 +17,22 @@ struct Root;
 
 impl luenberger_plants::ByDual for Root {}
 
+impl Shape for Root {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Root {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
         Vector1::new(x[0].sqrt())
     }
 
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         *x
     }
 }
@@ -40,20 +42,22 @@ impl<T: RealField + Copy> Plant<T> for Root {
 struct Quadratic;
 impl luenberger_plants::ByDual for Quadratic {}
 
+impl Shape for Quadratic {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Quadratic {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
         -x
     }
 
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0] * x[0])
     }
 }
@@ -153,7 +157,7 @@ proptest! {
         let turn = nalgebra::Rotation2::new(angle).into_inner();
         let c = turn * nalgebra::Matrix2::from_diagonal(&nalgebra::Vector2::new(1.0, 10f64.powf(smaller))) * rows * unit;
         let sigma = c.svd(false, false).singular_values;
-        let plant = LinearPlant { a: SMatrix::<f64, 4, 4>::from_row_slice(&a), b: SMatrix::<f64, 4, 0>::zeros(), c };
+        let plant = LinearPlant { a: SMatrix::<f64, 4, 4>::from_row_slice(&a), b: SMatrix::<f64, 4, 0>::zeros(), c, d: None };
         let change = OutputCoordinates::of(&plant).unwrap();
         let condition = sigma[0] / sigma[1];
         prop_assert!((change.condition / condition - 1.0).abs() < 1e-6, "{} {condition}", change.condition);
@@ -163,7 +167,7 @@ proptest! {
         let svd = other.matrix().svd(false, false).singular_values;
         prop_assert!((svd[0] / svd[3] / condition - 1.0).abs() < 1e-6, "{svd}");
         let z = Vector4::from(z);
-        prop_assert_eq!(Plant::<f64>::output(&other, 0.0, &z), z.fixed_rows::<2>(0).into_owned());
+        prop_assert_eq!(Plant::<f64>::output(&other, 0.0, &z, &SVector::zeros()), z.fixed_rows::<2>(0).into_owned());
         let back = other.matrix() * Plant::<f64>::derivative(&other, 0.0, &z, &SVector::zeros());
         let scale = 1e3 * f64::EPSILON * condition * (other.matrix() * z).norm() * 8.0;
         prop_assert!((back - plant.a * (other.matrix() * z)).amax() <= scale);

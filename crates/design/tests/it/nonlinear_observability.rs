@@ -4,7 +4,7 @@ use luenberger_design::nonlinear_observability::{
     InWords, InputTreatment, Instant, LieObservability, LieSettings, ObservabilityError, lie_observability,
 };
 use luenberger_linalg::observability;
-use luenberger_plants::{CukConverter, Dimensions, LinearPlant, Plant, ReverseDuffing, VanDerPol};
+use luenberger_plants::{CukConverter, Dimensions, LinearPlant, Plant, ReverseDuffing, Shape, VanDerPol};
 use nalgebra::{DMatrix, DVector, Dyn, RealField, SVector, Vector1, Vector2, convert};
 use proptest::prelude::*;
 
@@ -12,18 +12,21 @@ use proptest::prelude::*;
 macro_rules! plant {
     ($name:ident, $inputs:literal, |$t:ident, $x:ident, $u:ident| $f:expr, $h:expr) => {
         struct $name;
+        impl Shape for $name {
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: 2, inputs: $inputs, outputs: 1 }
+            }
+        }
+
         impl<T: RealField + Copy> Plant<T> for $name {
             type State = Vector2<T>;
             type Input = SVector<T, $inputs>;
             type Output = Vector1<T>;
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: $inputs, outputs: 1 }
-            }
             fn derivative(&self, $t: T, $x: &Vector2<T>, $u: &SVector<T, $inputs>) -> Vector2<T> {
                 let f: [T; 2] = $f;
                 Vector2::from(f)
             }
-            fn output(&self, _: T, $x: &Vector2<T>) -> Vector1<T> {
+            fn output(&self, _: T, $x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
                 Vector1::new($h)
             }
         }
@@ -223,20 +226,22 @@ struct JetPlant {
     c: DMatrix<f64>,
 }
 
+impl Shape for JetPlant {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: self.a.nrows(), inputs: 0, outputs: self.c.nrows() }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for JetPlant {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: self.a.nrows(), inputs: 0, outputs: self.c.nrows() }
-    }
-
     fn derivative(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
         self.a.map(convert::<f64, T>) * x
     }
 
-    fn output(&self, _t: T, x: &DVector<T>) -> DVector<T> {
+    fn output(&self, _t: T, x: &DVector<T>, _u: &Self::Input) -> DVector<T> {
         self.c.map(convert::<f64, T>) * x
     }
 }
@@ -247,14 +252,16 @@ struct Rescaled {
     output: i32,
 }
 
+impl Shape for Rescaled {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Rescaled {
     type State = Vector2<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, t: T, x: &Vector2<T>, u: &SVector<T, 0>) -> Vector2<T> {
         let unit = self.states.map(|power| convert::<f64, T>(2f64.powi(power)));
@@ -262,7 +269,7 @@ impl<T: RealField + Copy> Plant<T> for Rescaled {
         Vector2::new(f[0] / unit[0], f[1] / unit[1])
     }
 
-    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0] * convert(2f64.powi(self.states[0] + self.output)))
     }
 }
@@ -312,6 +319,7 @@ fn a_linear_plant_of_the_library_goes_through_the_same_door() {
         a: number(DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0])),
         b: number(DMatrix::from_row_slice(2, 1, &[0.0, 1.0])),
         c: number(DMatrix::from_row_slice(1, 2, &[1.0, 0.0])),
+        d: None,
     };
     let point = Instant::new(0.0, &[1.0, 1.0]).constant_input(&[3.0]);
     assert_eq!(lie_observability(&plant, &[point], &LieSettings::default()).unwrap().index(), Some(1));

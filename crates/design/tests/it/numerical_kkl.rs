@@ -9,7 +9,7 @@ use luenberger_design::numerical_kkl::{
 };
 use luenberger_linalg::{LinalgError, sylvester};
 use luenberger_observers::Observer;
-use luenberger_plants::{Dimensions, Plant, StaticPlant};
+use luenberger_plants::{Dimensions, Plant, Shape, StaticPlant};
 use nalgebra::{Complex, DMatrix, Matrix2, Matrix3, RealField, RowVector2, SMatrix, SVector, Vector1};
 use proptest::prelude::*;
 
@@ -22,20 +22,22 @@ struct Power {
 
 impl luenberger_plants::ByDual for Power {}
 
+impl Shape for Power {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Power {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
         -x.map(|x| x.powi(self.power))
     }
 
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         if self.even { x.map(|x| x * x) } else { *x }
     }
 }

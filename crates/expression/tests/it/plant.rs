@@ -2,7 +2,7 @@
 
 use luenberger_expression::{ExpressionPlant, ExpressionPlantError, Parameters, Row};
 use luenberger_plants::{
-    Chaotic, Column, CukConverter, Differentiable, Dimensions, Plant, ReverseDuffing, VanDerPol, flexible_joint,
+    Chaotic, Column, CukConverter, Differentiable, Dimensions, Plant, ReverseDuffing, Shape, VanDerPol, flexible_joint,
 };
 use nalgebra::{Const, DVector, OVector, Vector2, dmatrix, dvector};
 use proptest::prelude::*;
@@ -42,16 +42,16 @@ fn apart<S, const N: usize, const M: usize, const P: usize>(
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
 {
-    assert_eq!(Plant::<f64>::dimensions(text), Dimensions { states: N, inputs: M, outputs: P });
+    assert_eq!(text.dimensions(), Dimensions { states: N, inputs: M, outputs: P });
     let (dx, du) = (DVector::from_slice(x.as_slice()), DVector::from_slice(u.as_slice()));
     let far = |found: &[f64], expected: &[f64]| {
         let scale = expected.iter().fold(1.0f64, |scale, entry| scale.max(entry.abs()));
         found.iter().zip(expected).fold(0.0f64, |far, (a, b)| far.max((a - b).abs())) / scale
     };
     far(text.derivative(t, &dx, &du).as_slice(), rust.derivative(t, x, u).as_slice())
-        .max(far(text.output(t, &dx).as_slice(), rust.output(t, x).as_slice()))
+        .max(far(text.output(t, &dx, &du).as_slice(), rust.output(t, x, u).as_slice()))
         .max(far(text.state_jacobian(t, &dx, &du).as_slice(), rust.state_jacobian(t, x, u).as_slice()))
-        .max(far(text.output_jacobian(t, &dx).as_slice(), rust.output_jacobian(t, x).as_slice()))
+        .max(far(text.output_jacobian(t, &dx, &du).as_slice(), rust.output_jacobian(t, x, u).as_slice()))
 }
 
 /// Rounding of a right-hand side of some ten operations, relative to its largest term.
@@ -146,5 +146,8 @@ fn bad_plants_are_refused() {
     assert!(matches!(at(&[2.0], &[0.0]), Err(ExpressionPlantError::Length { expected: 2, found: 1, .. })));
     assert!(matches!(at(&[2.0, f64::INFINITY], &[0.0]), Err(ExpressionPlantError::NotFinite { index: 1, .. })));
     assert!(matches!(text.fixed::<2, 1, 2>(), Err(ExpressionPlantError::Sizes { .. })));
-    assert_eq!(text.fixed::<2, 1, 1>().unwrap().output(0.0, &Vector2::new(0.0, 1.0))[0], 0.0);
+    assert_eq!(
+        text.fixed::<2, 1, 1>().unwrap().output(0.0, &Vector2::new(0.0, 1.0), &nalgebra::Vector1::new(0.0))[0],
+        0.0
+    );
 }

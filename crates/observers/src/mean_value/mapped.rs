@@ -35,7 +35,7 @@ where
     ///
     /// // y = 2 x1 is no state; in x = diag(1/2, 1) z it is z1.
     /// let (a, b) = (Matrix2::new(0.0, 1.0, -1.0, -1.0), SMatrix::<f64, 2, 0>::zeros());
-    /// let plant = LinearPlant { a, b, c: RowVector2::new(2.0, 0.0) };
+    /// let plant = LinearPlant { a, b, c: RowVector2::new(2.0, 0.0), d: None };
     /// let other = InCoordinates::measured_first(plant, Matrix2::new(0.5, 0.0, 0.0, 1.0))?;
     /// let observer = MeanValueObserver::new(other.clone(), 1.0, Integral, Vector2::zeros())?;
     /// let observer = MappedObserver::new(&other, observer);

@@ -221,19 +221,23 @@ where
     /// ```
     /// # Errors
     /// [`ObserverError::Eta`] unless eta > 1/2, [`ObserverError::Matrix`] for the length and the entries of
-    /// `internal_error`, [`ObserverError::OutputNotState`] when y is not the first p states (tested at two points).
+    /// `internal_error`, [`ObserverError::OutputNotState`] when y is not the first p states (tested at two
+    /// states and inputs).
     pub fn new(plant: S, eta: T, mean: D, internal_error: OVector<T, N>) -> Result<Self, ObserverError> {
         if !(eta.is_finite() && eta + eta > T::one()) {
             return Err(ObserverError::Eta { eta: eta.to_subset_unchecked() });
         }
         let (n, p) = (plant.dimensions().states, plant.dimensions().outputs);
         check_matrix("e(0)", &internal_error, (n, 1))?;
-        // Distinct values, twice: a permutation, a scale, an offset or a curvature of h shows.
+        // Distinct values, twice: a permutation, a scale, an offset or a curvature of h shows, and an input in it.
         for scale in [2.0, -3.0] {
             let x = OVector::from_fn_generic(internal_error.shape_generic().0, U1, |i, _| {
                 nalgebra::convert::<f64, T>(scale * (i as f64 + 1.0))
             });
-            let y = plant.output(T::zero(), &x);
+            let u = OVector::from_fn_generic(M::from_usize(plant.dimensions().inputs), U1, |j, _| {
+                nalgebra::convert::<f64, T>(scale * (j as f64 + 0.5))
+            });
+            let y = plant.output(T::zero(), &x, &u);
             for k in 0..p.max(y.nrows()) {
                 let found = y.get(k).copied();
                 if k >= n || found != Some(x[k]) {

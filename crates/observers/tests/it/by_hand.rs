@@ -3,27 +3,29 @@
 
 use luenberger_observers::immersion_invariance::{DifferentiableImmersion, Immersion, ImmersionInvarianceObserver};
 use luenberger_observers::{Observer, ObserverDimensions};
-use luenberger_plants::{Differentiable, Dimensions, Plant};
+use luenberger_plants::{Differentiable, Dimensions, Plant, Shape};
 use nalgebra::{RealField, U1, U2, Vector1, Vector2, convert};
 
 /// `x1' = x2`, `x2' = -x2^3 + u`, `y = x1`.
 #[derive(Clone, Copy, Debug)]
 struct Drag;
 
+impl Shape for Drag {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 1, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Drag {
     type State = Vector2<T>;
     type Input = Vector1<T>;
     type Output = Vector1<T>;
 
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-
     fn derivative(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector2<T> {
         Vector2::new(x[1], u[0] - x[1] * x[1] * x[1])
     }
 
-    fn output(&self, _t: T, x: &Vector2<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }
@@ -34,8 +36,8 @@ impl<T: RealField + Copy> Differentiable<T, U2, U1, U1> for Drag {
         (self.derivative(t, x, u), Vector2::new(v[1], slope * v[1]))
     }
 
-    fn output_directional(&self, t: T, x: &Vector2<T>, v: &Vector2<T>) -> (Vector1<T>, Vector1<T>) {
-        (self.output(t, x), Vector1::new(v[0]))
+    fn output_directional(&self, t: T, x: &Vector2<T>, u: &Vector1<T>, v: &Vector2<T>) -> (Vector1<T>, Vector1<T>) {
+        (self.output(t, x, u), Vector1::new(v[0]))
     }
 }
 

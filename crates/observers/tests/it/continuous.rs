@@ -29,7 +29,7 @@ fn case() -> impl Strategy<Value = Case> {
         let gains = (matrix(n, p), matrix(n, p), matrix(p, p));
         let point = (matrix(n, 1), matrix(n, 1), matrix(m, 1));
         (plant, gains, point).prop_map(|((a, b, c), (l, n, theta), (x, xhat, u))| Case {
-            plant: StateSpace { a, b, c },
+            plant: StateSpace { a, b, c, d: None },
             l,
             n,
             theta,
@@ -52,7 +52,7 @@ proptest! {
     #[test]
     fn the_error_obeys_its_own_equation(case in case()) {
         let Case { plant, l, n, theta, x, xhat, u } = case;
-        let y = plant.output(0.0, &x);
+        let y = plant.output(0.0, &x, &u);
         let slope = plant.derivative(0.0, &x, &u);
         let e = &x - &xhat;
         let innovation = &plant.c * &e;

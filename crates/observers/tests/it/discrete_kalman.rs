@@ -94,7 +94,7 @@ fn a_missed_sample_is_a_prediction_over_two_periods() {
     let KalmanModel { ad, bd, c, w, v, p0, .. } = model();
     let (u, y, xhat) = (Vector1::new(0.3), Vector2::new(1.0, -1.0), Vector3::new(0.5, 0.0, -0.5));
     let mut belief = filter.initial(0.0, &xhat, &u, &y);
-    assert!(filter.update(&mut belief, &y).is_some());
+    assert!(filter.update(&mut belief, &u, &y).is_some());
     filter.predict(&mut belief, &u);
     filter.predict(&mut belief, &u);
     let (corrected, p) = information((xhat, p0), &c, &v, &y);
@@ -116,7 +116,7 @@ fn sensors_of_two_rates() {
         let time = 0.5 * f64::from(k);
         let both = k % 4 == 0;
         let y = Vector2::new(time.sin(), if both { time.cos() } else { f64::NAN });
-        let innovation = filter.update_partial(&mut belief, &y, |output| output == 0 || both).unwrap();
+        let innovation = filter.update_partial(&mut belief, &u, &y, |output| output == 0 || both).unwrap();
         let expected_square = if both {
             let (new, s) = (y - c * expected.0, c * expected.1 * c.transpose() + v);
             expected = information(expected, &c, &v, &y);
@@ -137,10 +137,10 @@ fn sensors_of_two_rates() {
 #[test]
 fn a_sample_without_a_gain_is_said() {
     let filter = KalmanFilter::new(model()).unwrap();
-    let y = Vector2::new(1.0, 2.0);
+    let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 2.0));
     for p in [-Matrix3::identity(), Matrix3::identity() * f64::NAN, Matrix3::identity() * f64::INFINITY] {
         let mut lost = GaussianEstimate::new(&Vector3::new(1.0, 2.0, 3.0), &p);
-        assert_eq!(filter.update(&mut lost, &y), None);
+        assert_eq!(filter.update(&mut lost, &u, &y), None);
         assert_eq!(lost.estimate(), Vector3::new(1.0, 2.0, 3.0));
     }
 }
@@ -251,7 +251,7 @@ fn the_extended_filter_of_a_linear_plant() {
         let t = h * f64::from(k);
         // The second of three samples is missed.
         if k % 3 != 1 {
-            let (a, b) = (filter.update(&mut one, &y).unwrap(), extended.update(t, &mut other, &y).unwrap());
+            let (a, b) = (filter.update(&mut one, &u, &y).unwrap(), extended.update(t, &mut other, &u, &y).unwrap());
             assert!((a.value - b.value).amax() < 1e-13 && (a.covariance - b.covariance).amax() < 1e-13);
         }
         filter.predict(&mut one, &u);
@@ -261,10 +261,10 @@ fn the_extended_filter_of_a_linear_plant() {
         assert!((one.covariance() - other.covariance()).amax() < 1e-13, "{k}");
     }
     let mut lost = GaussianEstimate::new(&Vector2::new(1.0, 0.0), &-p0);
-    assert_eq!(extended.update(0.0, &mut lost, &y), None);
+    assert_eq!(extended.update(0.0, &mut lost, &u, &y), None);
     assert_eq!(lost, GaussianEstimate::new(&Vector2::new(1.0, 0.0), &-p0));
     // An output that nobody measured says nothing.
     let before = other.clone();
-    let nothing = extended.update_partial(0.0, &mut other, &Vector1::new(f64::NAN), |_| false).unwrap();
+    let nothing = extended.update_partial(0.0, &mut other, &u, &Vector1::new(f64::NAN), |_| false).unwrap();
     assert_eq!((nothing.normalized_square, other), (0.0, before));
 }

@@ -57,7 +57,7 @@ proptest! {
     fn the_distance_from_the_manifold_obeys_16(x in prop::array::uniform3(-2.0..2.0f64), chi in prop::array::uniform3(-2.0..2.0f64)) {
         let (x, chi, u) = (Vector3::from(x), Vector3::from(chi), SVector::<f64, 0>::zeros());
         let observer = ImmersionInvarianceObserver::new(Chaotic, Winding);
-        let y = Chaotic.output(0.0, &x);
+        let y = Chaotic.output(0.0, &x, &u);
         let slope: Vector3<f64> = observer.derivative(0.0, &chi, &u, &y);
         let xhat = Vector3::new(y[0], y[1], observer.estimate(0.0, &chi, &u, &y)[0]);
         let (f, fhat) = (Chaotic.derivative(0.0, &x, &u), Chaotic.derivative(0.0, &xhat, &u));

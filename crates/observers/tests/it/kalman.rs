@@ -57,7 +57,7 @@ proptest! {
         let mut x = x0;
         let mut belief = filter.initial(0.0, &(x0 + Vector3::from(off)), &u, &Vector2::zeros());
         for k in 0..100 {
-            filter.step(0.02 * f64::from(k), &mut belief, &u, &Chaotic.output(0.0, &x));
+            filter.step(0.02 * f64::from(k), &mut belief, &u, &Chaotic.output(0.0, &x, &u));
             for _ in 0..4 {
                 let mid: Vector3<f64> = x + Chaotic.derivative(0.0, &x, &u) * 0.0025;
                 x += Chaotic.derivative(0.0, &mid, &u) * 0.005;
@@ -74,7 +74,7 @@ proptest! {
 #[test]
 fn a_chain_of_integrators_is_propagated_exactly() {
     let a = Matrix4::from_fn(|i, j| if j == i + 1 { 1.0 } else { 0.0 });
-    let plant = LinearPlant { a, b: Vector4::new(0.0, 0.0, 0.0, 1.0), c: RowVector4::new(1.0, 0.0, 0.0, 0.0) };
+    let plant = LinearPlant { a, b: Vector4::new(0.0, 0.0, 0.0, 1.0), c: RowVector4::new(1.0, 0.0, 0.0, 0.0), d: None };
     let noises = NoiseModel { w: Matrix4::zeros(), v: Matrix1::new(1.0), p0: Matrix4::zeros() };
     let (h, x, u) = (0.5_f64, Vector4::new(1.0, -2.0, 3.0, -4.0), Vector1::new(24.0));
     let filter = ExtendedKalmanFilter::new(plant, noises, h, 1).unwrap();
@@ -100,7 +100,7 @@ fn the_unmeasured_state_is_found() {
     let mut x = Vector3::new(-2.0, -1.0, -1.0);
     let mut belief = filter.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &Vector2::zeros());
     for k in 0..1000 {
-        filter.step(0.01 * f64::from(k), &mut belief, &u, &Chaotic.output(0.0, &x));
+        filter.step(0.01 * f64::from(k), &mut belief, &u, &Chaotic.output(0.0, &x, &u));
         for _ in 0..10 {
             let mid: Vector3<f64> = x + Chaotic.derivative(0.0, &x, &u) * 0.0005;
             x += Chaotic.derivative(0.0, &mid, &u) * 0.001;
@@ -189,8 +189,12 @@ fn bad_data_are_errors() {
 /// W = D D' is a covariance in every order of its rows, a row of 1e-9 among them.
 #[test]
 fn a_singular_covariance_is_one() {
-    let plant =
-        LinearPlant { a: Matrix4::zeros(), b: SMatrix::<f64, 4, 0>::zeros(), c: RowVector4::new(1.0, 0.0, 0.0, 0.0) };
+    let plant = LinearPlant {
+        a: Matrix4::zeros(),
+        b: SMatrix::<f64, 4, 0>::zeros(),
+        c: RowVector4::new(1.0, 0.0, 0.0, 0.0),
+        d: None,
+    };
     let mut d = SMatrix::<f64, 4, 2>::new(1e-9, 0.0, 0.1, 0.7, 0.3, 0.2, 1.0, 0.3);
     for turn in 0..4 {
         let w = d * d.transpose();

@@ -50,7 +50,7 @@ fn a_linear_kkl_observer_of_dynamic_size() {
     let (x, u) = (DVector::from_vec(vec![0.5, -0.75]), DVector::from_element(1, 0.25));
     let error = DVector::from_vec(vec![0.125, -2.0]);
     let z = &v * &x + &error;
-    let y = plant.output(0.0, &x);
+    let y = plant.output(0.0, &x, &u);
     let rate = observer.derivative(0.0, &z, &u, &y) - &v * plant.derivative(0.0, &x, &u);
     // All numbers are dyadic: exact.
     assert_eq!(rate, &d * &error);

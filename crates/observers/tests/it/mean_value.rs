@@ -9,7 +9,7 @@ use luenberger_observers::{
 };
 use luenberger_plants::coordinates::InCoordinates;
 use luenberger_plants::{
-    Chaotic, Column, Differentiable, Dimensions, Plant, PlantError, double_integrator, flexible_joint,
+    Chaotic, Column, Differentiable, Dimensions, Plant, PlantError, Shape, double_integrator, flexible_joint,
 };
 use nalgebra::{
     Const, DVector, Matrix2, Matrix4x2, RealField, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4, convert,
@@ -29,14 +29,16 @@ enum Scalar {
 
 impl luenberger_plants::ByDual for Scalar {}
 
+impl Shape for Scalar {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Scalar {
     type State = Vector1<T>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
         Vector1::new(match self {
@@ -46,7 +48,7 @@ impl<T: RealField + Copy> Plant<T> for Scalar {
         })
     }
 
-    fn output(&self, _t: T, x: &Vector1<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
         *x
     }
 }

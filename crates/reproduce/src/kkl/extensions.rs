@@ -9,7 +9,7 @@ use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::{
     Immersion, ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, ObserverDimensions, Regression,
 };
-use luenberger_plants::{CukConverter, Dimensions, Plant};
+use luenberger_plants::{CukConverter, Dimensions, Plant, Shape};
 use luenberger_sim::{Scenario, Signal, Trajectory};
 use nalgebra::{
     DMatrix, Matrix2, RealField, SMatrix, SVector, U1, U2, U3, U5, Vector1, Vector2, Vector3, Vector4, convert, dmatrix,
@@ -99,14 +99,16 @@ fn without_s(y: &Vector2<f64>, x2: f64, x5: f64) -> Vector2<f64> {
     Vector2::new(x5 - y[0], x2 - 2.0 * y[1])
 }
 
+impl Shape for ThreeBlocks {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 7, inputs: 2, outputs: 2 }
+    }
+}
+
 impl Plant<f64> for ThreeBlocks {
     type State = SVector<f64, 7>;
     type Input = Vector2<f64>;
     type Output = Vector2<f64>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 7, inputs: 2, outputs: 2 }
-    }
 
     fn derivative(&self, _t: f64, x: &SVector<f64, 7>, u: &Vector2<f64>) -> SVector<f64, 7> {
         let [x2, x3, x5] = [x[2], x[3], x[4]];
@@ -124,7 +126,7 @@ impl Plant<f64> for ThreeBlocks {
         ])
     }
 
-    fn output(&self, _t: f64, x: &SVector<f64, 7>) -> Vector2<f64> {
+    fn output(&self, _t: f64, x: &SVector<f64, 7>, _u: &Self::Input) -> Vector2<f64> {
         Vector2::new(x[0], x[1])
     }
 }
@@ -240,7 +242,7 @@ fn three_blocks(map: ThreeBlocksMap, run: &Trajectory) -> Result<Vec<Hypothesis>
     for point in points::<9>() {
         let (x, u): (SVector<f64, 7>, Vector2<f64>) =
             (point.fixed_rows::<7>(0).into(), point.fixed_rows::<2>(7).into());
-        let (f, y) = (ThreeBlocks.derivative(0.0, &x, &u), ThreeBlocks.output(0.0, &x));
+        let (f, y) = (ThreeBlocks.derivative(0.0, &x, &u), ThreeBlocks.output(0.0, &x, &u));
         let phi: SVector<f64, 5> = x.fixed_rows::<5>(2).into();
         pde = pde.max((map.slope(0.0, &phi, &u, &y) - f.fixed_rows::<5>(2)).amax());
         let claimed = map.known(0.0, &(phi - map.missing(&theta)), &u, &y) + map.regressor(0.0, &phi, &u, &y) * theta;
@@ -362,21 +364,23 @@ impl Phi {
 
 impl luenberger_plants::ByDual for Nonlinear {}
 
+impl Shape for Nonlinear {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 3, inputs: 1, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy> Plant<T> for Nonlinear {
     type State = Vector3<T>;
     type Input = Vector1<T>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 1, outputs: 1 }
-    }
 
     fn derivative(&self, _t: T, x: &Vector3<T>, u: &Vector1<T>) -> Vector3<T> {
         let driven = x[0].sin() - x[1];
         Vector3::new(x[1] + u[0] + x[0] * (self.phi.at(x[2]) - convert(2.0)), driven, driven)
     }
 
-    fn output(&self, _t: T, x: &Vector3<T>) -> Vector1<T> {
+    fn output(&self, _t: T, x: &Vector3<T>, _u: &Self::Input) -> Vector1<T> {
         Vector1::new(x[0])
     }
 }

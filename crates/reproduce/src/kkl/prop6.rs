@@ -206,7 +206,7 @@ where
 {
     let mut largest = 0.0_f64;
     for (x, u) in grid() {
-        let (f, y) = (ExponentialCascade.derivative(0.0, &x, &u), ExponentialCascade.output(0.0, &x));
+        let (f, y) = (ExponentialCascade.derivative(0.0, &x, &u), ExponentialCascade.output(0.0, &x, &u));
         let (phi, rate) = phi_along(&x, &f)?;
         let defect = (rate - map.slope(0.0, &phi, &u, &y)).amax();
         largest = if defect.is_nan() { f64::NAN } else { largest.max(defect) };
@@ -386,8 +386,8 @@ fn f3(context: &Context) -> Result<Outcome, CheckError> {
         Ok(apart(&phi))
     })?;
     let slowest = grid()
-        .map(|(x, _)| {
-            let y = ExponentialCascade.output(0.0, &x);
+        .map(|(x, u)| {
+            let y = ExponentialCascade.output(0.0, &x, &u);
             observer.map().lambda(0.0, &-y, &y)[(1, 1)]
         })
         .fold(f64::NEG_INFINITY, f64::max);

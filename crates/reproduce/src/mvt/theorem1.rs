@@ -116,7 +116,7 @@ where
 {
     let unit = |j: usize| SVector::<f64, N>::from_fn(|i, _| f64::from(u8::from(i == j)));
     let first = (0..N).all(|j| {
-        let y = plant.output(0.0, &unit(j));
+        let y = plant.output(0.0, &unit(j), &SVector::zeros());
         (0..P).all(|i| y[i].total_cmp(&f64::from(u8::from(i == j))).is_eq())
     });
     let (solved, residual) = beta_solves(run);
@@ -359,7 +359,7 @@ fn internal_decrease(_: &Context) -> Result<Outcome, CheckError> {
 fn eta_half(_: &Context) -> Result<Outcome, CheckError> {
     let needed = |[one, two, _]: &[f64; 3]| (2.0 * one - two) / (one - two);
     let sampled = every_slope()?.iter().map(needed).fold(f64::NEG_INFINITY, f64::max);
-    let scalar = LinearPlant { a: Matrix1::new(1.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0) };
+    let scalar = LinearPlant { a: Matrix1::new(1.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0), d: None };
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let attained = slopes(&scalar, &mut random)?.iter().map(needed).fold(f64::NEG_INFINITY, f64::max);
     // The first bound to the rounding of a quotient of differences, the second attained.

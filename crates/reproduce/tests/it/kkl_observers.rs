@@ -98,7 +98,7 @@ proptest! {
         psi in 0.0..5.0f64, u in (-2.0..2.0f64).prop_map(Vector1::new), alpha in 0.5..4.0f64,
     ) {
         let observer = exponential_cascade::observer(alpha, 5.0).unwrap();
-        let y = ExponentialCascade.output(0.0, &x);
+        let y = ExponentialCascade.output(0.0, &x, &u);
         let rate: Vector3<f64> = ExponentialCascade.derivative(0.0, &x, &u);
         let theta = (x[2] - xi[1]).exp();
         let w = y[0] - (known + psi * theta) / alpha;

@@ -4,7 +4,7 @@ use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kalman::{ExtendedKalmanFilter, GaussianEstimate};
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{DMatrix, DefaultAllocator, Dim, DimAdd, DimSum, U1};
+use nalgebra::{DMatrix, DefaultAllocator, Dim, DimAdd, DimSum, OVector, U1};
 
 use crate::erased::{AnyObserver, Sampled};
 use crate::error::SimError;
@@ -50,9 +50,9 @@ where
         Sampled(&self.0).initial(t, estimate, u, y, state);
     }
 
-    fn innovation_covariance(&self, t: f64, state: &[f64]) -> Option<DMatrix<f64>> {
-        let belief = GaussianEstimate::try_from_slice(state)?;
-        let s = self.0.innovation_covariance(t, &belief);
+    fn innovation_covariance(&self, t: f64, state: &[f64], u: &[f64]) -> Option<DMatrix<f64>> {
+        let (belief, u) = (GaussianEstimate::try_from_slice(state)?, OVector::try_from_slice(u)?);
+        let s = self.0.innovation_covariance(t, &belief, &u);
         Some(DMatrix::from_fn(s.nrows(), s.ncols(), |i, j| s[(i, j)]))
     }
 }

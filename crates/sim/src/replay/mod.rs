@@ -244,10 +244,10 @@ impl<'r, 'a> Log<'r, 'a> {
         self.t.push(t);
         if self.entry.whole {
             let mut expected = vec![0.0; own.outputs];
-            self.replay.plant.output(t, &estimate, &mut expected);
+            self.replay.plant.output(t, &estimate, &self.u, &mut expected);
             let innovation: Vec<f64> = self.y.iter().zip(&expected).map(|(y, h)| y - h).collect();
             check_finite(&format!("the innovation of observer {:?} at t = {t}", self.entry.name), &innovation)?;
-            let squared = self.entry.observer.innovation_covariance(t, state).and_then(|s| {
+            let squared = self.entry.observer.innovation_covariance(t, state, &self.u).and_then(|s| {
                 let nu = DVector::from_column_slice(&innovation);
                 Some(nu.dot(&s.cholesky()?.solve(&nu)))
             });

@@ -2,7 +2,7 @@
 
 use approx::assert_abs_diff_eq;
 use luenberger_linalg::lyapunov;
-use luenberger_plants::{Dimensions, Plant, StateSpace, VanDerPol, state_jacobian};
+use luenberger_plants::{Dimensions, Plant, Shape, StateSpace, VanDerPol, state_jacobian};
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian, solve};
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, dmatrix};
 use proptest::prelude::*;
@@ -11,17 +11,20 @@ macro_rules! still {
     ($name:ident, |$x:ident| $h:expr) => {
         /// A plant that stays where it is.
         struct $name;
+        impl Shape for $name {
+            fn dimensions(&self) -> Dimensions {
+                Dimensions { states: 2, inputs: 0, outputs: 1 }
+            }
+        }
+
         impl<T: RealField + Copy> Plant<T> for $name {
             type State = Vector2<T>;
             type Input = SVector<T, 0>;
             type Output = Vector1<T>;
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: 0, outputs: 1 }
-            }
             fn derivative(&self, _t: T, _x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
                 Vector2::zeros()
             }
-            fn output(&self, _t: T, $x: &Vector2<T>) -> Vector1<T> {
+            fn output(&self, _t: T, $x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
                 Vector1::new($h)
             }
         }

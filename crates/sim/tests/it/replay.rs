@@ -192,11 +192,11 @@ fn the_innovation_covariance_is_that_of_the_correction() {
     for k in 0..5 {
         filter.step(0.02 * f64::from(k), &mut belief, &u, &y);
     }
-    let (p, s) = (belief.covariance(), filter.innovation_covariance(0.1, &belief));
+    let (p, s) = (belief.covariance(), filter.innovation_covariance(0.1, &belief, &u));
     let c = double_integrator().c;
     assert!((s - (c * p * c.transpose() + Matrix1::new(0.01))).amax() <= 4.0 * f64::EPSILON);
     let gain = p * c.transpose() / s[(0, 0)];
-    let corrected = belief.estimate() + gain * (y - double_integrator().output(0.0, &belief.estimate()));
+    let corrected = belief.estimate() + gain * (y - double_integrator().output(0.0, &belief.estimate(), &u));
     filter.step(0.1, &mut belief, &u, &y);
     // One Runge-Kutta step of a double integrator is exact.
     let predicted = Vector2::new(corrected[0] + 0.02 * corrected[1], corrected[1]);

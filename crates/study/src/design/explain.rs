@@ -97,7 +97,7 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
         (_, true) => "this one has a constant term: put the origin where f and h are 0".to_owned(),
     };
     let kind = wish.kind.name();
-    let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x, and {what}");
+    let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x + D u, and {what}");
     failure(wish, hypothesis, for_nonlinear(study, kind))
 }
 
@@ -220,11 +220,20 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
     failure(wish, hypothesis, alternatives)
 }
 
+/// Observers whose theory is for outputs without the input.
+pub(super) fn output_of_the_state(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
+    let Some(k) = study.plant.model.feedthrough() else { return Ok(()) };
+    let (kind, output) = (wish.kind.name(), &study.plant.outputs[k]);
+    let hypothesis =
+        format!("the kind {kind} is for outputs of the state alone, y = h(t, x): {output} depends on the input");
+    Err(failure(wish, hypothesis, for_nonlinear(study, kind)))
+}
+
 /// Whether output k is state k, tested at points where a coincidence is unlikely.
 fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
     let size = model.size();
     for point in generic_points(size.states) {
-        let y = model.output(0.0, &point);
+        let y = model.output(0.0, &point, &DVector::zeros(size.inputs));
         for k in 0..size.outputs.min(size.states) {
             if y[k] != point[k] {
                 return Err((k, y[k], point[k]));
@@ -262,7 +271,7 @@ pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> R
     let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
     for (k, (head, length)) in heads.zip(lengths).enumerate() {
         for point in generic_points(size.states) {
-            let y = model.output(0.0, &point)[k];
+            let y = model.output(0.0, &point, &DVector::zeros(size.inputs))[k];
             if y != point[head] {
                 return misfit(format!(
                     "the kind {kind} needs chains that begin at the outputs: {} is {y} where {} is {}",

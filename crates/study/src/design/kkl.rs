@@ -8,7 +8,7 @@ use luenberger_design::numerical_kkl::{
     Domain, Embedded, Escape, Interpolated, NumericalKklDesign, NumericalKklError, Settings, Target,
 };
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
-use luenberger_plants::{Dimensions, Plant};
+use luenberger_plants::{Dimensions, Plant, Shape};
 use nalgebra::{DVector, RealField, SVector, Vector1};
 
 use super::explain::Misfit;
@@ -37,22 +37,24 @@ struct Sized<const N: usize>(Model);
 
 impl<const N: usize> luenberger_plants::ByDual for Sized<N> {}
 
+impl<const N: usize> Shape for Sized<N> {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: N, inputs: 0, outputs: 1 }
+    }
+}
+
 impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
     type State = SVector<T, N>;
     type Input = SVector<T, 0>;
     type Output = Vector1<T>;
-
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: N, inputs: 0, outputs: 1 }
-    }
 
     fn derivative(&self, t: T, x: &SVector<T, N>, _u: &SVector<T, 0>) -> SVector<T, N> {
         let slope = self.0.derivative(t, &DVector::from_column_slice(x.as_slice()), &DVector::zeros(0));
         SVector::from_fn(|i, _| slope[i])
     }
 
-    fn output(&self, t: T, x: &SVector<T, N>) -> Vector1<T> {
-        Vector1::new(self.0.output(t, &DVector::from_column_slice(x.as_slice()))[0])
+    fn output(&self, t: T, x: &SVector<T, N>, _u: &Self::Input) -> Vector1<T> {
+        Vector1::new(self.0.output(t, &DVector::from_column_slice(x.as_slice()), &DVector::zeros(0))[0])
     }
 }
 

@@ -27,6 +27,11 @@ fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<Li
     }
 }
 
+/// What the observers measure, which is what a certificate calls y.
+fn measurement(plant: &StateSpace) -> &'static str {
+    if plant.d.is_some() { " The output has the input in it: the observer measures y - D u = C x." } else { "" }
+}
+
 pub(super) fn luenberger(
     study: &Study,
     plant: &StateSpace,
@@ -55,8 +60,9 @@ pub(super) fn luenberger(
     };
     let report = DesignReport {
         statement: format!(
-            "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{} t).{promised}",
-            significant(rate, 5)
+            "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{} t).{promised}{}",
+            significant(rate, 5),
+            measurement(plant)
         ),
         matrices,
         poles: poles(&design.poles),
@@ -89,7 +95,8 @@ pub(super) fn cubic(
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!(
-            "V = e'Pe decreases at least as fast as without the cubic term, whatever the error. {reach}"
+            "V = e'Pe decreases at least as fast as without the cubic term, whatever the error. {reach}{}",
+            measurement(plant)
         ),
         matrices: vec![
             matrix("L", &design.observer.l),
@@ -126,8 +133,9 @@ pub(super) fn sampled(
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
-            "Sampled every {period}: V = e'Pe decreases from sample to sample, whatever the error; in the end by the factor {} each.",
-            significant(slowest * slowest, 4)
+            "Sampled every {period}: V = e'Pe decreases from sample to sample, whatever the error; in the end by the factor {} each.{}",
+            significant(slowest * slowest, 4),
+            measurement(plant)
         ),
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),

@@ -69,6 +69,9 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         misfit => explain::misfit(study, wish, &misfit).into(),
     };
+    if let ObserverKind::MeanValue { .. } | ObserverKind::HighGain { .. } | ObserverKind::KklNumerical(_) = wish.kind {
+        explain::output_of_the_state(study, wish)?;
+    }
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             linear::luenberger(study, &linear()?, gain, &options).map_err(explained)

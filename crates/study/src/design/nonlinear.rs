@@ -163,12 +163,16 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
         "everywhere" => "From every x(0) and xhat(0)".to_owned(),
         bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
     };
+    let decays = match design.rate {
+        0.0 => "tends to 0".to_owned(),
+        rate => format!("decays at least like {}", decay(rate)),
+    };
     let centre = design.plant.centre();
     let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l);
     let mut numbers = vec![number("rate", design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!("{box_}, the error decays at least like {}, whatever {who}. {whose}", decay(design.rate)),
+        statement: format!("{box_}, the error {decays}, whatever {who}. {whose}"),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
         numbers,

@@ -313,12 +313,17 @@ fn summary(study: &Study) -> PlantSummary {
     };
     let linear = plant.model.linear();
     let motion = if plant.inputs.is_empty() { "x' = A x" } else { "x' = A x + B u" };
-    if linear.is_some() {
-        equations.extend([motion.to_owned(), "y = C x".to_owned()]);
+    if let Some(linear) = &linear {
+        let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
+        equations.extend([motion.to_owned(), output.to_owned()]);
     }
     let named = |plant: &StateSpace| {
         let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
-        all.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect()
+        all.into_iter()
+            .chain(plant.d.iter().map(|d| ("D", d)))
+            .filter(|(_, m)| !m.is_empty())
+            .map(|(name, m)| matrix(name, m))
+            .collect()
     };
     let matrices = linear.as_ref().map(named).unwrap_or_default();
     PlantSummary {

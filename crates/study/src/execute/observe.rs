@@ -27,7 +27,7 @@ pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<Obs
             .into_iter()
             .map(|(t, x, u)| {
                 let a = study.plant.model.state_jacobian(t, &x, &u);
-                let c = study.plant.model.output_jacobian(t, &x);
+                let c = study.plant.model.output_jacobian(t, &x, &u);
                 at(study, &a, &c, Some((t, x.as_slice())))
             })
             .collect::<Result<_, _>>()?,

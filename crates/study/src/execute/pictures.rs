@@ -178,13 +178,14 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
     figure(id, title, &caption, names.iter().enumerate().map(panel).collect())
 }
 
-/// Innovation `y - h(xhat)` of a run.
+/// Innovation `y - h(t, xhat, u)` of a run.
 pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
     let estimate = run.estimate.as_ref()?;
     let mut innovation = run.y.clone();
     for k in 0..innovation.nrows() {
         let xhat = DVector::from_iterator(estimate.ncols(), estimate.row(k).iter().copied());
-        let expected = study.plant.model.output(run.t[k], &xhat);
+        let u = DVector::from_iterator(run.u.ncols(), run.u.row(k).iter().copied());
+        let expected = study.plant.model.output(run.t[k], &xhat, &u);
         for j in 0..innovation.ncols() {
             innovation[(k, j)] -= expected[j];
         }

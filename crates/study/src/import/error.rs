@@ -124,18 +124,6 @@ pub enum ImportError {
         /// The entry.
         value: f64,
     },
-    /// D is not zero.
-    #[error(
-        "D({row}, {column}) is {value}, and the plant of a study is y = C x, without D: leave D out, and give the observers y - D u for y, which has the same information"
-    )]
-    Feedthrough {
-        /// The row of the largest entry, from 0.
-        row: usize,
-        /// Its column, from 0.
-        column: usize,
-        /// The entry.
-        value: f64,
-    },
     /// E is not the identity.
     #[error(
         "E({row}, {column}) is {value}, and the plant of a study is x' = A x + B u, without E: give E^-1 A and E^-1 B, if E is regular"

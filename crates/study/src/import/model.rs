@@ -4,7 +4,7 @@ use super::ImportError;
 use super::variable::{UNREAD, Value, Variable, is_known};
 use nalgebra::DMatrix;
 
-/// A plant `x' = A x + B u`, `y = C x`, every entry finite.
+/// A plant `x' = A x + B u`, `y = C x + D u`, every entry finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// A, n x n, n at least 1.
@@ -13,6 +13,8 @@ pub struct Model {
     pub b: DMatrix<f64>,
     /// C, p x n, p at least 1.
     pub c: DMatrix<f64>,
+    /// D, p x m; `None` where it is zero or absent.
+    pub d: Option<DMatrix<f64>>,
     /// The names of the other variables in the file.
     pub ignored: Vec<String>,
 }
@@ -39,9 +41,10 @@ impl Model {
         if b.nrows() != n {
             return Err(shape("B", &b, format!("{n} x m (A is {n} x {n})")));
         }
-        if let Some(d) = take.matrix("D")?.filter(|d| !d.is_empty()) {
-            feedthrough(&d, c.nrows(), b.ncols())?;
-        }
+        let d = match take.matrix("D")?.filter(|d| !d.is_empty()) {
+            Some(d) => feedthrough(d, c.nrows(), b.ncols())?,
+            None => None,
+        };
         if let Some(e) = take.matrix("E")?.filter(|e| !e.is_empty()) {
             descriptor(&e, n)?;
         }
@@ -50,7 +53,7 @@ impl Model {
         }
         ignored.extend(take.variables.into_iter().map(|variable| variable.name));
         ignored.sort();
-        Ok(Self { a, b, c, ignored })
+        Ok(Self { a, b, c, d, ignored })
     }
 }
 
@@ -137,16 +140,13 @@ fn shape(name: &'static str, m: &DMatrix<f64>, expected: String) -> ImportError 
     ImportError::Shape { name, found: m.shape(), expected }
 }
 
-fn feedthrough(d: &DMatrix<f64>, outputs: usize, inputs: usize) -> Result<(), ImportError> {
-    let (row, column) = d.iamax_full();
-    if d[(row, column)] != 0.0 {
-        return Err(ImportError::Feedthrough { row, column, value: d[(row, column)] });
-    }
+fn feedthrough(d: DMatrix<f64>, outputs: usize, inputs: usize) -> Result<Option<DMatrix<f64>>, ImportError> {
+    let is_zero = d.iter().all(|entry| *entry == 0.0);
     // In python-control and MATLAB a scalar zero stands for a zero matrix.
-    if d.len() > 1 && d.shape() != (outputs, inputs) {
-        return Err(shape("D", d, format!("{outputs} x {inputs}")));
+    if d.shape() != (outputs, inputs) && !(is_zero && d.len() == 1) {
+        return Err(shape("D", &d, format!("{outputs} x {inputs} (C is {outputs} x n, B is n x {inputs})")));
     }
-    Ok(())
+    Ok(Some(d).filter(|_| !is_zero))
 }
 
 fn descriptor(e: &DMatrix<f64>, n: usize) -> Result<(), ImportError> {

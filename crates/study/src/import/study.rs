@@ -16,6 +16,9 @@ impl Model {
             matrix(&mut text, "b", &self.b);
         }
         matrix(&mut text, "c", &self.c);
+        if let Some(d) = &self.d {
+            matrix(&mut text, "d", d);
+        }
         text.push_str("\n[simulation]\n# The state at t = 0; each observer begins with zeros.\n");
         list(&mut text, "x0", &vec![1.0; n]);
         text.push_str("# In the unit of time of A.\n");

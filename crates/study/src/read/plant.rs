@@ -13,7 +13,7 @@ use crate::model::{Builtin, Model, PlantModel};
 
 /// The keys of each form of a plant.
 const WAYS: [(&str, &[&str]); 3] =
-    [("matrices", &["a", "b", "c"]), ("expressions", &["f", "h", "parameters"]), ("builtin", &["builtin"])];
+    [("matrices", &["a", "b", "c", "d"]), ("expressions", &["f", "h", "parameters"]), ("builtin", &["builtin"])];
 
 pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     let entries = node.entries();
@@ -127,7 +127,21 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
         Some(b) => reader.matrix(b, "b", (Some(n), None), &why),
         None => Some(DMatrix::zeros(n, 0)),
     };
-    match StateSpace::new(a, b?, c?) {
+    let (b, c) = (b?, c?);
+    let d = match node.get("d") {
+        None => None,
+        Some(d) => {
+            let size = (c.nrows(), b.ncols());
+            let why = format!("`c` is {} x {n} and `b` {n} x {}", size.0, size.1);
+            Some(reader.matrix(d, "d", (Some(size.0), Some(size.1)), &why)?)
+        }
+    };
+    let plant = StateSpace::new(a, b, c).and_then(|plant| match d {
+        // Zero is no feedthrough, and costs nothing.
+        Some(d) if d.iter().any(|entry| *entry != 0.0) => plant.with_feedthrough(d),
+        _ => Ok(plant),
+    });
+    match plant {
         Ok(plant) => Some(Model::Linear(plant)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected matrices of a plant");
@@ -148,14 +162,13 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     let states = f.list()?.len();
     let inputs = match node.get("inputs") {
         Some(names) => names.list()?.len(),
-        None => f.texts()?.iter().map(|text| greatest_input(text)).max().unwrap_or(0),
+        None => f.texts()?.iter().chain(&h.texts()?).map(|text| greatest_input(text)).max().unwrap_or(0),
     };
     let size = Dimensions { states, inputs, outputs: h.list()?.len() };
     let names = names(node, size, reader)?;
-    let named = |scope: Scope| scope.named(&names.states, &names.inputs);
-    let (scope, outputs) = match (named(Scope::plant(states, inputs)), named(Scope::output(states))) {
-        (Ok(scope), Ok(outputs)) => (scope, outputs),
-        (Err(error), _) | (_, Err(error)) => {
+    let scope = match Scope::plant(states, inputs).named(&names.states, &names.inputs) {
+        Ok(scope) => scope,
+        Err(error) => {
             let key = if error.family == Family::States { "states" } else { "inputs" };
             let span = node.get(key).map_or_else(|| check::head(node), |list| entry_of(list, error.index));
             reader.wrong(span, error.to_string(), "expected a name that means nothing else in expressions");
@@ -164,8 +177,8 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     };
     let parameters = parameters(node.get("parameters"), &scope, reader)?;
     // Each was checked when it was read.
-    let (scope, outputs) = (scope.with(&parameters).ok()?, outputs.with(&parameters).ok()?);
-    let (rows, measured) = (list(f, &scope, reader), list(h, &outputs, reader));
+    let scope = scope.with(&parameters).ok()?;
+    let (rows, measured) = (list(f, &scope, reader), list(h, &scope, reader));
     rows.and(measured)?;
     match ExpressionPlant::named(&f.texts()?, &h.texts()?, &names.states, &names.inputs, &parameters) {
         Ok(plant) => Some((Model::Expressions(plant), names, parameters)),

@@ -61,9 +61,10 @@ const PLANT: Table = Table {
     keys: &[
         optional("a", Kind::Rows, "A of x' = A x + B u, n x n, as a list of rows."),
         optional("b", Kind::Rows, "B, n x m; no inputs without it."),
-        optional("c", Kind::Rows, "C of y = C x, p x n."),
+        optional("c", Kind::Rows, "C of y = C x + D u, p x n."),
+        optional("d", Kind::Rows, "D, p x m; zero without it."),
         optional("f", Kind::Texts, "The right-hand sides of x' = f(t, x, u), one expression for each state."),
-        optional("h", Kind::Texts, "The outputs y = h(t, x), one expression for each."),
+        optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each."),
         optional("parameters", Kind::Named, "Numbers that the expressions may use by name."),
         optional("builtin", Kind::Choice(BUILTIN), "A plant that is built in."),
         optional(

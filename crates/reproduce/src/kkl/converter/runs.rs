@@ -112,7 +112,8 @@ pub(super) fn estimate_at_rest(observer: &impl CukObserver, noise: Option<&Noise
     let plant = CukConverter::default();
     let x = plant.equilibrium(START);
     let u = Vector1::new(plant.control(&x, set_point(0.0), LAMBDA));
-    let seen = plant.output(0.0, &x) + noise.map_or_else(Vector2::zeros, |n| Vector2::from_column_slice(&n.sample(0)));
+    let seen =
+        plant.output(0.0, &x, &u) + noise.map_or_else(Vector2::zeros, |n| Vector2::from_column_slice(&n.sample(0)));
     observer.estimate(0.0, &rest(observer), &u, &seen)
 }
 

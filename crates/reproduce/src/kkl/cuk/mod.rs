@@ -104,7 +104,7 @@ pub type CukHighGainObserver<T> = HighGainObserver<CukHighGain, T, Const<4>>;
 /// let observer = cuk::kklo(converter)?;
 /// // In the equilibrium, started there, it stays there.
 /// let (x, u) = (converter.equilibrium(10.0), Vector1::new(converter.equilibrium_input(10.0)));
-/// let y = converter.output(0.0, &x);
+/// let y = converter.output(0.0, &x, &u);
 /// let xi = observer.initial(0.0, &Vector2::new(x[0], x[3]), &u, &y);
 /// // Terms of 12 V, and of 1 A/C4: their rounding.
 /// let slope = observer.derivative(0.0, &xi, &u, &y);

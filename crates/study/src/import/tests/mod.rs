@@ -16,7 +16,10 @@ fn plant() -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
 #[track_caller]
 fn assert_is_plant(bytes: &[u8], ignored: &[&str]) {
     let (a, b, c) = plant();
-    assert_eq!(read(bytes), Ok(Model { a, b, c, ignored: ignored.iter().map(|name| (*name).to_owned()).collect() }));
+    assert_eq!(
+        read(bytes),
+        Ok(Model { a, b, c, d: None, ignored: ignored.iter().map(|name| (*name).to_owned()).collect() })
+    );
 }
 
 fn kinds() -> impl Iterator<Item = Mat> {
@@ -83,6 +86,21 @@ fn a_plant_without_inputs_has_none() {
     assert!(!model.study("t").contains("\nb = "));
 }
 
+#[test]
+fn a_feedthrough_is_taken_and_a_zero_one_is_none() {
+    let with = |d: &str| {
+        read(format!("{{\"A\": [[-1]], \"B\": [[1, 2]], \"C\": [[1], [3]], \"D\": {d}}}").as_bytes()).unwrap()
+    };
+    let model = with("[[0, 2.5], [-1, 0]]");
+    assert_eq!(model.d, Some(dmatrix![0.0, 2.5; -1.0, 0.0]));
+    assert!(model.study("t").contains("\nd = [\n  [0.0, 2.5],\n  [-1.0, 0.0],\n]\n"), "{}", model.study("t"));
+    // In python-control a scalar zero stands for a zero matrix.
+    for zero in ["[[0, 0], [0, 0]]", "[[0]]", "[]"] {
+        assert_eq!(with(zero).d, None, "{zero}");
+        assert!(!with(zero).study("t").contains("\nd = "));
+    }
+}
+
 #[track_caller]
 fn refused(bytes: &[u8]) -> String {
     read(bytes).unwrap_err().to_string()
@@ -93,11 +111,7 @@ fn what_is_no_plant_is_refused_in_words() {
     let with = |more: &str| {
         refused(format!("{{\"A\": [[0, 1], [2, 3]], \"B\": [[0], [1]], \"C\": [[1, 0]]{more}}}").as_bytes())
     };
-    assert_eq!(
-        with(", \"D\": [[2.5]]"),
-        "D(0, 0) is 2.5, and the plant of a study is y = C x, without D: leave D out, and give the observers y - D u for y, which has the same information"
-    );
-    assert_eq!(with(", \"D\": [[0, 0]]"), "D is 1 x 2, and must be 1 x 1");
+    assert_eq!(with(", \"D\": [[0, 0]]"), "D is 1 x 2, and must be 1 x 1 (C is 1 x n, B is n x 1)");
     assert!(with(", \"dt\": 0.1").starts_with("the model is discrete (dt = 0.1)"));
     assert!(with(", \"TS\": true").starts_with("the model is discrete (TS = true)"));
     assert!(with(", \"E\": [[1, 0], [0, 2]]").starts_with("E(1, 1) is 2, and the plant of a study is x' = A x + B u"));
@@ -201,7 +215,7 @@ fn damage_is_located() {
 #[test]
 fn a_study_has_every_digit() {
     let (a, b, c) = plant();
-    let model = Model { a, b, c, ignored: vec![] };
+    let model = Model { a, b, c, d: None, ignored: vec![] };
     let study = model.study("a \"quoted\" \\ title\n");
     let parts = [
         "title = \"a \\\"quoted\\\" \\\\ title\\u000A\"\n\n[plant]\n",
@@ -274,7 +288,7 @@ proptest! {
         let a = DMatrix::from_column_slice(n, n, &entries[..n * n]);
         let b = DMatrix::from_column_slice(n, m, &entries[n * n..n * n + n * m]);
         let c = DMatrix::from_column_slice(1, n, &entries[n * n + n * m..]);
-        let expected = Model { a: a.clone(), b: b.clone(), c: c.clone(), ignored: vec![] };
+        let expected = Model { a: a.clone(), b: b.clone(), c: c.clone(), d: None, ignored: vec![] };
         let mat = Mat { is_little, is_compressed };
         let write = |name, m| if is_sparse { mat.sparse(name, m) } else { mat.full(name, m) };
         let file = mat.file(&[write("A", &a), write("B", &b), write("C", &c)]);

@@ -1,0 +1,36 @@
+//! Direct feedthrough: a plant with `y = C x + D u` is observed through `y - D u`.
+//!
+//! The input is known, so that neither gain nor error equation changes. An observer without D does not pay for it: its
+//! right-hand side is to the last bit what it is for `y = C x`.
+
+use luenberger_plants::PlantError;
+use luenberger_plants::error::check_matrix;
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+/// `value - D u`, for a value that is y or `y - C xhat`; the value itself where there is no D.
+pub(crate) fn without<T: RealField + Copy, M: Dim, P: Dim>(
+    d: Option<&OMatrix<T, P, M>>,
+    u: &OVector<T, M>,
+    value: OVector<T, P>,
+) -> OVector<T, P>
+where
+    DefaultAllocator: Allocator<P, M> + Allocator<M> + Allocator<P>,
+{
+    match d {
+        Some(d) => value - d * u,
+        None => value,
+    }
+}
+
+/// D of a plant with these sizes.
+pub(crate) fn checked<T: RealField + Copy, M: Dim, P: Dim>(
+    d: OMatrix<T, P, M>,
+    (outputs, inputs): (usize, usize),
+) -> Result<OMatrix<T, P, M>, PlantError>
+where
+    DefaultAllocator: Allocator<P, M>,
+{
+    check_matrix("D", &d, (outputs, inputs))?;
+    Ok(d)
+}
