@@ -1,6 +1,7 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
 mod estimate;
+mod excursion;
 mod filter;
 mod folder;
 mod limits;
@@ -8,7 +9,6 @@ mod log;
 mod observe;
 mod options;
 mod pictures;
-mod region;
 mod scores;
 mod simulate;
 mod stopped;
@@ -169,7 +169,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
             return Err(error);
         }
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(region::of_runs(study, &of));
+        results.warnings.extend(excursion::warnings(study, &of));
         save(folder, &mut results)?;
         options.check()?;
         let alone;
@@ -205,7 +205,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         results.warnings.extend(warnings);
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(region::of_runs(study, &of));
+        results.warnings.extend(excursion::warnings(study, &of));
         for (member, run) in &of {
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));
             folder.table(&name, &pictures::table(study, run))?;

@@ -6,8 +6,8 @@
 use luenberger_sim::Noise;
 use rayon::prelude::*;
 
+use super::excursion::{Excursion, excursion};
 use super::options::RunOptions;
-use super::region::{Excursion, excursion};
 use super::scores::Scoring;
 use super::simulate::{self, Variation};
 use super::stopped::why;
