@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod choices;
 mod feedthrough;
 mod gain_limits;
 mod high_gain;
