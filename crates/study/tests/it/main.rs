@@ -2,8 +2,11 @@
 
 mod choices;
 mod feedthrough;
+mod folder;
 mod gain_limits;
 mod high_gain;
+mod limits;
+mod log;
 mod mistakes;
 mod plant;
 mod report_in_browser;
