@@ -99,10 +99,8 @@ impl Scoring {
                 };
                 let entries: Vec<String> = scale.iter().enumerate().map(entry).collect();
                 // One number is said once.
-                let list = match entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6 {
-                    true => format!("[{}, ..]", entries[0]),
-                    false => format!("[{}]", entries.join(", ")),
-                };
+                let alike = entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6;
+                let list = if alike { format!("[{}, ..]", entries[0]) } else { format!("[{}]", entries.join(", ")) };
                 let source = if self.given { "" } else { ", the widths of the design region" };
                 words.push(format!("Norm |e| in units of scale = {list}{source}."));
                 words.push(format!("Settling time: |e| stays within {percent} % of |e(0)|."));
