@@ -2,6 +2,7 @@
 
 use crate::exit::WRONG;
 use crate::input::Source;
+use crate::limit::Limit;
 use crate::output;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -16,7 +17,7 @@ use std::process::ExitCode;
     name = "luenberger",
     version,
     arg_required_else_help = true,
-    after_help = "Exit code: 0 for success, 1 for a negative answer (no solution, not proved), 2 for a wrong question (usage, files, data).\n\
+    after_help = "Exit code: 0 success; 1 negative result (no solution, not proved) or full disk; 2 invalid input (usage, files, data).\n\
                   Conventions: continuous time unless the name says discrete; L is the observer gain (A - L C), K the feedback gain (A - B K)."
 )]
 pub(crate) struct Arguments {
@@ -167,12 +168,18 @@ pub(crate) struct NewInput {
 
 #[derive(Args)]
 pub(crate) struct StudyInput {
-    /// Study file: TOML, or JSON with the same keys (.json)
+    /// Study file, TOML or JSON (.json), or - for standard input; file names in it are relative to its folder
     #[arg(value_name = "STUDY")]
-    pub(crate) study: PathBuf,
-    /// Folder for the results [default: STUDY-results for run, certify, simulate and sweep; none for the others]
+    pub(crate) study: Source,
+    /// Results folder [default: STUDY-results for run, certify, simulate and sweep; none for the others]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
+    /// Write into a results folder that has files and no manifest; other files are kept
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Limit on the estimated memory or the time: memory=SIZE, time=TIME [default: memory=4GiB,time=24h]
+    #[arg(long, value_name = "LIMIT", value_delimiter = ',')]
+    pub(crate) limit: Vec<Limit>,
     /// Number of threads; it does not affect the results [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
@@ -294,9 +301,12 @@ pub(crate) fn refused(error: &clap::Error) -> ExitCode {
         let message = error.to_string();
         let message = message.strip_prefix("error: ").unwrap_or(&message);
         let object = json!({ "error": { "kind": "usage", "message": message.trim_end() } });
-        output::line(&object.to_string());
+        // The exit code says that there is an error, even if its object cannot be written.
+        _ = output::line(&object.to_string());
     }
-    // A failure to write the help text is ignored.
-    _ = error.print();
-    if is_answer { ExitCode::SUCCESS } else { ExitCode::from(WRONG) }
+    let printed = error.print();
+    if !is_answer {
+        return ExitCode::from(WRONG);
+    }
+    printed.map_or_else(|error| output::failed(&error, ExitCode::SUCCESS), |()| ExitCode::SUCCESS)
 }

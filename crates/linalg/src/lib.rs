@@ -82,6 +82,7 @@ pub mod factored;
 pub mod functional_observer;
 pub mod generalized;
 mod kernel;
+mod least_visible;
 mod linear_block;
 pub mod lyapunov;
 pub mod observability;

@@ -57,7 +57,8 @@ pub(super) fn excursion(study: &Study, wish: &ObserverSpec, run: &Run) -> Option
     let estimates = ("estimate of ", &plant.states, run.estimate.as_ref(), region.states());
     let quantities: Vec<_> = [Some(states), inputs, Some(estimates)].into_iter().flatten().collect();
     let outside = |k: usize| -> Option<(String, f64, (f64, f64))> {
-        let beyond = |x: f64, (low, high): (f64, f64)| !(low..=high).contains(&x);
+        // What is not known is not outside.
+        let beyond = |x: f64, (low, high): (f64, f64)| x < low || x > high;
         for (prefix, names, values, bounds) in &quantities {
             let Some(values) = values else { continue };
             // On a log the true states are unknown: there are no columns.

@@ -69,19 +69,19 @@ const PLANT: Table = Table {
         optional("builtin", Kind::Choice(BUILTIN), "A plant that is built in."),
         optional(
             "states",
-            Kind::Texts,
+            Kind::Names,
             "Names of the states in expressions, figures, tables and messages; x1, x2, ... without it, which expressions may always say as well.",
         ),
         optional(
             "inputs",
-            Kind::Texts,
+            Kind::Names,
             "Names of the inputs, likewise; u1, u2, ... without it, as far as f uses them.",
         ),
-        optional("outputs", Kind::Texts, "Names of the outputs; y1, y2, ... without it."),
-        optional("units", Kind::Texts, "Units of the states, for axes and tables."),
+        optional("outputs", Kind::Names, "Names of the outputs; y1, y2, ... without it."),
+        optional("units", Kind::Names, "Units of the states, for axes and tables."),
         optional(
             "time_unit",
-            Kind::Text,
+            Kind::Name,
             "The unit of the time t, for axes and tables; none is written without it. Rates and poles are then per this unit.",
         ),
     ],
@@ -192,13 +192,26 @@ const NOISE: Table = Table {
 
 const LOG: Table = Table {
     name: "[log]",
-    about: "A measured log: the observers are run on it, and their innovations reported.",
+    about: "A measured log: the observers are run on it, and their innovations reported. A blank cell is no measurement.",
     variants: None,
     keys: &[
         required("file", Kind::Text, "A CSV file with a header, beside the study."),
         optional("time", Kind::Text, "The column of times, which increase; t without it."),
         optional("inputs", Kind::Texts, "The columns of the inputs; the names of the plant's inputs without it."),
         optional("outputs", Kind::Texts, "The columns of the outputs; the names of the plant's outputs without it."),
+        optional(
+            "states",
+            Kind::Texts,
+            "The columns of the true states, one for each state, \"-\" for an unknown one: the errors are reported (default none).",
+        ),
+        optional(
+            "interpolation",
+            Kind::Choice(&[
+                ("none", "Only rows correct an estimate."),
+                ("linear", "Straight lines between rows, which know the future, but not across gaps and blank cells."),
+            ]),
+            "What observers in continuous time, and at their own period, see of the outputs between the rows (default none).",
+        ),
     ],
 };
 

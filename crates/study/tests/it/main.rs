@@ -1,8 +1,11 @@
 //! One test binary, a module a subject.
 
 mod feedthrough;
+mod folder;
 mod gain_limits;
 mod high_gain;
+mod limits;
+mod log;
 mod mistakes;
 mod plant;
 mod report_in_browser;

@@ -233,7 +233,12 @@ fn what_joins_keys() {
             ),
             ("poles = [-2, -5]", "poles = [[-2, 1], -5]", 15, "the pole [-2, 1] has no conjugate", "[-2, -1]"),
             ("name = \"two\"", "name = \"one\"", 17, "two observers named \"one\"", "a `name` of its own"),
-            ("name = \"two\"", "name = \"?!\"", 17, "no file can be named", "a letter"),
+            ("name = \"two\"", "name = \"?!\"", 17, "\"?!\" cannot be part of a file name", "a letter"),
+            ("name = \"two\"", "name = \"con\"", 17, "Windows reserves it for a device", "another name"),
+            ("name = \"two\"", "name = \"LPT3\"", 17, "Windows reserves it for a device", "another name"),
+            ("name = \"two\"", "name = \"One\"", 17, "would have the names of those of \"one\"", "whatever their case"),
+            ("name = \"two\"", "name = \"/one\"", 17, "would have the names of those of \"one\"", "ASCII letters"),
+            ("name = \"two\"", "name = \"a\\u0000b\"", 17, "`name` has the control character U+0000", "without"),
             ("b = [[0], [1]]\n", "", 5, "[input] for a plant without inputs", "no [input]"),
             ("expressions = [\"sin(t)\"]\n", "", 6, "does not say what the input is", "`expressions`"),
             (
@@ -307,7 +312,7 @@ fn names_in_expressions() {
         &[
             ("sin(angle)", "sin(angel)", 2, "there is no `angel`; did you mean `angle`?", "cannot be read"),
             ("sin(angle)", "sin(q)", 2, "known are angle, speed, torque, x1 to x2, u1, t, pi, e, k", "cannot be read"),
-            ("h = [\"angle\"]", "h = [\"torque\"]", 3, "`torque` may not be used here: an output", "cannot be read"),
+            ("h = [\"angle\"]", "h = [\"torqe\"]", 3, "there is no `torqe`; did you mean `torque`?", "cannot be read"),
             (states, &called("sin"), 4, "`sin` cannot be the name of a state: it is a function", "nothing else"),
             (states, &called("t"), 4, "`t` cannot be the name of a state: it is the time", "nothing else"),
             (states, &called("e"), 4, "`e` cannot be the name of a state: it is 2.71828...", "nothing else"),
@@ -361,7 +366,7 @@ fn expressions() {
             ("sin(x1)", "sin(x3)", 2, "there is no `x3`: there are 2 states", "cannot be read"),
             ("k*sin", "kk*sin", 2, "there is no `kk`; did you mean `k`?", "cannot be read"),
             ("sin(x1)", "sin(x1", 2, "expected", "cannot be read"),
-            ("h = [\"x1\"]", "h = [\"x1 + u1\"]", 3, "`u1` may not be used here", "cannot be read"),
+            ("h = [\"x1\"]", "h = [\"x1 + x3\"]", 3, "there is no `x3`: there are 2 states", "cannot be read"),
             ("h = [\"x1\"]", "h = [\" \"]", 3, "entry 1 of `h` is empty", "a text"),
             ("h = [\"x1\"]", "h = [3]", 3, "entry 1 of `h` is 3", "a text"),
             ("h = [\"x1\"]\n", "", 1, "and no `h`", "one expression for each output"),
@@ -484,6 +489,31 @@ fn json_says_the_same_as_toml() {
     assert_eq!(json.plant.inputs, toml.plant.inputs);
 }
 
+/// Names that file systems refuse, or labels cannot show.
+#[test]
+fn long_names() {
+    let long = "n".repeat(300);
+    let edits = [
+        ("name = \"one\"", format!("name = \"{long}\""), 13, "`name` has 300 characters"),
+        ("c = [[1, 0]]", format!("c = [[1, 0]]\nstates = [\"a\", \"{long}\"]"), 6, "entry 2 of `states` has 300"),
+        ("c = [[1, 0]]", format!("c = [[1, 0]]\noutputs = [\"{long}\"]"), 6, "entry 1 of `outputs` has 300"),
+        ("c = [[1, 0]]", format!("c = [[1, 0]]\ntime_unit = \"{long}\""), 6, "`time_unit` has 300 characters"),
+    ];
+    for (from, to, line, message) in edits {
+        one(STUDY, &[(from, &to, line, message, "expected a name of at most 100 characters")]);
+    }
+    let parameter = NONLINEAR.replace("k = 2.0", &format!("k = 2.0, {long} = 1"));
+    assert!(mistakes(&parameter)[0].message.contains("the name of a parameter has 300 characters"));
+    // 100 characters, and characters that no file name can have, are no mistake.
+    for name in ["n".repeat(100), "a/b\\\\c: \u{e9}".to_owned()] {
+        assert!(read(&STUDY.replace("name = \"one\"", &format!("name = \"{name}\"")), Format::Toml).is_ok());
+    }
+    // The log of one observer and the simulation of another would be written to one file.
+    let both = STUDY.replace("name = \"two\"", "name = \"log-one\"") + "[log]\nfile = \"measured-log.csv\"\n";
+    let both = both.replace("b = [[0], [1]]", "b = [[0], [1]]\ninputs = [\"voltage\"]\noutputs = [\"angle\"]");
+    assert!(mistakes(&both)[0].message.contains("\"log-one\" would have the names of those of \"one\""));
+}
+
 #[test]
 fn several_mistakes_at_once_in_the_order_of_the_file() {
     let text =
@@ -538,7 +568,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
     for (text, hypothesis, alternative) in [
         (
             nonlinear("kind = \"cubic\"\npoles = [-1, -2]\ngamma = 1"),
-            "needs a linear plant, x' = A x + B u and y = C x, and this one is not, because of `sin(x1)` in f2",
+            "needs a linear plant, x' = A x + B u and y = C x + D u, and this one is not, because of `sin(x1)` in f2",
             "lpv",
         ),
         (linear("builtin = \"chaotic\"", "kind = \"kalman\"\nw = 1\nv = 1"), "`chaotic` is not", "extended-kalman"),
