@@ -8,6 +8,8 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
     columns: Vec<(String, Vec<f64>)>,
+    /// For each column whether values may be missing, which are NaN in it.
+    partial: Vec<bool>,
 }
 
 /// A table that cannot be written.
@@ -66,10 +68,32 @@ impl Table {
     #[must_use]
     pub fn column(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
         self.columns.push((name.into(), values.into()));
+        self.partial.push(false);
         self
     }
 
-    /// The columns with their names.
+    /// As [`column`](Self::column), with values that are missing: an empty cell in CSV, NaN in npz.
+    ///
+    /// ```
+    /// use luenberger_figures::Table;
+    /// let table = Table::new().column("t", [0.0, 1.0]).column_with_missing("y", [Some(3.0), None]);
+    /// let mut text = Vec::new();
+    /// table.write_csv(&mut text)?;
+    /// assert_eq!(text, b"t,y\n0.0,3.0\n1.0,\n");
+    /// # Ok::<(), luenberger_figures::table::TableError>(())
+    /// ```
+    #[must_use]
+    pub fn column_with_missing(
+        mut self,
+        name: impl Into<String>,
+        values: impl IntoIterator<Item = Option<f64>>,
+    ) -> Self {
+        self.columns.push((name.into(), values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect()));
+        self.partial.push(true);
+        self
+    }
+
+    /// The columns with their names; a missing value is NaN.
     pub fn columns(&self) -> &[(String, Vec<f64>)] {
         &self.columns
     }
@@ -84,7 +108,8 @@ impl Table {
         writer.write_record(self.columns.iter().map(|(name, _)| name))?;
         for row in 0..rows {
             // `{:?}` of an f64 is the shortest decimal that reads back as the same number.
-            writer.write_record(self.columns.iter().map(|(_, values)| format!("{:?}", values[row])))?;
+            let cell = |x: f64| if x.is_nan() { String::new() } else { format!("{x:?}") };
+            writer.write_record(self.columns.iter().map(|(_, values)| cell(values[row])))?;
         }
         writer.flush()?;
         Ok(())
@@ -139,7 +164,8 @@ impl Table {
             if self.columns[..i].iter().any(|(other, _)| other == name) {
                 return Err(TableError::Duplicate { name: name.clone() });
             }
-            if let Some(row) = values.iter().position(|x| !x.is_finite()) {
+            let wrong = |x: &f64| !(x.is_finite() || self.partial[i] && x.is_nan());
+            if let Some(row) = values.iter().position(wrong) {
                 return Err(TableError::NotFinite { name: name.clone(), row: row + 1, value: values[row] });
             }
         }

@@ -29,7 +29,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         let white = angle.whiteness.as_ref().map_or("-".to_owned(), |test| format!("{:.3}", test.p_value));
         let last = observer.estimate[(observer.t.len() - 1, 1)];
         println!(
-            "{:>14}: rms {:.4}, white with probability {white}, speed at the end {last:.3}",
+            "{:>14}: rms {:.4}, whiteness test p-value {white}, speed at the end {last:.3}",
             observer.name, angle.rms
         );
     }

@@ -5,7 +5,6 @@
 
 use luenberger_observers::{Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{Column, Dimensions, Plant};
-use nalgebra::DMatrix;
 
 use crate::error::SimError;
 
@@ -30,10 +29,6 @@ pub(crate) trait AnyObserver {
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]);
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
-    /// The covariance that the observer believes its innovation to have, if it believes anything.
-    fn innovation_covariance(&self, _t: f64, _state: &[f64], _u: &[f64]) -> Option<DMatrix<f64>> {
-        None
-    }
 }
 
 /// An observer in continuous time.

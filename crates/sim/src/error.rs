@@ -207,6 +207,40 @@ pub enum SimError {
         /// Norm of the Gramian.
         norm: f64,
     },
+    /// An input of a log that is missing in the first row.
+    #[error("input {} of the log is missing in the first row, t = {time}: nothing is known that could be held", input + 1)]
+    NoInput {
+        /// The input, from 0.
+        input: usize,
+        /// The first time.
+        time: f64,
+    },
+    /// An observer in discrete time whose samples are not those of the log.
+    #[error(
+        "the period {period} of observer {name:?} does not fit the log: of {rows} rows (median Ts {median}) only the first lies on its samples"
+    )]
+    PeriodDoesNotFit {
+        /// The observer.
+        name: String,
+        /// Its period.
+        period: f64,
+        /// The rows of the log.
+        rows: usize,
+        /// Their median period.
+        median: f64,
+    },
+    /// An observer in discrete time, or a prediction, with more steps than are sensible for a log.
+    #[error("observer {name:?} with the period {period} needs {steps:e} steps for the log; the limit is {limit:e}")]
+    TooManySamples {
+        /// The observer.
+        name: String,
+        /// Its period.
+        period: f64,
+        /// The steps.
+        steps: f64,
+        /// Their limit.
+        limit: f64,
+    },
     /// A time outside the simulated span.
     #[error("t = {time} lies outside the simulated span from {start} to {end}")]
     Outside {

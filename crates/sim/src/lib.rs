@@ -42,6 +42,7 @@
 
 #![deny(missing_docs)]
 
+mod chi_squared;
 pub mod compare;
 pub mod dense;
 mod dop853;

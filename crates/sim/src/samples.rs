@@ -1,4 +1,4 @@
-//! A quantity known at some times only, and what it is taken to be in between.
+//! A quantity known at some times only, what it is taken to be in between, and which of its values are missing.
 
 use nalgebra::DMatrix;
 
@@ -7,18 +7,21 @@ use crate::error::{SimError, check_finite};
 /// What a sampled quantity is taken to be between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// The last sample, as a digital-to-analogue converter holds it.
+    /// The last sample, as a digital-to-analogue converter holds it: causal.
     Hold,
-    /// The straight line from one sample to the next.
+    /// The straight line from one sample to the next, which knows the future.
     Line,
 }
 
-/// Columns of numbers at increasing times, which need not be equally spaced.
+/// Columns of numbers at increasing times, which need not be equally spaced. A value may be missing: it is marked as
+/// such ([`Samples::value`] is `None`), and no number stands for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     t: Vec<f64>,
-    /// One row for each time.
+    /// One row for each time. In the place of a missing value stands the last one before it, or the first one after.
     values: DMatrix<f64>,
+    /// Which values are missing; `None` if none is.
+    missing: Option<DMatrix<bool>>,
     between: Between,
 }
 
@@ -56,7 +59,34 @@ impl Samples {
                 return Err(SimError::TimesUnsorted { index: index + 1, previous: pair[0], next: pair[1] });
             }
         }
-        Ok(Self { t, values, between })
+        Ok(Self { t, values, missing: None, between })
+    }
+
+    /// As [`new`](Self::new), with `None` for each value that is missing.
+    ///
+    /// ```
+    /// use luenberger_sim::samples::{Between, Samples};
+    /// use nalgebra::dmatrix;
+    /// let t = vec![0.0, 1.0, 2.0];
+    /// let samples = Samples::with_missing(t, &dmatrix![Some(5.0); None; Some(7.0)], Between::Hold)?;
+    /// assert_eq!((samples.value(0, 0), samples.value(1, 0)), (Some(5.0), None));
+    /// assert_eq!(samples.count(0), 2);
+    /// # Ok::<(), luenberger_sim::SimError>(())
+    /// ```
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_missing(t: Vec<f64>, values: &DMatrix<Option<f64>>, between: Between) -> Result<Self, SimError> {
+        let mut filled = DMatrix::zeros(values.nrows(), values.ncols());
+        for (column, mut filled) in values.column_iter().zip(filled.column_iter_mut()) {
+            let mut last = column.iter().copied().find_map(|value| value).unwrap_or(0.0);
+            for (value, filled) in column.iter().zip(filled.iter_mut()) {
+                last = value.unwrap_or(last);
+                *filled = last;
+            }
+        }
+        let missing = values.map(|value| value.is_none());
+        let any = missing.iter().any(|missing| *missing);
+        Ok(Self { missing: any.then_some(missing), ..Self::new(t, filled, between)? })
     }
 
     /// The times.
@@ -64,9 +94,21 @@ impl Samples {
         &self.t
     }
 
-    /// The values, one row for each time.
+    /// The values, one row for each time. In the place of a missing value stands the last one before it; before the
+    /// first one, the first one; and 0 in a column without values.
     pub fn values(&self) -> &DMatrix<f64> {
         &self.values
+    }
+
+    /// The value in this row and column; none if it is missing or beyond the table.
+    pub fn value(&self, row: usize, column: usize) -> Option<f64> {
+        let missing = self.missing.as_ref().is_some_and(|missing| missing.get((row, column)).copied().unwrap_or(true));
+        if missing { None } else { self.values.get((row, column)).copied() }
+    }
+
+    /// How many values of a column there are.
+    pub fn count(&self, column: usize) -> usize {
+        (0..self.t.len()).filter(|&row| self.value(row, column).is_some()).count()
     }
 
     /// What it is taken to be between the samples.
@@ -81,7 +123,7 @@ impl Samples {
     }
 
     /// Writes the values at `t`, and beyond the ends those of the end. As many are written as there are columns and
-    /// room for.
+    /// room for. A missing value is what [`values`](Self::values) has in its place.
     ///
     /// Cost: the logarithm of the number of samples.
     pub fn at(&self, t: f64, value: &mut [f64]) {
@@ -100,12 +142,5 @@ impl Samples {
             let here = self.values[(k, column)];
             *value = if share == 0.0 { here } else { here + share * (self.values[(k + 1, column)] - here) };
         }
-    }
-
-    /// The number of the sample at `t`, up to rounding in multiples of a period.
-    pub(crate) fn sample_at(&self, t: f64, period: f64) -> Option<usize> {
-        let next = self.t.partition_point(|&sample| sample <= t);
-        let near = |k: &usize| self.t.get(*k).is_some_and(|sample| (sample - t).abs() <= 1e-9 * period.max(t.abs()));
-        [next.saturating_sub(1), next].into_iter().find(near)
     }
 }

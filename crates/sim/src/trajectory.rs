@@ -155,6 +155,38 @@ impl Trajectory {
         found.map(|i| i.value.as_slice()).ok_or_else(|| SimError::UnknownName { name: name.to_owned() })
     }
 
+    /// The state of the plant at any time of the run, by dense output.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`].
+    pub fn state_at(&self, t: f64) -> Result<Vec<f64>, SimError> {
+        let mut row = self.dense.at(t)?;
+        row.truncate(self.layout.size.states);
+        Ok(row)
+    }
+
+    /// The input at any time of the run, by dense output.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`].
+    pub fn input_at(&self, t: f64) -> Result<Vec<f64>, SimError> {
+        let (n, m) = (self.layout.size.states, self.layout.size.inputs);
+        Ok(self.dense.at(t)?[n..n + m].to_vec())
+    }
+
+    /// The own state of the observer of that name at any time of the run, by dense output; of a filter estimate and
+    /// covariance by columns.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`], [`SimError::UnknownName`].
+    pub fn observer_state_at(&self, name: &str, t: f64) -> Result<Vec<f64>, SimError> {
+        let unknown = || SimError::UnknownName { name: name.to_owned() };
+        let index = self.observers.iter().position(|observer| observer.name == name).ok_or_else(unknown)?;
+        let end = self.layout.observers[index].estimate;
+        let length = self.observers[index].state.ncols();
+        Ok(self.dense.at(t)?[end - length..end].to_vec())
+    }
+
     /// Start and end of the run.
     pub fn span(&self) -> (f64, f64) {
         self.dense.span()

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use luenberger_design::GainOptions;
 use luenberger_lmi::Solver;
-use luenberger_sim::Recording;
+use luenberger_sim::{Recording, Samples};
 use nalgebra::{Complex, DMatrix};
 
 use crate::diagnostic::{Place, Source};
@@ -136,6 +136,8 @@ impl NoiseSpec {
 pub struct Log {
     /// Inputs and outputs at the times of the log.
     pub recording: Recording,
+    /// The true states at these times, of which values may be missing; none if the log has no column of a state.
+    pub truth: Option<Samples>,
     /// Suspicious data in the log, such as gaps.
     pub suspicions: Vec<Suspicion>,
 }

@@ -592,7 +592,7 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("joint design: S + S' < 0", Sign, "he(&s) >> 0.0", "he(&s) << 0.0"),
             mutant("joint design: |S| not scaled", Dropped, "(gamma / s.norm())", "gamma"),
-            mutant("joint design: stability only", Dropped, "rate, lmi, &Settings", "0.0, lmi, &Settings"),
+            mutant("joint design: stability only", Dropped, "rate, lmi, &GainOptions", "0.0, lmi, &GainOptions"),
             mutant("joint design: S'", Transpose, "CubicGain::General(s)", "CubicGain::General(s.transpose())")
                 .equivalent(
                     "S stands in the inequality as S + S' alone: with S, S' is a solution too, and nothing \

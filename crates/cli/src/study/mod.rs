@@ -4,6 +4,7 @@
 mod cost;
 mod interrupt;
 mod new;
+mod text_log;
 mod text_report;
 
 use crate::answer::Answer;

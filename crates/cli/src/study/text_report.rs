@@ -1,10 +1,11 @@
 //! Results as text: values, failures, and the files written.
 
+use super::text_log;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
-    LogReport, ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, ScoreCell, ScoreTable,
-    SimulationReport, SweepReport, leading,
+    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, ScoreCell, ScoreTable, SimulationReport,
+    SweepReport, leading,
 };
 use luenberger_study::{Results, Step};
 use nalgebra::Complex;
@@ -50,8 +51,11 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     if let Some(report) = &results.simulation {
         simulation(&mut text, results, report);
     }
+    if !results.filters.is_empty() {
+        text_log::filters(&mut text, &results.filters);
+    }
     if let Some(report) = &results.log {
-        log(&mut text, report);
+        text_log::log(&mut text, report, &results.plant);
     }
     if let Some(report) = &results.sweep {
         sweep(&mut text, results, report);
@@ -209,25 +213,6 @@ fn scores(text: &mut String, scores: &ScoreTable) {
     }
 }
 
-fn log(text: &mut String, report: &LogReport) {
-    let (start, end) = (number(report.start), number(report.end));
-    _ = writeln!(text, "\nlog of {} samples from t = {start} to {end}", report.samples);
-    let header = ["observer", "output", "mean", "rms", "peak", "white with probability"];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
-    for row in &report.rows {
-        if let Some(failure) = &row.failure {
-            rows.push(vec![row.observer.clone(), failure.clone()]);
-            continue;
-        }
-        for of in &row.outputs {
-            let white = of.white.map_or_else(|| "-".to_owned(), size);
-            let cells = [row.observer.clone(), of.output.clone(), size(of.mean), size(of.rms), size(of.peak), white];
-            rows.push(cells.to_vec());
-        }
-    }
-    table(text, &rows);
-}
-
 fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
     let runs = counted(report.ensemble, "run");
     let medians = if report.ensemble == 1 { "" } else { ": medians" };
@@ -245,7 +230,7 @@ fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
 }
 
 /// Rows of cells, left-aligned in columns.
-fn table(text: &mut String, rows: &[Vec<String>]) {
+pub(super) fn table(text: &mut String, rows: &[Vec<String>]) {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
     // A row that ends early holds an error message, which may be long and does not affect the column widths.
     let width = |column: usize| {

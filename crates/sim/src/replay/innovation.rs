@@ -1,5 +1,5 @@
 //! What innovations `y - h(xhat)` say of an observer: their size, whether they are white, whether a filter believes in
-//! the right covariance.
+//! the right covariance (NIS); and, where the truth is known, whether its errors have the covariance it says (NEES).
 //!
 //! Where plant, noise and filter agree, the innovations of a Kalman filter are white, of mean 0, and of the covariance
 //! S that the filter computes. An observer with a constant gain has white innovations only by luck; their spectrum then
@@ -10,10 +10,12 @@
 //! Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking and Navigation, Wiley 2001,
 //! section 5.4.
 
+use crate::chi_squared::{quantile, tail};
+
 /// Statistics of the innovation of one output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InnovationStatistics {
-    /// How many innovations were used.
+    /// How many innovations were used; 0 for an output that was not measured, whose other numbers are 0 too.
     pub samples: usize,
     /// Their mean.
     pub mean: f64,
@@ -39,36 +41,71 @@ pub struct Whiteness {
     pub p_value: f64,
 }
 
-/// Whether the innovations of a filter have the covariance that it believes in.
+/// A square `e' S^-1 e`, and how many entries e has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalisedSquare {
+    /// The square.
+    pub square: f64,
+    /// The degrees of freedom: the outputs that were measured (NIS), or the states whose truth is known (NEES).
+    pub degrees: usize,
+}
+
+/// Whether the innovations of a filter, or its errors, have the covariance that it believes in: the test of NIS or NEES.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Consistency {
-    /// The mean of `nu' S^-1 nu`, which is p where everything agrees. Above, the filter trusts itself too much; below,
-    /// too little.
+    /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^-1 e` for NEES. Above the region, the filter
+    /// trusts itself too much; below, too little.
     pub mean: f64,
-    /// The mean lies between these two with a probability of 95 %, where everything agrees (by the normal approximation
-    /// of chi-squared with N p degrees).
+    /// What it is on average where everything agrees: the degrees of freedom of one sample.
+    pub expected: f64,
+    /// The acceptance region, two-sided, 95 %: where everything agrees, the sum of the squares is chi-squared with as
+    /// many degrees as all samples have, and the mean lies in here with a probability of 95 %. Exact for NIS and a
+    /// linear plant; errors of successive samples are correlated, so that NEES leaves its region more often.
     pub bounds: (f64, f64),
+    /// How many samples were used.
+    pub samples: usize,
+}
+
+impl Consistency {
+    /// The test of these squares; none for none of them.
+    ///
+    /// ```
+    /// use luenberger_sim::replay::{Consistency, NormalisedSquare};
+    /// let squares = (0..100).map(|k| NormalisedSquare { square: if k % 2 == 0 { 1.9 } else { 0.1 }, degrees: 1 });
+    /// let test = Consistency::of(squares).ok_or("squares")?;
+    /// // A hundredth of the quantiles of chi-squared with 100 degrees: 74.22 and 129.56.
+    /// assert!((test.mean - 1.0).abs() < 1e-12 && (test.bounds.0 - 0.7422).abs() < 1e-4 && test.accepted());
+    /// # Ok::<(), &str>(())
+    /// ```
+    pub fn of(squares: impl IntoIterator<Item = NormalisedSquare>) -> Option<Self> {
+        let (mut samples, mut sum, mut degrees) = (0usize, 0.0, 0usize);
+        for NormalisedSquare { square, degrees: own } in squares {
+            (samples, sum, degrees) = (samples + 1, sum + square, degrees + own);
+        }
+        if degrees == 0 {
+            return None;
+        }
+        let (count, degrees) = (samples as f64, degrees as f64);
+        let bounds = (quantile(0.025, degrees) / count, quantile(0.975, degrees) / count);
+        Some(Self { mean: sum / count, expected: degrees / count, bounds, samples })
+    }
+
+    /// Whether the mean lies in the acceptance region.
+    pub fn accepted(&self) -> bool {
+        (self.bounds.0..=self.bounds.1).contains(&self.mean)
+    }
 }
 
 /// The longest lag.
 const LAGS: usize = 20;
 
-/// The statistics of a sequence of finite numbers; none for an empty one.
-pub(super) fn statistics(innovations: &[f64]) -> Option<InnovationStatistics> {
-    if innovations.is_empty() {
-        return None;
-    }
-    let count = innovations.len() as f64;
+/// The statistics of a sequence of finite numbers.
+pub(super) fn statistics(innovations: &[f64]) -> InnovationStatistics {
+    let count = innovations.len().max(1) as f64;
     let mean = innovations.iter().sum::<f64>() / count;
     let rms = (innovations.iter().map(|nu| nu * nu).sum::<f64>() / count).sqrt();
     let peak = innovations.iter().fold(0.0f64, |peak, nu| peak.max(nu.abs()));
-    Some(InnovationStatistics {
-        samples: innovations.len(),
-        mean,
-        rms,
-        peak,
-        whiteness: whiteness(innovations, mean, rms),
-    })
+    InnovationStatistics { samples: innovations.len(), mean, rms, peak, whiteness: whiteness(innovations, mean, rms) }
 }
 
 fn whiteness(innovations: &[f64], mean: f64, rms: f64) -> Option<Whiteness> {
@@ -84,34 +121,7 @@ fn whiteness(innovations: &[f64], mean: f64, rms: f64) -> Option<Whiteness> {
     let autocorrelation: Vec<f64> = (1..=lags).map(correlation).collect();
     let weighted = autocorrelation.iter().enumerate().map(|(k, r)| r * r / (count - (k + 1) as f64));
     let statistic = count * (count + 2.0) * weighted.sum::<f64>();
-    Some(Whiteness {
-        autocorrelation,
-        bound: 1.96 / count.sqrt(),
-        statistic,
-        p_value: chi_squared_tail(statistic, lags),
-    })
-}
-
-/// The probability that chi-squared with an even number of degrees exceeds x: `exp(-x/2) sum_(i < k/2) (x/2)^i/i!`.
-fn chi_squared_tail(x: f64, degrees: usize) -> f64 {
-    let half = x / 2.0;
-    let (mut term, mut sum) = (1.0, 0.0);
-    for i in 0..degrees / 2 {
-        sum += term;
-        term *= half / (i + 1) as f64;
-    }
-    ((-half).exp() * sum).clamp(0.0, 1.0)
-}
-
-/// The mean of normalised innovations squared of p outputs, with the bounds of what it should be.
-pub(super) fn consistency(normalised: &[f64], outputs: usize) -> Option<Consistency> {
-    if normalised.is_empty() {
-        return None;
-    }
-    let (count, expected) = (normalised.len() as f64, outputs as f64);
-    let reach = 1.96 * (2.0 * expected / count).sqrt();
-    let bounds = ((expected - reach).max(0.0), expected + reach);
-    Some(Consistency { mean: normalised.iter().sum::<f64>() / count, bounds })
+    Some(Whiteness { autocorrelation, bound: 1.96 / count.sqrt(), statistic, p_value: tail(statistic, lags as f64) })
 }
 
 #[cfg(test)]
@@ -119,19 +129,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tail_of_chi_squared_is_that_of_the_tables() {
-        // Abramowitz and Stegun, table 26.8: 95 % and 99 % points.
-        for (degrees, x, tail) in [(2, 5.99147, 0.05), (10, 18.3070, 0.05), (20, 31.4104, 0.05), (20, 37.5662, 0.01)] {
-            assert!((chi_squared_tail(x, degrees) - tail).abs() < 1e-6, "{degrees} {x}");
-        }
-        assert_eq!((chi_squared_tail(0.0, 4), chi_squared_tail(1e9, 20)), (1.0, 0.0));
-    }
-
-    #[test]
     fn a_sequence_with_a_known_correlation() {
         // 1, -1, 1, ...: r_k = (-1)^k (N - k)/N, so that Q = (N + 2)/N sum (N - k).
         let alternating: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
-        let statistics = statistics(&alternating).unwrap();
+        let statistics = statistics(&alternating);
         assert_eq!((statistics.mean, statistics.rms, statistics.peak), (0.0, 1.0, 1.0));
         let whiteness = statistics.whiteness.unwrap();
         assert_eq!(whiteness.autocorrelation.len(), 10);
@@ -139,7 +140,7 @@ mod tests {
             (whiteness.autocorrelation[0] + 0.99).abs() < 1e-15 && (whiteness.autocorrelation[1] - 0.98).abs() < 1e-15
         );
         assert!((whiteness.statistic - 1.02 * 945.0).abs() < 1e-9 && whiteness.p_value < 1e-190);
-        assert!(super::statistics(&[0.1; 50]).unwrap().whiteness.is_none());
-        assert!(super::statistics(&[]).is_none());
+        assert!(super::statistics(&[0.1; 50]).whiteness.is_none());
+        assert_eq!((super::statistics(&[]).samples, super::statistics(&[]).rms), (0, 0.0));
     }
 }

@@ -4,5 +4,6 @@ mod compare;
 mod feedthrough;
 mod gramian;
 mod replay;
+mod replay_missing;
 mod runs;
 mod scores;

@@ -63,8 +63,8 @@ fn held_inputs_are_replayed_as_they_were() {
         .until(4.0, 401)
         .run()
         .unwrap();
-    let replayed =
-        Replay::new(double_integrator(), recording(&run)).observer("linear", observer(), &[1.0, -1.0]).run().unwrap();
+    let log = recording(&run).between(Between::Hold, Between::Line);
+    let replayed = Replay::new(double_integrator(), log).observer("linear", observer(), &[1.0, -1.0]).run().unwrap();
     let apart = (&replayed.observers[0].estimate - &run.observers[0].estimate).amax();
     // Only y is interpolated: |y''| = |u| <= 1, and |exp((A - L C) t) L| has an integral below 4.
     assert!(apart <= 4.0 * 1e-4 / 8.0, "{apart:e}");
@@ -100,20 +100,18 @@ fn sampled_observers_are_replayed_exactly() {
         .run()
         .unwrap();
     let replayed = replayed.observer("filter").unwrap();
-    assert_eq!((replayed.t.len(), replayed.interpolated), (1001, 0));
+    assert_eq!((replayed.t.len(), replayed.rows_used(), replayed.interpolated), (1001, 1001, 0));
     let apart = (&replayed.estimate - &run.observers[0].estimate).amax();
     // The samples of the log are those of the run to its integration error.
     assert!(apart <= 1e-9, "{apart:e}");
     // The covariance is not known of an observer that is only sampled.
-    assert!(replayed.normalised.is_none() && replayed.consistency(0.0).unwrap().is_none());
-    // Every third sample is missing: the observer keeps its period, and what it takes from in between is counted.
-    let kept: Vec<usize> = (0..1001).filter(|k| k % 3 != 2).collect();
-    let pick = |m: &DMatrix<f64>| DMatrix::from_fn(kept.len(), 1, |i, _| m[(kept[i], 0)]);
-    let log = Recording::new(kept.iter().map(|&k| run.t[k]).collect(), pick(&run.u), pick(&run.y)).unwrap();
-    let thinned =
-        Replay::new(double_integrator(), log).sampled_observer("filter", filter(0.01), &[0.0, 0.0]).run().unwrap();
-    assert_eq!((thinned.observers[0].t.len(), thinned.observers[0].interpolated), (1001, 333));
-    assert!((&thinned.observers[0].estimate - &run.observers[0].estimate).amax() < 0.05);
+    assert!(replayed.belief.is_none() && replayed.consistency(0.0).unwrap().is_none());
+    // As a filter it is the same run, and its estimates are those after the measurement.
+    let after = Replay::new(double_integrator(), recording(&run)).filter("filter", filter(0.01), &[0.0, 0.0]);
+    let after = after.run().unwrap();
+    let before: Vec<f64> = (0..1001).map(|k| run.y[(k, 0)] - run.observers[0].estimate[(k, 0)]).collect();
+    let innovation = after.observers[0].innovation.as_ref().unwrap();
+    assert!((0..1001).all(|k| (innovation[(k, 0)].unwrap() - before[k]).abs() <= 1e-9));
 }
 
 /// The filter that knows the noise has white innovations of the covariance it believes in; one that does not is found
@@ -131,7 +129,9 @@ fn innovations_tell_a_right_filter_from_a_wrong_one() {
     let consistency = |name: &str| replayed.observer(name).unwrap().consistency(0.0).unwrap().unwrap();
     let right = consistency("right");
     assert!((right.bounds.0..right.bounds.1).contains(&right.mean), "{right:?}");
-    assert!((right.bounds.1 - 1.0 - 1.96 * (2.0f64 / 1001.0).sqrt()).abs() < 1e-12);
+    assert!(right.accepted() && right.expected == 1.0 && right.samples == 1001);
+    // scipy 1.17.1: chi2.ppf([0.025, 0.975], 1001)/1001.
+    assert!((right.bounds.0 - 0.914299032188253).abs() < 1e-12 && (right.bounds.1 - 1.089485250648115).abs() < 1e-12);
     assert!(consistency("trusting").mean > 50.0 && consistency("doubting").mean < 0.02);
     let statistics = |name: &str| replayed.observer(name).unwrap().statistics(1.0).unwrap().remove(0);
     let right = statistics("right");

@@ -1,63 +1,111 @@
-//! The observers on a measured log: no plant is simulated; the innovation is the figure of merit.
+//! The observers on a measured log: no plant is simulated; figures of merit are the innovations, and the errors where
+//! the log has the true states.
 
-use luenberger_sim::replay::{Recording, Replay, ReplayedObserver};
-use luenberger_sim::{Settings, SimError};
+use luenberger_proof::wording::significant;
+use luenberger_sim::replay::{Replay, ReplayedObserver};
+use luenberger_sim::{Between, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::Member;
 use super::options::RunOptions;
 use super::simulate::Run;
-use crate::results::{InnovationOf, InnovationReport, LogReport};
+use crate::results::{ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
 use crate::study::{Log, Study};
 
-fn replay(study: &Study, recording: &Recording, member: &Member<'_>) -> Result<ReplayedObserver, SimError> {
+fn replay(study: &Study, log: &Log, member: &Member<'_>) -> Result<ReplayedObserver, SimError> {
     let settings = Settings { rtol: 1e-9, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
-    let replay = Replay::new(&study.plant.model, recording.clone()).settings(settings);
+    let replay = Replay::new(&study.plant.model, log.recording.clone()).settings(settings);
     let name = member.wish.name.as_str();
     member.designed.runnable.replay(replay, name, &member.wish.initial).run()?.observer(name).cloned()
 }
 
-fn report(study: &Study, recording: &Recording, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
-    let times = recording.times();
+fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
+    let times = log.recording.times();
     let middle = times[times.len() / 2];
-    let named = |(statistics, name): (luenberger_sim::replay::InnovationStatistics, &String)| InnovationOf {
+    let measured = replayed.statistics(middle)?.into_iter().zip(&study.plant.outputs);
+    let outputs = measured.filter(|(statistics, _)| statistics.samples > 0).map(|(statistics, name)| InnovationOf {
         output: name.clone(),
+        samples: statistics.samples,
         mean: statistics.mean,
         rms: statistics.rms,
         peak: statistics.peak,
         white: statistics.whiteness.map(|whiteness| whiteness.p_value),
-    };
-    let outputs = replayed.statistics(middle)?.into_iter().zip(&study.plant.outputs).map(named).collect();
+    });
     let last = replayed.estimate.nrows().saturating_sub(1);
+    let nis = replayed.consistency(middle)?.map(ConsistencyReport::from);
+    let nees = log.truth.as_ref().map(|truth| replayed.nees(truth, middle)).transpose()?.flatten();
     Ok(InnovationReport {
         observer: replayed.name.clone(),
-        outputs,
+        outputs: outputs.collect(),
         estimate: replayed.estimate.row(last).iter().copied().collect(),
-        normalised: replayed.consistency(middle)?.map(|consistency| consistency.mean),
+        normalised: nis.as_ref().map(|nis| nis.mean),
+        nis,
+        nees: nees.map(ConsistencyReport::from),
+        errors: errors(study, log, replayed)?,
+        rows_used: replayed.rows_used(),
         interpolated: replayed.interpolated,
         failure: None,
+    })
+}
+
+/// The errors of the states that the log knows.
+fn errors(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Vec<StateScore>, SimError> {
+    let Some(truth) = &log.truth else { return Ok(Vec::new()) };
+    let errors = replayed.errors(truth)?;
+    let score = |(i, state): (usize, &String)| {
+        let errors: Vec<f64> = errors.column(i).iter().filter_map(|error| *error).collect();
+        let last = *errors.last()?;
+        let squares: f64 = errors.iter().map(|error| error * error).sum();
+        Some(StateScore {
+            state: state.clone(),
+            samples: errors.len(),
+            rmse: (squares / errors.len() as f64).sqrt(),
+            peak: errors.iter().fold(0.0, |peak, error| peak.max(error.abs())),
+            last,
+        })
+    };
+    Ok(study.plant.states.iter().enumerate().filter_map(score).collect())
+}
+
+/// What limits the use of the log by an observer.
+fn warning(study: &Study, log: &Log, replayed: &ReplayedObserver, period: Option<f64>) -> Option<String> {
+    let (rows, used, samples) = (log.recording.times().len(), replayed.rows_used(), replayed.t.len());
+    // Filters and observers in continuous time use every row.
+    let period = period.filter(|_| replayed.belief.is_none())?;
+    let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    let (name, period) = (&replayed.name, significant(period, 6));
+    let median = significant(log.recording.median_period(), 6);
+    if used < rows {
+        return Some(format!(
+            "{name}: Only {used} of {rows} rows lie on the observer's samples (period {period}{unit}, median Ts {median}{unit}); the others are not used"
+        ));
+    }
+    (2 * used < samples).then(|| {
+        format!(
+            "{name}: Only {used} of {samples} samples of the observer (period {period}{unit}, median Ts {median}{unit}) have a row; at the others it predicts"
+        )
     })
 }
 
 /// An observer with its estimates on the log, if the replay finished.
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
+/// The report, the runs, and the warnings.
 pub(super) fn all<'a>(
     study: &Study,
     log: &Log,
     members: &[Member<'a>],
     options: &RunOptions<'_>,
-) -> (LogReport, Vec<Outcome<'a>>) {
-    let recording = &log.recording;
-    let times = recording.times();
+) -> (LogReport, Vec<Outcome<'a>>, Vec<String>) {
     let one = |member: &Member<'a>| {
         if options.interrupted() {
             return None;
         }
-        let outcome = replay(study, recording, member).and_then(|replayed| {
-            let report = report(study, recording, &replayed)?;
-            Ok((report, run(recording, replayed)))
+        let outcome = replay(study, log, member).and_then(|replayed| {
+            let report = report(study, log, &replayed)?;
+            let warning = warning(study, log, &replayed, member.designed.runnable.period());
+            Ok((report, run(log, replayed), warning))
         });
         options.tell("log", &member.wish.name, 1, 1);
         let failed = |error: SimError| InnovationReport {
@@ -65,33 +113,79 @@ pub(super) fn all<'a>(
             outputs: Vec::new(),
             estimate: Vec::new(),
             normalised: None,
+            nis: None,
+            nees: None,
+            errors: Vec::new(),
+            rows_used: 0,
             interpolated: 0,
             failure: Some(error.to_string()),
         };
         Some(match outcome {
-            Ok((report, run)) => (report, (*member, Some(run))),
-            Err(error) => (failed(error), (*member, None)),
+            Ok((report, run, warning)) => (report, (*member, Some(run)), warning),
+            Err(error) => (failed(error), (*member, None), None),
         })
     };
-    let (reports, runs): (Vec<_>, Vec<_>) = members.par_iter().filter_map(one).collect::<Vec<_>>().into_iter().unzip();
-    let ends = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
-    (LogReport { samples: times.len(), start: ends.0, end: ends.1, rows: reports }, runs)
+    let outcomes: Vec<_> = members.par_iter().filter_map(one).collect();
+    let unit = study.plant.time_unit.as_deref();
+    let mut warnings: Vec<String> =
+        log.suspicions.iter().map(|suspicion| format!("in the log: {}", suspicion.in_words(unit))).collect();
+    if linear(log) {
+        warnings
+            .push("in the log: linear interpolation between rows, as asked for, uses later measurements".to_owned());
+    }
+    let (mut rows, mut runs) = (Vec::new(), Vec::new());
+    for (report, run, warning) in outcomes {
+        rows.push(report);
+        runs.push(run);
+        warnings.extend(warning);
+    }
+    (summary(study, log, rows), runs, warnings)
 }
 
-fn run(recording: &Recording, replayed: ReplayedObserver) -> Run {
-    let at = |samples: &luenberger_sim::Samples| {
-        let mut values = DMatrix::zeros(replayed.t.len(), samples.values().ncols());
-        let mut row = vec![0.0; samples.values().ncols()];
-        for (k, t) in replayed.t.iter().enumerate() {
-            samples.at(*t, &mut row);
-            for (j, x) in row.iter().enumerate() {
-                values[(k, j)] = *x;
-            }
-        }
-        values
+fn linear(log: &Log) -> bool {
+    log.recording.outputs().between() == Between::Line
+}
+
+fn summary(study: &Study, log: &Log, rows: Vec<InnovationReport>) -> LogReport {
+    let recording = &log.recording;
+    let times = recording.times();
+    let column = |(j, output): (usize, &String)| {
+        let samples = recording.outputs().count(j);
+        let median_period = recording.output_period(j);
+        (samples < times.len()).then(|| LogColumn { output: output.clone(), samples, median_period })
     };
-    let (u, y) = (at(recording.inputs()), at(recording.outputs()));
-    // The true state of a log is unknown.
-    let x = DMatrix::zeros(replayed.t.len(), 0);
-    Run { t: replayed.t, x, u, y, estimate: Some(replayed.estimate) }
+    LogReport {
+        samples: times.len(),
+        start: times.first().copied().unwrap_or(0.0),
+        end: times.last().copied().unwrap_or(0.0),
+        median_period: recording.median_period(),
+        gaps: recording.gaps().into_iter().map(|(from, to)| [from, to]).collect(),
+        interpolation: if linear(log) { "linear" } else { "none" },
+        columns: study.plant.outputs.iter().enumerate().filter_map(column).collect(),
+        rows,
+    }
+}
+
+/// The rows of a table; what is not known is NaN.
+fn run(log: &Log, replayed: ReplayedObserver) -> Run {
+    let (recording, rows) = (&log.recording, replayed.t.len());
+    let mut u = DMatrix::zeros(rows, recording.inputs().values().ncols());
+    let mut row = vec![0.0; u.ncols()];
+    for (k, t) in replayed.t.iter().enumerate() {
+        recording.inputs().at(*t, &mut row);
+        row.iter().enumerate().for_each(|(j, x)| u[(k, j)] = *x);
+    }
+    let of = |samples: &luenberger_sim::Samples| {
+        let value = |k: usize, j: usize| replayed.row[k].and_then(|k| samples.value(k, j)).unwrap_or(f64::NAN);
+        DMatrix::from_fn(rows, samples.values().ncols(), value)
+    };
+    Run {
+        x: log.truth.as_ref().map_or_else(|| DMatrix::zeros(rows, 0), of),
+        y: of(recording.outputs()),
+        u,
+        innovation: replayed.innovation.map(|innovation| innovation.map(|nu| nu.unwrap_or(f64::NAN))),
+        deviation: replayed.belief.as_ref().map(luenberger_sim::replay::Belief::deviation),
+        estimate: Some(replayed.estimate),
+        t: replayed.t,
+    }
 }

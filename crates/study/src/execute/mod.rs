@@ -1,6 +1,8 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
 mod estimate;
+mod excursion;
+mod filter;
 mod folder;
 mod limits;
 mod log;
@@ -108,6 +110,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         observability: None,
         observers: Vec::new(),
         simulation: None,
+        filters: Vec::new(),
         log: None,
         sweep: None,
         warnings: Vec::new(),
@@ -155,17 +158,18 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         let failed = std::sync::Mutex::new(None);
         let finished = |member: &Member<'_>, run: &simulate::Run| {
             let name = format!("trajectories/{}", file_name(&member.wish.name));
-            if let Err(error) = folder.table(&name, &pictures::table(study, run, false)) {
+            if let Err(error) = folder.table(&name, &pictures::table(study, run)) {
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
-        let (report, outcomes) = simulate::all(study, simulation, &members, options, &finished)?;
+        let (report, outcomes, filters) = simulate::all(study, simulation, &members, options, &finished)?;
         results.simulation = Some(report);
+        results.filters = filters;
         if let Some(error) = failed.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
             return Err(error);
         }
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(warn::of_runs(study, &of));
+        results.warnings.extend(excursion::warnings(study, &of));
         save(folder, &mut results)?;
         options.check()?;
         let alone;
@@ -178,7 +182,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
                 match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE) {
                     Ok(trajectory) => {
                         alone = simulate::samples(simulation, &trajectory, None);
-                        folder.table("trajectories/plant", &pictures::table(study, &alone, false))?;
+                        folder.table("trajectories/plant", &pictures::table(study, &alone))?;
                         Some(&alone)
                     }
                     // With observers, each of their rows says how far it came.
@@ -197,13 +201,14 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
-        let (report, outcomes) = log::all(study, log, &members, options);
-        results.warnings.extend(log.suspicions.iter().map(|suspicion| format!("in the log: {suspicion}")));
+        let (report, outcomes, warnings) = log::all(study, log, &members, options);
+        results.warnings.extend(warnings);
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.warnings.extend(excursion::warnings(study, &of));
         for (member, run) in &of {
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));
-            folder.table(&name, &pictures::table(study, run, true))?;
+            folder.table(&name, &pictures::table(study, run))?;
         }
         save(folder, &mut results)?;
         if let Some((_, first)) = of.first() {

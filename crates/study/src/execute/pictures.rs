@@ -81,7 +81,7 @@ fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Opti
 /// The requested figures with their ids.
 pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
     let default = if runs.measured {
-        vec![Quantity::States, Quantity::Innovations]
+        vec![Quantity::States, Quantity::Errors, Quantity::Innovations]
     } else {
         vec![Quantity::States, Quantity::Errors, Quantity::ErrorNorm, Quantity::Inputs]
     };
@@ -117,9 +117,10 @@ fn states(runs: &Runs<'_>) -> Named {
     let rows = runs.rows(runs.first);
     let panel = |i: usize| {
         let mut panel = Panel::new(runs.time(), runs.label(i));
-        if !runs.measured
-            && let Some(truth) = line("plant", runs.first, &rows, |k| runs.first.x[(k, i)])
-        {
+        let truth = if runs.measured { "truth" } else { "plant" };
+        // A log without true states has none of their columns.
+        let known = i < runs.first.x.ncols();
+        if let Some(truth) = known.then(|| line(truth, runs.first, &rows, |k| runs.first.x[(k, i)])).flatten() {
             panel = panel.series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
         }
         for (number, (member, run)) in runs.shown().enumerate() {
@@ -127,15 +128,45 @@ fn states(runs: &Runs<'_>) -> Named {
             if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
+            panel = bands(panel, runs, (number, member, run), |k| estimate[(k, i)], i);
         }
         panel
     };
-    let caption =
-        if runs.measured { "The estimates on the log." } else { "The states of the plant, and their estimates." };
-    figure("states", "States and estimates", &runs.caption(caption), runs.states().into_iter().map(panel).collect())
+    let mut caption = match (runs.measured, runs.first.x.ncols()) {
+        (true, 0) => "The estimates on the log.",
+        (true, _) => "The estimates on the log, and the true states.",
+        (false, _) => "The states of the plant, and their estimates.",
+    }
+    .to_owned();
+    if runs.shown().any(|(_, run)| run.deviation.is_some()) {
+        caption.push_str(" Dotted: two standard deviations of a filter to either side.");
+    }
+    figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
+}
+
+/// The panel with the curves `of` +- 2 sigma of state i of a filter.
+fn bands(
+    mut panel: Panel,
+    runs: &Runs<'_>,
+    (number, member, run): (usize, &Member<'_>, &Run),
+    of: impl Fn(usize) -> f64,
+    i: usize,
+) -> Panel {
+    let Some(deviation) = &run.deviation else { return panel };
+    let rows = runs.rows(run);
+    for side in [2.0, -2.0] {
+        let name = format!("{} +- 2 sigma", member.wish.name);
+        if let Some(curve) = line(&name, run, &rows, |k| of(k) + side * deviation[(k, i)]) {
+            panel = panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dotted).width(1.0));
+        }
+    }
+    panel
 }
 
 fn errors(runs: &Runs<'_>) -> Named {
+    if runs.first.x.ncols() == 0 {
+        return None;
+    }
     let panel = |i: usize| {
         let mut panel = Panel::new(runs.time(), format!("error of {}", runs.label(i)));
         for (number, (member, run)) in runs.shown().enumerate() {
@@ -143,6 +174,7 @@ fn errors(runs: &Runs<'_>) -> Named {
             if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
+            panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
         }
         panel
     };
@@ -155,6 +187,9 @@ fn errors(runs: &Runs<'_>) -> Named {
 }
 
 fn norm(runs: &Runs<'_>) -> Named {
+    if runs.first.x.ncols() == 0 {
+        return None;
+    }
     // Without a scale there is no norm.
     let scale = super::scores::scale(runs.study, runs.study.simulation.as_ref()?)?;
     let mut panel = Panel::new(runs.time(), "|e| in units of scale").log_y();
@@ -193,6 +228,9 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
 
 /// Innovation `y - h(t, xhat, u)` of a run.
 pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
+    if let Some(innovation) = &run.innovation {
+        return Some(innovation.clone());
+    }
     let estimate = run.estimate.as_ref()?;
     let mut innovation = run.y.clone();
     for k in 0..innovation.nrows() {
@@ -273,28 +311,33 @@ fn parameter(name: &str) -> &'static str {
     }
 }
 
-/// A run as a table: t, states, inputs, measured outputs, estimates `NAME_hat`.
-pub(super) fn table(study: &Study, run: &Run, measured: bool) -> Table {
+/// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
+/// and of a filter two standard deviations `NAME_2sigma`. A value that is not known is an empty cell.
+pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
-        for (j, name) in names.iter().enumerate() {
-            let column = of.column(j).iter().copied().collect::<Vec<f64>>();
+        for (column, name) in of.column_iter().zip(names) {
+            if column.iter().all(|x| x.is_nan()) {
+                continue;
+            }
             let mut title = format!("{name}{suffix}");
             // A state and an output may have the same name; columns must not.
             while table.columns().iter().any(|(other, _)| *other == title) {
                 title.push('\'');
             }
-            table = std::mem::take(&mut table).column(title, column);
+            let known = column.iter().map(|x| (!x.is_nan()).then_some(*x));
+            table = std::mem::take(&mut table).column_with_missing(title, known);
         }
     };
     let plant = &study.plant;
-    if !measured {
-        add(&plant.states, "", &run.x);
-    }
+    add(&plant.states, "", &run.x);
     add(&plant.inputs, "", &run.u);
     add(&plant.outputs, "", &run.y);
     if let Some(estimate) = &run.estimate {
         add(&plant.states, "_hat", estimate);
+    }
+    if let Some(deviation) = &run.deviation {
+        add(&plant.states, "_2sigma", &(deviation * 2.0));
     }
     table
 }

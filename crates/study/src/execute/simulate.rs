@@ -9,12 +9,12 @@ use luenberger_sim::{Scenario, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::Member;
 use super::options::RunOptions;
 use super::scores::Scoring;
 use super::stopped::why;
+use super::{Member, filter};
 use crate::error::StudyError;
-use crate::results::{RunReport, SimulationReport};
+use crate::results::{FilterReport, RunReport, SimulationReport};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
@@ -40,6 +40,10 @@ pub(super) struct Run {
     pub(super) y: DMatrix<f64>,
     /// The estimates of the observer; none for the plant alone.
     pub(super) estimate: Option<DMatrix<f64>>,
+    /// `y - h(xhat)` as the observer had it, on a log; NaN where nothing was measured.
+    pub(super) innovation: Option<DMatrix<f64>>,
+    /// The standard deviations of the estimates, of a filter.
+    pub(super) deviation: Option<DMatrix<f64>>,
 }
 
 /// The observer in the feedback loop.
@@ -123,7 +127,9 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
     let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
-    Run { t: wanted, x: of(&trajectory.x), u: of(&trajectory.u), y: of(&y), estimate }
+    let deviation = member.and_then(|member| filter::deviation(trajectory, member)).map(|deviation| of(&deviation));
+    let (x, u, y) = (of(&trajectory.x), of(&trajectory.u), of(&y));
+    Run { t: wanted, x, u, y, estimate, innovation: None, deviation }
 }
 
 /// A run with its observer, or why it ended.
@@ -137,7 +143,7 @@ pub(super) fn all<'a>(
     members: &[Member<'a>],
     options: &RunOptions<'_>,
     finished: &(dyn Fn(&Member<'_>, &Run) + Sync),
-) -> Result<(SimulationReport, Vec<Outcome<'a>>), StudyError> {
+) -> Result<(SimulationReport, Vec<Outcome<'a>>, Vec<FilterReport>), StudyError> {
     let scoring = Scoring::of(study, simulation, members.iter(), members)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |member: &Member<'a>| {
@@ -148,9 +154,10 @@ pub(super) fn all<'a>(
             trajectory(study, simulation, members, Some(member), Variation::NONE)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
+                    let filter = filter::consistency(study, simulation, &trajectory, member)?;
                     let last = trajectory.x.nrows() - 1;
                     let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();
-                    Ok((samples(simulation, &trajectory, Some(member)), merits, end))
+                    Ok((samples(simulation, &trajectory, Some(member)), merits, filter, end))
                 })
                 .map_err(|error| why(study, &error))
         });
@@ -165,10 +172,12 @@ pub(super) fn all<'a>(
     let mut rows = Vec::new();
     let mut runs = Vec::new();
     let mut x_end = Vec::new();
+    let mut filters = Vec::new();
     for (member, outcome) in outcomes {
         let observer = member.wish.name.clone();
         match outcome {
-            Ok((run, merits, end)) => {
+            Ok((run, merits, filter, end)) => {
+                filters.extend(filter);
                 if x_end.is_empty() {
                     x_end = end;
                 }
@@ -189,7 +198,7 @@ pub(super) fn all<'a>(
         scoring: scoring.report(study),
         rows,
     };
-    Ok((report, runs))
+    Ok((report, runs, filters))
 }
 
 /// Checks that the observer in the feedback loop has a design.

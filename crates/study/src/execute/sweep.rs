@@ -6,11 +6,11 @@
 use luenberger_sim::Noise;
 use rayon::prelude::*;
 
+use super::excursion::{Excursion, excursion};
 use super::options::RunOptions;
 use super::scores::Scoring;
 use super::simulate::{self, Variation};
 use super::stopped::why;
-use super::warn::{Excursion, excursion};
 use super::{Member, member};
 use crate::design::{Designed, NoDesign, design};
 use crate::error::StudyError;

@@ -29,9 +29,29 @@ pub(super) fn input(node: &Node, plant: &PlantModel, linear: bool, reader: &mut 
     read(node, reader, |table| table.samples("t", &plant.inputs, between))
 }
 
-/// A log.
-pub(super) fn log(node: &Node, time: &str, inputs: &[String], outputs: &[String], reader: &mut Reader) -> Option<Log> {
+/// The columns of a log.
+pub(super) struct Columns {
+    pub(super) time: String,
+    pub(super) inputs: Vec<String>,
+    pub(super) outputs: Vec<String>,
+    /// The true states, if there are any; none for an unknown one.
+    pub(super) states: Option<Vec<Option<String>>>,
+}
+
+/// A log. Outputs are on straight lines between the rows if `linear`.
+pub(super) fn log(node: &Node, columns: &Columns, linear: bool, reader: &mut Reader) -> Option<Log> {
+    let Columns { time, inputs, outputs, states } = columns;
     read(node, reader, |table| {
-        Ok(Log { recording: table.recording(time, inputs, outputs)?, suspicions: table.suspicions(time, outputs)? })
+        let recording = table.recording(time, inputs, outputs)?;
+        let between = if linear { Between::Line } else { Between::Hold };
+        let truth = states.as_ref().map(|states| {
+            let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();
+            table.samples_with_missing(time, &states)
+        });
+        Ok(Log {
+            recording: recording.between(Between::Hold, between),
+            truth: truth.transpose()?,
+            suspicions: table.suspicions(time, inputs, outputs)?,
+        })
     })
 }

@@ -174,8 +174,19 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         Some(given)
     };
     let (inputs, outputs) = (columns("inputs", &plant.inputs, "inputs"), columns("outputs", &plant.outputs, "outputs"));
-    let time = node.get("time").map_or(Some("t"), Node::text)?.to_owned();
-    super::csv::log(node.get("file")?, &time, &inputs?, &outputs?, reader)
+    let states = match node.get("states") {
+        None => None,
+        Some(_) => Some(columns("states", &plant.states, "states")?),
+    };
+    let known = |name: String| (name != "-").then_some(name);
+    let columns = super::csv::Columns {
+        time: node.get("time").map_or(Some("t"), Node::text)?.to_owned(),
+        inputs: inputs?,
+        outputs: outputs?,
+        states: states.map(|states| states.into_iter().map(known).collect()),
+    };
+    let linear = node.get("interpolation").and_then(Node::text) == Some("linear");
+    super::csv::log(node.get("file")?, &columns, linear, reader)
 }
 
 pub(super) fn plot(

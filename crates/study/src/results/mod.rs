@@ -4,11 +4,13 @@
 //! Nothing in here depends on the time, the machine's paths or the computing time, so that the same study gives
 //! identical bytes.
 
+mod log;
 pub(crate) mod report;
 mod score_tables;
 mod scores;
 
-pub use report::leading;
+pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
+pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
     MeritsReport, NormReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport, SweepRow,
@@ -34,6 +36,9 @@ pub struct Results {
     /// The runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationReport>,
+    /// The filters of the simulation: whether their covariances agree with their errors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub filters: Vec<FilterReport>,
     /// Observers on the log.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<LogReport>,
@@ -240,54 +245,6 @@ pub struct FailureReport {
     pub alternatives: Vec<String>,
     /// Position of the observer in the file.
     pub line: usize,
-}
-
-/// Observers on a measured log.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LogReport {
-    /// Number of samples.
-    pub samples: usize,
-    /// First time.
-    pub start: f64,
-    /// Last time.
-    pub end: f64,
-    /// One row for each designed observer.
-    pub rows: Vec<InnovationReport>,
-}
-
-/// The innovations of one observer over the second half of the log, which excludes the initial transient.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct InnovationReport {
-    /// The observer.
-    pub observer: String,
-    /// One for each output.
-    pub outputs: Vec<InnovationOf>,
-    /// The estimate at the end time.
-    pub estimate: Vec<f64>,
-    /// For a Kalman filter: the mean of nu' S^-1 nu (normalized innovation squared), equal to the number of outputs if
-    /// the filter's covariance is consistent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub normalised: Option<f64>,
-    /// Samples of a sampled-data observer that do not coincide with samples of the log.
-    pub interpolated: usize,
-    /// Why the run ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
-}
-
-/// The innovation of one output.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct InnovationOf {
-    /// The output.
-    pub output: String,
-    /// The mean, which shows a bias of a sensor or of the model.
-    pub mean: f64,
-    /// The root mean square.
-    pub rms: f64,
-    /// The largest magnitude.
-    pub peak: f64,
-    /// p-value of the Ljung-Box test of whiteness; none for fewer than 20 samples.
-    pub white: Option<f64>,
 }
 
 impl Results {

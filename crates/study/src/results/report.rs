@@ -1,5 +1,9 @@
 //! `report.html`: the results as an HTML page with interactive figures.
 
+mod log_section;
+
+pub use log_section::data as log_data;
+
 use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone};
 use luenberger_proof::wording::{complex, significant};
 
@@ -332,27 +336,11 @@ fn comparison(results: &Results) -> Section {
             section = section.prose("Ended early, or not run:").list(ended);
         }
     }
+    if !results.filters.is_empty() {
+        section = log_section::filters(section, &results.filters);
+    }
     if let Some(log) = &results.log {
-        let head = ["observer", "output", "mean", "rms", "largest", "white with p"];
-        let mut grid = Grid::new(&head).caption("Innovations over the second half of the log.");
-        let mut ended = Vec::new();
-        for row in &log.rows {
-            for output in &row.outputs {
-                grid = grid.row([
-                    Cell::from(row.observer.as_str()),
-                    Cell::from(output.output.as_str()),
-                    number(output.mean),
-                    number(output.rms),
-                    number(output.peak),
-                    maybe(output.white),
-                ]);
-            }
-            ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
-        }
-        section = section.grid(grid);
-        if !ended.is_empty() {
-            section = section.prose("Ended early:").list(ended);
-        }
+        section = log_section::log(section, log, &results.plant);
     }
     section
 }

@@ -192,13 +192,26 @@ const NOISE: Table = Table {
 
 const LOG: Table = Table {
     name: "[log]",
-    about: "A measured log: the observers are run on it, and their innovations reported.",
+    about: "A measured log: the observers are run on it, and their innovations reported. A blank cell is no measurement.",
     variants: None,
     keys: &[
         required("file", Kind::Text, "A CSV file with a header, beside the study."),
         optional("time", Kind::Text, "The column of times, which increase; t without it."),
         optional("inputs", Kind::Texts, "The columns of the inputs; the names of the plant's inputs without it."),
         optional("outputs", Kind::Texts, "The columns of the outputs; the names of the plant's outputs without it."),
+        optional(
+            "states",
+            Kind::Texts,
+            "The columns of the true states, one for each state, \"-\" for an unknown one: the errors are reported (default none).",
+        ),
+        optional(
+            "interpolation",
+            Kind::Choice(&[
+                ("none", "Only rows correct an estimate."),
+                ("linear", "Straight lines between rows, which know the future, but not across gaps and blank cells."),
+            ]),
+            "What observers in continuous time, and at their own period, see of the outputs between the rows (default none).",
+        ),
     ],
 };
 

@@ -52,11 +52,11 @@ gamma = 2
 name = "sampled"
 kind = "sampled-cubic"
 poles = [-4, -5]
-strength = 1
+gamma = 1
 period = 0.01
 [[observer]]
 name = "ekf"
-kind = "ekf"
+kind = "extended-kalman"
 w = [[0.1, 0], [0, 1]]
 v = [[0.2]]
 period = 0.01
@@ -110,7 +110,7 @@ x0 = [0.6, -0.2]
 duration = 5
 hold = 0.02
 [[observer]]
-kind = "ekf"
+kind = "extended-kalman"
 w = 0.01
 v = 0.01
 period = 0.02
@@ -150,7 +150,7 @@ fn kinds_without_feedthrough_refuse_it() {
     for kind in [
         "kind = \"high-gain\"\nr = 0.1\nchains = [2]",
         "kind = \"mean-value\"\nregion = { states = [[-2, 2], [-2, 2]] }",
-        "kind = \"kkl-numerical\"\npoles = [-1, -2, -3]\nregion = { states = [[-2, 2], [-2, 2]] }",
+        "kind = \"kkl-numerical\"\ndomain = [[-2, 2], [-2, 2]]\ncutoff = 1",
     ] {
         let text = format!(
             "[plant]\nf = [\"x2\", \"-sin(x1) + u1\"]\nh = [\"x1 + 0.1*u1\"]\noutputs = [\"angle\"]\n\

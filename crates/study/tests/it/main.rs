@@ -5,6 +5,7 @@ mod folder;
 mod gain_limits;
 mod high_gain;
 mod limits;
+mod log;
 mod mistakes;
 mod plant;
 mod report_in_browser;

@@ -312,7 +312,7 @@ fn names_in_expressions() {
         &[
             ("sin(angle)", "sin(angel)", 2, "there is no `angel`; did you mean `angle`?", "cannot be read"),
             ("sin(angle)", "sin(q)", 2, "known are angle, speed, torque, x1 to x2, u1, t, pi, e, k", "cannot be read"),
-            ("h = [\"angle\"]", "h = [\"torque\"]", 3, "`torque` may not be used here: an output", "cannot be read"),
+            ("h = [\"angle\"]", "h = [\"torqe\"]", 3, "there is no `torqe`; did you mean `torque`?", "cannot be read"),
             (states, &called("sin"), 4, "`sin` cannot be the name of a state: it is a function", "nothing else"),
             (states, &called("t"), 4, "`t` cannot be the name of a state: it is the time", "nothing else"),
             (states, &called("e"), 4, "`e` cannot be the name of a state: it is 2.71828...", "nothing else"),
@@ -366,7 +366,7 @@ fn expressions() {
             ("sin(x1)", "sin(x3)", 2, "there is no `x3`: there are 2 states", "cannot be read"),
             ("k*sin", "kk*sin", 2, "there is no `kk`; did you mean `k`?", "cannot be read"),
             ("sin(x1)", "sin(x1", 2, "expected", "cannot be read"),
-            ("h = [\"x1\"]", "h = [\"x1 + u1\"]", 3, "`u1` may not be used here", "cannot be read"),
+            ("h = [\"x1\"]", "h = [\"x1 + x3\"]", 3, "there is no `x3`: there are 2 states", "cannot be read"),
             ("h = [\"x1\"]", "h = [\" \"]", 3, "entry 1 of `h` is empty", "a text"),
             ("h = [\"x1\"]", "h = [3]", 3, "entry 1 of `h` is 3", "a text"),
             ("h = [\"x1\"]\n", "", 1, "and no `h`", "one expression for each output"),
@@ -568,7 +568,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
     for (text, hypothesis, alternative) in [
         (
             nonlinear("kind = \"cubic\"\npoles = [-1, -2]\ngamma = 1"),
-            "needs a linear plant, x' = A x + B u and y = C x, and this one is not, because of `sin(x1)` in f2",
+            "needs a linear plant, x' = A x + B u and y = C x + D u, and this one is not, because of `sin(x1)` in f2",
             "lpv",
         ),
         (linear("builtin = \"chaotic\"", "kind = \"kalman\"\nw = 1\nv = 1"), "`chaotic` is not", "extended-kalman"),

@@ -1,0 +1,80 @@
+//! Observers on a log, and the consistency of filters, as text.
+
+use super::text_report::table;
+use crate::numbers::{number, size};
+use luenberger_study::results::{ConsistencyReport, FilterReport, LogReport, PlantSummary, log_data};
+use std::fmt::Write;
+
+fn test(report: Option<&ConsistencyReport>) -> String {
+    report.map_or_else(|| "-".to_owned(), ConsistencyReport::in_words)
+}
+
+fn header(names: &[&str]) -> Vec<Vec<String>> {
+    vec![names.iter().map(|name| (*name).to_owned()).collect()]
+}
+
+/// The filters of a simulation.
+pub(super) fn filters(text: &mut String, filters: &[FilterReport]) {
+    _ = writeln!(text, "\nconsistency of the filters, mean with its 95 % acceptance region");
+    consistency(text, filters.iter().map(|filter| (filter.observer.as_str(), &filter.nis, &filter.nees)));
+}
+
+fn consistency<'a>(
+    text: &mut String,
+    filters: impl Iterator<Item = (&'a str, &'a Option<ConsistencyReport>, &'a Option<ConsistencyReport>)>,
+) {
+    let mut rows = header(&["filter", "NIS (innovations)", "NEES (errors)"]);
+    rows.extend(filters.map(|(name, nis, nees)| vec![name.to_owned(), test(nis.as_ref()), test(nees.as_ref())]));
+    table(text, &rows);
+}
+
+/// The observers on a log.
+pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
+    _ = writeln!(text, "\n{}", log_data(report, plant.time_unit.as_deref()));
+    _ = writeln!(text, "\ninnovations over the second half of the log");
+    let mut rows =
+        header(&["observer", "output", "samples", "mean", "rms", "peak", "whiteness test p-value (Ljung-Box)"]);
+    for row in &report.rows {
+        if let Some(failure) = &row.failure {
+            rows.push(vec![row.observer.clone(), failure.clone()]);
+            continue;
+        }
+        for of in &row.outputs {
+            rows.push(vec![
+                row.observer.clone(),
+                of.output.clone(),
+                of.samples.to_string(),
+                size(of.mean),
+                size(of.rms),
+                size(of.peak),
+                of.whiteness_in_words().unwrap_or_else(|| "-".to_owned()),
+            ]);
+        }
+    }
+    table(text, &rows);
+    let filters: Vec<_> = report.rows.iter().filter(|row| row.nis.is_some()).collect();
+    if !filters.is_empty() {
+        _ = writeln!(
+            text,
+            "\nconsistency of the filters over the second half of the log, mean with its 95 % acceptance region"
+        );
+        consistency(text, filters.into_iter().map(|row| (row.observer.as_str(), &row.nis, &row.nees)));
+    }
+    if report.rows.iter().any(|row| !row.errors.is_empty()) {
+        _ = writeln!(text, "\nerrors over the whole log, where it has the true state");
+        let mut rows = header(&["observer", "state", "samples", "RMSE", "peak", "last"]);
+        for row in &report.rows {
+            for error in &row.errors {
+                rows.push(vec![
+                    row.observer.clone(),
+                    error.state.clone(),
+                    error.samples.to_string(),
+                    number(error.rmse),
+                    number(error.peak),
+                    size(error.last),
+                ]);
+            }
+        }
+        table(text, &rows);
+    }
+}

@@ -1,0 +1,352 @@
+//! One observer on its way through a recording.
+
+use nalgebra::DMatrix;
+
+use super::filter::AnyFilter;
+use super::hold::{Hold, Source, reach};
+use super::innovation::NormalisedSquare;
+use super::replayed::{Belief, ReplayedObserver};
+use super::{Entry, Recording};
+use crate::erased::{AnyObserver, AnyPlant};
+use crate::error::{SimError, check_finite, check_positive};
+use crate::integrate::{Settings, Stepper};
+use crate::samples::Between;
+
+/// A row lies on a sample of an observer in discrete time if it is no further away than this share of the period.
+const ON_A_SAMPLE: f64 = 0.01;
+
+/// Most steps of an observer in discrete time, and of a prediction.
+const MOST_STEPS: f64 = 2e7;
+
+/// What is done on the way.
+pub(super) struct March<'r> {
+    plant: &'r dyn AnyPlant,
+    recording: &'r Recording,
+    settings: Settings,
+    entry: &'r Entry<'r>,
+    u: Vec<f64>,
+    /// The outputs; the entries that were not measured are those that the observer predicts.
+    y: Vec<f64>,
+    measured: Vec<bool>,
+    t: Vec<f64>,
+    row: Vec<Option<usize>>,
+    estimates: Vec<f64>,
+    innovations: Vec<Option<f64>>,
+    belief: Option<Belief>,
+    interpolated: usize,
+    steps: usize,
+}
+
+impl<'r> March<'r> {
+    pub(super) fn new(
+        plant: &'r dyn AnyPlant,
+        recording: &'r Recording,
+        settings: Settings,
+        entry: &'r Entry<'r>,
+    ) -> Self {
+        let size = plant.dimensions();
+        Self {
+            plant,
+            recording,
+            settings,
+            entry,
+            u: vec![0.0; size.inputs],
+            y: vec![0.0; size.outputs],
+            measured: vec![false; size.outputs],
+            t: Vec::new(),
+            row: Vec::new(),
+            estimates: Vec::new(),
+            innovations: Vec::new(),
+            belief: None,
+            interpolated: 0,
+            steps: 0,
+        }
+    }
+
+    /// Input and output of row k: what was measured of it, the rest as it was.
+    fn read(&mut self, k: usize) {
+        self.recording.inputs().on(k, self.recording.times()[k], &mut self.u);
+        for (j, (y, measured)) in self.y.iter_mut().zip(&mut self.measured).enumerate() {
+            let value = self.recording.outputs().value(k, j);
+            *measured = value.is_some();
+            *y = value.unwrap_or(*y);
+        }
+    }
+
+    /// Puts h(xhat) in the place of what was not measured, and gives the innovation of what was. An observer of some
+    /// states predicts no output: the last value stays.
+    fn predict_outputs(&mut self, t: f64, estimate: &[f64]) -> Result<(), SimError> {
+        if !self.entry.whole {
+            return Ok(());
+        }
+        let mut expected = vec![0.0; self.y.len()];
+        self.plant.output(t, estimate, &self.u, &mut expected);
+        for ((y, measured), h) in self.y.iter_mut().zip(&self.measured).zip(&expected) {
+            if *measured {
+                let innovation = *y - h;
+                check_finite(&format!("the innovation of observer {:?} at t = {t}", self.entry.name), &[innovation])?;
+                self.innovations.push(Some(innovation));
+            } else {
+                check_finite(&format!("the predicted output of observer {:?} at t = {t}", self.entry.name), &[*h])?;
+                *y = *h;
+                self.innovations.push(None);
+            }
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, t: f64, row: Option<usize>, estimate: &[f64]) -> Result<(), SimError> {
+        check_finite(&format!("the estimate of observer {:?} at t = {t}", self.entry.name), estimate)?;
+        self.t.push(t);
+        self.row.push(row);
+        self.estimates.extend_from_slice(estimate);
+        Ok(())
+    }
+
+    /// The state of an observer at the start, for the outputs of the first row.
+    fn start(&mut self, observer: &dyn AnyObserver) -> Result<Vec<f64>, SimError> {
+        self.read(0);
+        let (start, initial) = (self.recording.times()[0], &self.entry.initial);
+        if self.entry.whole && self.measured.contains(&false) {
+            self.predict_outputs(start, initial)?;
+            self.innovations.clear();
+        }
+        let mut state = vec![0.0; observer.dimensions().state];
+        observer.initial(start, initial, &self.u, &self.y, &mut state);
+        check_finite(&format!("the initial state of observer {:?}", self.entry.name), &state)?;
+        Ok(state)
+    }
+
+    /// The estimate at `t`; and where something was not measured, again with what is predicted of it.
+    fn arrive(
+        &mut self,
+        observer: &dyn AnyObserver,
+        t: f64,
+        row: Option<usize>,
+        state: &[f64],
+    ) -> Result<(), SimError> {
+        let mut estimate = vec![0.0; observer.dimensions().estimate];
+        observer.estimate(t, state, &self.u, &self.y, &mut estimate);
+        self.note(t, row, &estimate)?;
+        self.predict_outputs(t, &estimate)
+    }
+
+    /// An observer in continuous time, from row to row.
+    pub(super) fn integrate(&mut self, observer: &dyn AnyObserver) -> Result<(), SimError> {
+        let recording = self.recording;
+        let times = recording.times();
+        let most = self.settings.max_steps.saturating_add(16 * times.len());
+        let mut stepper = Stepper::new(Settings { max_steps: most, ..self.settings });
+        let mut holds: Vec<Hold> = (0..self.y.len()).map(|output| Hold::new(recording, output)).collect();
+        let mut state = self.start(observer)?;
+        self.arrive(observer, times[0], Some(0), &state)?;
+        let sizes = (self.u.len(), self.y.len(), observer.dimensions().estimate);
+        for (k, pair) in times.windows(2).enumerate() {
+            for hold in &mut holds {
+                hold.arrive(recording, k);
+            }
+            let untils: Vec<f64> = holds.iter().map(|hold| hold.until(pair[0], pair[1])).collect();
+            let mut ends: Vec<f64> = untils.iter().copied().filter(|t| *t > pair[0] && *t < pair[1]).collect();
+            ends.push(pair[1]);
+            ends.sort_by(f64::total_cmp);
+            ends.dedup();
+            let mut from = pair[0];
+            for to in ends {
+                let sources: Vec<Source> =
+                    holds.iter().zip(&untils).map(|(hold, until)| hold.source(to, *until)).collect();
+                let (plant, last, whole) = (self.plant, &self.y, self.entry.whole);
+                let right_hand_side = |t: f64, state: &[f64], slope: &mut [f64]| {
+                    let (mut u, mut y) = (vec![0.0; sizes.0], last.clone());
+                    recording.inputs().on(k, t, &mut u);
+                    for (y, source) in y.iter_mut().zip(&sources) {
+                        *y = source.at(t).unwrap_or(*y);
+                    }
+                    if whole && sources.contains(&Source::Predicted) {
+                        let (mut estimate, mut h) = (vec![0.0; sizes.2], vec![0.0; sizes.1]);
+                        observer.estimate(t, state, &u, &y, &mut estimate);
+                        plant.output(t, &estimate, &u, &mut h);
+                        for ((y, source), h) in y.iter_mut().zip(&sources).zip(&h) {
+                            *y = if *source == Source::Predicted { *h } else { *y };
+                        }
+                    }
+                    observer.derivative(t, state, &u, &y, slope);
+                };
+                stepper.advance(&right_hand_side, from, to, &mut state, &mut |_| Ok(()))?;
+                from = to;
+            }
+            self.read(k + 1);
+            self.arrive(observer, pair[1], Some(k + 1), &state)?;
+        }
+        self.steps = stepper.steps();
+        Ok(())
+    }
+
+    /// A sampled-data observer at its own period: rows on its samples correct it, and at other samples it predicts.
+    pub(super) fn sample(&mut self, observer: &dyn AnyObserver, period: f64) -> Result<(), SimError> {
+        let mut grid = Grid::new(&self.entry.name, self.recording, period)?;
+        let reaches: Vec<f64> = (0..self.y.len()).map(|output| reach(self.recording, output)).collect();
+        let mut state = self.start(observer)?;
+        while let Some((t, row)) = grid.next() {
+            match row {
+                Some(row) => self.read(row),
+                None => self.between(grid.last, t, &reaches),
+            }
+            self.arrive(observer, t, row, &state)?;
+            observer.step(t, &mut state, &self.u, &self.y);
+            check_finite(&format!("the state of observer {:?} after the sample at t = {t}", self.entry.name), &state)?;
+        }
+        Ok(())
+    }
+
+    /// A sample between rows, of which k is the last: nothing is measured, unless lines are asked for.
+    fn between(&mut self, k: usize, t: f64, reaches: &[f64]) {
+        self.recording.inputs().on(k, t, &mut self.u);
+        self.measured.fill(false);
+        if self.recording.outputs().between() == Between::Line {
+            for (j, (y, measured)) in self.y.iter_mut().zip(&mut self.measured).enumerate() {
+                if let Some(value) = on_line(self.recording, k, j, t, reaches[j]) {
+                    (*y, *measured) = (value, true);
+                }
+            }
+            self.interpolated += usize::from(self.measured.contains(&true));
+        }
+    }
+
+    /// A Kalman filter: updated at rows, predicted in between.
+    pub(super) fn filter(&mut self, filter: &dyn AnyFilter) -> Result<(), SimError> {
+        let own = filter.dimensions();
+        let n = own.estimate;
+        let times = self.recording.times();
+        self.belief = Some(Belief { nis: Vec::new(), covariances: Vec::new(), order: n });
+        let mut state = vec![0.0; own.state];
+        filter.initial(times[0], &self.entry.initial, &mut state);
+        if let Some(period) = filter.grid() {
+            let mut grid = Grid::new(&self.entry.name, self.recording, period)?;
+            while let Some((t, row)) = grid.next() {
+                if let Some(row) = row {
+                    self.read(row);
+                } else {
+                    self.recording.inputs().on(grid.last, t, &mut self.u);
+                    self.measured.fill(false);
+                }
+                self.correct(filter, t, row, &mut state, n)?;
+                filter.predict(t, &mut state, &self.u, period);
+            }
+            return Ok(());
+        }
+        let pieces: f64 = times.windows(2).map(|pair| filter.pieces(pair[1] - pair[0])).sum();
+        if pieces > MOST_STEPS {
+            let period = (times[times.len() - 1] - times[0]) / pieces;
+            let name = self.entry.name.clone();
+            return Err(SimError::TooManySamples { name, period, steps: pieces, limit: MOST_STEPS });
+        }
+        for (k, t) in times.iter().enumerate() {
+            self.read(k);
+            self.correct(filter, *t, Some(k), &mut state, n)?;
+            if let Some(next) = times.get(k + 1) {
+                filter.predict(*t, &mut state, &self.u, next - t);
+            }
+        }
+        Ok(())
+    }
+
+    /// The update at `t` by what was measured.
+    fn correct(
+        &mut self,
+        filter: &dyn AnyFilter,
+        t: f64,
+        row: Option<usize>,
+        state: &mut [f64],
+        n: usize,
+    ) -> Result<(), SimError> {
+        check_finite(&format!("the state of filter {:?} at t = {t}", self.entry.name), state)?;
+        self.predict_outputs(t, &state[..n])?;
+        let nis: Option<NormalisedSquare> = if self.measured.contains(&true) {
+            filter.update(t, state, &self.u, &self.y, &self.measured)
+        } else {
+            None
+        };
+        self.note(t, row, &state[..n])?;
+        if let Some(belief) = &mut self.belief {
+            belief.nis.push(nis);
+            belief.covariances.extend_from_slice(&state[n..]);
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(self, estimate: usize) -> ReplayedObserver {
+        let (rows, outputs) = (self.t.len(), self.y.len());
+        ReplayedObserver {
+            name: self.entry.name.clone(),
+            estimate: DMatrix::from_row_slice(rows, estimate, &self.estimates),
+            innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &self.innovations)),
+            belief: self.belief,
+            interpolated: self.interpolated,
+            steps: self.steps,
+            row: self.row,
+            t: self.t,
+        }
+    }
+}
+
+/// Output j at `t` on the line through its measurements before and after, if they are successive ones.
+fn on_line(recording: &Recording, k: usize, j: usize, t: f64, reach: f64) -> Option<f64> {
+    let (times, outputs) = (recording.times(), recording.outputs());
+    let point = |k: usize| Some((times[k], outputs.value(k, j)?));
+    let from = (0..=k).rev().find_map(point)?;
+    let to = (k + 1..times.len()).find_map(point)?;
+    if to.0 - from.0 <= reach { Source::Line(from, to).at(t) } else { None }
+}
+
+/// The samples of an observer in discrete time, and the rows that lie on them.
+struct Grid<'r> {
+    times: &'r [f64],
+    period: f64,
+    samples: u64,
+    next: u64,
+    /// The first row that is still to come.
+    ahead: usize,
+    /// The last row that has passed.
+    last: usize,
+}
+
+impl<'r> Grid<'r> {
+    fn new(name: &str, recording: &'r Recording, period: f64) -> Result<Self, SimError> {
+        check_positive("the period of a sampled-data observer", period)?;
+        let times = recording.times();
+        let steps = ((times[times.len() - 1] - times[0]) / period + ON_A_SAMPLE).floor() + 1.0;
+        if steps > MOST_STEPS {
+            return Err(SimError::TooManySamples { name: name.to_owned(), period, steps, limit: MOST_STEPS });
+        }
+        let grid = Self { times, period, samples: steps as u64, next: 0, ahead: 0, last: 0 };
+        let off = |t: &f64| {
+            let phase = (t - times[0]) / period;
+            phase.round() < 1.0 || (phase - phase.round()).abs() > ON_A_SAMPLE
+        };
+        if times[1..].iter().all(off) {
+            let (rows, median) = (times.len(), recording.median_period());
+            return Err(SimError::PeriodDoesNotFit { name: name.to_owned(), period, rows, median });
+        }
+        Ok(grid)
+    }
+
+    /// The next sample, with the row on it.
+    fn next(&mut self) -> Option<(f64, Option<usize>)> {
+        if self.next == self.samples {
+            return None;
+        }
+        let t = self.times[0] + self.next as f64 * self.period;
+        self.next += 1;
+        let near = ON_A_SAMPLE * self.period;
+        let mut row: Option<usize> = None;
+        while let Some(time) = self.times.get(self.ahead).filter(|time| **time <= t + near) {
+            let nearest = row.is_none_or(|row| (self.times[row] - t).abs() > (time - t).abs());
+            if *time >= t - near && nearest {
+                row = Some(self.ahead);
+            }
+            self.last = self.ahead;
+            self.ahead += 1;
+        }
+        Some((t, row))
+    }
+}

@@ -1,0 +1,150 @@
+//! What observers made of a recording, and its scores: innovations, and errors where the truth is known.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::innovation::{self, Consistency, InnovationStatistics, NormalisedSquare};
+use crate::error::SimError;
+use crate::samples::Samples;
+
+/// What observers made of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replayed {
+    /// The observers, in the order they were added.
+    pub observers: Vec<ReplayedObserver>,
+}
+
+/// What one observer made of a recording. Matrices have one row for each of its times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplayedObserver {
+    /// Its name.
+    pub name: String,
+    /// The times: those of the log, or the samples of an observer in discrete time.
+    pub t: Vec<f64>,
+    /// The row of the log at each time; none for a sample of an observer in discrete time that no row lies on.
+    pub row: Vec<Option<usize>>,
+    /// The estimates: of a filter what is known after the measurements of that time, of a sampled-data observer what is
+    /// known before them.
+    pub estimate: DMatrix<f64>,
+    /// `y - h(xhat)` before the measurements of that time; none for an observer of some states only. An entry is none
+    /// where that output was not measured.
+    pub innovation: Option<DMatrix<Option<f64>>>,
+    /// Covariance and normalised innovations, of a filter.
+    pub belief: Option<Belief>,
+    /// How many samples of a sampled-data observer were interpolated between rows, where that was asked for.
+    pub interpolated: usize,
+    /// Steps the integrator attempted.
+    pub steps: usize,
+}
+
+/// What a filter believes along a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Belief {
+    /// `nu' S^-1 nu` of each time (normalised innovation squared); none where nothing was measured.
+    pub nis: Vec<Option<NormalisedSquare>>,
+    /// The covariances by columns, one time after the other.
+    pub(super) covariances: Vec<f64>,
+    pub(super) order: usize,
+}
+
+impl Belief {
+    /// The covariance P of the error of the estimate at the time of this index, n x n; none beyond the last.
+    pub fn covariance(&self, index: usize) -> Option<DMatrix<f64>> {
+        let size = self.order * self.order;
+        let entries = self.covariances.get(index * size..(index + 1) * size)?;
+        Some(DMatrix::from_column_slice(self.order, self.order, entries))
+    }
+
+    /// The standard deviations `sqrt(P_ii)`, one row for each time.
+    pub fn deviation(&self) -> DMatrix<f64> {
+        let (n, size) = (self.order, self.order * self.order);
+        DMatrix::from_fn(self.nis.len(), n, |k, i| self.covariances[k * size + i * n + i].max(0.0).sqrt())
+    }
+}
+
+impl Replayed {
+    /// The observer of that name.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn observer(&self, name: &str) -> Result<&ReplayedObserver, SimError> {
+        let found = self.observers.iter().find(|observer| observer.name == name);
+        found.ok_or_else(|| SimError::UnknownName { name: name.to_owned() })
+    }
+}
+
+impl ReplayedObserver {
+    /// The statistics of the innovation of each output from the time `from` on, which leaves out how the estimate came
+    /// in.
+    ///
+    /// Whiteness counts lags in measurements of that output; of a log that is not equally spaced it says little.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`] when nothing is left.
+    pub fn statistics(&self, from: f64) -> Result<Vec<InnovationStatistics>, SimError> {
+        let first = self.first(from)?;
+        let columns = self.innovation.iter().flat_map(DMatrix::column_iter);
+        let of = |column: nalgebra::DVectorView<'_, Option<f64>>| {
+            innovation::statistics(&column.iter().skip(first).filter_map(|nu| *nu).collect::<Vec<f64>>())
+        };
+        Ok(columns.map(|column| of(column.as_view())).collect())
+    }
+
+    /// Whether the innovations of a filter have, from the time `from` on, the covariance that it believes in (NIS);
+    /// none for other observers.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`] when nothing is left.
+    pub fn consistency(&self, from: f64) -> Result<Option<Consistency>, SimError> {
+        let first = self.first(from)?;
+        let squares = self.belief.iter().flat_map(|belief| belief.nis.iter().skip(first)).filter_map(|nis| *nis);
+        Ok(Consistency::of(squares))
+    }
+
+    /// The errors `x - xhat` at its times, by the states in `truth`, whose times are those of the log; none where the
+    /// true value is missing, or no row of the log lies.
+    ///
+    /// # Errors
+    /// [`SimError::Length`] if `truth` has not the states of the estimate.
+    pub fn errors(&self, truth: &Samples) -> Result<DMatrix<Option<f64>>, SimError> {
+        let (expected, found) = (self.estimate.ncols(), truth.values().ncols());
+        if expected != found {
+            return Err(SimError::Length { what: "the true states".to_owned(), expected, found });
+        }
+        let error = |k: usize, i: usize| Some(truth.value(self.row[k]?, i)? - self.estimate[(k, i)]);
+        Ok(DMatrix::from_fn(self.t.len(), expected, error))
+    }
+
+    /// Whether the errors of a filter have, from the time `from` on, the covariance that it believes in (NEES); none
+    /// for other observers. Where only some true states are known, it is that of these.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`] when nothing is left, and those of [`errors`](Self::errors).
+    pub fn nees(&self, truth: &Samples, from: f64) -> Result<Option<Consistency>, SimError> {
+        let first = self.first(from)?;
+        let errors = self.errors(truth)?;
+        let Some(belief) = &self.belief else { return Ok(None) };
+        let one = |k: usize| {
+            let known: Vec<usize> = (0..errors.ncols()).filter(|i| errors[(k, *i)].is_some()).collect();
+            let p = belief.covariance(k)?.select_rows(&known).select_columns(&known);
+            let e = DVector::from_iterator(known.len(), known.iter().filter_map(|i| errors[(k, *i)]));
+            let square = if known.is_empty() { return None } else { e.dot(&p.cholesky()?.solve(&e)) };
+            Some(NormalisedSquare { square, degrees: known.len() })
+        };
+        Ok(Consistency::of((first..self.t.len()).filter_map(one)))
+    }
+
+    /// How many rows of the log the observer has used; of an observer in discrete time, those on its samples.
+    pub fn rows_used(&self) -> usize {
+        self.row.iter().flatten().count()
+    }
+
+    /// The first row at or after `from`.
+    fn first(&self, from: f64) -> Result<usize, SimError> {
+        let outside = || SimError::Outside {
+            time: from,
+            start: self.t.first().copied().unwrap_or(f64::NAN),
+            end: self.t.last().copied().unwrap_or(f64::NAN),
+        };
+        self.t.iter().position(|&t| t >= from).ok_or_else(outside)
+    }
+}

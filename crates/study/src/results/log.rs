@@ -1,0 +1,167 @@
+//! Results of observers on a measured log, and of filters wherever they run.
+
+use luenberger_sim::replay::Consistency;
+use serde::Serialize;
+
+/// Observers on a measured log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LogReport {
+    /// Number of rows.
+    pub samples: usize,
+    /// First time.
+    pub start: f64,
+    /// Last time.
+    pub end: f64,
+    /// The median time from one row to the next.
+    pub median_period: f64,
+    /// The gaps: [last row before it, first row after it].
+    pub gaps: Vec<[f64; 2]>,
+    /// `none`, or `linear` if observers see straight lines between the rows, which know the future.
+    pub interpolation: &'static str,
+    /// The outputs that are not measured in every row.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub columns: Vec<LogColumn>,
+    /// One row for each designed observer.
+    pub rows: Vec<InnovationReport>,
+}
+
+/// An output that is not measured in every row of the log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LogColumn {
+    /// The output.
+    pub output: String,
+    /// In how many rows it is measured.
+    pub samples: usize,
+    /// The median time from one measurement to the next.
+    pub median_period: f64,
+}
+
+/// One observer on the log. Innovations, NIS and NEES are over the second half of the log, which excludes the initial
+/// transient; the errors are over the whole log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InnovationReport {
+    /// The observer.
+    pub observer: String,
+    /// One for each output that was measured.
+    pub outputs: Vec<InnovationOf>,
+    /// The estimate at the end time.
+    pub estimate: Vec<f64>,
+    /// For a Kalman filter: the mean of nu' S^-1 nu, as in `nis`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normalised: Option<f64>,
+    /// For a Kalman filter: normalised innovation squared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nis: Option<ConsistencyReport>,
+    /// For a Kalman filter on a log with true states: normalised estimation error squared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees: Option<ConsistencyReport>,
+    /// The errors of the states whose true values are in the log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<StateScore>,
+    /// How many rows of the log the observer has used.
+    pub rows_used: usize,
+    /// Samples of a sampled-data observer that were interpolated between rows; 0 unless `interpolation` is `linear`.
+    pub interpolated: usize,
+    /// Why the run ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+/// The innovation of one output.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InnovationOf {
+    /// The output.
+    pub output: String,
+    /// Over how many measurements.
+    pub samples: usize,
+    /// The mean, which shows a bias of a sensor or of the model.
+    pub mean: f64,
+    /// The root mean square.
+    pub rms: f64,
+    /// The largest magnitude.
+    pub peak: f64,
+    /// p-value of the Ljung-Box test of whiteness; none for fewer than 20 samples.
+    pub white: Option<f64>,
+}
+
+/// The error x - xhat of one state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StateScore {
+    /// The state.
+    pub state: String,
+    /// Over how many true values.
+    pub samples: usize,
+    /// The root mean square.
+    pub rmse: f64,
+    /// The largest magnitude.
+    pub peak: f64,
+    /// The last error.
+    pub last: f64,
+}
+
+/// A chi-squared test of consistency: whether the covariance of a filter is that of its innovations (NIS) or errors
+/// (NEES).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConsistencyReport {
+    /// The mean of the normalised squares.
+    pub mean: f64,
+    /// Its expected value.
+    pub expected: f64,
+    /// The acceptance region of the mean, two-sided, 95 %: [low, high].
+    pub region: [f64; 2],
+    /// Over how many samples.
+    pub samples: usize,
+    /// Whether the mean lies in the region.
+    pub accepted: bool,
+}
+
+/// A filter in the simulation, over all its samples.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FilterReport {
+    /// The observer.
+    pub observer: String,
+    /// Normalised innovation squared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nis: Option<ConsistencyReport>,
+    /// Normalised estimation error squared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees: Option<ConsistencyReport>,
+}
+
+impl From<Consistency> for ConsistencyReport {
+    fn from(test: Consistency) -> Self {
+        let (low, high) = test.bounds;
+        Self {
+            mean: test.mean,
+            expected: test.expected,
+            region: [low, high],
+            samples: test.samples,
+            accepted: test.accepted(),
+        }
+    }
+}
+
+impl ConsistencyReport {
+    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region.
+    pub fn in_words(&self) -> String {
+        use luenberger_proof::wording::significant;
+        let [low, high] = self.region.map(|end| significant(end, 3));
+        let word = if self.accepted {
+            "in"
+        } else if self.mean > self.region[1] {
+            "above"
+        } else {
+            "below"
+        };
+        format!("{}, {word} [{low}, {high}]", significant(self.mean, 3))
+    }
+}
+
+impl InnovationOf {
+    /// `3.7e-169 (rejected)`: the p-value of the test of whiteness, at the level 5 %.
+    pub fn whiteness_in_words(&self) -> Option<String> {
+        use luenberger_proof::wording::significant;
+        let p = self.white?;
+        Some(format!("{} ({})", significant(p, 2), if p < 0.05 { "rejected" } else { "not rejected" }))
+    }
+}

@@ -1,0 +1,109 @@
+//! Observers on a log, and the consistency of filters, as tables of the report.
+
+use std::fmt::Write as _;
+
+use luenberger_figures::{Cell, Grid, Section};
+use luenberger_proof::wording::{counted, significant};
+
+use super::{number, with_unit};
+use crate::results::{ConsistencyReport, FilterReport, LogReport, PlantSummary};
+
+/// What the regions of NIS and NEES are.
+const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter trusts itself too much, below it too little. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
+
+fn test(report: Option<&ConsistencyReport>) -> Cell {
+    Cell::from(report.map_or_else(|| "-".to_owned(), ConsistencyReport::in_words).as_str())
+}
+
+/// The filters of a simulation.
+pub(super) fn filters(section: Section, filters: &[FilterReport]) -> Section {
+    consistency(section, filters, "over all their samples")
+}
+
+fn consistency(section: Section, filters: &[FilterReport], over: &str) -> Section {
+    let caption = format!("Consistency of the filters {over}. {REGION}");
+    let grid = Grid::new(&["filter", "NIS (innovations)", "NEES (errors)"]).caption(&caption);
+    let row = |grid: Grid, filter: &FilterReport| {
+        grid.row([Cell::from(filter.observer.as_str()), test(filter.nis.as_ref()), test(filter.nees.as_ref())])
+    };
+    section.grid(filters.iter().fold(grid, row))
+}
+
+/// The observers on a log.
+pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -> Section {
+    section = section.prose(data(log, plant.time_unit.as_deref()));
+    let head = ["observer", "output", "samples", "mean", "rms", "largest", "whiteness test p-value (Ljung-Box)"];
+    let mut grid = Grid::new(&head).caption("Innovations y - h(xhat) over the second half of the log.");
+    let mut ended = Vec::new();
+    for row in &log.rows {
+        for output in &row.outputs {
+            grid = grid.row([
+                Cell::from(row.observer.as_str()),
+                Cell::from(output.output.as_str()),
+                Cell::from(output.samples.to_string().as_str()),
+                number(output.mean),
+                number(output.rms),
+                number(output.peak),
+                Cell::from(output.whiteness_in_words().unwrap_or_else(|| "-".to_owned()).as_str()),
+            ]);
+        }
+        ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
+    }
+    section = section.grid(grid);
+    let filters: Vec<FilterReport> = log
+        .rows
+        .iter()
+        .filter(|row| row.nis.is_some())
+        .map(|row| FilterReport { observer: row.observer.clone(), nis: row.nis.clone(), nees: row.nees.clone() })
+        .collect();
+    if !filters.is_empty() {
+        section = self::consistency(section, &filters, "over the second half of the log");
+    }
+    if log.rows.iter().any(|row| !row.errors.is_empty()) {
+        let head = ["observer", "state", "samples", "RMSE", "peak", "last"];
+        let mut grid = Grid::new(&head).caption("Errors x - xhat over the whole log, where it has the true state.");
+        for row in &log.rows {
+            for error in &row.errors {
+                let unit = plant.states.iter().position(|state| *state == error.state).and_then(|i| plant.units.get(i));
+                grid = grid.row([
+                    Cell::from(row.observer.as_str()),
+                    Cell::from(with_unit(&error.state, unit).as_str()),
+                    Cell::from(error.samples.to_string().as_str()),
+                    number(error.rmse),
+                    number(error.peak),
+                    number(error.last),
+                ]);
+            }
+        }
+        section = section.grid(grid);
+    }
+    if !ended.is_empty() {
+        section = section.prose("Ended early:").list(ended);
+    }
+    section
+}
+
+/// What a log consists of, in sentences: rows, periods, outputs that are not always measured, interpolation.
+pub fn data(log: &LogReport, unit: Option<&str>) -> String {
+    let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+    let time = |t: f64| significant(t, 6);
+    let mut text = format!(
+        "Log of {} from t = {} to {}{unit}, median Ts {}{unit}.",
+        counted(log.samples, "row"),
+        time(log.start),
+        time(log.end),
+        time(log.median_period)
+    );
+    for column in &log.columns {
+        let period = time(column.median_period);
+        let rows = counted(column.samples, "row");
+        _ = write!(text, " {} is measured in {rows} (median Ts {period}{unit}).", column.output);
+    }
+    text.push_str(match log.interpolation {
+        "linear" => {
+            " Between the rows outputs are interpolated linearly, as asked for; not across gaps and blank cells."
+        }
+        _ => " Only measurements correct the estimates; between them the observers predict.",
+    });
+    text
+}

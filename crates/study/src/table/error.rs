@@ -1,0 +1,138 @@
+//! Errors of tables, with line and column.
+
+use std::io;
+use std::path::PathBuf;
+
+use luenberger_sim::SimError;
+
+use super::LARGEST;
+
+/// Error of a table. Lines and columns count from 1.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// A file that cannot be read.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        error: io::Error,
+    },
+    /// A text that is not UTF-8, or has unbalanced quotation marks.
+    #[error("the table cannot be read: {0}")]
+    Csv(#[from] csv::Error),
+    /// The text has no lines.
+    #[error("the table is empty: expected a line that names the columns")]
+    Empty,
+    /// A first line with a number where a name should be.
+    #[error(
+        "line {line}, column {column}: expected the name of a column, found `{cell}`; the first line of a table names its columns"
+    )]
+    NoHeader {
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+        /// The cell.
+        cell: String,
+    },
+    /// Two columns with the same name.
+    #[error("columns {first} and {second} are both named `{name}`")]
+    DuplicateColumn {
+        /// The name.
+        name: String,
+        /// The first of the two.
+        first: usize,
+        /// The second of the two.
+        second: usize,
+    },
+    /// A line with more or fewer cells than columns.
+    #[error("line {line} has {found} cells where the table has {expected} columns")]
+    Cells {
+        /// The line.
+        line: u64,
+        /// Number of columns.
+        expected: usize,
+        /// Number of cells.
+        found: usize,
+    },
+    /// A cell that is not a number.
+    #[error("line {line}, column {column} ({name}): expected a number, found `{cell}`")]
+    NotANumber {
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+        /// Name of the column.
+        name: String,
+        /// The cell.
+        cell: String,
+    },
+    /// A cell that is infinite.
+    #[error("line {line}, column {column} ({name}): {value} is not a finite number")]
+    NotFinite {
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+        /// Name of the column.
+        name: String,
+        /// What is there.
+        value: f64,
+    },
+    /// A blank cell where every value is needed.
+    #[error("line {line}, column {column} ({name}): the value is missing")]
+    Missing {
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+        /// Name of the column.
+        name: String,
+    },
+    /// More values than the limit.
+    #[error("line {line}: the table has more than {LARGEST} numbers")]
+    TooLarge {
+        /// The line at which the limit is exceeded.
+        line: u64,
+    },
+    /// A column that the table does not have.
+    #[error("there is no column `{name}`; {}", advice(nearest.as_ref(), known))]
+    MissingColumn {
+        /// The name.
+        name: String,
+        /// The nearest name, if one is close.
+        nearest: Option<String>,
+        /// The existing names.
+        known: Vec<String>,
+    },
+    /// Too few lines.
+    #[error("the table has {rows} rows; at least {needed} are needed")]
+    TooFewRows {
+        /// Number of rows.
+        rows: usize,
+        /// Required number of rows.
+        needed: usize,
+    },
+    /// Times that do not increase.
+    #[error("line {line}: the time {next} does not come after {previous}, the time of the row before")]
+    TimesUnsorted {
+        /// The line of the second of the two.
+        line: u64,
+        /// The first of the two.
+        previous: f64,
+        /// The second of the two.
+        next: f64,
+    },
+    /// An error of the simulation for these samples.
+    #[error(transparent)]
+    Samples(#[from] SimError),
+}
+
+fn advice(nearest: Option<&String>, known: &[String]) -> String {
+    match nearest {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None => format!("the columns are {}", known.join(", ")),
+    }
+}
