@@ -47,6 +47,7 @@ pub mod numerical_kkl;
 mod real_field;
 pub mod robust;
 pub mod sampled;
+pub mod sampled_linear;
 mod separation;
 mod symbolic_polynomial;
 pub mod weights;
@@ -72,6 +73,7 @@ pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use sampled::SampledCubicDesign;
+pub use sampled_linear::SampledLinearDesign;
 pub use symbolic_polynomial::SymbolicPolynomial;
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
