@@ -215,7 +215,7 @@ fn scores(text: &mut String, scores: &ScoreTable) {
 
 fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
     let runs = counted(report.ensemble, "run");
-    let medians = if report.ensemble == 1 { "" } else { ": medians" };
+    let medians = if report.ensemble == 1 { "" } else { ": medians, and the 5th .. 95th percentile" };
     _ = writeln!(text, "\nsweep of {}, {runs} at each value{medians}", report.parameter);
     for sentence in &report.scoring.words {
         text.extend(["  ", sentence, "\n"]);

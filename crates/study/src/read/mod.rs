@@ -10,6 +10,7 @@ mod json;
 mod observer;
 mod plant;
 mod simulation_settings;
+mod sweep;
 mod toml;
 mod tree;
 
@@ -91,7 +92,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
             reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
         }
-        simulation_settings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
+        sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader)
     });
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
     let stem = match source.name() {

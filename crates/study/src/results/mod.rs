@@ -13,7 +13,8 @@ pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, L
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport, SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport,
+    SweepRow,
 };
 
 use serde::Serialize;

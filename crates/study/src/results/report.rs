@@ -40,7 +40,7 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
     }
     let links = files
         .iter()
-        .filter(|name| ["trajectories/", "certificates/"].iter().any(|folder| name.starts_with(folder)))
+        .filter(|name| ["trajectories/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder)))
         .map(|name| (name.clone(), name.clone()));
     let links: Vec<(String, String)> =
         std::iter::once(("study.json".to_owned(), "study.json, all numbers".to_owned())).chain(links).collect();
@@ -307,7 +307,13 @@ fn scores(table: &ScoreTable, caption: &str) -> Grid {
 fn sweep(results: &Results, sweep: &SweepReport) -> Section {
     let mut section = Section::new("Sweep").prose(sweep.scoring.words.join(" "));
     if let Some(table) = sweep.table(&results.plant, SCORED) {
-        section = section.grid(scores(&table, "Medians over the ensemble."));
+        section = section.grid(scores(
+            &table,
+            match sweep.ensemble {
+                1 => "One run at each value.",
+                _ => "Medians over the ensemble; in brackets the 5th and the 95th percentile.",
+            },
+        ));
     }
     let ended = sweep.ended();
     if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }

@@ -290,10 +290,14 @@ const SWEEP: Table = Table {
     about: "A parameter that is varied; at each value all observers are designed and run anew, in parallel.",
     variants: None,
     keys: &[
-        required("parameter", Kind::Choice(SWEPT), "What is varied."),
-        optional("values", Kind::Numbers(Range::Positive), "Its values."),
-        optional("from", Kind::Number(Range::Positive), "The least value, where they are not listed."),
-        optional("to", Kind::Number(Range::Positive), "The greatest value."),
+        required(
+            "parameter",
+            Kind::Text,
+            "What is varied: gamma, a factor of the poles, of the noise or of the initial error, or a number of the study by its place: plant.NAME for a parameter of the plant, observer.NAME.KEY, simulation.KEY.",
+        ),
+        optional("values", Kind::Numbers(Range::Any), "Its values; factors are positive."),
+        optional("from", Kind::Number(Range::Any), "The least value, where they are not listed."),
+        optional("to", Kind::Number(Range::Any), "The greatest value."),
         optional("count", Kind::Count(2), "How many values; 9 without it."),
         optional(
             "spacing",

@@ -13,5 +13,6 @@ mod report_in_browser;
 mod scores;
 mod signal;
 mod solver;
+mod sweep;
 mod table;
 mod templates;
