@@ -35,11 +35,8 @@ impl Answer {
 
     /// Prints it.
     pub(crate) fn deliver(&self, json: bool) -> ExitCode {
-        if json {
-            output::line(&self.json);
-        } else {
-            output::text(&self.text);
-        }
-        if self.is_negative { ExitCode::from(NEGATIVE) } else { ExitCode::SUCCESS }
+        let printed = if json { output::line(&self.json) } else { output::text(&self.text) };
+        let code = if self.is_negative { ExitCode::from(NEGATIVE) } else { ExitCode::SUCCESS };
+        printed.map_or_else(|error| output::failed(&error, code), |()| code)
     }
 }

@@ -1,6 +1,6 @@
 //! Exit codes; that of success is the standard library's.
 
-/// Negative answer: the input is valid, and there is no solution or no proof.
+/// Negative answer: the input is valid, and there is no solution or no proof; or the output cannot be written.
 pub(crate) const NEGATIVE: u8 = 1;
 
 /// Invalid input: usage, files, data.

@@ -5,6 +5,7 @@ use crate::output::{self, is_coloured};
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
 use luenberger_proof::certificate::Rejection;
+use luenberger_study::error::is_storage;
 use luenberger_study::import::ImportError;
 use luenberger_study::{Diagnostics, StudyError};
 use serde_json::{Map, Value};
@@ -40,11 +41,14 @@ pub(crate) enum Failure {
     /// Not a certificate.
     #[error("{origin}: {error}")]
     Certificate { origin: String, error: Box<Rejection> },
+    /// Options or inputs that do not fit together.
+    #[error("{0}")]
+    Usage(&'static str),
     /// A study that cannot be read or executed.
     #[error(transparent)]
     Study(#[from] StudyError),
     /// The output file exists already.
-    #[error("{path} is there already: give another name, or --force to write over it")]
+    #[error("{path} exists: choose another name, or overwrite it with --force")]
     Exists { path: String },
     /// A file cannot be written.
     #[error("{path} cannot be written: {error}")]
@@ -64,6 +68,7 @@ impl Failure {
     /// Error kind for the JSON object.
     fn kind(&self) -> &'static str {
         match self {
+            Self::Write { error, .. } if is_storage(error) => "storage",
             Self::Read { .. } | Self::TooLong { .. } | Self::Exists { .. } | Self::Write { .. } => "file",
             Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } | Self::Certificate { .. } => "syntax",
             Self::Import { error, .. } => match error {
@@ -73,21 +78,28 @@ impl Failure {
             },
             Self::Study(error) => match error {
                 StudyError::File(_) => "study",
-                StudyError::Io { .. } => "file",
+                error if error.is_storage() => "storage",
+                StudyError::Io { .. }
+                | StudyError::NotAFolder { .. }
+                | StudyError::ForeignFolder { .. }
+                | StudyError::FolderInUse { .. } => "file",
                 StudyError::Interrupted => "interrupted",
+                StudyError::TooExpensive(_) => "limit",
+                StudyError::TimeLimit { .. } => "time-limit",
                 StudyError::Linalg(_) | StudyError::Sim(_) => "no-solution",
                 StudyError::Missing { .. } | StudyError::Template { .. } => "usage",
                 _ => "output",
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
             Self::Matrix { .. } => "no-solution",
+            Self::Usage(_) => "usage",
             Self::Unwritable(_) => "output",
         }
     }
 
     fn code(&self) -> u8 {
         match self.kind() {
-            "no-solution" => NEGATIVE,
+            "no-solution" | "storage" | "time-limit" => NEGATIVE,
             "interrupted" => INTERRUPTED,
             _ => WRONG,
         }
@@ -106,7 +118,8 @@ impl Failure {
     /// Prints the error: the message on standard error, and with `json` the object on standard output.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
         if json {
-            output::line(&self.object().to_string());
+            // The exit code says that there is an error, even if its object cannot be written.
+            _ = output::line(&self.object().to_string());
         }
         // A failure to write to standard error cannot be reported.
         _ = match self {
@@ -173,5 +186,7 @@ fn is_wrong(error: &LinalgError) -> bool {
             | LinalgError::PoleMultiplicity { .. }
             | LinalgError::InvalidPeriod { .. }
             | LinalgError::InvalidTolerance { .. }
+            | LinalgError::InvalidFrequency { .. }
+            | LinalgError::InvalidSpecification { .. }
     )
 }

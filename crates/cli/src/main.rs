@@ -1,8 +1,8 @@
 //! The command `luenberger`: reads arguments and files, calls the library, and prints. It contains no control theory.
 //!
 //! Standard output has only the result: text, or with `--json` one JSON object. Errors and progress go to standard
-//! error. The exit code is 0 for success, 1 for a negative answer (no solution, not proved), 2 for invalid input
-//! (usage, files, data).
+//! error. The exit code is 0 for success, 1 for a negative answer (no solution, not proved) or output that cannot be
+//! written, 2 for invalid input (usage, files, data).
 
 mod answer;
 mod arguments;
@@ -10,6 +10,7 @@ mod exit;
 mod failure;
 mod import;
 mod input;
+mod limit;
 mod matrix;
 mod numbers;
 mod output;
@@ -55,6 +56,10 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Place(input) => matrix::placement::place(&input.file),
         Command::Obsv(input) => matrix::observability::obsv(&input.file),
         Command::Eig(input) => matrix::spectrum::eig(&input.file),
+        Command::C2d(input) => matrix::conversion::c2d(&input),
+        Command::D2c(input) => matrix::conversion::d2c(&input),
+        Command::Noise(input) => matrix::noise::noise(&input),
+        Command::Poles(input) => matrix::poles::poles(&input),
         Command::Import(import) => import::import(&import),
         Command::Verify(input) => verify::verify(&input.files),
         Command::Sdp(sdp) => sdp::sdp(&sdp.file, sdp.solver.into()),

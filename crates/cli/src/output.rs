@@ -1,24 +1,41 @@
-//! Standard output, and files. A closed pipe (as with `head`) is not an error.
+//! Standard output, and files. A closed pipe (as with `head`) is not an error; a full disk is.
 
+use crate::exit::NEGATIVE;
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::process::ExitCode;
 
 /// Prints text as it is, without adding a newline.
-pub(crate) fn text(text: &str) {
+pub(crate) fn text(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
-    _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    out.write_all(text.as_bytes()).and_then(|()| out.flush())
 }
 
 /// Prints one line.
-pub(crate) fn line(line: &str) {
-    text(&format!("{line}\n"));
+pub(crate) fn line(line: &str) -> io::Result<()> {
+    text(&format!("{line}\n"))
+}
+
+/// The exit code after standard output could not be written: `otherwise` for a closed pipe, whose reader has what it
+/// wanted.
+pub(crate) fn failed(error: &io::Error, otherwise: ExitCode) -> ExitCode {
+    if error.kind() == io::ErrorKind::BrokenPipe {
+        return otherwise;
+    }
+    _ = writeln!(io::stderr(), "error: standard output cannot be written: {error}");
+    ExitCode::from(NEGATIVE)
 }
 
 /// Writes a new file; overwrites an existing one only with `force`.
 pub(crate) fn file(path: &Path, text: &str, force: bool) -> io::Result<()> {
     let mut file = if force { File::create(path) } else { File::create_new(path) }?;
-    file.write_all(text.as_bytes())
+    let written = file.write_all(text.as_bytes());
+    if written.is_err() && !force {
+        // Nobody wants half of a new file.
+        _ = std::fs::remove_file(path);
+    }
+    written
 }
 
 /// Whether to use colours: on a terminal, unless `NO_COLOR` is set.

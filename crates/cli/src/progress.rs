@@ -36,7 +36,7 @@ pub(crate) struct Bar {
     bar: Option<ProgressBar>,
 }
 
-const TEMPLATE: &str = "{bar:32} {pos:>3}/{len} {msg}";
+const TEMPLATE: &str = "{bar:32} {pos:>3}/{len} {msg}, {per_sec}, {eta} left";
 
 impl Bar {
     pub(crate) fn new() -> Self {

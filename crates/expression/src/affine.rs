@@ -19,6 +19,7 @@ pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
     use Form::{Affine, Constant, Not};
     let mut forms: Vec<Form> = Vec::new();
     for (index, node) in tree.nodes().enumerate() {
+        // A condition that is no constant is `Affine`: it only matters that it varies.
         let form = match node {
             Node::Number(_) | Node::Symbol(Symbol::Pi | Symbol::E | Symbol::Parameter(_), _) => Constant,
             Node::Symbol(Symbol::State(_) | Symbol::Input(_), _) => Affine,
@@ -34,6 +35,23 @@ pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
                 | (Binary::Multiply, Constant, _)
                 | (Binary::Multiply | Binary::Divide, _, Constant) => Affine,
                 _ => Not(index),
+            },
+            Node::Then | Node::Else => Constant,
+            Node::Table(_, _, x) => match forms[*x] {
+                Affine => Not(index),
+                form => form,
+            },
+            Node::Not(x) => forms[*x],
+            Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => match (forms[*x], forms[*y]) {
+                (Not(why), _) | (_, Not(why)) => Not(why),
+                (Constant, Constant) => Constant,
+                _ => Affine,
+            },
+            Node::If(condition, x, y) => match (forms[*condition], forms[*x], forms[*y]) {
+                (Not(why), ..) | (_, Not(why), _) | (_, _, Not(why)) => Not(why),
+                (Affine, ..) => Not(index),
+                (_, Constant, Constant) => Constant,
+                _ => Affine,
             },
             Node::Saturate(x, low, high) => match (forms[*x], forms[*low], forms[*high]) {
                 (Not(why), ..) | (_, Not(why), _) | (_, _, Not(why)) => Not(why),

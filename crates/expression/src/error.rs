@@ -181,6 +181,24 @@ pub enum ExpressionErrorKind {
         /// The actual number.
         found: usize,
     },
+    /// A lookup table with another number of arguments than one.
+    #[error("`{table}` is a lookup table and takes one argument")]
+    TableArguments {
+        /// Its name.
+        table: String,
+    },
+    /// A condition where a number is needed.
+    #[error("`{part}` is a condition and not a number: write `if({part}, 1, 0)` for a number")]
+    NotANumber {
+        /// The condition, as it is written.
+        part: String,
+    },
+    /// A number where a condition is needed.
+    #[error("`{part}` is a number and not a condition, such as `x1 > 0`")]
+    NotACondition {
+        /// The number, as it is written.
+        part: String,
+    },
     /// A text longer than the limit.
     #[error("the expression has {length} bytes; at most {} are read", LIMITS.length)]
     TooLong {

@@ -104,6 +104,14 @@ impl Expression {
         affine::affine(&self.tree).map_err(|node| self.part(node))
     }
 
+    /// The parameters that occur in it, by name, each as often as it occurs.
+    pub fn parameters(&self) -> impl Iterator<Item = &str> {
+        self.tree.nodes().filter_map(|node| match node {
+            Node::Symbol(Symbol::Parameter(_), name) => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
     /// Whether an input occurs in it.
     pub fn uses_inputs(&self) -> bool {
         self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::Input(_), _)))

@@ -16,6 +16,7 @@ pub(crate) enum Unary {
     Reciprocal,
     Abs,
     Sign,
+    Step,
     Sqrt,
     Exp,
     Ln,
@@ -61,10 +62,48 @@ pub(crate) enum Function {
     Fold(Binary),
     /// `sat(x)` or `sat(x, low, high)`.
     Saturate,
+    /// `if(condition, x, y)`.
+    If,
+}
+
+/// A comparison of two numbers. With NaN all are false but `!=`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Comparison {
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    NotEqual,
+}
+
+impl Comparison {
+    /// As it is written.
+    pub(crate) fn sign(self) -> &'static str {
+        match self {
+            Self::Less => "<",
+            Self::LessOrEqual => "<=",
+            Self::Greater => ">",
+            Self::GreaterOrEqual => ">=",
+            Self::Equal => "==",
+            Self::NotEqual => "!=",
+        }
+    }
+
+    pub(crate) fn at<T: PartialOrd>(self, x: T, y: T) -> bool {
+        match self {
+            Self::Less => x < y,
+            Self::LessOrEqual => x <= y,
+            Self::Greater => x > y,
+            Self::GreaterOrEqual => x >= y,
+            Self::Equal => x == y,
+            Self::NotEqual => x != y,
+        }
+    }
 }
 
 /// All functions by name.
-const FUNCTIONS: [(&str, Function); 23] = [
+const FUNCTIONS: [(&str, Function); 25] = [
     ("abs", Function::Unary(Unary::Abs)),
     ("acos", Function::Unary(Unary::Acos)),
     ("acosh", Function::Unary(Unary::Acosh)),
@@ -76,6 +115,7 @@ const FUNCTIONS: [(&str, Function); 23] = [
     ("cos", Function::Unary(Unary::Cos)),
     ("cosh", Function::Unary(Unary::Cosh)),
     ("exp", Function::Unary(Unary::Exp)),
+    ("if", Function::If),
     ("ln", Function::Unary(Unary::Ln)),
     ("log10", Function::Unary(Unary::Log10)),
     ("max", Function::Fold(Binary::Max)),
@@ -86,12 +126,18 @@ const FUNCTIONS: [(&str, Function); 23] = [
     ("sin", Function::Unary(Unary::Sin)),
     ("sinh", Function::Unary(Unary::Sinh)),
     ("sqrt", Function::Unary(Unary::Sqrt)),
+    ("step", Function::Unary(Unary::Step)),
     ("tan", Function::Unary(Unary::Tan)),
     ("tanh", Function::Unary(Unary::Tanh)),
 ];
 
 /// Names that other languages give to functions there are.
-const ELSEWHERE: [(&str, &str); 10] = [
+const ELSEWHERE: [(&str, &str); 15] = [
+    ("heaviside", "step"),
+    ("ifelse", "if"),
+    ("iff", "if"),
+    ("select", "if"),
+    ("where", "if"),
     ("log", "ln"),
     ("arcsin", "asin"),
     ("arccos", "acos"),
@@ -127,6 +173,7 @@ impl Function {
             Self::Binary(_) => ("two arguments", count == 2),
             Self::Fold(_) => ("two arguments or more", count >= 2),
             Self::Saturate => ("one argument, or three: sat(x, low, high)", count == 1 || count == 3),
+            Self::If => ("three arguments: if(condition, x, y)", count == 3),
         }
     }
 }
@@ -150,6 +197,15 @@ impl Unary {
                     T::zero()
                 } else {
                     x.signum()
+                }
+            }
+            Self::Step => {
+                if x < T::zero() {
+                    T::zero()
+                } else if x.is_finite() || x > T::zero() {
+                    T::one()
+                } else {
+                    x
                 }
             }
             Self::Sqrt => x.sqrt(),

@@ -8,17 +8,39 @@
 //! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
 //! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |
 //! | with kinks | `abs`, `min` and `max` of two or more, `sat(x, low, high)` (`sat(x)` is between -1 and 1) |
-//! | with a jump | `sign`, which is 0 at 0 |
+//! | with a jump | `sign`, which is 0 at 0; `step`, which is 1 at 0 |
+//! | conditions | `x < y`, `<= > >= == !=`; `&&`, `||`, `!`, all parts of which are evaluated |
+//! | choice | `if(condition, x, y)`: the branch that is not taken is not evaluated, and may be undefined |
+//! | lookup tables | `name(x)`, by [`Scope::tables`]: linear or monotone cubic ([`Table`]) |
+//!
+//! What they mean over each scalar:
+//!
+//! | | numbers | dual numbers (Jacobians, observers) | intervals (certified designs) | symbolic polynomials (KKL residuals) |
+//! |---|---|---|---|---|
+//! | `+ - * /`, smooth functions | binary64 | the derivative, to rounding | enclosure of value and derivative | exact for polynomials; functions are atoms |
+//! | `abs`, `min`, `max`, `sat` | the value | the derivative of the side taken; at a kink that of one side | the hull of both sides | refused, unless it is a constant |
+//! | `sign` | -1, 0, 1 | 0 | 0 away from 0; refused where the argument can be 0: it jumps | refused |
+//! | `step` | 0 for x < 0, else 1 | 0 | as `sign` | refused |
+//! | `if` | the branch taken | the derivative of the branch taken | all branches possible on the box; refused where two of them do not meet | refused, unless the condition is constant |
+//! | lookup table | the piece at x; on a point the piece after it | its derivative | all pieces possible on the box, whose values meet: a kink | refused |
+//!
+//! A condition is false with NaN in it, except `!=`. Equality of floating-point numbers is seldom what is meant.
+//! Certified designs accept kinks, with both sides, and refuse jumps: their conclusions need a continuous right-hand
+//! side. Simulation integrates both; a jump costs short steps.
 //!
 //! The grammar; a larger binding power binds tighter, and white space separates:
 //!
 //! ```text
+//! or       1, from the left      c || d
+//! and      2, from the left      c && d
+//! compare  3                     a < b, a <= b, a > b, a >= b, a == b, a != b; a < b < c is an error
 //! sum      5, from the left      a + b, a - b
 //! product  7, from the left      a*b, a/b
-//! sign     8                     -a, +a
+//! sign     8                     -a, +a, !c
 //! power    9, from the right     a^b, a**b         -x^2 is -(x^2), 2^-1 is 0.5, 2^3^2 is 2^9
-//! operand                        number, name, name(a, ...), (a)
+//! operand                        number, name, name(a, ...), (a), (c)
 //! ```
+//! Conditions c, d and numbers a, b are different things: `2*(x1 > 0)` is an error, `if(x1 > 0, 2, 0)` is not.
 //!
 //! A text is parsed into a syntax tree and compiled to a tape, a flat list of instructions, which is evaluated over any
 //! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
@@ -45,7 +67,8 @@
 //! | file | subject |
 //! |---|---|
 //! | `parse`, `tree`, `scope` | from a text to its syntax tree; the names in scope |
-//! | `tape`, `function` | the instructions, and their evaluation over any scalar |
+//! | `tape`, `function`, `table` | the instructions, and their evaluation over any scalar |
+//! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
 //! | `plant` | plants whose rows are expressions |
 //! | `error`, `nearest` | errors of a text, with positions; the nearest name |
@@ -53,6 +76,7 @@
 #![deny(missing_docs)]
 
 mod affine;
+mod derived;
 mod error;
 mod expression;
 mod function;
@@ -60,15 +84,18 @@ mod nearest;
 mod parse;
 mod plant;
 mod scope;
+mod table;
 mod tape;
 mod tree;
 mod undefined;
 
+pub use derived::{Definition, DerivedError, derived};
 pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
 pub use expression::Expression;
 pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope};
+pub use table::{Extrapolation, Interpolation, Table, TableError, Tables};
 pub use undefined::Undefined;
 
 /// Limits of the length and the nesting of an expression.

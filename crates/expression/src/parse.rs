@@ -14,7 +14,7 @@ use winnow::token::{any, one_of, take_while};
 
 use crate::LIMITS;
 use crate::error::{ExpressionError, ExpressionErrorKind, Found};
-use crate::function::{self, Binary, Function, Unary};
+use crate::function::{self, Binary, Comparison, Function, Unary};
 use crate::nearest::nearest;
 use crate::scope::{Scope, begins_word, continues_word};
 use crate::tree::{Node, Tree};
@@ -67,8 +67,13 @@ pub(crate) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> 
     }
     let state = Growth { text, scope, tree: Tree::default(), waiting: 0 };
     let mut input = Stateful { input: LocatingSlice::new(text), state };
-    match sum(&mut input).and_then(|_| end(&mut input, "an operator or the end of the expression")) {
-        Ok(()) => Ok(input.state.tree),
+    let whole = |input: &mut Input<'_>| {
+        let root = sum(input)?;
+        end(input, "an operator or the end of the expression")?;
+        number_at(input, root)
+    };
+    match whole(&mut input) {
+        Ok(_) => Ok(input.state.tree),
         Err(ErrMode::Cut(Failure(Some((span, kind)))) | ErrMode::Backtrack(Failure(Some((span, kind))))) => {
             error(span, kind)
         }
@@ -126,53 +131,105 @@ fn sum(input: &mut Input<'_>) -> Parsed<usize> {
 fn sign<'s>(input: &mut Input<'s>) -> Parsed<Prefix<Input<'s>, usize, ErrMode<Failure>>> {
     space(input)?;
     let at = input.current_token_start();
-    let Some(sign) = opt(one_of(('-', '+'))).parse_next(input)? else { return unexpected(input, OPERAND) };
+    let Some(sign) = opt(one_of(('-', '+', '!'))).parse_next(input)? else { return unexpected(input, OPERAND) };
     wait(input, at)?;
-    Ok(if sign == '-' {
-        Prefix(8, |input, x| Ok(negated(input, x)))
-    } else {
-        Prefix(8, |input, x| Ok(positive(input, x)))
+    Ok(match sign {
+        '-' => Prefix(8, |input, x| {
+            let x = number_at(input, x)?;
+            Ok(prefixed(input, Node::Unary(Unary::Negate, x), x))
+        }),
+        '!' => Prefix(8, |input, x| {
+            let x = condition_at(input, x)?;
+            Ok(prefixed(input, Node::Not(x), x))
+        }),
+        _ => Prefix(8, |input, x| {
+            input.state.waiting -= 1;
+            number_at(input, x)
+        }),
     })
 }
 
-fn negated(input: &mut Input<'_>, x: usize) -> usize {
+/// The node of a sign before x.
+fn prefixed(input: &mut Input<'_>, node: Node, x: usize) -> usize {
     input.state.waiting -= 1;
     let span = input.state.tree.span(x);
     let before = input.state.text.get(..span.start).unwrap_or("").trim_end();
-    input.state.tree.push(Node::Unary(Unary::Negate, x), before.len().saturating_sub(1)..span.end)
+    input.state.tree.push(node, before.len().saturating_sub(1)..span.end)
 }
 
-fn positive(input: &mut Input<'_>, x: usize) -> usize {
-    input.state.waiting -= 1;
-    x
+/// x, if it is a number.
+fn number_at(input: &mut Input<'_>, x: usize) -> Parsed<usize> {
+    let Growth { text, tree, .. } = &input.state;
+    if !tree.is_condition(x) {
+        return Ok(x);
+    }
+    let span = tree.span(x);
+    let part = text.get(span.clone()).unwrap_or("").to_owned();
+    wrong(span, ExpressionErrorKind::NotANumber { part })
+}
+
+/// x, if it is a condition.
+fn condition_at(input: &mut Input<'_>, x: usize) -> Parsed<usize> {
+    let Growth { text, tree, .. } = &input.state;
+    if tree.is_condition(x) {
+        return Ok(x);
+    }
+    let span = tree.span(x);
+    let part = text.get(span.clone()).unwrap_or("").to_owned();
+    wrong(span, ExpressionErrorKind::NotACondition { part })
 }
 
 /// An operator between operands.
 fn operator<'s>(input: &mut Input<'s>) -> Parsed<Infix<Input<'s>, usize, ErrMode<Failure>>> {
     space(input)?;
     let at = input.current_token_start();
-    let sign = alt(("**", "+", "-", "*", "/", "^")).parse_next(input)?;
+    let sign = alt((alt(("**", "+", "-", "*", "/", "^")), alt(("<=", "<", ">=", ">", "==", "!=", "&&", "||"))))
+        .parse_next(input)?;
     Ok(match sign {
-        "+" => Infix::Left(5, |input, x, y| Ok(binary(input, Binary::Add, x, y))),
-        "-" => Infix::Left(5, |input, x, y| Ok(binary(input, Binary::Subtract, x, y))),
-        "*" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Multiply, x, y))),
-        "/" => Infix::Left(7, |input, x, y| Ok(binary(input, Binary::Divide, x, y))),
+        "||" => Infix::Left(1, |input, x, y| joined(input, Node::Or, x, y)),
+        "&&" => Infix::Left(2, |input, x, y| joined(input, Node::And, x, y)),
+        "<" => Infix::Left(3, |input, x, y| compared(input, Comparison::Less, x, y)),
+        "<=" => Infix::Left(3, |input, x, y| compared(input, Comparison::LessOrEqual, x, y)),
+        ">" => Infix::Left(3, |input, x, y| compared(input, Comparison::Greater, x, y)),
+        ">=" => Infix::Left(3, |input, x, y| compared(input, Comparison::GreaterOrEqual, x, y)),
+        "==" => Infix::Left(3, |input, x, y| compared(input, Comparison::Equal, x, y)),
+        "!=" => Infix::Left(3, |input, x, y| compared(input, Comparison::NotEqual, x, y)),
+        "+" => Infix::Left(5, |input, x, y| binary(input, Binary::Add, x, y)),
+        "-" => Infix::Left(5, |input, x, y| binary(input, Binary::Subtract, x, y)),
+        "*" => Infix::Left(7, |input, x, y| binary(input, Binary::Multiply, x, y)),
+        "/" => Infix::Left(7, |input, x, y| binary(input, Binary::Divide, x, y)),
         _ => {
             // A chain of powers nests to the right. Nothing binds more tightly, so that this operator is never given
             // back.
             wait(input, at)?;
             Infix::Right(9, |input, x, y| {
                 input.state.waiting -= 1;
-                Ok(binary(input, Binary::Power, x, y))
+                binary(input, Binary::Power, x, y)
             })
         }
     })
 }
 
-fn binary(input: &mut Input<'_>, operation: Binary, x: usize, y: usize) -> usize {
+fn binary(input: &mut Input<'_>, operation: Binary, x: usize, y: usize) -> Parsed<usize> {
+    let (x, y) = (number_at(input, x)?, number_at(input, y)?);
+    Ok(between(input, Node::Binary(operation, x, y), x, y))
+}
+
+fn compared(input: &mut Input<'_>, comparison: Comparison, x: usize, y: usize) -> Parsed<usize> {
+    let (x, y) = (number_at(input, x)?, number_at(input, y)?);
+    Ok(between(input, Node::Compare(comparison, x, y), x, y))
+}
+
+fn joined(input: &mut Input<'_>, node: fn(usize, usize) -> Node, x: usize, y: usize) -> Parsed<usize> {
+    let (x, y) = (condition_at(input, x)?, condition_at(input, y)?);
+    Ok(between(input, node(x, y), x, y))
+}
+
+/// The node of a sign between x and y.
+fn between(input: &mut Input<'_>, node: Node, x: usize, y: usize) -> usize {
     let tree = &mut input.state.tree;
     let span = tree.span(x).start..tree.span(y).end;
-    tree.push(Node::Binary(operation, x, y), span)
+    tree.push(node, span)
 }
 
 fn operand(input: &mut Input<'_>) -> Parsed<usize> {
@@ -246,33 +303,34 @@ fn word(input: &mut Input<'_>) -> Parsed<usize> {
     match (scope.resolve(name), function::function(name)) {
         (Ok(symbol), _) => Ok(input.state.tree.push(Node::Symbol(symbol, name.to_owned()), span)),
         (Err(_), Some(_)) => wrong(span, ExpressionErrorKind::WithoutArguments { name: name.to_owned() }),
+        (Err(_), None) if scope.table(name).is_some() => {
+            wrong(span, ExpressionErrorKind::WithoutArguments { name: name.to_owned() })
+        }
         (Err(kind), None) => wrong(span, kind),
     }
 }
 
 /// The arguments of a function, after the parenthesis.
 fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> {
+    if let Some(table) = input.state.scope.table(name) {
+        let [x] = arguments(input, None)?[..] else {
+            let whole = span.start..input.current_token_start();
+            return wrong(whole, ExpressionErrorKind::TableArguments { table: name.to_owned() });
+        };
+        let whole = span.start..input.current_token_start();
+        return Ok(input.state.tree.push(Node::Table(table, name.to_owned(), x), whole));
+    }
     let Some((name, function)) = function::function(name) else {
         let name = name.to_owned();
         if input.state.scope.resolve(&name).is_ok() {
             return wrong(span, ExpressionErrorKind::NotAFunction { name });
         }
         let near = function::elsewhere(&name).or_else(|| nearest(&name, function::names())).map(str::to_owned);
-        let known = function::names().collect::<Vec<_>>().join(", ");
+        let known =
+            function::names().map(str::to_owned).chain(input.state.scope.table_names()).collect::<Vec<_>>().join(", ");
         return wrong(span, ExpressionErrorKind::UnknownFunction { name, nearest: near, known });
     };
-    let mut arguments = Vec::new();
-    space(input)?;
-    if input.peek_token() != Some(')') {
-        loop {
-            arguments.push(sum(input)?);
-            space(input)?;
-            if opt(',').parse_next(input)?.is_none() {
-                break;
-            }
-        }
-    }
-    closed(input, "an operator, `,` or `)`")?;
+    let arguments = arguments(input, Some(function))?;
     let whole = span.start..input.current_token_start();
     let (takes, fits) = function.takes(arguments.len());
     let tree = &mut input.state.tree;
@@ -283,6 +341,7 @@ fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> 
         (Function::Fold(binary), [first @ .., last]) if fits => {
             Ok(first.iter().rev().fold(*last, |y, x| tree.push(Node::Binary(binary, *x, y), whole.clone())))
         }
+        (Function::If, &[condition, x, y]) => Ok(tree.push(Node::If(condition, x, y), whole)),
         (Function::Saturate, &[x, low, high]) => Ok(tree.push(Node::Saturate(x, low, high), whole)),
         (Function::Saturate, &[x]) => {
             let one = tree.push(Node::Number(1.0), whole.clone());
@@ -292,4 +351,33 @@ fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> 
         }
         _ => wrong(whole, ExpressionErrorKind::Arguments { function: name, expected: takes, found: arguments.len() }),
     }
+}
+
+/// The arguments after the parenthesis, and the closing one.
+fn arguments(input: &mut Input<'_>, function: Option<Function>) -> Parsed<Vec<usize>> {
+    let mut arguments = Vec::new();
+    space(input)?;
+    if input.peek_token() != Some(')') {
+        loop {
+            let start = input.current_token_start();
+            let argument = sum(input)?;
+            let is_if = function == Some(Function::If);
+            arguments.push(if is_if && arguments.is_empty() {
+                condition_at(input, argument)?
+            } else {
+                number_at(input, argument)?
+            });
+            match arguments.len() {
+                1 if is_if => _ = input.state.tree.push(Node::Then, start..start),
+                2 if is_if => _ = input.state.tree.push(Node::Else, start..start),
+                _ => {}
+            }
+            space(input)?;
+            if opt(',').parse_next(input)?.is_none() {
+                break;
+            }
+        }
+    }
+    closed(input, "an operator, `,` or `)`")?;
+    Ok(arguments)
 }

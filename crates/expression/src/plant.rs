@@ -220,12 +220,26 @@ impl ExpressionPlant {
         (state_names, input_names): (&[String], &[String]),
         parameters: &Parameters,
     ) -> Result<Self, ExpressionPlantError> {
-        let (states, outputs) = (f.len(), h.len());
+        let states = f.len();
+        let scope = Scope::plant(states, inputs).named(state_names, input_names)?.with(parameters)?;
+        Self::within(f, h, &scope)
+    }
+
+    /// The plant with these rows, whose names are those of `scope`: with parameters, lookup tables, and names of states
+    /// and inputs.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`ExpressionPlantError::Length`] unless the scope has a state for each row of f.
+    pub fn within<S: AsRef<str>>(f: &[S], h: &[S], scope: &Scope) -> Result<Self, ExpressionPlantError> {
+        let ((expected, inputs), (states, outputs)) = (scope.counts(), (f.len(), h.len()));
         if states == 0 || outputs == 0 {
             return Err(ExpressionPlantError::Empty { states, outputs });
         }
         if states.max(inputs).max(outputs) > LARGEST {
             return Err(ExpressionPlantError::TooLarge { states, inputs, outputs });
+        }
+        if states != expected {
+            return Err(ExpressionPlantError::Length { what: "f", expected, found: states });
         }
         let parse = |texts: &[S], scope: &Scope, row: fn(usize) -> Row| -> Result<Vec<_>, _> {
             let parsed = texts.iter().map(|text| Expression::parse(text.as_ref(), scope)).enumerate();
@@ -233,10 +247,8 @@ impl ExpressionPlant {
                 .map(|(k, one)| one.map_err(|error| ExpressionPlantError::Expression { row: row(k), error }))
                 .collect()
         };
-        let scope = Scope::plant(states, inputs);
-        let scope = scope.named(state_names, input_names)?.with(parameters)?;
-        let f = parse(f, &scope, Row::Derivative)?;
-        let h = parse(h, &scope, Row::Output)?;
+        let f = parse(f, scope, Row::Derivative)?;
+        let h = parse(h, scope, Row::Output)?;
         Ok(Self(Arc::new(Rows { f, h, inputs })))
     }
 

@@ -1,10 +1,12 @@
 //! The names in scope of an expression.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::error::{ExpressionErrorKind, Family};
 use crate::function;
 use crate::nearest::nearest;
+use crate::table::{Table, Tables};
 
 /// Named parameters of a study: masses, gains, set-points.
 pub type Parameters = BTreeMap<String, f64>;
@@ -27,6 +29,14 @@ pub enum ParameterError {
         /// The name.
         name: String,
     },
+    /// A name that a lookup table cannot have.
+    #[error("`{name}` cannot be the name of a lookup table: it is {meaning}")]
+    Table {
+        /// The name.
+        name: String,
+        /// Its present meaning.
+        meaning: &'static str,
+    },
     /// A value that is NaN or infinite.
     #[error("the parameter `{name}` is {value}, not a finite number")]
     NotFinite {
@@ -35,6 +45,18 @@ pub enum ParameterError {
         /// Its value.
         value: f64,
     },
+}
+
+impl ParameterError {
+    /// The parameter.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Taken { name, .. }
+            | Self::NotAWord { name }
+            | Self::Table { name, .. }
+            | Self::NotFinite { name, .. } => name,
+        }
+    }
 }
 
 /// Why a name is not a valid name of a state or an input in expressions.
@@ -50,6 +72,9 @@ pub struct NameError {
     /// Its present meaning.
     pub meaning: &'static str,
 }
+
+/// Why a parameter has no variable in it.
+const CONSTANT: &str = "a parameter is a number: it may depend on other parameters alone";
 
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +93,10 @@ pub(crate) enum Symbol {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reads {
     StatesAndInputs,
+    /// The time alone.
     Nothing,
+    /// Not even the time.
+    Constants,
 }
 
 /// The names in scope of an expression: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and user-supplied names of the
@@ -79,6 +107,7 @@ pub struct Scope {
     inputs: usize,
     reads: Reads,
     parameters: Parameters,
+    tables: Tables,
     /// User-supplied names, of all states or of none.
     state_names: Vec<String>,
     /// Of all inputs or of none.
@@ -91,6 +120,11 @@ impl Scope {
         Self::of(states, inputs, Reads::StatesAndInputs)
     }
 
+    /// The names of a number: parameters alone. See [`derived`](crate::derived).
+    pub fn constant() -> Self {
+        Self::of(0, 0, Reads::Constants)
+    }
+
     /// The names of a function of time: `t`.
     pub fn time() -> Self {
         Self::of(0, 0, Reads::Nothing)
@@ -98,7 +132,7 @@ impl Scope {
 
     fn of(states: usize, inputs: usize, reads: Reads) -> Self {
         let (parameters, state_names, input_names) = (Parameters::new(), Vec::new(), Vec::new());
-        Self { states, inputs, reads, parameters, state_names, input_names }
+        Self { states, inputs, reads, parameters, tables: Tables::new(), state_names, input_names }
     }
 
     /// The same with user-supplied names of the states and inputs, in their order, in addition to `x1, ..` and `u1,
@@ -129,6 +163,7 @@ impl Scope {
                     Some(Reserved::Numbered(of, k)) if of == family && k == index + 1 => None,
                     Some(reserved) => Some(reserved.meaning()),
                     None if self.parameters.contains_key(name) => Some("a parameter"),
+                    None if self.tables.contains_key(name) => Some("a lookup table"),
                     None if family == Family::Inputs && earlier(states) => Some("a state"),
                     None if earlier(&names[..index]) => Some(match family {
                         Family::States => "another state",
@@ -160,14 +195,11 @@ impl Scope {
             if !is_word(name) {
                 return Err(ParameterError::NotAWord { name: name.clone() });
             }
-            if let Some(reserved) = reserved(name) {
-                return taken(reserved.meaning());
+            if let Some(meaning) = self.taken(name) {
+                return taken(meaning);
             }
-            if self.state_names.contains(name) {
-                return taken("a state");
-            }
-            if self.input_names.contains(name) {
-                return taken("an input");
+            if self.tables.contains_key(name) {
+                return taken("a lookup table");
             }
             if !value.is_finite() {
                 return Err(ParameterError::NotFinite { name: name.clone(), value });
@@ -175,6 +207,58 @@ impl Scope {
         }
         self.parameters.extend(parameters.iter().map(|(name, value)| (name.clone(), *value)));
         Ok(self)
+    }
+
+    /// The same with these lookup tables, used as functions of one argument.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    ///
+    /// use luenberger_expression::{Expression, Extrapolation, Interpolation, Scope, Table, Tables};
+    /// let torque = Table::new(&[0.0, 100.0], &[20.0, 0.0], Interpolation::Linear, Extrapolation::Hold)?;
+    /// let scope = Scope::plant(1, 0).tables(&Tables::from([("torque".to_owned(), Arc::new(torque))]))?;
+    /// assert_eq!(Expression::parse("2*torque(x1)", &scope)?.evaluate(0.0, &[25.0], &[]), 30.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`ParameterError`] for the first name that cannot be one.
+    pub fn tables(mut self, tables: &Tables) -> Result<Self, ParameterError> {
+        for name in tables.keys() {
+            let word = (!is_word(name)).then_some("no word of letters, digits and _ that begins with a letter");
+            let parameter = self.parameters.contains_key(name).then_some("a parameter");
+            if let Some(meaning) = word.or(self.taken(name)).or(parameter) {
+                return Err(ParameterError::Table { name: name.clone(), meaning });
+            }
+        }
+        self.tables.extend(tables.iter().map(|(name, table)| (name.clone(), Arc::clone(table))));
+        Ok(self)
+    }
+
+    /// The numbers of states and inputs.
+    pub(crate) fn counts(&self) -> (usize, usize) {
+        (self.states, self.inputs)
+    }
+
+    /// The meaning that a name has of itself, or as a state or an input.
+    fn taken(&self, name: &str) -> Option<&'static str> {
+        if let Some(reserved) = reserved(name) {
+            return Some(reserved.meaning());
+        }
+        let is_in = |names: &[String]| names.iter().any(|own| own == name);
+        if is_in(&self.state_names) {
+            return Some("a state");
+        }
+        is_in(&self.input_names).then_some("an input")
+    }
+
+    /// The lookup table of that name.
+    pub(crate) fn table(&self, name: &str) -> Option<Arc<Table>> {
+        self.tables.get(name).map(Arc::clone)
+    }
+
+    /// The names of the lookup tables.
+    pub(crate) fn table_names(&self) -> Vec<String> {
+        self.tables.keys().cloned().collect()
     }
 
     /// The meaning of the name.
@@ -189,15 +273,18 @@ impl Scope {
         let state = own(&self.state_names).or_else(|| numbered(name, 'x'));
         let input = own(&self.input_names).or_else(|| numbered(name, 'u'));
         match (name, state, input) {
+            ("t", ..) if self.reads == Reads::Constants => unavailable(CONSTANT),
             ("t", ..) => Ok(Symbol::Time),
             ("pi", ..) => Ok(Symbol::Pi),
             ("e", ..) => Ok(Symbol::E),
             (_, Some(k), _) => match self.reads {
+                Reads::Constants => unavailable(CONSTANT),
                 Reads::Nothing => unavailable("this is a function of the time t alone"),
                 _ if (1..=self.states).contains(&k) => Ok(Symbol::State(k - 1)),
                 _ => out_of_range(Family::States, self.states),
             },
             (_, _, Some(k)) => match self.reads {
+                Reads::Constants => unavailable(CONSTANT),
                 Reads::Nothing => unavailable("this is a function of the time t alone"),
                 Reads::StatesAndInputs if (1..=self.inputs).contains(&k) => Ok(Symbol::Input(k - 1)),
                 Reads::StatesAndInputs => out_of_range(Family::Inputs, self.inputs),
@@ -213,7 +300,7 @@ impl Scope {
     /// Every name.
     fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = self.parameters.keys().cloned().collect();
-        if self.reads != Reads::Nothing {
+        if self.reads == Reads::StatesAndInputs {
             names.extend((1..=self.states).map(|k| format!("x{k}")));
             names.extend(self.state_names.iter().filter(|name| is_word(name)).cloned());
         }
@@ -221,7 +308,8 @@ impl Scope {
             names.extend((1..=self.inputs).map(|k| format!("u{k}")));
             names.extend(self.input_names.iter().filter(|name| is_word(name)).cloned());
         }
-        names.extend(["t", "pi"].map(str::to_owned));
+        let time = (self.reads != Reads::Constants).then_some("t");
+        names.extend(time.into_iter().chain(["pi"]).map(str::to_owned));
         names
     }
 
@@ -232,7 +320,7 @@ impl Scope {
             1 => Some(format!("{letter}1")),
             _ => Some(format!("{letter}1 to {letter}{count}")),
         };
-        let states = if self.reads == Reads::Nothing { 0 } else { self.states };
+        let states = if self.reads == Reads::StatesAndInputs { self.states } else { 0 };
         let inputs = if self.reads == Reads::StatesAndInputs { self.inputs } else { 0 };
         let own = |names: &[String], count: usize, letter: char| match names {
             // A name that is x1 already is said once.
@@ -247,7 +335,8 @@ impl Scope {
         let mut known = own(&self.state_names, states, 'x');
         known.extend(own(&self.input_names, inputs, 'u'));
         known.extend(range('x', states).into_iter().chain(range('u', inputs)));
-        known.extend(["t", "pi", "e"].map(str::to_owned));
+        let time = (self.reads != Reads::Constants).then_some("t");
+        known.extend(time.into_iter().chain(["pi", "e"]).map(str::to_owned));
         known.extend(self.parameters.keys().cloned());
         known.join(", ")
     }

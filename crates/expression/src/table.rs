@@ -128,8 +128,7 @@ impl Table {
         if let Some(k) = x.windows(2).position(|pair| pair[0] >= pair[1]) {
             return Err(TableError::NotIncreasing { index: k + 1, value: x[k + 1], before: x[k] });
         }
-        let secants: Vec<f64> =
-            x.windows(2).zip(y.windows(2)).map(|(x, y)| (y[1] - y[0]) / (x[1] - x[0])).collect();
+        let secants: Vec<f64> = x.windows(2).zip(y.windows(2)).map(|(x, y)| (y[1] - y[0]) / (x[1] - x[0])).collect();
         if let Some(k) = secants.iter().position(|slope| !slope.is_finite()) {
             return Err(TableError::Slope { from: x[k], to: x[k + 1] });
         }
@@ -180,9 +179,7 @@ impl Table {
                 let number = |value: f64| convert::<f64, T>(value);
                 let slope = match &self.slopes {
                     Some(slopes) => number(slopes[end]),
-                    None => {
-                        (number(self.y[k + 1]) - number(self.y[k])) / (number(self.x[k + 1]) - number(self.x[k]))
-                    }
+                    None => (number(self.y[k + 1]) - number(self.y[k])) / (number(self.x[k + 1]) - number(self.x[k])),
                 };
                 y + slope * (x - number(self.x[end]))
             }

@@ -3,12 +3,18 @@
 //! Constants are folded only where that is exact in binary64, so that an interval evaluation encloses the real value of
 //! the expression with the binary64 constants as written. A power with a small integer exponent becomes a product,
 //! defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
+//!
+//! Conditions have a stack of bits of their own. `if` is compiled to jumps, forward only, so that the branch that is not
+//! taken is not evaluated: it may be undefined there. Nothing is folded across the target of a jump.
 
 use nalgebra::{RealField, convert};
 
 use crate::LIMITS;
-use crate::function::{Binary, Unary, saturate};
+use std::sync::Arc;
+
+use crate::function::{Binary, Comparison, Unary, saturate};
 use crate::scope::Symbol;
+use crate::table::Table;
 use crate::tree::{Node, Tree};
 
 /// The largest exponent that becomes a product.
@@ -33,15 +39,36 @@ enum Instruction {
     /// `x^n` as a product.
     Product(i32),
     Saturate,
+    /// The table of this index.
+    Table(usize),
+    /// Two values to a condition.
+    Compare(Comparison),
+    And,
+    Or,
+    Not,
+    /// Takes a condition, and goes on at that instruction if it is false.
+    Unless(usize),
+    /// Goes on at that instruction, beyond the other branch.
+    Jump(usize),
 }
 
 impl Instruction {
     fn operands(self) -> usize {
         match self {
-            Self::Unary(_) | Self::Product(_) => 1,
-            Self::Binary(_) => 2,
+            Self::Unary(_) | Self::Product(_) | Self::Table(_) => 1,
+            Self::Binary(_) | Self::Compare(_) => 2,
             Self::Saturate => 3,
             _ => 0,
+        }
+    }
+
+    /// How many values it leaves. After the jump at its end a branch leaves none, since the other one will.
+    fn heights(self, height: usize) -> usize {
+        match self {
+            Self::Compare(_) => height - 2,
+            Self::Jump(_) => height - 1,
+            Self::And | Self::Or | Self::Not | Self::Unless(_) => height,
+            _ => height + 1 - self.operands(),
         }
     }
 }
@@ -51,6 +78,7 @@ impl Instruction {
 pub(crate) struct Tape {
     /// Each with the node of the tree that it belongs to.
     code: Vec<(Instruction, usize)>,
+    tables: Vec<Arc<Table>>,
     /// Length of the stack.
     depth: usize,
 }
@@ -59,13 +87,17 @@ pub(crate) struct Tape {
 pub(crate) struct Step<'s, T> {
     pub(crate) node: usize,
     pub(crate) operands: &'s [T],
-    pub(crate) value: T,
+    /// None of a comparison.
+    pub(crate) value: Option<T>,
 }
 
 impl Tape {
     /// The instructions, or the node at which more values wait than there may be.
     pub(crate) fn compile(tree: &Tree) -> Result<Self, usize> {
         let mut code: Vec<(Instruction, usize)> = Vec::new();
+        let mut tables: Vec<Arc<Table>> = Vec::new();
+        // Jumps whose target is not known yet, and where the code may not be changed any more.
+        let (mut open, mut fixed): (Vec<usize>, usize) = (Vec::new(), 0);
         for (node, what) in tree.nodes().enumerate() {
             let instruction = match what {
                 Node::Number(number) => Instruction::Constant(*number),
@@ -80,18 +112,53 @@ impl Tape {
                 Node::Unary(unary, _) => Instruction::Unary(*unary),
                 Node::Binary(binary, ..) => Instruction::Binary(*binary),
                 Node::Saturate(..) => Instruction::Saturate,
+                Node::Table(table, ..) => {
+                    tables.push(Arc::clone(table));
+                    Instruction::Table(tables.len() - 1)
+                }
+                Node::Compare(comparison, ..) => Instruction::Compare(*comparison),
+                Node::And(..) => Instruction::And,
+                Node::Or(..) => Instruction::Or,
+                Node::Not(_) => Instruction::Not,
+                Node::Then => Instruction::Unless(usize::MAX),
+                Node::Else => Instruction::Jump(usize::MAX),
+                Node::If(..) => {
+                    land(&mut code, &mut open);
+                    fixed = code.len();
+                    continue;
+                }
             };
-            append(&mut code, instruction, node);
+            match instruction {
+                Instruction::Unless(_) => {
+                    open.push(code.len());
+                    code.push((instruction, node));
+                    fixed = code.len();
+                }
+                Instruction::Jump(_) => {
+                    code.push((instruction, node));
+                    land(&mut code, &mut open);
+                    open.push(code.len() - 1);
+                    fixed = code.len();
+                }
+                _ => append(&mut code, fixed, instruction, node),
+            }
         }
-        let (mut height, mut depth) = (0, 1);
+        let (mut height, mut depth, mut conditions) = (0, 1, 0usize);
         for (instruction, node) in &code {
-            height = height + 1 - instruction.operands();
+            height = instruction.heights(height);
             depth = depth.max(height);
-            if depth > LIMITS.depth {
+            match instruction {
+                Instruction::Compare(_) => conditions += 1,
+                Instruction::And | Instruction::Or | Instruction::Unless(_) => {
+                    conditions = conditions.saturating_sub(1)
+                }
+                _ => {}
+            }
+            if depth.max(conditions) > LIMITS.depth {
                 return Err(*node);
             }
         }
-        Ok(Self { code, depth })
+        Ok(Self { code, tables, depth })
     }
 
     /// The value; `seen` is shown every step.
@@ -113,8 +180,10 @@ impl Tape {
     ) -> T {
         // A column shorter than it should be has no such entry.
         let entry = |column: &[T], k: usize| column.get(k).copied().unwrap_or_else(|| convert(f64::NAN));
-        let mut top = 0;
-        for &(instruction, node) in &self.code {
+        // As many conditions as bits wait at most: `compile` has seen to that.
+        let (mut top, mut conditions, mut at) = (0, 0u64, 0);
+        while let Some(&(instruction, node)) = self.code.get(at) {
+            at += 1;
             let first = top - instruction.operands();
             let operands = &stack[first..top];
             let value = match instruction {
@@ -128,8 +197,38 @@ impl Tape {
                 Instruction::Binary(binary) => binary.at(operands[0], operands[1]),
                 Instruction::Product(n) => operands[0].powi(n),
                 Instruction::Saturate => saturate(operands[0], operands[1], operands[2]),
+                Instruction::Table(k) => self.tables[k].at(operands[0]),
+                Instruction::Compare(comparison) => {
+                    conditions = conditions << 1 | u64::from(comparison.at(operands[0], operands[1]));
+                    seen(Step { node, operands, value: None });
+                    top = first;
+                    continue;
+                }
+                Instruction::And => {
+                    conditions = (conditions >> 2 << 1) | (conditions >> 1 & conditions & 1);
+                    continue;
+                }
+                Instruction::Or => {
+                    conditions = (conditions >> 2 << 1) | ((conditions >> 1 | conditions) & 1);
+                    continue;
+                }
+                Instruction::Not => {
+                    conditions ^= 1;
+                    continue;
+                }
+                Instruction::Unless(other) => {
+                    if conditions & 1 == 0 {
+                        at = other;
+                    }
+                    conditions >>= 1;
+                    continue;
+                }
+                Instruction::Jump(end) => {
+                    at = end;
+                    continue;
+                }
             };
-            seen(Step { node, operands, value });
+            seen(Step { node, operands, value: Some(value) });
             stack[first] = value;
             top = first + 1;
         }
@@ -137,10 +236,19 @@ impl Tape {
     }
 }
 
+/// The last open jump lands behind what there is.
+fn land(code: &mut [(Instruction, usize)], open: &mut Vec<usize>) {
+    let target = code.len();
+    if let Some((Instruction::Unless(to) | Instruction::Jump(to), _)) = open.pop().and_then(|at| code.get_mut(at)) {
+        *to = target;
+    }
+}
+
 /// Appends an instruction, or what it comes to. The operands of an instruction end the code; one that is a constant is
-/// one instruction.
-fn append(code: &mut Vec<(Instruction, usize)>, instruction: Instruction, node: usize) {
-    let constant = |back: usize| match code.len().checked_sub(back).and_then(|index| code.get(index)) {
+/// one instruction. What comes before `fixed` stays as it is.
+fn append(code: &mut Vec<(Instruction, usize)>, fixed: usize, instruction: Instruction, node: usize) {
+    let index = |back: usize| code.len().checked_sub(back).filter(|index| *index >= fixed);
+    let constant = |back: usize| match index(back).and_then(|index| code.get(index)) {
         Some((Instruction::Constant(value), _)) => Some(*value),
         _ => None,
     };
@@ -155,7 +263,7 @@ fn append(code: &mut Vec<(Instruction, usize)>, instruction: Instruction, node: 
         Instruction::Unary(Unary::Ln) => {
             use Instruction::{Binary as Two, Constant, Unary as One};
             // The sum's second operand ends before it: an exponential, or a number after one.
-            let (joined, length) = match code.as_slice() {
+            let (joined, length) = match &code[fixed..] {
                 [.., (One(Unary::Exp), _), (Two(Binary::Add), _)] => (Binary::LnPlusExp, 2),
                 [.., (One(Unary::Exp), _), (Constant(_), _), (Two(Binary::Add), _)] => (Binary::LnExpPlus, 3),
                 _ => (Binary::Add, 0),

@@ -2,8 +2,11 @@
 
 use core::ops::Range;
 
-use crate::function::{Binary, Unary};
+use std::sync::Arc;
+
+use crate::function::{Binary, Comparison, Unary};
 use crate::scope::Symbol;
+use crate::table::Table;
 
 /// A node; operands are earlier nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +18,19 @@ pub(crate) enum Node {
     Binary(Binary, usize, usize),
     /// x, low, high.
     Saturate(usize, usize, usize),
+    /// The table of that name at x.
+    Table(Arc<Table>, String, usize),
+    /// Two numbers to a condition.
+    Compare(Comparison, usize, usize),
+    And(usize, usize),
+    Or(usize, usize),
+    Not(usize),
+    /// Between the condition of an `if` and the first branch.
+    Then,
+    /// Between the branches.
+    Else,
+    /// Condition, branch if it holds, branch if not.
+    If(usize, usize, usize),
 }
 
 /// Nodes in the order in which a stack evaluates them; the last is the root.
@@ -24,6 +40,9 @@ pub(crate) struct Tree {
 }
 
 /// Binding power of the printed form of a node, as in the parser.
+const OR: u8 = 1;
+const AND: u8 = 2;
+const COMPARISON: u8 = 3;
 const SUM: u8 = 5;
 const PRODUCT: u8 = 7;
 const SIGN: u8 = 8;
@@ -39,6 +58,12 @@ impl Tree {
 
     pub(crate) fn nodes(&self) -> impl Iterator<Item = &Node> {
         self.nodes.iter().map(|(node, _)| node)
+    }
+
+    /// Whether a node is a condition, and not a number.
+    pub(crate) fn is_condition(&self, node: usize) -> bool {
+        let conditional = |node: &Node| matches!(node, Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_));
+        self.nodes.get(node).is_some_and(|(node, _)| conditional(node))
     }
 
     /// The bytes that a node reaches over.
@@ -76,6 +101,18 @@ impl Tree {
                         Binary::Power => (format!("{}^{}", held(x, POWER + 1), held(y, SIGN)), POWER),
                         _ => (format!("{sign}({}, {})", x.0, y.0), ATOM),
                     }
+                }
+                Node::Table(_, name, x) => (format!("{name}({})", take(*x).0), ATOM),
+                Node::Compare(comparison, x, y) => {
+                    let (x, y) = (held(take(*x), SUM), held(take(*y), SUM));
+                    (format!("{x} {} {y}", comparison.sign()), COMPARISON)
+                }
+                Node::And(x, y) => (format!("{} && {}", held(take(*x), AND), held(take(*y), AND + 1)), AND),
+                Node::Or(x, y) => (format!("{} || {}", held(take(*x), OR), held(take(*y), OR + 1)), OR),
+                Node::Not(x) => (format!("!{}", held(take(*x), SIGN)), SIGN),
+                Node::Then | Node::Else => (String::new(), ATOM),
+                Node::If(condition, x, y) => {
+                    (format!("if({}, {}, {})", take(*condition).0, take(*x).0, take(*y).0), ATOM)
                 }
                 Node::Saturate(x, low, high) => {
                     (format!("sat({}, {}, {})", take(*x).0, take(*low).0, take(*high).0), ATOM)

@@ -54,11 +54,13 @@ fn run<T: RealField + Copy>(
     let mut stack: Vec<usize> = Vec::new();
     let value = expression.tape.evaluate(t, x, u, |step| {
         let operands = stack.split_off(stack.len() - step.operands.len());
-        if first.is_none() && bad(step.value) {
+        // A comparison leaves no value.
+        let Some(value) = step.value else { return };
+        if first.is_none() && bad(value) {
             let written = |(node, value): (&usize, &T)| (expression.part(*node).to_owned(), number(*value));
             let undefined = Undefined {
                 part: expression.part(step.node).to_owned(),
-                value: number(step.value),
+                value: number(value),
                 derivative_by: None,
                 operands: operands.iter().zip(step.operands).map(written).collect(),
             };

@@ -21,6 +21,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::least_visible::least_visible;
 use crate::schur::{Schur, schur};
 use crate::staircase::Staircase;
 use crate::subspace_refinement;
@@ -495,107 +496,4 @@ fn gram_schmidt(mut v: DMatrix<f64>) -> DMatrix<f64> {
         v.set_column(k, &column);
     }
     v
-}
-
-/// Most steps of the inverse iteration: it converges like the squared ratio of the two smallest singular values. Where
-/// these are a hundredth apart the steps magnify the share of the smaller by 1.02^300 = 400, and where they are nearer,
-/// either vector serves.
-const INVERSE_ITERATIONS: usize = 300;
-
-/// The right singular vector of `[T - lambda I; C]` at the smallest singular value, T quasi upper triangular.
-///
-/// The rows of C and the subdiagonal are rotated into T, which costs `p n^2` instead of `n^3`, and the triangle is
-/// inverted by iteration.
-fn least_visible(t: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> Result<DVector<Complex<f64>>> {
-    let (n, p) = (t.nrows(), c.nrows());
-    let mut r = t.map(Complex::from);
-    for j in 0..n {
-        r[(j, j)] -= lambda;
-    }
-    let size = r.norm().hypot(c.norm());
-    for j in 0..n.saturating_sub(1) {
-        if r[(j + 1, j)] != Complex::from(0.0) {
-            let mut below: Vec<Complex<f64>> = r.row(j + 1).iter().copied().collect();
-            rotate_away(&mut r, j, &mut below);
-            for (column, x) in below.into_iter().enumerate() {
-                r[(j + 1, column)] = x;
-            }
-        }
-    }
-    for k in 0..p {
-        let mut row: Vec<Complex<f64>> = c.row(k).iter().map(|x| Complex::from(*x)).collect();
-        for j in 0..n {
-            rotate_away(&mut r, j, &mut row);
-        }
-    }
-    // A zero on the diagonal is replaced by what rounding would have put there.
-    let floor = (f64::EPSILON * size).max(f64::MIN_POSITIVE);
-    for j in 0..n {
-        if r[(j, j)].norm() < floor * f64::EPSILON {
-            r[(j, j)] = Complex::from(floor * f64::EPSILON);
-        }
-    }
-    // Real for real lambda, and without preference for any coordinate.
-    let mut v = DVector::from_fn(n, |j, _| Complex::from(1.0 + 0.5 * ((j as f64 + 1.0) * 2.399_963).cos()));
-    v.unscale_mut(v.norm());
-    let mut sigma = f64::INFINITY;
-    for _ in 0..INVERSE_ITERATIONS {
-        let Some(w) = solve_normal(&r, &v) else { break };
-        v = w;
-        let next = (&r * &v).norm();
-        let settled = sigma.is_finite() && sigma - next <= 1e-12 * sigma;
-        sigma = next;
-        if settled {
-            break;
-        }
-    }
-    if v.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
-        Ok(v)
-    } else {
-        Err(LinalgError::Overflow { what: "the direction of a mode" })
-    }
-}
-
-/// Rotates row j of the triangle with `row` so that `row[j]` vanishes.
-fn rotate_away(r: &mut DMatrix<Complex<f64>>, j: usize, row: &mut [Complex<f64>]) {
-    let (x, y) = (r[(j, j)], row[j]);
-    let length = x.norm().hypot(y.norm());
-    if y.norm() == 0.0 || length == 0.0 {
-        return;
-    }
-    let (c, s) = (x / length, y / length);
-    for k in j..row.len() {
-        let (upper, lower) = (r[(j, k)], row[k]);
-        r[(j, k)] = c.conj() * upper + s.conj() * lower;
-        row[k] = c * lower - s * upper;
-    }
-    row[j] = Complex::from(0.0);
-}
-
-/// `(R* R)^-1 v`, normalised in between and after; none if it overflows.
-fn solve_normal(r: &DMatrix<Complex<f64>>, v: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
-    let unit = |mut x: DVector<Complex<f64>>| {
-        let largest = x.iter().map(|x| x.re.abs().max(x.im.abs())).fold(0.0, f64::max);
-        if !(largest > 0.0 && largest.is_finite()) {
-            return None;
-        }
-        x.unscale_mut(largest);
-        x.unscale_mut(x.norm());
-        Some(x)
-    };
-    let n = v.len();
-    let mut x = v.clone();
-    for j in 0..n {
-        let sum: Complex<f64> = (0..j).map(|i| r[(i, j)].conj() * x[i]).sum();
-        x[j] = (x[j] - sum) / r[(j, j)].conj();
-    }
-    let mut x = unit(x)?;
-    for j in (0..n).rev() {
-        x[j] /= r[(j, j)];
-        let top = x[j];
-        for i in 0..j {
-            x[i] -= r[(i, j)] * top;
-        }
-    }
-    unit(x)
 }

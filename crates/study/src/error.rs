@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::Diagnostics;
+use crate::execute::Excess;
 
 /// Error of reading or executing a study.
 ///
@@ -21,6 +22,33 @@ pub enum StudyError {
         path: PathBuf,
         /// Why.
         error: std::io::Error,
+    },
+    /// The results folder is not a folder.
+    #[error("{} is not a folder", path.display())]
+    NotAFolder {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// The results folder has files, and none is known to be a result.
+    #[error("{} has files and no manifest.json: choose a new or empty folder with -o, or write into this one with --force, which deletes none of its files", path.display())]
+    ForeignFolder {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// Another run writes into the results folder.
+    #[error("{} is in use by another run of luenberger: wait until it has finished, or choose another folder with -o", path.display())]
+    FolderInUse {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// The estimated cost exceeds a limit.
+    #[error("{0}")]
+    TooExpensive(Excess),
+    /// The time limit was reached. Finished files are on disk.
+    #[error("stopped at the time limit ({}): finished results are in the results folder; a longer limit: --limit time=48h", crate::execute::duration(*.limit))]
+    TimeLimit {
+        /// The limit in seconds.
+        limit: f64,
     },
     /// A step needs a table that the study does not have.
     #[error("{step} needs {needs}, and the study has none")]
@@ -59,13 +87,24 @@ pub enum StudyError {
     #[error("{0} threads could not be started")]
     Threads(usize),
     /// The user interrupted. Finished files are on disk.
-    #[error("interrupted: what was finished before is in the folder of the results")]
+    #[error("interrupted: finished results are in the results folder")]
     Interrupted,
+}
+
+/// Whether the output could not take the data: a full disk, a quota, a limit of file sizes.
+pub fn is_storage(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull, WriteZero};
+    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge | WriteZero)
 }
 
 impl StudyError {
     pub(crate) fn io(path: &Path, error: std::io::Error) -> Self {
         Self::Io { path: path.to_owned(), error }
+    }
+
+    /// Whether the output could not take the data: a full disk, a quota, a limit of file sizes.
+    pub fn is_storage(&self) -> bool {
+        matches!(self, Self::Io { error, .. } if is_storage(error))
     }
 
     /// The mistakes of the file, for excerpts in colour.

@@ -32,7 +32,7 @@ pub mod template;
 
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
-pub use execute::{Estimate, Progress, RunOptions, Step, estimate, execute, run};
+pub use execute::{Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, run};
 pub use luenberger_expression::nearest;
 pub use read::Format;
 pub use results::Results;

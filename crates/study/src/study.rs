@@ -58,6 +58,7 @@ impl Study {
     }
 
     /// Parses the study in `text`; `name` is used in messages, and file names in the study are relative to `folder`.
+    /// A study without a title is titled by its file name, or "study" if `name` is "standard input".
     ///
     /// ```
     /// use luenberger_study::{Format, Study, template};

@@ -1,56 +1,47 @@
-//! Estimated computing time of a study, reported before it starts. There is no prompt; Ctrl-C aborts.
+//! Estimated cost of a study, reported before it starts and compared with the limits.
 
-use luenberger_study::{Estimate, Step, Study, estimate};
-use std::io::Write;
-use std::thread::available_parallelism;
+use crate::failure::Failure;
+use luenberger_study::execute::{about, bytes};
+use luenberger_study::{Estimate, Limits, Step, Study, StudyError, estimate};
+use std::io::{IsTerminal, Write};
 
-/// Estimates below this many seconds are not reported.
-const WORTH_SAYING: f64 = 10.0;
+/// Estimates of fewer seconds and bytes are reported on a terminal only.
+const SECONDS: f64 = 10.0;
+const BYTES: f64 = 1e9;
 
-/// Reports the estimated time of the step on standard error, if it is long.
-pub(super) fn announce(study: &Study, step: Step, threads: Option<usize>) {
-    let cost = estimate(study, step);
-    if cost.seconds >= WORTH_SAYING {
-        let threads = threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
+/// Reports the estimated cost of the step on standard error; an error if it takes too long.
+pub(super) fn announce(study: &Study, step: Step, limits: &Limits, threads: usize) -> Result<(), Failure> {
+    let cost = estimate(study, step, threads);
+    cost.within(limits, threads).map_err(StudyError::TooExpensive)?;
+    if cost.seconds >= SECONDS || cost.memory.bytes >= BYTES || std::io::stderr().is_terminal() {
         _ = writeln!(std::io::stderr(), "{}", sentence(&cost, threads));
     }
+    Ok(())
 }
 
 fn sentence(cost: &Estimate, threads: usize) -> String {
-    let Estimate { runs, seconds, mostly } = cost;
-    let share = if threads > 1 { format!(", shared by {threads} threads where it can be") } else { String::new() };
+    let Estimate { runs, seconds, mostly, memory } = cost;
+    let share = if threads > 1 { format!(", less on {threads} threads") } else { String::new() };
     format!(
-        "this takes about {} on one thread{share} ({runs} runs; the {mostly} take most of it); Ctrl-C leaves what is finished on disk",
-        rounded(*seconds)
+        "estimate: {} on one thread{share}, {} of memory ({runs} runs; most of the time for the {mostly})",
+        about(*seconds),
+        bytes(memory.bytes)
     )
-}
-
-/// Order of magnitude: one digit, in the largest unit of which there is at least one.
-fn rounded(seconds: f64) -> String {
-    const UNITS: [(f64, &str); 4] = [(86400.0, "day"), (3600.0, "hour"), (60.0, "minute"), (1.0, "second")];
-    let (unit, name) = UNITS.into_iter().find(|(unit, _)| seconds >= *unit).unwrap_or((1.0, "second"));
-    let count = (seconds / unit).max(1.0);
-    let digit = 10f64.powf(count.log10().floor());
-    let count = (count / digit).round() * digit;
-    format!("{count} {name}{}", if count == 1.0 { "" } else { "s" })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use luenberger_study::execute::Memory;
 
     #[test]
-    fn an_order_of_magnitude_in_words() {
-        let words = [(0.2, "1 second"), (12.3, "10 seconds"), (61.0, "1 minute"), (3500.0, "60 minutes")];
-        let more = [(7300.0, "2 hours"), (86400.0 * 365.0, "400 days"), (86400.0, "1 day")];
-        for (seconds, expected) in words.into_iter().chain(more) {
-            assert_eq!(rounded(seconds), expected);
-        }
-        let cost = Estimate { runs: 12000, seconds: 9000.0, mostly: "runs".to_owned() };
+    fn the_estimate_is_one_line() {
+        let memory = Memory { bytes: 2e9, mostly: "" };
+        let cost = Estimate { runs: 12000, seconds: 9000.0, mostly: "simulations".to_owned(), memory };
         assert_eq!(
             sentence(&cost, 1),
-            "this takes about 3 hours on one thread (12000 runs; the runs take most of it); Ctrl-C leaves what is finished on disk"
+            "estimate: 3 hours on one thread, 1.9 GiB of memory (12000 runs; most of the time for the simulations)"
         );
-        assert!(sentence(&cost, 8).contains("on one thread, shared by 8 threads where it can be (12000 runs;"));
+        assert!(sentence(&cost, 8).contains("on one thread, less on 8 threads, 1.9"));
     }
 }

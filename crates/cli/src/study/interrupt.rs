@@ -1,4 +1,4 @@
-//! Ctrl-C: the first one stops the work after the current item and keeps finished files; the second stops at once.
+//! Ctrl-C: the first one stops the work after the current item and keeps its results; the second stops at once.
 
 use crate::exit::INTERRUPTED;
 use std::io::Write;
@@ -12,9 +12,9 @@ pub(super) fn flag() -> &'static AtomicBool {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
             std::process::exit(INTERRUPTED.into());
         }
-        _ = writeln!(std::io::stderr(), "interrupted: waiting for what is being done; Ctrl-C again to stop at once");
+        _ = writeln!(std::io::stderr(), "interrupted: finishing the current item; Ctrl-C again stops at once");
     });
-    // Without a handler Ctrl-C ends the command as usual. Files are written atomically, so none is incomplete.
+    // Without a handler Ctrl-C ends the command as usual, and the results folder stays as it was.
     drop(handled);
     &INTERRUPT
 }

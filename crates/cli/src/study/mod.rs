@@ -10,35 +10,68 @@ mod text_report;
 use crate::answer::Answer;
 use crate::arguments::StudyInput;
 use crate::failure::Failure;
+use crate::input::Source;
+use crate::limit::limits;
 use crate::progress::Bar;
-use luenberger_study::{RunOptions, Step, Study, execute};
+use luenberger_study::{Format, RunOptions, Step, Study, execute};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) use new::new;
 
 /// Executes one step of a study, or all.
 pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
-    let study = Study::from_path(&input.study)?;
-    cost::announce(&study, step, input.threads);
+    let study = read(&input.study)?;
     let bar = Bar::new();
     let options = RunOptions {
         output: folder(step, input),
+        force: input.force,
+        limits: limits(&input.limit),
         progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
         cancel: interrupt::flag(),
         threads: input.threads,
     };
+    cost::announce(&study, step, &options.limits, options.threads())?;
     let executed = execute(&study, step, &options);
     bar.finish();
     let results = executed?;
+    if let Some(folder) = &options.output {
+        for (name, other) in &results.renamed {
+            let (path, other) = (folder.join(name), folder.join(other));
+            _ = writeln!(
+                std::io::stderr(),
+                "note: {} was not written by luenberger, or was changed since; it is now {}",
+                path.display(),
+                other.display()
+            );
+        }
+    }
     let failures = results.failures();
     let text = text_report::results(step, &results, &failures, options.output.as_deref());
     Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
 }
 
-/// Output folder: the one given, or by default `study-results` for `study.toml` if the results of the step are files.
+/// The study in a file or on standard input, where a text that begins with `{` is JSON.
+fn read(source: &Source) -> Result<Study, Failure> {
+    match source {
+        Source::File(path) => Ok(Study::from_path(path)?),
+        Source::Standard => {
+            let text = source.text()?;
+            let format = if text.trim_start().starts_with('{') { Format::Json } else { Format::Toml };
+            Ok(Study::from_text(&source.to_string(), &text, format, Path::new("."))?)
+        }
+    }
+}
+
+/// Results folder: the one given, or by default `study-results` for `study.toml` and for standard input, if the results
+/// of the step are files.
 fn folder(step: Step, input: &StudyInput) -> Option<PathBuf> {
     let leaves_files = matches!(step, Step::Run | Step::Certify | Step::Simulate | Step::Sweep);
-    let stem = input.study.file_stem().unwrap_or_else(|| Path::new("study").as_os_str());
-    let beside = || PathBuf::from(format!("{}-results", stem.to_string_lossy()));
+    let stem = match &input.study {
+        Source::File(path) => path.file_stem(),
+        Source::Standard => None,
+    };
+    let stem = stem.map_or_else(|| "study".into(), |stem| stem.to_string_lossy());
+    let beside = || PathBuf::from(format!("{stem}-results"));
     input.output.clone().or_else(|| leaves_files.then(beside))
 }

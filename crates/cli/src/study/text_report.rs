@@ -70,7 +70,7 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         text.push('\n');
     }
     if let Some(folder) = folder {
-        _ = writeln!(text, "\n{} in {}", counted(results.files.len() + 1, "file"), folder.display());
+        _ = writeln!(text, "\n{} in {}", counted(results.files.len() + 2, "file"), folder.display());
         if results.files.iter().any(|file| file == "report.html") {
             _ = writeln!(text, "report: {}", folder.join("report.html").display());
         }

@@ -5,6 +5,7 @@ mod manners;
 mod matrix;
 mod mistakes;
 mod pages;
+mod results;
 mod sdp;
 mod study;
 mod terminal;

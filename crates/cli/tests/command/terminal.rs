@@ -29,7 +29,7 @@ impl Ran {
 
 /// The lines without the estimate of the run time, which is printed on slow or busy machines only.
 pub(crate) fn without_estimate(text: &str) -> impl Iterator<Item = &str> {
-    text.lines().filter(|line| !line.starts_with("this takes about "))
+    text.lines().filter(|line| !line.starts_with("estimate: "))
 }
 
 /// Runs the binary with these arguments and this standard input, which is not a terminal.

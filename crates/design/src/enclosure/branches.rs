@@ -14,6 +14,7 @@ use core::fmt;
 use luenberger_plants::Plant;
 use luenberger_proof::{Interval, Ring};
 
+use super::error::CHOICE;
 use super::evaluation::{Evaluation, Failure, column, middle};
 use super::paths::{Undefined, Way, explore_ways, follow};
 use super::scalar::IntervalDual;
@@ -66,8 +67,8 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
             let branches = self.branches(side, cell)?;
             for (i, first) in branches.iter().enumerate() {
                 for second in &branches[..i] {
-                    let gap = between(first, second, cell)
-                        .ok_or(Failure::Undefined(Undefined::Operation("the choice between two branches"), side))?;
+                    let gap =
+                        between(first, second, cell).ok_or(Failure::Undefined(Undefined::Operation(CHOICE), side))?;
                     if gap.bound > largest.bound {
                         largest = gap;
                     }

@@ -37,7 +37,7 @@ pub enum EnclosureError {
         place: Place,
     },
     /// An operation in the right-hand side or in the output that is not defined at some point, or jumps there.
-    #[error("{operation} in {side} is not defined, or jumps, at {place}")]
+    #[error("{}", undefined(operation, side, place))]
     Undefined {
         /// The operation.
         operation: &'static str,
@@ -62,4 +62,17 @@ pub enum EnclosureError {
         /// A part that was left.
         place: Place,
     },
+}
+
+/// Branches that do not meet; see [`branches`](super::branches).
+pub(super) const CHOICE: &str = "the choice between two branches";
+
+fn undefined(operation: &str, side: &str, place: &Place) -> String {
+    match operation {
+        CHOICE => format!(
+            "{side} jumps at {place}: two branches of a condition do not meet there, and certified designs need a continuous right-hand side"
+        ),
+        "signum" => format!("{side} jumps by sign at {place}: certified designs need a continuous right-hand side"),
+        _ => format!("{operation} in {side} is not defined, or jumps, at {place}"),
+    }
 }

@@ -3,7 +3,7 @@
 use luenberger_plants::{Column, Dimensions, Plant};
 use luenberger_proof::{Interval, Ring};
 
-use super::error::EnclosureError;
+use super::error::{CHOICE, EnclosureError};
 use super::paths::{self, Undefined};
 use super::scalar::IntervalDual;
 
@@ -76,7 +76,7 @@ fn united(
         }
         for (all, one) in union.iter_mut().zip(&way) {
             if all.value().intersection(&one.value()).is_none() {
-                return Err(Failure::Undefined(Undefined::Operation("the choice between two branches"), side));
+                return Err(Failure::Undefined(Undefined::Operation(CHOICE), side));
             }
             *all = IntervalDual::new(all.value().hull(&one.value()), all.slope().hull(&one.slope()));
         }

@@ -114,6 +114,22 @@ fn linear_plants_are_found_out() {
     assert!(matches!(plant(&["x1/0"], &["x1"], 0, &[]).affine(), Err(ExpressionPlantError::Undefined { .. })));
 }
 
+/// An output may use the input: its value, its Jacobian at that input, and D of an affine plant.
+#[test]
+fn outputs_may_use_the_input() {
+    let text = plant(&["x2", "-x1 + u1"], &["x1", "x2*u1 + t"], 1, &[]);
+    assert_eq!(text.feedthrough(), Some(1));
+    let (x, u) = (dvector![2.0, 3.0], dvector![5.0]);
+    assert_eq!(text.output(0.5, &x, &u), dvector![2.0, 15.5]);
+    assert_eq!(text.output_jacobian(0.5, &x, &u), dmatrix![1.0, 0.0; 0.0, 5.0]);
+    assert!(text.affine().is_err());
+    let affine = plant(&["x2", "-x1 + u1"], &["x1", "2*x2 - u1/4 + 1"], 1, &[]).affine().unwrap();
+    assert_eq!(affine.linear.d, Some(dmatrix![0.0; -0.25]));
+    assert!(!affine.is_linear());
+    assert_eq!(affine.h0, dvector![0.0, 1.0]);
+    assert_eq!(plant(&["u1"], &["x1"], 1, &[]).affine().unwrap().linear.d, None);
+}
+
 /// Bad plants, each with its numbers.
 #[test]
 fn bad_plants_are_refused() {
@@ -125,10 +141,7 @@ fn bad_plants_are_refused() {
         new(&["x2", "x3"], &["x1"], &[]),
         "f2: line 1, column 1: there is no `x3`: there are 2 states, x1 to x2"
     );
-    assert_eq!(
-        new(&["x1"], &["x1", "u1"], &[]),
-        "h2: line 1, column 1: `u1` may not be used here: an output y = h(t, x) does not depend on the input"
-    );
+    assert_eq!(new(&["x1"], &["x1", "u2"], &[]), "h2: line 1, column 1: there is no `u2`: there is one input, u1");
     assert_eq!(new(&["x1"], &["x1"], &[("sin", 1.0)]), "`sin` cannot be the name of a parameter: it is a function");
     assert_eq!(new(&["x1"], &["x1"], &[("k", f64::NAN)]), "the parameter `k` is NaN, not a finite number");
     assert!(new(&["x1"], &["x1"], &[("a b", 1.0)]).contains("letters, digits and _"));

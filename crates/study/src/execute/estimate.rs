@@ -1,7 +1,9 @@
-//! Estimate of the cost of an execution, to an order of magnitude, from a short part of the run.
+//! Estimates of the cost of an execution, to an order of magnitude: time from a short part of the run, memory from the
+//! sizes.
 
 use std::time::Instant;
 
+use super::limits::{Excess, Limits};
 use super::simulate::{self, Variation};
 use super::{Step, sweep};
 use crate::signal::Input;
@@ -16,6 +18,41 @@ pub struct Estimate {
     pub seconds: f64,
     /// The step that takes most of the time.
     pub mostly: String,
+    /// The largest amount of memory in use.
+    pub memory: Memory,
+}
+
+/// Estimated memory of an execution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Memory {
+    /// Bytes.
+    pub bytes: f64,
+    /// What takes most of it, and how to reduce it.
+    pub mostly: &'static str,
+}
+
+impl Estimate {
+    /// An error if the time on `threads` threads exceeds its limit; the memory is checked by [`execute`](super::execute).
+    ///
+    /// # Errors
+    /// [`Excess::Time`].
+    pub fn within(&self, limits: &Limits, threads: usize) -> Result<(), Excess> {
+        let needed = self.seconds / threads as f64;
+        if needed > limits.seconds {
+            return Err(Excess::Time { needed, limit: limits.seconds, mostly: self.mostly.clone() });
+        }
+        Ok(())
+    }
+}
+
+impl Memory {
+    pub(super) fn within(self, limits: &Limits) -> Result<(), crate::StudyError> {
+        if self.bytes > limits.memory {
+            let excess = Excess::Memory { needed: self.bytes, limit: limits.memory, mostly: self.mostly };
+            return Err(crate::StudyError::TooExpensive(excess));
+        }
+        Ok(())
+    }
 }
 
 /// Seconds for one value of T by simulation: a trajectory over the memory of the filter with tolerance 1e-11.
@@ -25,20 +62,19 @@ const ONE_T: f64 = 2e-3;
 /// indistinguishability.
 const BESIDES: f64 = 2000.0;
 
+/// Bytes of a number in memory.
+const NUMBER: f64 = 8.0;
+
+/// Bytes of a number as text, with all digits.
+const DIGITS: f64 = 22.0;
+
 /// Estimated cost of a step, from a simulation of one fiftieth of the duration.
-pub fn estimate(study: &Study, step: Step) -> Estimate {
-    let tables: f64 = study
-        .observers
-        .iter()
-        .map(|wish| match &wish.kind {
-            ObserverKind::KklNumerical(kkl) => {
-                ((kkl.points as f64).powf(study.plant.states.len() as f64) + BESIDES) * ONE_T
-                    + kkl.samples as f64 * 1e-5
-            }
-            _ => 0.0,
-        })
-        .sum();
-    let designs = if step == Step::Observe { 0.0 } else { tables + 0.01 * study.observers.len() as f64 };
+pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
+    let each_design: f64 = study.observers.iter().map(|wish| seconds_of_design(study, &wish.kind)).sum();
+    let n = study.plant.states.len() as f64;
+    let observed = if matches!(step, Step::Observe | Step::Run) { 1e-7 * n * n * n } else { 0.0 };
+    let designs =
+        observed + if step == Step::Observe { 0.0 } else { each_design + 0.01 * study.observers.len() as f64 };
     let own = match step {
         Step::Simulate | Step::Compare | Step::Run => study.observers.len(),
         Step::Sweep => 1,
@@ -50,15 +86,69 @@ pub fn estimate(study: &Study, step: Step) -> Estimate {
     };
     let again = match &study.sweep {
         Some(sweep) if swept > 0 && matches!(sweep.parameter.name(), "gamma" | "poles") => {
-            tables * sweep.values.len() as f64
+            each_design * sweep.values.len() as f64
         }
         _ => 0.0,
     };
-    let each = study.simulation.as_ref().map_or(0.0, |simulation| one_run(study, simulation));
+    let memory = memory(study, step, threads);
+    let each = study.simulation.as_ref().filter(|_| own + swept > 0).map_or(0.0, |s| one_run(study, s));
     let runs = own + swept;
     let running = each * runs as f64;
-    let mostly = if running > designs + again { "runs" } else { "designs" };
-    Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned() }
+    let mostly = if running > designs + again { "simulations" } else { "designs" };
+    Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned(), memory }
+}
+
+/// Seconds of a design.
+fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
+    let n = study.plant.states.len() as f64;
+    match kind {
+        ObserverKind::KklNumerical(kkl) => ((kkl.points as f64).powf(n) + BESIDES) * ONE_T + kkl.samples as f64 * 1e-5,
+        // The factorisations of the Schur complement.
+        kind if kind.poses_inequality() => 3e-9 * unknowns(study).powi(3),
+        _ => 1e-6 * n * n * n,
+    }
+}
+
+/// Number of unknowns of a matrix inequality: P and P L.
+fn unknowns(study: &Study) -> f64 {
+    let (n, p) = (study.plant.states.len() as f64, study.plant.outputs.len() as f64);
+    n * (n + 1.0) / 2.0 + n * p
+}
+
+/// Estimated memory of a step.
+pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
+    let mut parts = vec![(0.0, "the results")];
+    if step != Step::Observe {
+        let design = |kind: &ObserverKind| match kind {
+            ObserverKind::KklNumerical(kkl) => {
+                // The table of the inverse, its derivatives, and a copy.
+                let table = (kkl.points as f64).powf(study.plant.states.len() as f64);
+                (table * 10.0 * NUMBER, "the table of a numerical KKL observer (reduce its points)")
+            }
+            kind if kind.poses_inequality() => {
+                let what = "the matrix inequality of an observer (for a linear plant, use poles or kalman)";
+                (4.0 * NUMBER * unknowns(study).powi(2), what)
+            }
+            _ => (0.0, ""),
+        };
+        parts.extend(study.observers.iter().map(|wish| design(&wish.kind)));
+    }
+    if let Some(simulation) = &study.simulation
+        && matches!(step, Step::Simulate | Step::Compare | Step::Run | Step::Sweep)
+    {
+        let (n, m, p) = (study.plant.states.len(), study.plant.inputs.len(), study.plant.outputs.len());
+        let (samples, columns) = (simulation.samples as f64, (1 + 2 * n + m + p) as f64);
+        let observers = study.observers.len().max(1) as f64;
+        let kept = if step == Step::Sweep { 0.0 } else { observers * samples * columns * NUMBER };
+        // In progress: the trajectory with its integrals, the table, and the file as text.
+        let text = if step == Step::Sweep { 0.0 } else { NUMBER + DIGITS };
+        let active = observers.min(threads as f64).max(if study.sweep.is_some() { threads as f64 } else { 1.0 });
+        let running = active * samples * ((columns + n as f64 + 1.0) * NUMBER + columns * text);
+        parts.push((kept + running, "the trajectories (reduce simulation.samples)"));
+    }
+    let bytes = parts.iter().map(|part| part.0).sum();
+    let mostly = parts.into_iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or("the results", |part| part.1);
+    Memory { bytes, mostly }
 }
 
 /// Seconds of one run with an observer.
@@ -66,6 +156,8 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     const SHARE: f64 = 0.02;
     // An observer costs about as much as the plant, and its transient about as much again.
     const WITH_OBSERVER: f64 = 4.0;
+    // Writing a number as text, and drawing.
+    const WRITING: f64 = 3e-7;
     let mut short = simulation.clone();
     short.duration *= SHARE;
     short.samples = 2;
@@ -74,6 +166,9 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     // A plant that cannot be simulated is estimated as zero; the run itself reports the error.
     let _ = simulate::trajectory(&plant, &short, &[], None, Variation::NONE);
     let plant = began.elapsed().as_secs_f64() / SHARE * WITH_OBSERVER;
+    let size = study.plant.model.size();
+    let columns = (1 + 2 * size.states + size.inputs + size.outputs) as f64;
+    let samples = simulation.samples as f64 * columns * WRITING;
     // Filters step with their own period, independent of the integrator.
     let step = |wish: &crate::study::ObserverSpec| match &wish.kind {
         ObserverKind::ExtendedKalman { period, substeps, w, .. } => {
@@ -82,5 +177,5 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
         }
         _ => 0.0,
     };
-    plant + study.observers.iter().map(step).fold(0.0, f64::max)
+    plant + samples + study.observers.iter().map(step).fold(0.0, f64::max)
 }

@@ -1,20 +1,22 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
 mod estimate;
+mod excursion;
 mod filter;
 mod folder;
+mod limits;
 mod log;
 mod observe;
 mod options;
 mod pictures;
-mod region;
 mod scores;
 mod simulate;
 mod stopped;
 mod sweep;
 mod warn;
 
-pub use estimate::{Estimate, estimate};
+pub use estimate::{Estimate, Memory, estimate};
+pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, Step};
 
@@ -42,8 +44,8 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
 
 /// Executes one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
 ///
-/// With [`RunOptions::output`] results are written as soon as they are available: `study.json` after each stage,
-/// trajectories, figures and certificates one by one. The same study gives identical bytes.
+/// With [`RunOptions::output`] results are written to a folder, in place of those of an earlier run; an interruption
+/// leaves what is finished, another error leaves the folder as it was. The same study gives identical bytes.
 ///
 /// ```
 /// use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
@@ -56,14 +58,27 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// [`StudyError::Missing`] if the study has no table for the step, [`StudyError::Interrupted`] if the user has
-/// interrupted, [`StudyError::Io`] and similar for files that cannot be written. An observer that is not applicable, or
-/// a simulation that diverges, is not an error: see [`Results::failures`].
+/// [`StudyError::Missing`] if the study has no table for the step, [`StudyError::TooExpensive`] if its memory exceeds the
+/// limit, [`StudyError::Interrupted`] and [`StudyError::TimeLimit`] if it was stopped, [`StudyError::Io`] and similar for
+/// files that cannot be written. An observer that is not applicable, or a simulation that diverges, is not an error: see
+/// [`Results::failures`].
 pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
-    let Some(threads) = options.threads else { return stages(study, step, options) };
-    let pool =
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| StudyError::Threads(threads))?;
-    pool.install(|| stages(study, step, options))
+    check(study, step)?;
+    estimate::memory(study, step, options.threads()).within(&options.limits)?;
+    let folder = Folder::open(options.output.clone(), options.force)?;
+    let executed = limits::timed(options, |options| match options.threads {
+        None => stages(study, step, options, &folder),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.map_err(|_| StudyError::Threads(threads))?.install(|| stages(study, step, options, &folder))
+        }
+    });
+    let stopped = matches!(executed, Err(StudyError::Interrupted | StudyError::TimeLimit { .. }));
+    if executed.is_err() && !stopped {
+        return executed;
+    }
+    let renamed = folder.finish(step.name(), (study.source.name(), study.source.text()))?;
+    executed.map(|results| Results { renamed, ..results })
 }
 
 /// All steps of a study: [`execute()`] with [`Step::Run`].
@@ -87,9 +102,7 @@ fn check(study: &Study, step: Step) -> Result<(), StudyError> {
     }
 }
 
-fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
-    check(study, step)?;
-    let folder = Folder::new(options.output.clone())?;
+fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) -> Result<Results, StudyError> {
     let mut results = Results {
         title: study.title.clone(),
         about: study.about.clone(),
@@ -102,20 +115,21 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         sweep: None,
         warnings: Vec::new(),
         files: Vec::new(),
+        renamed: Vec::new(),
     };
     let all = step == Step::Run;
     // A nonlinear plant is linearized along its trajectory, which depends on the observers under feedback.
     let designs = if step == Step::Observe && simulate::fed(study).is_none() {
         Vec::new()
     } else {
-        designs(study, options, &folder, all || step == Step::Certify)?
+        designs(study, options, folder, all || step == Step::Certify)?
     };
     let described =
         |(wish, outcome): (&ObserverSpec, &Option<Outcome>)| Some(described(study, wish, outcome.as_ref()?));
     let observers = study.observers.iter().zip(&designs).filter_map(described).collect();
     if options.interrupted() {
         results.observers = observers;
-        save(&folder, &mut results)?;
+        save(folder, &mut results)?;
         return Err(StudyError::Interrupted);
     }
     let members: Vec<Member<'_>> = study
@@ -128,7 +142,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         options.check()?;
         results.observability = Some(observe::observability(study, &members)?);
         options.tell("observe", "observability", 1, 1);
-        save(&folder, &mut results)?;
+        save(folder, &mut results)?;
     }
     if step == Step::Observe {
         return Ok(results);
@@ -136,7 +150,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
     results.observers = observers;
     results.warnings = warn::of_designs(study, &results);
     results.warnings.extend(designs.iter().flatten().filter_map(|outcome| outcome.open.clone()));
-    save(&folder, &mut results)?;
+    save(folder, &mut results)?;
 
     let mut figures: Vec<(String, Figure)> = Vec::new();
     if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
@@ -155,8 +169,8 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
             return Err(error);
         }
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(region::of_runs(study, &of));
-        save(&folder, &mut results)?;
+        results.warnings.extend(excursion::warnings(study, &of));
+        save(folder, &mut results)?;
         options.check()?;
         let alone;
         // The plant is drawn from the run with the most rows.
@@ -191,12 +205,12 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         results.warnings.extend(warnings);
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(region::of_runs(study, &of));
+        results.warnings.extend(excursion::warnings(study, &of));
         for (member, run) in &of {
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));
             folder.table(&name, &pictures::table(study, run))?;
         }
-        save(&folder, &mut results)?;
+        save(folder, &mut results)?;
         if let Some((_, first)) = of.first() {
             let drawn = pictures::figures(&pictures::Runs { study, first, of: of.clone(), measured: true });
             let own = |(id, figure): (String, Figure)| (format!("log-{id}"), figure);
@@ -209,7 +223,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         results.warnings.extend(warnings);
         figures.extend(pictures::sweep(study, &report));
         results.sweep = Some(report);
-        save(&folder, &mut results)?;
+        save(folder, &mut results)?;
     }
     if folder.is_wanted() {
         for (count, (id, figure)) in figures.iter().enumerate() {
@@ -220,7 +234,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results
         if all {
             folder.write("report.html", report::html(&results, figures, &folder.written())?.as_bytes())?;
         }
-        save(&folder, &mut results)?;
+        save(folder, &mut results)?;
     }
     options.check()?;
     Ok(results)

@@ -125,7 +125,7 @@ fn at(
     place: Option<(f64, &[f64])>,
 ) -> Result<ObservabilityAt, StudyError> {
     let seen = of_pair(a, c)?;
-    let detectable = detectability(a, c)?.is_detectable();
+    let detectable = seen.is_observable() || detectability(a, c)?.is_detectable();
     let reports = |modes: &[Mode]| modes.iter().map(|mode| report(study, mode)).collect();
     Ok(ObservabilityAt {
         t: place.map(|(t, _)| t),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::limits::Limits;
 use crate::error::StudyError;
 
 /// The steps of a study. Each includes what it needs of the steps before it.
@@ -54,8 +55,12 @@ pub struct Progress<'a> {
 
 /// How a study is executed.
 pub struct RunOptions<'a> {
-    /// The output folder, created if missing; without it nothing is written.
+    /// The results folder, created if missing; without it nothing is written. Files of an earlier run are replaced.
     pub output: Option<PathBuf>,
+    /// Whether to write into a results folder that has files and no manifest. Its files are kept.
+    pub force: bool,
+    /// Bounds on time and memory.
+    pub limits: Limits,
     /// Called for every finished item, from any thread.
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
     /// Checked between items, and continuously during a design of the kind `kkl-numerical`: true ends the execution
@@ -69,11 +74,16 @@ impl Default for RunOptions<'_> {
     /// No output, no progress, no interruption.
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
-        Self { output: None, progress: &|_| (), cancel: &NEVER, threads: None }
+        Self { output: None, force: false, limits: Limits::default(), progress: &|_| (), cancel: &NEVER, threads: None }
     }
 }
 
 impl RunOptions<'_> {
+    /// The number of threads of the execution.
+    pub fn threads(&self) -> usize {
+        self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+    }
+
     /// Returns an error once the user has interrupted.
     pub(crate) fn check(&self) -> Result<(), StudyError> {
         if self.cancel.load(Ordering::Relaxed) { Err(StudyError::Interrupted) } else { Ok(()) }

@@ -10,6 +10,9 @@ use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
 
+/// The number of states drawn if the study selects none: more make an image of hundreds of megabytes.
+const MOST_STATES: usize = 24;
+
 /// The data common to all runs of a study, and those of each observer.
 pub(super) struct Runs<'a> {
     pub(super) study: &'a Study,
@@ -37,7 +40,17 @@ impl Runs<'_> {
     }
 
     fn states(&self) -> Vec<usize> {
-        self.study.plot.states.clone().unwrap_or_else(|| (0..self.study.plant.states.len()).collect())
+        let count = self.study.plant.states.len();
+        self.study.plot.states.clone().unwrap_or_else(|| (0..count.min(MOST_STATES)).collect())
+    }
+
+    /// A caption, with a remark if not every state is drawn.
+    fn caption(&self, caption: &str) -> String {
+        let count = self.study.plant.states.len();
+        if self.study.plot.states.is_none() && count > MOST_STATES {
+            return format!("{caption} The first {MOST_STATES} of {count} states; `plot.states` selects others.");
+        }
+        caption.to_owned()
     }
 
     /// The label of the time axis.
@@ -128,7 +141,7 @@ fn states(runs: &Runs<'_>) -> Named {
     if runs.shown().any(|(_, run)| run.deviation.is_some()) {
         caption.push_str(" Dotted: two standard deviations of a filter to either side.");
     }
-    figure("states", "States and estimates", &caption, runs.states().into_iter().map(panel).collect())
+    figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
 }
 
 /// The panel with the curves `of` +- 2 sigma of state i of a filter.
@@ -166,11 +179,12 @@ fn errors(runs: &Runs<'_>) -> Named {
         panel
     };
     let sampled = runs.shown().any(|(member, _)| member.designed.runnable.period().is_some());
-    let caption = match sampled && !runs.measured {
-        true => "The errors e = x - xhat; those of sampled observers at their samples.",
-        false => "The errors e = x - xhat.",
+    let caption = if sampled && !runs.measured {
+        "The errors e = x - xhat; those of sampled observers at their samples."
+    } else {
+        "The errors e = x - xhat."
     };
-    figure("errors", "Errors", caption, runs.states().into_iter().map(panel).collect())
+    figure("errors", "Errors", &runs.caption(caption), runs.states().into_iter().map(panel).collect())
 }
 
 fn norm(runs: &Runs<'_>) -> Named {

@@ -106,6 +106,20 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             Some(_) => {}
             None => wrong(node, other(node), expected()),
         },
+        Kind::Name => match node.text() {
+            Some(text) => named(node, &format!("`{name}`"), text, mistakes),
+            None => wrong(node, other(node), expected()),
+        },
+        Kind::Names => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+            let what = format!("entry {} of `{name}`", i + 1);
+            match x.text() {
+                Some(text) => named(x, &what, text, mistakes),
+                None => {
+                    let message = format!("{what} is {}", shown(x));
+                    mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
+                }
+            }
+        }),
         Kind::Choice(choices) => choice(node, name, choices, mistakes),
         Kind::Switch => {
             if node.truth().is_none() {
@@ -167,9 +181,22 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
         Kind::Named => match &node.value {
             Value::Table(entries) => {
                 for entry in entries {
-                    number(&entry.node, &format!("the parameter `{}`", entry.key), Range::Any, mistakes);
+                    if entry.key.chars().count() > LONGEST {
+                        let message = format!("the name of a parameter has {} characters", entry.key.chars().count());
+                        let expected = format!("expected at most {LONGEST}");
+                        mistakes.push(Diagnostic::new(entry.span.clone(), message, expected));
+                    }
+                    let is_infinite = entry.node.number().is_some_and(f64::is_infinite);
+                    match entry.node.text() {
+                        Some(text) if !is_infinite && !text.trim().is_empty() => {}
+                        _ => number(&entry.node, &format!("the parameter `{}`", entry.key), Range::Any, mistakes),
+                    }
                 }
             }
+            _ => wrong(node, other(node), expected()),
+        },
+        Kind::NamedTables(inner) => match &node.value {
+            Value::Table(entries) => entries.iter().for_each(|entry| table(&entry.node, inner, mistakes)),
             _ => wrong(node, other(node), expected()),
         },
         Kind::Table(inner) => table(node, inner, mistakes),
@@ -177,6 +204,25 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             list(node, name, &expected(), mistakes, |(_, x), mistakes| table(x, inner, mistakes));
         }
     }
+}
+
+/// The largest number of characters of a name: it becomes part of file names, columns and labels.
+const LONGEST: usize = 100;
+
+/// A name: not empty, not too long, without line breaks and other control characters.
+fn named(node: &Node, what: &str, text: &str, mistakes: &mut Vec<Diagnostic>) {
+    let count = text.chars().count();
+    let (message, expected) = if text.trim().is_empty() {
+        (format!("{what} is empty"), "expected a text".to_owned())
+    } else if count > LONGEST {
+        (format!("{what} has {count} characters"), format!("expected a name of at most {LONGEST} characters"))
+    } else if let Some(control) = text.chars().find(|c| c.is_control()) {
+        let message = format!("{what} has the control character U+{:04X}", u32::from(control));
+        (message, "expected a name without control characters".to_owned())
+    } else {
+        return;
+    };
+    mistakes.push(Diagnostic::new(node.span.clone(), message, expected));
 }
 
 /// The value, if it is short enough to be quoted, otherwise its type.

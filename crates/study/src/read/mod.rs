@@ -37,6 +37,9 @@ pub enum Format {
     Json,
 }
 
+/// The name of a study that is not a file.
+pub(crate) const STANDARD_INPUT: &str = "standard input";
+
 /// The study in a text.
 pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Result<Study, StudyError> {
     let source = Arc::new(Source::new(name, text));
@@ -91,9 +94,12 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         simulation_settings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
     });
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
-    let stem = Path::new(source.name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let stem = match source.name() {
+        STANDARD_INPUT => None,
+        path => Path::new(path).file_stem().map(|stem| stem.to_string_lossy().into_owned()),
+    };
     Some(Study {
-        title: title.or(stem).unwrap_or_default(),
+        title: title.or(stem).unwrap_or_else(|| "study".to_owned()),
         about: root.get("about").and_then(Node::text).unwrap_or_default().to_owned(),
         input: input?,
         simulation: sound(root, "simulation", simulation).ok()?,

@@ -21,24 +21,61 @@ pub(super) fn observers(
     let read: Vec<Option<ObserverSpec>> =
         list.list()?.iter().map(|node| observer(node, plant.model.size(), source, reader)).collect();
     let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
-    let mut sound = true;
-    for (i, (observer, node)) in observers.iter().zip(list.list()?).enumerate() {
-        if observers[..i].iter().any(|other| other.name == observer.name) {
-            let span = node.get("name").map_or_else(|| check::head(node), |name| name.span.clone());
-            let message = format!("there are two observers named {:?}", observer.name);
-            reader.wrong(span, message, "expected a `name` of its own for each");
-            sound = false;
-        }
-        if file_name(&observer.name).is_empty() {
-            let span = node.get("name").map_or_else(|| check::head(node), |name| name.span.clone());
-            reader.wrong(span, format!("no file can be named {:?}", observer.name), "expected a letter or a digit");
-            sound = false;
-        }
-    }
-    sound.then_some(observers)
+    names(&observers, list, root, reader).then_some(observers)
 }
 
-/// Checks that the name can be part of a file name: letters, digits, `-` and `_`.
+/// Checks that each observer has a name of its own, which can also name its files.
+fn names(observers: &[ObserverSpec], list: &Node, root: &Node, reader: &mut Reader) -> bool {
+    // The run on a log is written to `log-NAME`, beside that of the simulation.
+    let prefixes: &[&str] = match (root.get("simulation"), root.get("log")) {
+        (Some(_), Some(_)) => &["", "log-"],
+        _ => &[""],
+    };
+    let before = reader.mistakes.len();
+    let mut taken: Vec<(String, &str)> = Vec::new();
+    for (observer, node) in observers.iter().zip(list.list().unwrap_or(&[])) {
+        let name = observer.name.as_str();
+        let span = node.get("name").map_or_else(|| check::head(node), |name| name.span.clone());
+        let files: Vec<String> =
+            prefixes.iter().map(|prefix| format!("{prefix}{}", file_name(name)).to_ascii_lowercase()).collect();
+        let same = taken.iter().find(|(file, _)| files.contains(file)).map(|(_, other)| *other);
+        match same {
+            Some(other) if other == name => {
+                let message = format!("there are two observers named {name:?}");
+                reader.wrong(span, message, "expected a `name` of its own for each");
+            }
+            Some(other) => {
+                let message = format!("the files of {name:?} would have the names of those of {other:?}");
+                let expected = "expected names that differ in ASCII letters, whatever their case, or in digits";
+                reader.wrong(span, message, expected);
+            }
+            None if file_name(name).is_empty() => {
+                reader.wrong(
+                    span,
+                    format!("{name:?} cannot be part of a file name"),
+                    "expected a letter or a digit (ASCII)",
+                );
+            }
+            None if is_reserved(&file_name(name)) => {
+                let message = format!("{name:?} cannot be part of a file name: Windows reserves it for a device");
+                reader.wrong(span, message, "expected another name");
+            }
+            None => {}
+        }
+        taken.extend(files.into_iter().map(|file| (file, name)));
+    }
+    reader.mistakes.len() == before
+}
+
+/// Whether Windows reserves the name, with any extension.
+fn is_reserved(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    let numbered =
+        |device: &str| name.strip_prefix(device).is_some_and(|rest| matches!(rest.as_bytes(), [b'1'..=b'9']));
+    ["con", "prn", "aux", "nul"].contains(&name.as_str()) || ["com", "lpt"].into_iter().any(numbered)
+}
+
+/// The name as part of a file name: letters, digits, `-` and `_`; all other characters become `-`.
 pub(crate) fn file_name(name: &str) -> String {
     let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")

@@ -47,8 +47,12 @@ pub struct Results {
     pub sweep: Option<SweepReport>,
     /// Warnings that qualify the results.
     pub warnings: Vec<String>,
-    /// Files of the output folder besides `study.json`, by their names in it.
+    /// Files of the results folder besides `study.json` and `manifest.json`, by their names in it.
     pub files: Vec<String>,
+    /// Files of the results folder that were not written by this command, or changed since, and stood in the way: their
+    /// names, and the names they have now.
+    #[serde(skip)]
+    pub renamed: Vec<(String, String)>,
 }
 
 /// The plant.

@@ -80,13 +80,13 @@ fn kind(kind: &Kind) -> Value {
         json!({ "oneOf": choices.iter().map(one).collect::<Vec<_>>() })
     };
     match kind {
-        Kind::Text => json!({ "type": "string" }),
+        Kind::Text | Kind::Name => json!({ "type": "string" }),
         Kind::Choice(choices) => choice(choices),
         Kind::Switch => json!({ "type": "boolean" }),
         Kind::Number(range) => number(*range),
         Kind::Count(least) => json!({ "type": "integer", "minimum": least }),
         Kind::Numbers(range) => list(&number(*range)),
-        Kind::Texts => list(&json!({ "type": "string" })),
+        Kind::Texts | Kind::Names => list(&json!({ "type": "string" })),
         Kind::Choices(choices) => list(&choice(choices)),
         Kind::Rows => rows(),
         Kind::Weight => json!({ "anyOf": [number(Range::Any), list(&number(Range::Any)), rows()] }),
@@ -96,7 +96,8 @@ fn kind(kind: &Kind) -> Value {
         }
         Kind::Bounds => list(&pair()),
         Kind::Bound => pair(),
-        Kind::Named => json!({ "type": "object", "additionalProperties": { "type": "number" } }),
+        Kind::Named => json!({ "type": "object", "additionalProperties": { "type": ["number", "string"] } }),
+        Kind::NamedTables(inner) => json!({ "type": "object", "additionalProperties": table(inner) }),
         Kind::Table(inner) => Value::Object(table(inner)),
         Kind::Tables(inner) => list(&Value::Object(table(inner))),
     }

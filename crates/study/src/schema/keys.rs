@@ -65,24 +65,59 @@ const PLANT: Table = Table {
         optional("d", Kind::Rows, "D, p x m; zero without it."),
         optional("f", Kind::Texts, "The right-hand sides of x' = f(t, x, u), one expression for each state."),
         optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each."),
-        optional("parameters", Kind::Named, "Numbers that the expressions may use by name."),
+        optional(
+            "parameters",
+            Kind::Named,
+            "Numbers that the expressions may use by name, and expressions of other parameters, such as J = \"m*l^2/3\".",
+        ),
+        optional(
+            "tables",
+            Kind::NamedTables(&LOOKUP),
+            "Lookup tables, which the expressions use as functions: torque(x1) for [plant.tables.torque].",
+        ),
         optional("builtin", Kind::Choice(BUILTIN), "A plant that is built in."),
         optional(
             "states",
-            Kind::Texts,
+            Kind::Names,
             "Names of the states in expressions, figures, tables and messages; x1, x2, ... without it, which expressions may always say as well.",
         ),
         optional(
             "inputs",
-            Kind::Texts,
-            "Names of the inputs, likewise; u1, u2, ... without it, as far as f uses them.",
+            Kind::Names,
+            "Names of the inputs, likewise; u1, u2, ... without it, as far as f and h use them.",
         ),
-        optional("outputs", Kind::Texts, "Names of the outputs; y1, y2, ... without it."),
-        optional("units", Kind::Texts, "Units of the states, for axes and tables."),
+        optional("outputs", Kind::Names, "Names of the outputs; y1, y2, ... without it."),
+        optional("units", Kind::Names, "Units of the states, for axes and tables."),
         optional(
             "time_unit",
-            Kind::Text,
+            Kind::Name,
             "The unit of the time t, for axes and tables; none is written without it. Rates and poles are then per this unit.",
+        ),
+    ],
+};
+
+const LOOKUP: Table = Table {
+    name: "[plant.tables.NAME]",
+    about: "A lookup table: a function of one variable through the points (x, y).",
+    variants: None,
+    keys: &[
+        required("x", Kind::Numbers(Range::Any), "Two or more increasing numbers."),
+        required("y", Kind::Numbers(Range::Any), "As many values."),
+        optional(
+            "method",
+            Kind::Choice(&[
+                ("linear", "Straight lines."),
+                ("monotone-cubic", "Cubic polynomials, continuously differentiable and without overshoot (PCHIP)."),
+            ]),
+            "Between the points; linear without it.",
+        ),
+        optional(
+            "extrapolation",
+            Kind::Choice(&[
+                ("hold", "The first and the last value."),
+                ("linear", "Straight lines along the slopes at the ends."),
+            ]),
+            "Before the first point and after the last; hold without it.",
         ),
     ],
 };

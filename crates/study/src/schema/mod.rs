@@ -62,6 +62,8 @@ pub struct Key {
 pub enum Kind {
     /// A text.
     Text,
+    /// A name: a text of moderate length without control characters.
+    Name,
     /// One of these texts, each with its description.
     Choice(&'static [(&'static str, &'static str)]),
     /// A boolean.
@@ -74,6 +76,8 @@ pub enum Kind {
     Numbers(Range),
     /// A list of texts, not empty.
     Texts,
+    /// A list of names, not empty.
+    Names,
     /// A list of texts from this set.
     Choices(&'static [(&'static str, &'static str)]),
     /// A matrix as a list of rows.
@@ -86,8 +90,10 @@ pub enum Kind {
     Bounds,
     /// An interval `[lower, upper]` with possibly infinite ends.
     Bound,
-    /// A table from names to finite numbers.
+    /// A table from names to finite numbers, or to texts with expressions of them.
     Named,
+    /// A table from names to tables.
+    NamedTables(&'static Table),
     /// A table.
     Table(&'static Table),
     /// A list of tables, not empty.
@@ -133,20 +139,21 @@ impl Kind {
             choices.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
         };
         match self {
-            Self::Text => "a text".to_owned(),
+            Self::Text | Self::Name => "a text".to_owned(),
             Self::Choice(choices) => format!("one of {}", names(choices)),
             Self::Switch => "true or false".to_owned(),
             Self::Number(range) => format!("a {}", range.words()),
             Self::Count(least) => format!("a whole number of at least {least}"),
             Self::Numbers(range) => format!("a list of numbers, each a {}", range.words()),
-            Self::Texts => "a list of texts".to_owned(),
+            Self::Texts | Self::Names => "a list of texts".to_owned(),
             Self::Choices(choices) => format!("a list from {}", names(choices)),
             Self::Rows => "a matrix as a list of rows, [[1, 2], [3, 4]]".to_owned(),
             Self::Weight => "a weight: a number, the list of a diagonal, or a matrix as a list of rows".to_owned(),
             Self::Poles => "a list of poles, numbers or pairs [re, im]".to_owned(),
             Self::Bounds => "a list of pairs [lower, upper]".to_owned(),
             Self::Bound => "a pair [lower, upper]".to_owned(),
-            Self::Named => "a table from names to numbers".to_owned(),
+            Self::Named => "a table from names to numbers, or expressions of others".to_owned(),
+            Self::NamedTables(table) => format!("a table from names to {}", table.name),
             Self::Table(table) => format!("{}, a table", table.name),
             Self::Tables(table) => format!("a list of tables, {}", table.name),
         }

@@ -15,7 +15,7 @@ pub(crate) const OBSERVER: Table = Table {
     name: "[[observer]]",
     about: "An observer and what is wished of it.",
     keys: &[
-        optional("name", Kind::Text, "Its name in figures and tables; its kind without it."),
+        optional("name", Kind::Name, "Its name in figures and tables; its kind without it."),
         optional("initial", Kind::Numbers(Range::Any), "Its estimate at t = 0, n numbers; zeros without it."),
     ],
     variants: Some(Variants { tag: "kind", of: KINDS }),

@@ -1,8 +1,11 @@
 //! One test binary, a module a subject.
 
+mod choices;
 mod feedthrough;
+mod folder;
 mod gain_limits;
 mod high_gain;
+mod limits;
 mod log;
 mod mistakes;
 mod plant;

@@ -233,7 +233,12 @@ fn what_joins_keys() {
             ),
             ("poles = [-2, -5]", "poles = [[-2, 1], -5]", 15, "the pole [-2, 1] has no conjugate", "[-2, -1]"),
             ("name = \"two\"", "name = \"one\"", 17, "two observers named \"one\"", "a `name` of its own"),
-            ("name = \"two\"", "name = \"?!\"", 17, "no file can be named", "a letter"),
+            ("name = \"two\"", "name = \"?!\"", 17, "\"?!\" cannot be part of a file name", "a letter"),
+            ("name = \"two\"", "name = \"con\"", 17, "Windows reserves it for a device", "another name"),
+            ("name = \"two\"", "name = \"LPT3\"", 17, "Windows reserves it for a device", "another name"),
+            ("name = \"two\"", "name = \"One\"", 17, "would have the names of those of \"one\"", "whatever their case"),
+            ("name = \"two\"", "name = \"/one\"", 17, "would have the names of those of \"one\"", "ASCII letters"),
+            ("name = \"two\"", "name = \"a\\u0000b\"", 17, "`name` has the control character U+0000", "without"),
             ("b = [[0], [1]]\n", "", 5, "[input] for a plant without inputs", "no [input]"),
             ("expressions = [\"sin(t)\"]\n", "", 6, "does not say what the input is", "`expressions`"),
             (
@@ -482,6 +487,31 @@ fn json_says_the_same_as_toml() {
     assert_eq!(json.simulation, toml.simulation);
     assert_eq!(json.observers[0].name, toml.observers[0].name);
     assert_eq!(json.plant.inputs, toml.plant.inputs);
+}
+
+/// Names that file systems refuse, or labels cannot show.
+#[test]
+fn long_names() {
+    let long = "n".repeat(300);
+    let edits = [
+        ("name = \"one\"", format!("name = \"{long}\""), 13, "`name` has 300 characters"),
+        ("c = [[1, 0]]", format!("c = [[1, 0]]\nstates = [\"a\", \"{long}\"]"), 6, "entry 2 of `states` has 300"),
+        ("c = [[1, 0]]", format!("c = [[1, 0]]\noutputs = [\"{long}\"]"), 6, "entry 1 of `outputs` has 300"),
+        ("c = [[1, 0]]", format!("c = [[1, 0]]\ntime_unit = \"{long}\""), 6, "`time_unit` has 300 characters"),
+    ];
+    for (from, to, line, message) in edits {
+        one(STUDY, &[(from, &to, line, message, "expected a name of at most 100 characters")]);
+    }
+    let parameter = NONLINEAR.replace("k = 2.0", &format!("k = 2.0, {long} = 1"));
+    assert!(mistakes(&parameter)[0].message.contains("the name of a parameter has 300 characters"));
+    // 100 characters, and characters that no file name can have, are no mistake.
+    for name in ["n".repeat(100), "a/b\\\\c: \u{e9}".to_owned()] {
+        assert!(read(&STUDY.replace("name = \"one\"", &format!("name = \"{name}\"")), Format::Toml).is_ok());
+    }
+    // The log of one observer and the simulation of another would be written to one file.
+    let both = STUDY.replace("name = \"two\"", "name = \"log-one\"") + "[log]\nfile = \"measured-log.csv\"\n";
+    let both = both.replace("b = [[0], [1]]", "b = [[0], [1]]\ninputs = [\"voltage\"]\noutputs = [\"angle\"]");
+    assert!(mistakes(&both)[0].message.contains("\"log-one\" would have the names of those of \"one\""));
 }
 
 #[test]

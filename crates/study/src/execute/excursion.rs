@@ -1,4 +1,4 @@
-//! Whether a run or a log stays in the region for which an observer was designed.
+//! Runs that leave the region of a design, outside of which its guarantee is not valid.
 
 use luenberger_proof::wording::{counted, significant};
 
@@ -56,13 +56,12 @@ pub(super) fn excursion(study: &Study, wish: &ObserverSpec, run: &Run) -> Option
     let states = ("", &plant.states, Some(&run.x), region.states());
     let estimates = ("estimate of ", &plant.states, run.estimate.as_ref(), region.states());
     let quantities: Vec<_> = [Some(states), inputs, Some(estimates)].into_iter().flatten().collect();
-    // The time is a quantity of its own.
     let outside = |k: usize| -> Option<(String, f64, (f64, f64))> {
         // What is not known is not outside.
         let beyond = |x: f64, (low, high): (f64, f64)| x < low || x > high;
         for (prefix, names, values, bounds) in &quantities {
             let Some(values) = values else { continue };
-            // A log has no true states.
+            // On a log the true states are unknown: there are no columns.
             let found = (0..values.ncols()).find(|i| beyond(values[(k, *i)], bounds[*i]));
             if let Some(i) = found {
                 return Some((format!("{prefix}{}", names[i]), values[(k, i)], bounds[i]));
@@ -71,15 +70,19 @@ pub(super) fn excursion(study: &Study, wish: &ObserverSpec, run: &Run) -> Option
         let time = region.time_bounds();
         beyond(run.t[k], time).then(|| ("t".to_owned(), run.t[k], time))
     };
-    let all: Vec<(usize, (String, f64, (f64, f64)))> =
-        (0..run.t.len()).filter_map(|k| Some((k, outside(k)?))).collect();
-    let rows = (all.len(), run.t.len());
-    let (k, (name, value, bounds)) = all.into_iter().next()?;
+    let (mut count, mut first) = (0, None);
+    for k in 0..run.t.len() {
+        let found = outside(k);
+        count += usize::from(found.is_some());
+        first = first.or(found.map(|found| (k, found)));
+    }
+    let (k, (name, value, bounds)) = first?;
+    let rows = (count, run.t.len());
     Some(Excursion { what, rows, t: run.t[k], name, value, bounds })
 }
 
 /// Runs that leave the region for which a property was proved, or in which a map was fitted.
-pub(super) fn of_runs(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
+pub(super) fn warnings(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
     let sentence =
         |(member, run): &(&Member<'_>, &Run)| Some(excursion(study, member.wish, run)?.in_run(&member.wish.name));
     runs.iter().filter_map(sentence).collect()

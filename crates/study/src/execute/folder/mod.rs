@@ -1,0 +1,179 @@
+//! Results folder of a run.
+//!
+//! A run writes into a temporary folder within the results folder, and at its end moves the files into place: the
+//! results of the run before stay complete until those of this one are, and nothing of them stays afterwards. The
+//! manifest says which files are results. All other files are left alone.
+
+mod manifest;
+mod replace;
+
+use std::fs::{File, TryLockError};
+use std::io::{self, Cursor};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use luenberger_figures::figure::still;
+use luenberger_figures::{Figure, Table};
+
+use crate::error::StudyError;
+use manifest::{Entry, MANIFEST, Manifest};
+use replace::Renamed;
+
+/// Locked while a run writes into the folder.
+const LOCK: &str = ".luenberger.lock";
+
+/// The temporary folder. One that is there at the start was left by a run that was killed.
+const ASIDE: &str = ".luenberger.partial";
+
+/// A folder, or none if nothing is to be written.
+pub(super) struct Folder {
+    open: Option<Open>,
+    written: Mutex<Vec<Entry>>,
+}
+
+/// A folder that this process has locked.
+struct Open {
+    root: PathBuf,
+    aside: PathBuf,
+    before: Option<Manifest>,
+    /// Holds the lock; none on file systems that have no locks.
+    _lock: Option<File>,
+}
+
+impl Folder {
+    /// Opens the folder, which is created if missing. A folder with other files and without a manifest is an error
+    /// unless `force`.
+    pub(super) fn open(root: Option<PathBuf>, force: bool) -> Result<Self, StudyError> {
+        let open = root.map(|root| Open::new(root, force)).transpose()?;
+        Ok(Self { open, written: Mutex::new(Vec::new()) })
+    }
+
+    pub(super) fn is_wanted(&self) -> bool {
+        self.open.is_some()
+    }
+
+    fn entries(&self) -> MutexGuard<'_, Vec<Entry>> {
+        self.written.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes a file of the folder; the parts of the name are separated by `/`.
+    pub(super) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
+        let Some(Open { root, aside, .. }) = &self.open else { return Ok(()) };
+        let path = aside.join(name);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent).map_err(at(parent))?;
+        }
+        // Messages name the file as the user knows it.
+        std::fs::write(&path, bytes).map_err(at(&root.join(name)))?;
+        let mut entries = self.entries();
+        entries.retain(|entry| entry.name != name);
+        entries.push(Entry::of(name, bytes));
+        Ok(())
+    }
+
+    /// The files written so far, sorted by name.
+    pub(super) fn written(&self) -> Vec<String> {
+        let mut written: Vec<String> = self.entries().iter().map(|entry| entry.name.clone()).collect();
+        written.sort();
+        written
+    }
+
+    /// Moves the files into place, with a manifest that names the command and the study. Returns which other files had
+    /// to be renamed.
+    pub(super) fn finish(&self, command: &str, study: (&str, &str)) -> Result<Renamed, StudyError> {
+        let Some(Open { root, aside, before, .. }) = &self.open else { return Ok(Renamed::new()) };
+        let (name, text) = study;
+        // The name alone: results do not depend on where the study is.
+        let name = Path::new(name).file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into());
+        let new = Manifest::new(command, Entry::of(&name, text.as_bytes()), self.entries().clone());
+        replace::replace(root, aside, before.clone(), &new)
+    }
+
+    /// A table as CSV and npz: `NAME.csv`, `NAME.npz`.
+    pub(super) fn table(&self, name: &str, table: &Table) -> Result<(), StudyError> {
+        let failed = |why: luenberger_figures::table::TableError| StudyError::Output {
+            what: name.to_owned(),
+            why: why.to_string(),
+        };
+        let mut csv = Vec::new();
+        table.write_csv(&mut csv).map_err(failed)?;
+        self.write(&format!("{name}.csv"), &csv)?;
+        drop(csv);
+        let mut npz = Cursor::new(Vec::new());
+        table.write_npz(&mut npz).map_err(failed)?;
+        self.write(&format!("{name}.npz"), &npz.into_inner())
+    }
+
+    /// A figure as SVG and PNG.
+    pub(super) fn figure(&self, id: &str, figure: &Figure) -> Result<(), StudyError> {
+        let failed = |why: luenberger_figures::figure::FigureError| StudyError::Output {
+            what: id.to_owned(),
+            why: why.to_string(),
+        };
+        self.write(&format!("figures/{id}.svg"), still::svg(figure).map_err(failed)?.as_bytes())?;
+        self.write(&format!("figures/{id}.png"), &still::png(figure).map_err(failed)?)
+    }
+}
+
+impl Open {
+    fn new(root: PathBuf, force: bool) -> Result<Self, StudyError> {
+        if root.metadata().is_ok_and(|found| !found.is_dir()) {
+            return Err(StudyError::NotAFolder { path: root });
+        }
+        std::fs::create_dir_all(&root).map_err(at(&root))?;
+        if !force && Manifest::read(&root).map_err(at(&root.join(MANIFEST)))?.is_none() && !is_empty(&root)? {
+            return Err(StudyError::ForeignFolder { path: root });
+        }
+        let lock = lock(&root)?;
+        // Read again under the lock: another run may have finished in between.
+        let before = Manifest::read(&root).map_err(at(&root.join(MANIFEST)))?;
+        let aside = root.join(ASIDE);
+        match std::fs::remove_dir_all(&aside) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(StudyError::io(&aside, error)),
+            _ => {}
+        }
+        std::fs::create_dir(&aside).map_err(at(&aside))?;
+        Ok(Self { root, aside, before, _lock: lock })
+    }
+}
+
+impl Drop for Open {
+    /// Removes the temporary folder.
+    fn drop(&mut self) {
+        // If that fails, the next run removes it.
+        _ = std::fs::remove_dir_all(&self.aside);
+    }
+}
+
+/// Whether a folder has no file, except hidden ones.
+fn is_empty(root: &Path) -> Result<bool, StudyError> {
+    for entry in std::fs::read_dir(root).map_err(at(root))? {
+        let name = entry.map_err(at(root))?.file_name();
+        if !name.as_encoded_bytes().starts_with(b".") {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn lock(root: &Path) -> Result<Option<File>, StudyError> {
+    let path = root.join(LOCK);
+    let file = File::options().create(true).truncate(false).write(true).open(&path).map_err(at(&path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Err(StudyError::FolderInUse { path: root.to_owned() }),
+        // Some network file systems have no locks.
+        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(None),
+        Err(TryLockError::Error(error)) => Err(StudyError::io(&path, error)),
+    }
+}
+
+/// The error of an operation on `path`.
+fn at(path: &Path) -> impl Fn(io::Error) -> StudyError {
+    let path = path.to_owned();
+    move |error| StudyError::io(&path, error)
+}
+
+fn rename(from: &Path, to: &Path) -> Result<(), StudyError> {
+    std::fs::rename(from, to).map_err(at(to))
+}

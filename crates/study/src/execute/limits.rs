@@ -1,0 +1,193 @@
+//! Bounds on the cost of an execution.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use luenberger_proof::wording::significant;
+
+use super::options::{Progress, RunOptions};
+use crate::error::StudyError;
+
+/// Bounds on the cost of an execution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Memory in bytes: an execution whose estimate exceeds it is refused (default 4 GiB).
+    pub memory: f64,
+    /// Time in seconds: an execution whose estimate exceeds it is refused, and one that takes longer is stopped with its
+    /// finished results kept (default 24 h).
+    pub seconds: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { memory: 4.0 * GIB, seconds: 86400.0 }
+    }
+}
+
+impl Limits {
+    /// No bounds.
+    pub const NONE: Self = Self { memory: f64::INFINITY, seconds: f64::INFINITY };
+}
+
+/// Bytes of a GiB.
+const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
+
+/// An estimate that exceeds its limit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Excess {
+    /// More memory than allowed.
+    Memory {
+        /// Estimated bytes.
+        needed: f64,
+        /// The limit in bytes.
+        limit: f64,
+        /// What takes most of it, and how to reduce it.
+        mostly: &'static str,
+    },
+    /// More time than allowed.
+    Time {
+        /// Estimated seconds.
+        needed: f64,
+        /// The limit in seconds.
+        limit: f64,
+        /// What takes most of it.
+        mostly: String,
+    },
+}
+
+impl fmt::Display for Excess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Memory { needed, limit, mostly } => {
+                let allowed = (needed / GIB * 1.25).ceil();
+                write!(
+                    f,
+                    "the study needs about {} of memory (limit {}), most of it for {mostly}; a larger limit: \
+                     --limit memory={allowed}GiB",
+                    bytes(*needed),
+                    bytes(*limit)
+                )
+            }
+            Self::Time { needed, limit, mostly } => {
+                let allowed = (needed / 3600.0 * 2.0).ceil();
+                write!(
+                    f,
+                    "the study takes about {} (limit {}), most of it for the {mostly}; a longer limit: \
+                     --limit time={allowed}h",
+                    about(*needed),
+                    duration(*limit)
+                )
+            }
+        }
+    }
+}
+
+/// How often the time is compared with its limit.
+const POLL: Duration = Duration::from_millis(20);
+
+/// The work with the time limit of its options.
+pub(super) fn timed<T>(
+    options: &RunOptions<'_>,
+    work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError>,
+) -> Result<T, StudyError> {
+    let limit = options.limits.seconds;
+    let Some(end) = Duration::try_from_secs_f64(limit).ok().and_then(|limit| Instant::now().checked_add(limit)) else {
+        return work(options);
+    };
+    let (stop, done) = (AtomicBool::new(false), AtomicBool::new(false));
+    let pass_on = || {
+        if options.cancel.load(Ordering::Relaxed) {
+            stop.store(true, Ordering::Relaxed);
+        }
+    };
+    let progress = |progress: Progress<'_>| {
+        (options.progress)(progress);
+        pass_on();
+    };
+    std::thread::scope(|scope| {
+        let watch = scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                pass_on();
+                if Instant::now() >= end {
+                    stop.store(true, Ordering::Relaxed);
+                }
+                std::thread::park_timeout(POLL);
+            }
+        });
+        let inner = RunOptions { output: options.output.clone(), progress: &progress, cancel: &stop, ..*options };
+        let result = work(&inner);
+        done.store(true, Ordering::Relaxed);
+        watch.thread().unpark();
+        match result {
+            Err(StudyError::Interrupted) if !options.cancel.load(Ordering::Relaxed) => {
+                Err(StudyError::TimeLimit { limit })
+            }
+            result => result,
+        }
+    })
+}
+
+/// A size in binary units with two digits: `1.5 GiB`.
+pub fn bytes(count: f64) -> String {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let power = UNITS.len() - 1;
+    let power = if count > 1.0 { ((count.log2() / 10.0) as usize).min(power) } else { 0 };
+    format!("{} {}", significant(count / 1024f64.powi(power as i32), 2), UNITS[power])
+}
+
+/// A time with its unit: `1.5 h`, `30 s`.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s >= 2.0 * 86400.0 => format!("{} days", significant(s / 86400.0, 3)),
+        s if s >= 3600.0 => format!("{} h", significant(s / 3600.0, 3)),
+        s if s >= 120.0 => format!("{} min", significant(s / 60.0, 3)),
+        s => format!("{} s", significant(s, 3)),
+    }
+}
+
+/// An order of magnitude: one digit, in the largest unit of which there is at least one.
+pub fn about(seconds: f64) -> String {
+    const UNITS: [(f64, &str); 4] = [(86400.0, "day"), (3600.0, "hour"), (60.0, "minute"), (1.0, "second")];
+    let (unit, name) = UNITS.into_iter().find(|(unit, _)| seconds >= *unit).unwrap_or((1.0, "second"));
+    let count = (seconds / unit).max(1.0);
+    let digit = 10f64.powf(count.log10().floor());
+    let count = (count / digit).round() * digit;
+    format!("{count} {name}{}", if count == 1.0 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_of_magnitude_in_words() {
+        let words = [(0.2, "1 second"), (12.3, "10 seconds"), (61.0, "1 minute"), (3500.0, "60 minutes")];
+        let more = [(7300.0, "2 hours"), (86400.0 * 365.0, "400 days"), (86400.0, "1 day")];
+        for (seconds, expected) in words.into_iter().chain(more) {
+            assert_eq!(about(seconds), expected);
+        }
+    }
+
+    #[test]
+    fn limits_are_written_with_their_units() {
+        let limits = Limits::default();
+        assert_eq!((bytes(limits.memory), duration(limits.seconds)), ("4 GiB".to_owned(), "24 h".to_owned()));
+        assert_eq!((bytes(0.0), bytes(1536.0), bytes(2e9)), ("0 B".into(), "1.5 KiB".into(), "1.9 GiB".into()));
+        assert_eq!(
+            (duration(90.0), duration(5400.0), duration(300.0)),
+            ("90 s".into(), "1.5 h".into(), "5 min".into())
+        );
+    }
+
+    #[test]
+    fn an_excess_says_what_to_do() {
+        let memory = Excess::Memory { needed: 24e9, limit: 4.0 * GIB, mostly: "x" }.to_string();
+        assert!(
+            memory.contains("about 22 GiB of memory (limit 4 GiB)") && memory.ends_with("memory=28GiB"),
+            "{memory}"
+        );
+        let time = Excess::Time { needed: 3e5, limit: 86400.0, mostly: "runs".to_owned() }.to_string();
+        assert!(time.contains("about 3 days (limit 24 h)") && time.ends_with("time=167h"), "{time}");
+    }
+}

@@ -1,0 +1,76 @@
+//! Bounds on the cost of a study: estimates, refusals, and the end of a run at its time limit.
+
+use luenberger_study::{Excess, Format, Limits, RunOptions, Step, Study, StudyError, estimate, execute};
+
+const STUDY: &str = r#"[plant]
+a = [[0, 1], [0, 0]]
+c = [[1, 0]]
+[[observer]]
+kind = "luenberger"
+poles = [-2, -5]
+[simulation]
+x0 = [1, 1]
+duration = 1
+samples = SAMPLES
+"#;
+
+fn study(text: &str) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn excess(text: &str, step: Step, limits: Limits) -> Option<String> {
+    match execute(&study(text), step, &RunOptions { limits, threads: Some(1), ..RunOptions::default() }) {
+        Err(StudyError::TooExpensive(excess @ Excess::Memory { .. })) => Some(excess.to_string()),
+        Err(error) => panic!("{error}"),
+        Ok(_) => None,
+    }
+}
+
+#[test]
+fn a_hundred_million_samples_are_refused_before_they_are_computed() {
+    let text = STUDY.replace("SAMPLES", "100000000");
+    let said = excess(&text, Step::Run, Limits::default()).unwrap();
+    assert!(said.contains("(limit 4 GiB), most of it for the trajectories (reduce simulation.samples)"), "{said}");
+    // A step that does not simulate is not refused.
+    assert_eq!(excess(&text, Step::Design, Limits::default()), None);
+    // 9 numbers of 8 bytes for each sample at the least.
+    let needed = estimate(&study(&text), Step::Run, 1).memory.bytes;
+    assert!((7.2e9..7.2e10).contains(&needed), "{needed:e}");
+}
+
+#[test]
+fn a_large_matrix_inequality_is_refused() {
+    let n = 200;
+    let row = |i: usize| format!("[{}]", (0..n).map(|j| if i == j { "-1" } else { "0" }).collect::<Vec<_>>().join(","));
+    let rows: Vec<String> = (0..n).map(row).collect();
+    let plant = format!("[plant]\na = [{}]\nc = [[{}]]\n", rows.join(","), vec!["1"; n].join(","));
+    let text = format!("{plant}[[observer]]\nkind = \"luenberger\"\nlmi = true\n");
+    let said = excess(&text, Step::Design, Limits::default()).unwrap();
+    assert!(said.contains("the matrix inequality of an observer (for a linear plant, use poles or kalman)"), "{said}");
+}
+
+#[test]
+fn the_limit_is_what_is_compared() {
+    let text = STUDY.replace("SAMPLES", "1001");
+    let needed = estimate(&study(&text), Step::Run, 1).memory.bytes;
+    let with = |memory: f64| excess(&text, Step::Run, Limits { memory, ..Limits::NONE });
+    assert!(with(0.99 * needed).is_some() && with(1.01 * needed).is_none());
+    let cost = estimate(&study(&text), Step::Run, 1);
+    assert!(cost.within(&Limits { seconds: cost.seconds * 0.99, ..Limits::NONE }, 1).is_err());
+    assert!(cost.within(&Limits { seconds: cost.seconds * 0.99, ..Limits::NONE }, 2).is_ok());
+}
+
+/// A sweep of hours ends soon after its time limit, with the results so far.
+#[test]
+fn a_run_ends_at_its_time_limit() {
+    let text = STUDY.replace("SAMPLES", "101")
+        + "[sweep]\nparameter = \"initial\"\nfrom = 1\nto = 2\ncount = 1000\nensemble = 1000\n";
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("time-limit");
+    _ = std::fs::remove_dir_all(&folder);
+    let limits = Limits { seconds: 0.5, ..Limits::default() };
+    let options = RunOptions { limits, output: Some(folder.clone()), threads: Some(1), ..RunOptions::default() };
+    let error = execute(&study(&text), Step::Run, &options).unwrap_err();
+    assert!(matches!(error, StudyError::TimeLimit { limit } if limit == 0.5), "{error}");
+    assert!(error.to_string().starts_with("stopped at the time limit (0.5 s): "), "{error}");
+    assert!(folder.join("manifest.json").is_file() && folder.join("trajectories/luenberger.csv").is_file());
+}
