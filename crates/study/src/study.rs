@@ -292,6 +292,8 @@ pub enum ObserverKind {
         period: f64,
         /// Runge-Kutta steps per sampling period.
         substeps: usize,
+        /// How many standard deviations an innovation may have; none for no limit.
+        gate: Option<f64>,
     },
     /// Numerical KKL observer.
     KklNumerical(KklSpec),

@@ -93,8 +93,8 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
         ObserverKind::HighGain { r, chains, alpha } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
-            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
+            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;

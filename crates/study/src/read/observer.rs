@@ -192,7 +192,11 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 None => Some(DMatrix::identity(n, n)),
             };
             let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
-            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps }
+            let gate = match node.get("gate") {
+                Some(gate) => Some(gate.number()?),
+                None => None,
+            };
+            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps, gate }
         }
         "kkl-numerical" => {
             let domain = bounds(node.get("domain")?, "domain", n, "states", reader)?;

@@ -222,6 +222,11 @@ const KINDS: &[Variant] = &[
             optional("p0", Kind::Weight, "Covariance of the first error, n x n; 1 without it."),
             PERIOD,
             optional("substeps", Kind::Count(1), "Runge-Kutta steps between samples; 4 without it."),
+            optional(
+                "gate",
+                Kind::Number(Range::Positive),
+                "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+            ),
         ],
     },
     Variant {
