@@ -126,6 +126,34 @@ pub(crate) enum Command {
     /// imaginary part first.
     #[command(after_help = EIG)]
     Eig(MatrixInput),
+    /// Continuous to discrete time: zoh, foh, tustin, impulse, matched
+    ///
+    /// Input {"a": n x n, "b": n x m, "c": p x n, "d": p x m}; without c the output is the state, without d D is 0.
+    /// Output {"a", "b", "c", "d", "period"}, and for matched {"transfer": {"zeros", "poles", "gain"}}. The methods are
+    /// those of MATLAB's c2d; the state of tustin is scaled as in scipy and python-control. matched needs one input and
+    /// one output, and gives the companion form.
+    #[command(after_help = C2D)]
+    C2d(ConversionInput),
+    /// Discrete to continuous time: zoh, foh, tustin, impulse
+    ///
+    /// Input and output as those of c2d. A pole at zero or on the negative real axis has no continuous-time model of the
+    /// same order, except by tustin.
+    #[command(after_help = D2C)]
+    D2c(ConversionInput),
+    /// Noise: standard deviations of samples and intensities; process noise in continuous and discrete time
+    ///
+    /// A Kalman filter in continuous time takes intensities: V = R h for the covariance R of a sample, or sigma^2 h. Input
+    /// {"r": p x p} or {"v": p x p}, and {"a", "w"} or {"a", "qd"}: process noise of intensity w in x' = A x + w, its
+    /// covariance qd in one period. Whichever is given is converted into the other. Output {"period", "r", "v", "sigma",
+    /// "w", "qd"}.
+    #[command(after_help = NOISE)]
+    Noise(NoiseInput),
+    /// Observer poles from a settling time: dominant pair, Bessel, Butterworth, ITAE
+    ///
+    /// Output {"poles": [[re, im], ..], "settling_time", "band", "damping", "discrete"}. The step response of a system
+    /// with these poles, without zeros, stays within the band from the settling time on.
+    #[command(after_help = POLES)]
+    Poles(PolesInput),
     /// Create a study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
     ///
     /// The file has matrices A and C, and B if there are inputs. The names may be in upper or lower case. The matrices
@@ -198,6 +226,89 @@ pub(crate) struct MatrixInput {
     /// JSON file, or - for standard input; a matrix is a list of its rows
     #[arg(value_name = "FILE")]
     pub(crate) file: Source,
+}
+
+#[derive(Args)]
+pub(crate) struct ConversionInput {
+    /// JSON file, or - for standard input; a matrix is a list of its rows
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Source,
+    /// Sampling period
+    #[arg(short, long, value_name = "H")]
+    pub(crate) period: f64,
+    /// Method, by its name in MATLAB's c2d
+    #[arg(short, long, value_enum, default_value_t = Method::Zoh)]
+    pub(crate) method: Method,
+    /// With tustin: frequency in radians per unit of time at which the frequency response is exact
+    #[arg(long, value_name = "W")]
+    pub(crate) prewarp: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    /// Zero-order hold: exact for an input that is held over each period
+    Zoh,
+    /// First-order hold: exact for an input that is linear between samples
+    Foh,
+    /// Trapezoidal rule, s = (2/h) (z - 1)/(z + 1)
+    Tustin,
+    /// The impulse response is sampled, and multiplied by the period
+    Impulse,
+    /// Matched poles and zeros, for one input and one output
+    Matched,
+}
+
+#[derive(Args)]
+pub(crate) struct NoiseInput {
+    /// JSON file, or - for standard input; a matrix is a list of its rows
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Option<Source>,
+    /// Sampling period
+    #[arg(short, long, value_name = "H")]
+    pub(crate) period: f64,
+    /// Standard deviations of the samples of the sensors, in place of r
+    #[arg(short, long, value_name = "S", value_delimiter = ',')]
+    pub(crate) sigma: Option<Vec<f64>>,
+}
+
+#[derive(Args)]
+pub(crate) struct PolesInput {
+    /// Number of poles
+    #[arg(short = 'n', long, value_name = "N")]
+    pub(crate) order: usize,
+    /// Settling time
+    #[arg(short, long, value_name = "T")]
+    pub(crate) settling: f64,
+    /// Band of the settling time
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.02)]
+    pub(crate) band: f64,
+    /// Pattern of the poles
+    #[arg(long, value_enum, default_value_t = Pattern::Dominant)]
+    pub(crate) pattern: Pattern,
+    /// Damping ratio of the dominant pair [default: 1]
+    #[arg(long, value_name = "ZETA", conflicts_with = "overshoot")]
+    pub(crate) damping: Option<f64>,
+    /// Overshoot of the dominant pair as a fraction, in place of its damping
+    #[arg(long, value_name = "FRACTION")]
+    pub(crate) overshoot: Option<f64>,
+    /// Real part of the other poles relative to that of the dominant pair
+    #[arg(long, value_name = "RATIO", default_value_t = 5.0)]
+    pub(crate) ratio: f64,
+    /// Sampling period: print the poles e^{p h} in discrete time, too
+    #[arg(short, long, value_name = "H")]
+    pub(crate) period: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Pattern {
+    /// A pair with the damping ratio, the other poles real and further left
+    Dominant,
+    /// Bessel filter: hardly any overshoot
+    Bessel,
+    /// Butterworth filter
+    Butterworth,
+    /// Least integral of time-weighted absolute error, up to order 6
+    Itae,
 }
 
 #[derive(Args)]
@@ -287,6 +398,21 @@ const OBSV: &str = r#"Example:
 const EIG: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig - --json
   {"eigenvalues":[[-1.0,2.0],[-1.0,-2.0]]}"#;
+
+const C2D: &str = r#"Example:
+  $ echo '{"a": [[-1]], "b": [[1]]}' | luenberger c2d - --period 0.2 --method tustin
+  (A = 0.818182, B = 0.181818, C = 0.909091, D = 0.0909091)"#;
+
+const D2C: &str = r#"Example:
+  $ echo '{"a": [[0.5]], "b": [[1]]}' | luenberger d2c - --period 1
+  (A = -0.693147, B = 1.38629)"#;
+
+const NOISE: &str = r#"Example:
+  $ luenberger noise --period 0.01 --sigma 0.005
+  (V = 2.5e-7)
+  $ echo '{"a": [[0, 1], [0, 0]], "w": [[0, 0], [0, 2]]}' | luenberger noise - --period 0.5"#;
+
+const POLES: &str = "Example:\n  $ luenberger poles --order 3 --settling 1.5 --overshoot 0.05\n  $ luenberger poles --order 4 --settling 1.5 --pattern bessel --period 0.01";
 
 const IMPORT: &str = "Example:\n  $ luenberger import building.mat -o building.toml\n  $ luenberger run building.toml";
 

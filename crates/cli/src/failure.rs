@@ -41,6 +41,9 @@ pub(crate) enum Failure {
     /// Not a certificate.
     #[error("{origin}: {error}")]
     Certificate { origin: String, error: Box<Rejection> },
+    /// Options or inputs that do not fit together.
+    #[error("{0}")]
+    Usage(&'static str),
     /// A study that cannot be read or executed.
     #[error(transparent)]
     Study(#[from] StudyError),
@@ -89,6 +92,7 @@ impl Failure {
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
             Self::Matrix { .. } => "no-solution",
+            Self::Usage(_) => "usage",
             Self::Unwritable(_) => "output",
         }
     }
@@ -182,5 +186,7 @@ fn is_wrong(error: &LinalgError) -> bool {
             | LinalgError::PoleMultiplicity { .. }
             | LinalgError::InvalidPeriod { .. }
             | LinalgError::InvalidTolerance { .. }
+            | LinalgError::InvalidFrequency { .. }
+            | LinalgError::InvalidSpecification { .. }
     )
 }

@@ -166,7 +166,7 @@ pub fn zero_order_hold_injection(
 }
 
 /// `e^{Ah}` and `int_0^h e^{As} ds B` for shapes that fit.
-fn hold(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+pub(crate) fn hold(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
     if !(h > 0.0 && h.is_finite()) {
         return Err(LinalgError::InvalidPeriod { h });
     }

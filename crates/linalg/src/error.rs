@@ -78,7 +78,7 @@ pub enum LinalgError {
         lambda_min: f64,
     },
     /// An iteration reached its cap.
-    #[error("{method} did not converge in {iterations} iterations: {remaining:e} is left where {allowed:e} is allowed")]
+    #[error("{method} did not converge in {iterations} iterations: residual {remaining:e} (limit {allowed:e})")]
     NotConverged {
         /// The iteration.
         method: &'static str,
@@ -219,7 +219,7 @@ pub enum LinalgError {
         margin: f64,
     },
     /// Not as many poles as states.
-    #[error("a plant of order {order} takes {order} poles, and {found} are given")]
+    #[error("a plant of order {order} needs {order} poles, and {found} are given")]
     PoleCount {
         /// The order of the plant.
         order: usize,
@@ -235,7 +235,7 @@ pub enum LinalgError {
         pole: Complex<f64>,
     },
     /// A complex pole without its conjugate, which no real gain can place.
-    #[error("the poles are not closed under conjugation: {pole} is there without its conjugate")]
+    #[error("the poles are not closed under conjugation: {pole} has no conjugate")]
     PoleUnpaired {
         /// The pole.
         pole: Complex<f64>,
@@ -254,7 +254,9 @@ pub enum LinalgError {
         rank: usize,
     },
     /// A pole that no gain with the zeros asked for can move, and that is not wished for.
-    #[error("no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest wished pole is {distance:e} away")]
+    #[error(
+        "no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest specified pole is {distance:e} away"
+    )]
     FixedMode {
         /// The eigenvalue.
         eigenvalue: Complex<f64>,
@@ -289,6 +291,32 @@ pub enum LinalgError {
     InvalidPeriod {
         /// The period.
         h: f64,
+    },
+    /// A prewarping frequency that is not between 0 and pi over the sampling period.
+    #[error("the prewarping frequency must be between 0 and pi/{period}, and is {frequency}")]
+    InvalidFrequency {
+        /// The frequency.
+        frequency: f64,
+        /// The sampling period.
+        period: f64,
+    },
+    /// A specification of poles outside of its range.
+    #[error("{what} must be between {low} and {high}, and is {value}")]
+    InvalidSpecification {
+        /// The quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The lower end of the range.
+        low: f64,
+        /// The upper end.
+        high: f64,
+    },
+    /// A matrix without a real principal logarithm.
+    #[error("there is no real principal logarithm: the eigenvalue {eigenvalue} is zero or negative")]
+    NoLogarithm {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
     },
     /// A tolerance that is negative, infinite or NaN.
     #[error("the relative tolerance must be nonnegative and finite, and is {tolerance}")]

@@ -22,6 +22,9 @@
 //! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`], with zeros in the gain [`place_structured`], [`place_observer_structured`] |
 //! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer()`] |
 //! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_injection`] |
+//! | `x' = A x + B u` to `x+ = Ad x + Bd u` and back: zero- and first-order hold, Tustin, impulse, matched | [`c2d`], [`d2c`], [`c2d_matched`], [`logm`] |
+//! | `V = R h`, `Qd = int_0^h e^{As} W e^{A's} ds`: noise in continuous and discrete time | [`measurement_intensity`], [`discrete_process_noise`] and their inverses |
+//! | poles from settling time and damping, of prototype filters | [`poles_from`] |
 //!
 //! # How far to trust a solution
 //!
@@ -72,6 +75,7 @@
 mod argument;
 mod balance;
 mod compensated;
+pub mod conversion;
 pub mod decomposition;
 pub mod discretize;
 pub mod distance;
@@ -88,6 +92,7 @@ pub mod lyapunov;
 pub mod observability;
 pub mod placement;
 mod product;
+pub mod prototype;
 pub mod riccati;
 mod rosenbrock;
 pub mod schur;
@@ -104,6 +109,10 @@ mod units;
 pub mod zeros;
 
 pub use argument::{RealMatrixView, symmetric, symmetric_part};
+pub use conversion::{
+    Discretization, Realization, ZerosPolesGain, c2d, c2d_matched, continuous_process_noise, d2c,
+    discrete_process_noise, logm, measurement_intensity, sampled_measurement_covariance,
+};
 pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
 pub use distance::{UnobservabilityDistance, distance_to_unobservability};
@@ -120,6 +129,7 @@ pub use observability::{
 pub use placement::{
     Placement, StructuredPlacement, place, place_observer, place_observer_structured, place_structured,
 };
+pub use prototype::{PolePattern, damping_from_overshoot, poles_from};
 pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
 pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};

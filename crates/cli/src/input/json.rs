@@ -5,20 +5,30 @@
 use super::Source;
 use super::json_matrix::{Document, Found};
 use crate::failure::Failure;
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 use serde::de::DeserializeSeed;
 
 /// The matrices with these keys; other keys are errors.
 pub(crate) fn matrices<const N: usize>(source: &Source, keys: [&'static str; N]) -> Result<[DMatrix<f64>; N], Failure> {
-    Ok(document(source, Document { keys, poles: None })?.0)
+    Ok(document(source, Document { keys, required: N, poles: None })?.0.map(Option::unwrap_or_default))
+}
+
+/// The matrices with these keys, of which all but the first `required` may be absent.
+pub(crate) fn some_matrices<const N: usize>(
+    source: &Source,
+    keys: [&'static str; N],
+    required: usize,
+) -> Result<[Option<DMatrix<f64>>; N], Failure> {
+    Ok(document(source, Document { keys, required, poles: None })?.0)
 }
 
 /// The matrices with these keys, and the numbers under the key `poles`.
 pub(crate) fn matrices_and_poles<const N: usize>(
     source: &Source,
     keys: [&'static str; N],
-) -> Result<Found<N>, Failure> {
-    document(source, Document { keys, poles: Some("poles") })
+) -> Result<([DMatrix<f64>; N], Vec<Complex<f64>>), Failure> {
+    let (matrices, poles) = document(source, Document { keys, required: N, poles: Some("poles") })?;
+    Ok((matrices.map(Option::unwrap_or_default), poles))
 }
 
 fn document<const N: usize>(source: &Source, document: Document<N>) -> Result<Found<N>, Failure> {

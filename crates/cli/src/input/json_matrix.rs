@@ -6,11 +6,13 @@ use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, Seq
 use std::fmt;
 
 /// The matrices of a document, and its poles; no poles without a key for them.
-pub(super) type Found<const N: usize> = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+pub(super) type Found<const N: usize> = ([Option<DMatrix<f64>>; N], Vec<Complex<f64>>);
 
-/// Reads an object with exactly these matrices, and a list of poles if `poles` names a key.
+/// Reads an object with these matrices, of which the first `required` must be present, and a list of poles if `poles`
+/// names a key.
 pub(super) struct Document<const N: usize> {
     pub(super) keys: [&'static str; N],
+    pub(super) required: usize,
     pub(super) poles: Option<&'static str>,
 }
 
@@ -69,11 +71,11 @@ impl<'de, const N: usize> Visitor<'de> for Document<N> {
                 return Err(M::Error::custom(self.unknown(&key)));
             }
         }
-        let present = matrices.iter().map(Option::is_some).chain([poles.is_some()]);
-        if let Some((missing, _)) = self.known().zip(present).find(|(_, is_there)| !is_there) {
+        let present = matrices.iter().enumerate().map(|(k, matrix)| matrix.is_some() || k >= self.required);
+        let present = present.chain([poles.is_some()]);
+        if let Some((missing, _)) = self.known().zip(present).find(|(_, is_present)| !is_present) {
             return Err(M::Error::custom(format!("the key {missing:?} is missing (known: {})", self.list())));
         }
-        let matrices = matrices.map(|matrix| matrix.unwrap_or_else(|| DMatrix::zeros(0, 0)));
         Ok((matrices, poles.unwrap_or_default()))
     }
 }

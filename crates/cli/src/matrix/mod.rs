@@ -1,9 +1,12 @@
 //! Matrix commands: an equation from JSON, its solution as JSON or as aligned matrices.
 
+pub(crate) mod conversion;
 mod json_output;
 pub(crate) mod lyapunov;
+pub(crate) mod noise;
 pub(crate) mod observability;
 pub(crate) mod placement;
+pub(crate) mod poles;
 pub(crate) mod riccati;
 pub(crate) mod spectrum;
 pub(crate) mod sylvester;

@@ -1,6 +1,7 @@
 //! One test binary, a module a subject.
 
 mod adversaries;
+mod conversion;
 mod decomposition;
 mod discretize;
 mod distance;
@@ -11,6 +12,7 @@ mod functional_observer;
 mod ill_conditioned;
 mod observability;
 mod placement;
+mod prototype;
 mod riccati;
 mod riccati_families;
 mod schur;

@@ -1,0 +1,93 @@
+//! `luenberger noise`: noise in continuous and in discrete time.
+
+use super::{from, json_output};
+use crate::answer::Answer;
+use crate::arguments::NoiseInput;
+use crate::failure::Failure;
+use crate::input::{Source, json};
+use crate::numbers;
+use luenberger_linalg::{
+    LinalgError, continuous_process_noise, discrete_process_noise, measurement_intensity,
+    sampled_measurement_covariance,
+};
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+#[derive(Default, Serialize)]
+struct Noise {
+    period: f64,
+    /// Covariance of a sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    r: Option<Vec<Vec<f64>>>,
+    /// Intensity of the measurement noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    v: Option<Vec<Vec<f64>>>,
+    /// Standard deviations of the samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma: Option<Vec<f64>>,
+    /// Intensity of the process noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    w: Option<Vec<Vec<f64>>>,
+    /// Covariance of the process noise of one period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    qd: Option<Vec<Vec<f64>>>,
+}
+
+/// Measurement noise and process noise, whichever are given, in the other domain.
+pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
+    let h = input.period;
+    let source = input.file.as_ref().unwrap_or(&Source::Standard);
+    let [a, w, qd, mut r, v] = match &input.file {
+        Some(file) => json::some_matrices(file, ["a", "w", "qd", "r", "v"], 0)?,
+        None => [const { None }; 5],
+    };
+    if let Some(sigma) = &input.sigma {
+        r = Some(DMatrix::from_diagonal(&DVector::from_iterator(sigma.len(), sigma.iter().map(|s| s * s))));
+    }
+    let mut text = format!("period {}\n", numbers::number(h));
+    let mut answer = Noise { period: h, ..Noise::default() };
+    let failed = from(source);
+    let measured = match (r, v) {
+        (Some(_), Some(_)) => return Err(Failure::Usage("give r (or --sigma) or v, not both")),
+        (Some(r), None) => Some((measurement_intensity(&r, h).map_err(&failed)?, r)),
+        (None, Some(v)) => {
+            let r = sampled_measurement_covariance(&v, h).map_err(&failed)?;
+            Some((v, r))
+        }
+        (None, None) => None,
+    };
+    if let Some((v, r)) = measured {
+        if let Some(negative) = (0..r.nrows()).find(|k| r[(*k, *k)] < 0.0) {
+            let lambda_min = r[(negative, negative)];
+            return Err(failed(LinalgError::NotPositiveSemidefinite { what: "the covariance R", lambda_min }));
+        }
+        let sigma: Vec<f64> = r.diagonal().iter().map(|x| x.sqrt()).collect();
+        text += &numbers::matrix("V = R h, intensity of the measurement noise", &v);
+        text += &numbers::matrix("R, covariance of a sample", &r);
+        let listed: Vec<String> = sigma.iter().map(|s| numbers::number(*s)).collect();
+        text += &format!("standard deviations of the samples: {}\n", listed.join(", "));
+        answer = Noise { r: Some(json_output::rows(&r)), v: Some(json_output::rows(&v)), sigma: Some(sigma), ..answer };
+    }
+    let process = match (a, w, qd) {
+        (_, Some(_), Some(_)) => return Err(Failure::Usage("give w or qd, not both")),
+        (Some(a), Some(w), None) => Some((discrete_process_noise(&a, &w, h).map_err(&failed)?, w)),
+        (Some(a), None, Some(qd)) => {
+            let w = continuous_process_noise(&a, &qd, h).map_err(&failed)?;
+            Some((qd, w))
+        }
+        (None, Some(_), None) | (None, None, Some(_)) => {
+            return Err(Failure::Usage("process noise needs a, the matrix of x' = A x + w"));
+        }
+        (Some(_), None, None) => return Err(Failure::Usage("a without w or qd")),
+        (None, None, None) => None,
+    };
+    if let Some((qd, w)) = process {
+        text += &numbers::matrix("Qd, covariance of the process noise in one period", &qd);
+        text += &numbers::matrix("W, intensity of the process noise", &w);
+        answer = Noise { w: Some(json_output::rows(&w)), qd: Some(json_output::rows(&qd)), ..answer };
+    }
+    if answer.v.is_none() && answer.w.is_none() {
+        return Err(Failure::Usage("give --sigma, or a file with r, v, a and w, or a and qd"));
+    }
+    Ok(Answer::new(text, &answer)?)
+}

@@ -1,0 +1,259 @@
+//! Conversion of state-space models between continuous and discrete time.
+//!
+//! `x' = A x + B u, y = C x + D u` becomes `x+ = Ad x + Bd u, y = Cd x + Dd u` at the period `h`:
+//!
+//! | method (MATLAB's `c2d`) | exact for | A, B | C, D |
+//! |---|---|---|---|
+//! | `zoh` | an input held over each period | `e^{Ah}`, `int_0^h e^{As} ds B` | as they are |
+//! | `foh` | an input that is linear between samples | `e^{Ah}`, `(G0 + (Ad - I) G1) B` | `C`, `D + C G1 B` |
+//! | `impulse` | the response to an impulse | `e^{Ah}`, `h Ad B` | `C`, `D + h C B` |
+//! | `tustin` | the imaginary axis onto the unit circle | `M^-1 (I + A h/2)`, `h M^-1 B` | `C M^-1`, `D + (h/2) C M^-1 B` |
+//!
+//! with `M = I - A h/2`, `G0 = int_0^h e^{As} ds` and `G1 = int_0^h (1 - s/h) e^{As} ds`. All four keep the transfer
+//! function of the method; the coordinates of the state are those of scipy (MATLAB scales the state of `tustin`). With
+//! prewarping `h` is replaced by `2 tan(w h/2) / w`: the frequency responses agree at `w`. `matched` maps poles and
+//! zeros: [`c2d_matched`].
+//!
+//! Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, chapter 6.
+
+mod logarithm;
+mod matched;
+mod noise;
+
+pub use logarithm::logm;
+pub use matched::{ZerosPolesGain, c2d_matched};
+pub use noise::{
+    continuous_process_noise, discrete_process_noise, measurement_intensity, sampled_measurement_covariance,
+};
+
+use nalgebra::DMatrix;
+
+use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::discretize::{expm, hold};
+use crate::{LinalgError, Result};
+
+/// The matrices of `x' = A x + B u, y = C x + D u` or of `x+ = A x + B u, y = C x + D u`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Realization {
+    /// A, n x n.
+    pub a: DMatrix<f64>,
+    /// B, n x m.
+    pub b: DMatrix<f64>,
+    /// C, p x n.
+    pub c: DMatrix<f64>,
+    /// D, p x m.
+    pub d: DMatrix<f64>,
+}
+
+impl Realization {
+    /// The realization with these matrices.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`];
+    /// [`LinalgError::Empty`] without states.
+    pub fn new<'a>(
+        a: impl Into<RealMatrixView<'a>>,
+        b: impl Into<RealMatrixView<'a>>,
+        c: impl Into<RealMatrixView<'a>>,
+        d: impl Into<RealMatrixView<'a>>,
+    ) -> Result<Self> {
+        let system = Self { a: owned(a), b: owned(b), c: owned(c), d: owned(d) };
+        system.check()?;
+        Ok(system)
+    }
+
+    /// The fields are public: what uses them checks them.
+    fn check(&self) -> Result<()> {
+        let n = square("A", &self.a)?;
+        if n == 0 {
+            return Err(LinalgError::Empty { what: "A" });
+        }
+        shaped("B", &self.b, n, self.b.ncols())?;
+        shaped("C", &self.c, self.c.nrows(), n)?;
+        shaped("D", &self.d, self.c.nrows(), self.b.ncols())
+    }
+
+    fn finite(self) -> Result<Self> {
+        let all = [&self.a, &self.b, &self.c, &self.d];
+        if all.iter().all(|m| m.iter().all(|x| x.is_finite())) {
+            Ok(self)
+        } else {
+            Err(LinalgError::Overflow { what: "the converted model" })
+        }
+    }
+}
+
+/// A method of conversion, by the names of MATLAB's `c2d`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Discretization {
+    /// `zoh`: the input is held over each period.
+    ZeroOrderHold,
+    /// `foh`: the input is linear between samples (triangle hold).
+    FirstOrderHold,
+    /// `impulse`: the impulse response is sampled, and multiplied by the period.
+    Impulse,
+    /// `tustin`: `s = (2/h) (z - 1)/(z + 1)`, the trapezoidal rule.
+    Tustin,
+    /// `tustin` prewarped: the frequency response is exact at this frequency, in radians per unit of time, between 0 and
+    /// `pi/h`.
+    TustinPrewarped(f64),
+}
+
+impl Discretization {
+    /// The period of the trapezoidal rule; none for the other methods.
+    fn step(self, h: f64) -> Result<Option<f64>> {
+        match self {
+            Self::Tustin => Ok(Some(h)),
+            Self::TustinPrewarped(w) if w > 0.0 && w * h < core::f64::consts::PI => {
+                Ok(Some(2.0 * (w * h / 2.0).tan() / w))
+            }
+            Self::TustinPrewarped(frequency) => Err(LinalgError::InvalidFrequency { frequency, period: h }),
+            _ => Ok(None),
+        }
+    }
+}
+
+fn period(h: f64) -> Result<f64> {
+    if h > 0.0 && h.is_finite() { Ok(h) } else { Err(LinalgError::InvalidPeriod { h }) }
+}
+
+/// Discrete-time model of `x' = A x + B u, y = C x + D u` at the period `h`, by one of the methods of MATLAB's `c2d`.
+///
+/// `h > 0` is in the unit of time of A; m = 0 and p = 0 are allowed.
+///
+/// # Errors
+/// [`LinalgError::InvalidPeriod`]; [`LinalgError::InvalidFrequency`] of a prewarping outside of (0, pi/h);
+/// [`LinalgError::Singular`] if `2/h` is a pole and the method is Tustin's; those of [`Realization::new`];
+/// [`LinalgError::Overflow`].
+///
+/// # Cost
+/// One exponential of order n + 2 m, or one solution with `I - A h/2`.
+///
+/// # Example
+/// The trapezoidal rule maps the pole -1 to `(1 - h/2)/(1 + h/2)` and keeps the gain at frequency zero.
+/// ```
+/// use luenberger_linalg::{Discretization, Realization, c2d};
+/// use nalgebra::dmatrix;
+///
+/// let lag = Realization::new(&dmatrix![-1.0], &dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.0])?;
+/// let sampled = c2d(&lag, 0.2, Discretization::Tustin)?;
+/// let residual = (sampled.a[0] - 0.9 / 1.1).abs();
+/// let gain = sampled.c[0] * sampled.b[0] / (1.0 - sampled.a[0]) + sampled.d[0];
+/// println!("residual {residual:e}, gain {gain}");
+/// assert!(residual < 1e-15 && (gain - 1.0).abs() < 1e-14);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub fn c2d(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
+    system.check()?;
+    let h = period(h)?;
+    let Realization { a, b, c, d } = system;
+    if let Some(step) = method.step(h)? {
+        let identity = DMatrix::identity(a.nrows(), a.nrows());
+        let half = a * (step / 2.0);
+        let inverse = inverse("I - A h/2", &(&identity - &half))?;
+        let ad = &inverse * (identity + half);
+        let bd = &inverse * b * step;
+        let d = d + c * &bd / 2.0;
+        return Realization { a: ad, b: bd, c: c * inverse, d }.finite();
+    }
+    let (c, d) = (c.clone(), d.clone());
+    let converted = match method {
+        Discretization::FirstOrderHold => {
+            let (ad, linear) = triangle(a, b, h)?;
+            let (_, held) = hold(a, b, h)?;
+            let bd = held - &linear + &ad * &linear;
+            Realization { a: ad, b: bd, d: d + &c * linear, c }
+        }
+        Discretization::Impulse => {
+            let ad = expm(&(a * h))?;
+            let bd = &ad * b * h;
+            Realization { a: ad, b: bd, d: d + &c * b * h, c }
+        }
+        _ => {
+            let (ad, bd) = hold(a, b, h)?;
+            Realization { a: ad, b: bd, c, d }
+        }
+    };
+    converted.finite()
+}
+
+/// Continuous-time model whose [`c2d`] is `x+ = A x + B u, y = C x + D u` at the period `h`.
+///
+/// For the methods other than Tustin's, A is the principal logarithm of the discrete one: the model whose poles have
+/// imaginary parts below `pi/h` in magnitude. A pole at zero or on the negative real axis has no such model of the same
+/// order.
+///
+/// # Errors
+/// [`LinalgError::NoLogarithm`] for such a pole; [`LinalgError::Singular`] for a pole at -1 and Tustin's method;
+/// otherwise those of [`c2d`].
+///
+/// # Example
+/// ```
+/// use luenberger_linalg::{Discretization, Realization, c2d, d2c};
+/// use nalgebra::dmatrix;
+///
+/// let plant = Realization::new(
+///     &dmatrix![0.0, 1.0; -4.0, -0.4], &dmatrix![0.0; 1.0], &dmatrix![1.0, 0.0], &dmatrix![0.5])?;
+/// for method in [Discretization::ZeroOrderHold, Discretization::FirstOrderHold, Discretization::Tustin] {
+///     let back = d2c(&c2d(&plant, 0.1, method)?, 0.1, method)?;
+///     let error = (back.a - &plant.a).norm() + (back.b - &plant.b).norm() + (back.d - &plant.d).norm();
+///     println!("error {error:e}");
+///     assert!(error < 1e-12);
+/// }
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub fn d2c(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
+    system.check()?;
+    let h = period(h)?;
+    let Realization { a, b, c, d } = system;
+    let n = a.nrows();
+    let identity = DMatrix::identity(n, n);
+    if let Some(step) = method.step(h)? {
+        // M = 2 (Ad + I)^-1.
+        let m = inverse("A + I", &(a + &identity))? * 2.0;
+        let b = &m * b / step;
+        let c = c * &m;
+        let d = d - &system.c * &b * (step / 2.0);
+        return Realization { a: (a - identity) * &m / step, b, c, d }.finite();
+    }
+    let continuous = logm(a)? / h;
+    let solve = |what, map: &DMatrix<f64>| Ok::<_, LinalgError>(inverse(what, map)? * b);
+    let converted = match method {
+        Discretization::FirstOrderHold => {
+            let (_, linear) = triangle(&continuous, &identity, h)?;
+            let (_, held) = hold(&continuous, &identity, h)?;
+            let b = solve("the map of the first-order hold", &(held - &linear + a * &linear))?;
+            let d = d - c * linear * &b;
+            Realization { a: continuous, b, c: c.clone(), d }
+        }
+        Discretization::Impulse => {
+            let b = solve("A", a)? / h;
+            let d = d - c * &b * h;
+            Realization { a: continuous, b, c: c.clone(), d }
+        }
+        _ => {
+            let (_, held) = hold(&continuous, &identity, h)?;
+            let b = solve("the map of the zero-order hold", &held)?;
+            Realization { a: continuous, b, c: c.clone(), d: d.clone() }
+        }
+    };
+    converted.finite()
+}
+
+/// `e^{Ah}` and `int_0^h (1 - s/h) e^{As} ds B`, blocks of one exponential.
+fn triangle(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+    let (n, m) = b.shape();
+    let mut augmented = DMatrix::zeros(n + 2 * m, n + 2 * m);
+    augmented.view_mut((0, 0), (n, n)).copy_from(&(a * h));
+    augmented.view_mut((0, n), (n, m)).copy_from(&(b * h));
+    augmented.view_mut((n, n + m), (m, m)).fill_with_identity();
+    let e = expm(&augmented)?;
+    Ok((e.view((0, 0), (n, n)).into_owned(), e.view((0, n + m), (n, m)).into_owned()))
+}
+
+fn inverse(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let singular = |condition| LinalgError::Singular { what, condition };
+    let inverse = m.clone().try_inverse().ok_or_else(|| singular(f64::INFINITY))?;
+    let condition = m.norm() * inverse.norm();
+    if condition < 1.0 / f64::EPSILON { Ok(inverse) } else { Err(singular(condition)) }
+}

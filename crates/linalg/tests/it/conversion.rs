@@ -1,0 +1,270 @@
+//! Conversions between continuous and discrete time, against scipy 1.17.1 (`signal.cont2discrete`, `linalg.logm`) and
+//! python-control 0.10.2 (`c2d`), and against each other.
+
+use luenberger_linalg::{
+    Discretization, LinalgError, Realization, c2d, c2d_matched, continuous_process_noise, d2c, discrete_process_noise,
+    expm, logm, measurement_intensity, sampled_measurement_covariance,
+};
+use nalgebra::{Complex, DMatrix, dmatrix};
+use proptest::prelude::*;
+
+/// The references have all digits; both sides round in a few products of order 5.
+const ROUNDING: f64 = 1e-14;
+
+fn plant() -> Realization {
+    Realization::new(
+        &dmatrix![0.0, 1.0, 0.0; -2.0, -0.4, 1.0; 0.0, 0.0, -5.0],
+        &dmatrix![0.0, 1.0; 1.0, 0.0; 0.0, 2.0],
+        &dmatrix![1.0, 0.0, 0.5],
+        &dmatrix![0.3, 0.0],
+    )
+    .unwrap()
+}
+
+#[track_caller]
+fn near(found: &DMatrix<f64>, expected: &DMatrix<f64>) {
+    assert_eq!(found.shape(), expected.shape());
+    let error = (found - expected).amax();
+    assert!(error <= ROUNDING * expected.amax().max(1.0), "{error:e}: {found}{expected}");
+}
+
+/// `e^{Ah}` at h = 0.1, common to three methods.
+fn transition() -> DMatrix<f64> {
+    dmatrix![
+        0.9901484023238073, 0.09769998274526649, 0.004195286844606341;
+        -0.19539996549053296, 0.9510684092257007, 0.07672354852223479;
+        0.0, 0.0, 0.6065306597126334
+    ]
+}
+
+#[test]
+fn zero_order_hold_as_scipy() {
+    let found = c2d(&plant(), 0.1, Discretization::ZeroOrderHold).unwrap();
+    near(&found.a, &transition());
+    let b = dmatrix![
+        0.00492579883809636, 0.09996250707790102; 0.09769998274526648, -0.0014610239869800364; 0.0, 0.15738773611494666
+    ];
+    near(&found.b, &b);
+    near(&found.c, &plant().c);
+    near(&found.d, &plant().d);
+}
+
+#[test]
+fn first_order_hold_as_scipy() {
+    let found = c2d(&plant(), 0.1, Discretization::FirstOrderHold).unwrap();
+    near(&found.a, &transition());
+    let b = dmatrix![
+        0.009722063206546928, 0.09979091312686061; 0.09496759640038584, -0.004672457219280078; 0.0, 0.1238544973969404
+    ];
+    near(&found.b, &b);
+    near(&found.c, &plant().c);
+    near(&found.d, &dmatrix![0.30164848859747495, 0.0926046335492049]);
+}
+
+#[test]
+fn impulse_as_scipy() {
+    let without_d = Realization { d: dmatrix![0.0, 0.0], ..plant() };
+    let found = c2d(&without_d, 0.1, Discretization::Impulse).unwrap();
+    near(&found.a, &transition());
+    let b = dmatrix![
+        0.00976999827452665, 0.099853897601302; 0.09510684092257007, -0.004195286844606338; 0.0, 0.1213061319425267
+    ];
+    near(&found.b, &b);
+    near(&found.d, &dmatrix![0.0, 0.2]);
+}
+
+#[test]
+fn tustin_as_scipy() {
+    let found = c2d(&plant(), 0.1, Discretization::Tustin).unwrap();
+    let a = dmatrix![
+        0.9902439024390244, 0.0975609756097561, 0.0039024390243902456;
+        -0.19512195121951223, 0.951219512195122, 0.0780487804878049;
+        0.0, 0.0, 0.6000000000000001
+    ];
+    near(&found.a, &a);
+    let b = dmatrix![
+        0.004878048780487806, 0.09990243902439025; 0.09756097560975611, -0.0019512195121951222; 0.0, 0.16000000000000003
+    ];
+    near(&found.b, &b);
+    near(&found.c, &dmatrix![0.9951219512195122, 0.04878048780487806, 0.40195121951219515]);
+    near(&found.d, &dmatrix![0.3024390243902439, 0.08995121951219513]);
+}
+
+/// python-control's `c2d(sys, 0.1, 'bilinear', prewarp_frequency=1.5)`; and at that frequency the two responses agree.
+#[test]
+fn tustin_prewarped_as_python_control() {
+    let first = Realization { b: plant().b.columns(0, 1).into_owned(), d: dmatrix![0.3], ..plant() };
+    let found = c2d(&first, 0.1, Discretization::TustinPrewarped(1.5)).unwrap();
+    let a = dmatrix![
+        0.9902077388753372, 0.09773893746179861, 0.003915432851360502;
+        -0.19547787492359722, 0.9511121638906177, 0.07816177320499611;
+        0.0, 0.0, 0.5993988728503568
+    ];
+    near(&found.a, &a);
+    near(&found.b, &dmatrix![0.0048961305623313875; 0.09773893746179861; 0.0]);
+    near(&found.c, &dmatrix![0.9951038694376686, 0.048869468730899306, 0.40180743463826946]);
+    near(&found.d, &dmatrix![0.3024480652811657]);
+    let response = |system: &Realization, s: Complex<f64>| {
+        let pencil = DMatrix::identity(3, 3) * s - system.a.map(Complex::from);
+        let states = pencil.lu().solve(&system.b.map(Complex::from)).unwrap();
+        (system.c.map(Complex::from) * states + system.d.map(Complex::from))[0]
+    };
+    let continuous = response(&first, Complex::new(0.0, 1.5));
+    let discrete = response(&found, Complex::new(0.0, 0.15).exp());
+    assert!((continuous - discrete).norm() < 1e-13, "{continuous} {discrete}");
+}
+
+/// python-control's `c2d(tf([1, 3], [1, 2, 5, 0.7]), 0.1, 'matched')`.
+#[test]
+fn matched_as_python_control() {
+    let system = Realization::new(
+        &dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -0.7, -5.0, -2.0],
+        &dmatrix![0.0; 0.0; 1.0],
+        &dmatrix![3.0, 1.0, 0.0],
+        &dmatrix![0.0],
+    )
+    .unwrap();
+    let found = c2d_matched(&system, 0.1).unwrap();
+    assert!((found.gain - 0.010447243818224225).abs() < 1e-15, "{}", found.gain);
+    assert!((found.zeros[0] - 0.7408182206817179).norm() < 1e-14, "{}", found.zeros[0]);
+    let model = found.realization();
+    near(&model.a.rows(2, 1).into_owned(), &dmatrix![0.8187307530779819, -2.5926379403442334, 2.773275382376503]);
+    near(&model.c, &dmatrix![-0.0077395085764449464, 0.010447243818224225, 0.0]);
+}
+
+/// The double integrator with a zero, `(s + 2)/s^2`: the gain of `s^2 H` at 0 is kept, with `(z - 1)/h` for s. A feedthrough gives as
+/// many zeros as poles.
+#[test]
+fn matched_with_poles_at_zero_and_a_feedthrough() {
+    let h: f64 = 0.25;
+    let a = dmatrix![0.0, 1.0; 0.0, 0.0];
+    let integrators = Realization::new(&a, &dmatrix![0.0; 1.0], &dmatrix![2.0, 1.0], &dmatrix![0.0]).unwrap();
+    let found = c2d_matched(&integrators, h).unwrap();
+    assert!((found.gain - 2.0 * h * h / (1.0 - (-2.0 * h).exp())).abs() < 1e-14, "{found:?}");
+    let lead = Realization::new(&dmatrix![-4.0], &dmatrix![1.0], &dmatrix![-3.0], &dmatrix![1.0]).unwrap();
+    let found = c2d_matched(&lead, h).unwrap();
+    // (s + 1)/(s + 4).
+    let (zero, pole) = ((-h).exp(), (-4.0 * h).exp());
+    assert!((found.zeros[0].re - zero).abs() < 1e-14 && (found.poles[0].re - pole).abs() < 1e-14);
+    assert!((found.gain - 0.25 * (1.0 - pole) / (1.0 - zero)).abs() < 1e-13);
+    near(&found.realization().d, &dmatrix![found.gain]);
+    let two = Realization::new(&a, &dmatrix![0.0; 1.0], &DMatrix::identity(2, 2), &dmatrix![0.0; 0.0]).unwrap();
+    assert!(matches!(c2d_matched(&two, h), Err(LinalgError::DimensionMismatch { .. })));
+    let nothing = Realization::new(&a, &dmatrix![0.0; 1.0], &dmatrix![0.0, 0.0], &dmatrix![0.0]).unwrap();
+    assert!(matches!(c2d_matched(&nothing, h), Err(LinalgError::Empty { .. })));
+}
+
+#[test]
+fn the_logarithm_is_that_of_scipy() {
+    let found = logm(&dmatrix![0.9, 0.2, 0.0; -0.3, 0.8, 0.1; 0.0, 0.05, 0.4]).unwrap();
+    let expected = dmatrix![
+        -0.06666663589439602, 0.23021708628463267, -0.021379927792479724;
+        -0.34532562942694867, -0.18712016098483245, 0.16855836262351587;
+        0.016034945844359945, 0.08427918131175799, -0.9254933948563356
+    ];
+    near(&found, &expected);
+    for refused in [dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![0.0, 0.0; 0.0, 2.0]] {
+        assert!(matches!(logm(&refused), Err(LinalgError::NoLogarithm { .. })));
+    }
+}
+
+#[test]
+fn conversions_that_do_not_exist_are_errors() {
+    let pole = |p: f64| Realization::new(&dmatrix![p], &dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.0]).unwrap();
+    // 2/h is a pole.
+    assert!(matches!(c2d(&pole(20.0), 0.1, Discretization::Tustin), Err(LinalgError::Singular { .. })));
+    assert!(matches!(d2c(&pole(-1.0), 0.1, Discretization::Tustin), Err(LinalgError::Singular { .. })));
+    assert!(matches!(d2c(&pole(-0.5), 0.1, Discretization::ZeroOrderHold), Err(LinalgError::NoLogarithm { .. })));
+    for frequency in [0.0, 32.0, f64::NAN] {
+        let refused = c2d(&pole(-1.0), 0.1, Discretization::TustinPrewarped(frequency));
+        assert!(matches!(refused, Err(LinalgError::InvalidFrequency { .. })), "{frequency}");
+    }
+    for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = c2d(&pole(-1.0), period, Discretization::ZeroOrderHold);
+        assert!(matches!(refused, Err(LinalgError::InvalidPeriod { .. })), "{period}");
+    }
+    let misshapen = Realization { d: dmatrix![0.0, 0.0], ..pole(-1.0) };
+    let refused = c2d(&misshapen, 0.1, Discretization::Tustin);
+    assert!(matches!(refused, Err(LinalgError::DimensionMismatch { what: "D", .. })));
+}
+
+/// scipy: Van Loan's exponential, confirmed there by quadrature to 3e-17.
+#[test]
+fn process_noise_as_van_loan() {
+    let w = dmatrix![0.0, 0.0, 0.0; 0.0, 2.0, 0.3; 0.0, 0.3, 1.0];
+    let expected = dmatrix![
+        0.0006512333987124876, 0.009677050679978472, 0.0011683631472544675;
+        0.009677050679978476, 0.1936113038034837, 0.026163796330334964;
+        0.0011683631472544681, 0.026163796330334964, 0.06321205588285578
+    ];
+    near(&discrete_process_noise(&plant().a, &w, 0.1).unwrap(), &expected);
+    // A long period of a stable plant ends at the solution of A Q + Q A' + W = 0, and not in an overflow.
+    let long = discrete_process_noise(&plant().a, &w, 1e4).unwrap();
+    let residual = &plant().a * &long + &long * plant().a.transpose() + &w;
+    assert!(residual.amax() < 1e-13, "{residual}");
+}
+
+#[test]
+fn measurement_noise_is_scaled_by_the_period() {
+    let r = dmatrix![4.0, 1.0; 1.0, 9.0];
+    let v = measurement_intensity(&r, 0.5).unwrap();
+    assert_eq!(v, dmatrix![2.0, 0.5; 0.5, 4.5]);
+    assert_eq!(sampled_measurement_covariance(&v, 0.5).unwrap(), r);
+    assert!(matches!(measurement_intensity(&dmatrix![1.0, 2.0], 0.5), Err(LinalgError::NotSquare { .. })));
+}
+
+/// Eigenvalues of norm below n/2.
+fn matrix(n: usize, m: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop::collection::vec(-1.0..1.0_f64, n * m).prop_map(move |entries| DMatrix::from_row_slice(n, m, &entries))
+}
+
+fn system() -> impl Strategy<Value = Realization> {
+    (1..=5_usize, 1..=2_usize, 1..=2_usize).prop_flat_map(|(n, m, p)| {
+        (matrix(n, n), matrix(n, m), matrix(p, n), matrix(p, m)).prop_map(|(a, b, c, d)| Realization { a, b, c, d })
+    })
+}
+
+proptest! {
+    /// Poles within the strip of |Im| < pi/h come back, by every method.
+    #[test]
+    fn back_and_forth(system in system(), h in 0.01..0.4_f64) {
+        for method in [
+            Discretization::ZeroOrderHold,
+            Discretization::FirstOrderHold,
+            Discretization::Impulse,
+            Discretization::Tustin,
+            Discretization::TustinPrewarped(1.0),
+        ] {
+            let back = d2c(&c2d(&system, h, method).unwrap(), h, method).unwrap();
+            let size = |system: &Realization| {
+                system.a.norm().hypot(system.b.norm()).hypot(system.c.norm()).hypot(system.d.norm())
+            };
+            let difference = Realization {
+                a: &back.a - &system.a, b: &back.b - &system.b, c: &back.c - &system.c, d: &back.d - &system.d,
+            };
+            // Rounding of Ad, divided by h.
+            let error = size(&difference) / size(&system);
+            prop_assert!(error < 1e-12 / h, "{method:?}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn the_logarithm_inverts_the_exponential(a in matrix(5, 5)) {
+        let error = (logm(&expm(&a).unwrap()).unwrap() - &a).norm();
+        prop_assert!(error < 1e-12 * a.norm().max(1.0), "{error:e}");
+    }
+
+    /// Two periods of h are one of 2 h, and the intensity comes back.
+    #[test]
+    fn process_noise_adds_up(a in matrix(4, 4), g in matrix(4, 3), h in 0.05..2.0_f64) {
+        let w = &g * g.transpose();
+        let once = discrete_process_noise(&a, &w, h).unwrap();
+        let step = expm(&(&a * h)).unwrap();
+        let twice = discrete_process_noise(&a, &w, 2.0 * h).unwrap();
+        let error = (&once + &step * &once * step.transpose() - &twice).norm() / twice.norm().max(1e-300);
+        prop_assert!(error < 1e-12, "{error:e}");
+        let back = continuous_process_noise(&a, &once, h).unwrap();
+        let error = (&back - &w).norm() / w.norm().max(1e-300);
+        prop_assert!(error < 1e-8, "{error:e}");
+    }
+}
