@@ -24,6 +24,7 @@
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
+//! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
@@ -37,6 +38,7 @@
 pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
+pub mod deviation;
 pub mod diagnosis;
 pub mod discrete_kalman;
 pub mod error;
@@ -62,6 +64,7 @@ pub mod static_size;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
+pub use deviation::DeviationObserver;
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use error::{ObserverError, Point};

@@ -26,6 +26,11 @@ pub const STUDY: Table = Table {
             "The solver that proposes solutions of the linear matrix inequalities of the designs (default interior). Every answer is verified independently of it.",
         ),
         required("plant", Kind::Table(&PLANT), "What is observed."),
+        optional(
+            "operating_point",
+            Kind::Table(&OPERATING_POINT),
+            "A rest position, at which the kinds luenberger, kalman, cubic and sampled-cubic are designed for a nonlinear plant.",
+        ),
         optional("input", Kind::Table(&INPUT), "What drives the plant; without it the input is 0."),
         optional("simulation", Kind::Table(&SIMULATION), "How the plant and its observers are run."),
         optional("log", Kind::Table(&LOG), "A measured log on which the observers are run, instead of a simulation."),
@@ -119,6 +124,16 @@ const LOOKUP: Table = Table {
             ]),
             "Before the first point and after the last; hold without it.",
         ),
+    ],
+};
+
+const OPERATING_POINT: Table = Table {
+    name: "[operating_point]",
+    about: "A state at which the plant rests under a constant input, f(x, u) = 0, found by Newton's method from a guess.",
+    variants: None,
+    keys: &[
+        optional("x", Kind::Numbers(Range::Any), "A guess of the state; zeros without it."),
+        optional("u", Kind::Numbers(Range::Any), "The input; zeros without it."),
     ],
 };
 

@@ -9,6 +9,7 @@ mod high_gain;
 mod limits;
 mod log;
 mod mistakes;
+mod operating_point;
 mod plant;
 mod report_in_browser;
 mod scores;
