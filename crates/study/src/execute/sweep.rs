@@ -159,7 +159,7 @@ impl Cells<'_> {
             }
         } else {
             let Some(member) = member(members, &wish.name) else {
-                row.failure = Some("it has no design".to_owned());
+                row.failure = Some("no design".to_owned());
                 return Ok((row, Vec::new()));
             };
             member.designed
