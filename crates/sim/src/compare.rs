@@ -197,12 +197,11 @@ impl<'a> Comparison<'a> {
         if let Some((name, _)) = self.told.iter().find(|(name, _)| self.entries.iter().all(|e| e.name != *name)) {
             return Err(SimError::UnknownName { name: name.clone() });
         }
-        let grid = match self.score_period {
-            Some(period) => ScoreGrid::Samples { period },
-            None => {
-                let periods: Vec<Option<f64>> = self.entries.iter().map(|entry| entry.observer.period()).collect();
-                ScoreGrid::common(&periods, self.scenario.duration()?)?
-            }
+        let grid = if let Some(period) = self.score_period {
+            ScoreGrid::Samples { period }
+        } else {
+            let periods: Vec<Option<f64>> = self.entries.iter().map(|entry| entry.observer.period()).collect();
+            ScoreGrid::common(&periods, self.scenario.duration()?)?
         };
         let within = Band::Within(self.band * initial_error);
         let rows =

@@ -70,10 +70,14 @@ pub(super) fn excursion(study: &Study, wish: &ObserverSpec, run: &Run) -> Option
         let time = region.time_bounds();
         beyond(run.t[k], time).then(|| ("t".to_owned(), run.t[k], time))
     };
-    let all: Vec<(usize, (String, f64, (f64, f64)))> =
-        (0..run.t.len()).filter_map(|k| Some((k, outside(k)?))).collect();
-    let rows = (all.len(), run.t.len());
-    let (k, (name, value, bounds)) = all.into_iter().next()?;
+    let (mut count, mut first) = (0, None);
+    for k in 0..run.t.len() {
+        let found = outside(k);
+        count += usize::from(found.is_some());
+        first = first.or(found.map(|found| (k, found)));
+    }
+    let (k, (name, value, bounds)) = first?;
+    let rows = (count, run.t.len());
     Some(Excursion { what, rows, t: run.t[k], name, value, bounds })
 }
 

@@ -179,9 +179,10 @@ fn errors(runs: &Runs<'_>) -> Named {
         panel
     };
     let sampled = runs.shown().any(|(member, _)| member.designed.runnable.period().is_some());
-    let caption = match sampled && !runs.measured {
-        true => "The errors e = x - xhat; those of sampled observers at their samples.",
-        false => "The errors e = x - xhat.",
+    let caption = if sampled && !runs.measured {
+        "The errors e = x - xhat; those of sampled observers at their samples."
+    } else {
+        "The errors e = x - xhat."
     };
     figure("errors", "Errors", &runs.caption(caption), runs.states().into_iter().map(panel).collect())
 }

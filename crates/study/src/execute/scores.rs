@@ -26,14 +26,13 @@ impl Scoring {
         observers: impl Iterator<Item = &'a Member<'a>>,
         members: &[Member<'_>],
     ) -> Result<Self, SimError> {
-        let grid = match simulation.score_period {
-            Some(period) => ScoreGrid::Samples { period },
-            None => {
-                let fed = simulate::fed(study).and_then(|name| super::member(members, name));
-                let fed = fed.and_then(|member| member.designed.runnable.period());
-                let periods: Vec<_> = observers.map(|member| member.designed.runnable.period()).chain([fed]).collect();
-                ScoreGrid::common(&periods, simulation.duration)?
-            }
+        let grid = if let Some(period) = simulation.score_period {
+            ScoreGrid::Samples { period }
+        } else {
+            let fed = simulate::fed(study).and_then(|name| super::member(members, name));
+            let fed = fed.and_then(|member| member.designed.runnable.period());
+            let periods: Vec<_> = observers.map(|member| member.designed.runnable.period()).chain([fed]).collect();
+            ScoreGrid::common(&periods, simulation.duration)?
         };
         Ok(Self { grid, scale: scale(study, simulation), given: simulation.scale.is_some(), band: simulation.band })
     }
@@ -100,10 +99,8 @@ impl Scoring {
                 };
                 let entries: Vec<String> = scale.iter().enumerate().map(entry).collect();
                 // One number is said once.
-                let list = match entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6 {
-                    true => format!("[{}, ..]", entries[0]),
-                    false => format!("[{}]", entries.join(", ")),
-                };
+                let alike = entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6;
+                let list = if alike { format!("[{}, ..]", entries[0]) } else { format!("[{}]", entries.join(", ")) };
                 let source = if self.given { "" } else { ", the widths of the design region" };
                 words.push(format!("Norm |e| in units of scale = {list}{source}."));
                 words.push(format!("Settling time: |e| stays within {percent} % of |e(0)|."));

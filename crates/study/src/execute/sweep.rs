@@ -194,7 +194,7 @@ impl Cells<'_> {
         (row.rms, row.peak, row.last) = (norm(|norm| norm.rms), norm(|norm| norm.peak), norm(|norm| norm.last));
         row.settling = norm(|norm| time(norm.settling_last)).filter(|time| time.is_finite());
         let first = merits.first().map(|one| one.states.as_slice()).unwrap_or_default();
-        row.states = (0..first.len()).map(|i| medians(merits.iter().map(|one| &one.states[i]), &first[i])).collect();
+        row.states = (0..first.len()).map(|i| medians(&merits, i, &first[i])).collect();
         Ok((row, excursions))
     }
 }
@@ -204,9 +204,9 @@ fn time(settling: Option<f64>) -> f64 {
     settling.unwrap_or(f64::INFINITY)
 }
 
-/// The median of each score of a state.
-fn medians<'a>(runs: impl Iterator<Item = &'a StateReport> + Clone, first: &StateReport) -> StateReport {
-    let of = |score: fn(&StateReport) -> f64| median(runs.clone().map(score)).unwrap_or(f64::NAN);
+/// The median of each score of state i.
+fn medians(runs: &[MeritsReport], i: usize, first: &StateReport) -> StateReport {
+    let of = |score: fn(&StateReport) -> f64| median(runs.iter().map(|run| score(&run.states[i]))).unwrap_or(f64::NAN);
     StateReport {
         state: first.state.clone(),
         unit: first.unit.clone(),

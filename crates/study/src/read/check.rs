@@ -186,9 +186,17 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                         let expected = format!("expected at most {LONGEST}");
                         mistakes.push(Diagnostic::new(entry.span.clone(), message, expected));
                     }
-                    number(&entry.node, &format!("the parameter `{}`", entry.key), Range::Any, mistakes);
+                    let is_infinite = entry.node.number().is_some_and(f64::is_infinite);
+                    match entry.node.text() {
+                        Some(text) if !is_infinite && !text.trim().is_empty() => {}
+                        _ => number(&entry.node, &format!("the parameter `{}`", entry.key), Range::Any, mistakes),
+                    }
                 }
             }
+            _ => wrong(node, other(node), expected()),
+        },
+        Kind::NamedTables(inner) => match &node.value {
+            Value::Table(entries) => entries.iter().for_each(|entry| table(&entry.node, inner, mistakes)),
             _ => wrong(node, other(node), expected()),
         },
         Kind::Table(inner) => table(node, inner, mistakes),

@@ -1,8 +1,13 @@
 //! The table [plant].
 
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
-use luenberger_expression::{Expression, ExpressionError, ExpressionPlant, Family, ParameterError, Parameters, Scope};
+use luenberger_expression::{
+    Definition, DerivedError, Expression, ExpressionError, ExpressionPlant, Extrapolation, Family, Interpolation,
+    ParameterError, Parameters, Scope, Table, TableError, Tables, derived,
+};
 use luenberger_plants::{Dimensions, StateSpace};
 use nalgebra::DMatrix;
 
@@ -12,8 +17,11 @@ use crate::diagnostic::Diagnostic;
 use crate::model::{Builtin, Model, PlantModel};
 
 /// The keys of each form of a plant.
-const WAYS: [(&str, &[&str]); 3] =
-    [("matrices", &["a", "b", "c", "d"]), ("expressions", &["f", "h", "parameters"]), ("builtin", &["builtin"])];
+const WAYS: [(&str, &[&str]); 3] = [
+    ("matrices", &["a", "b", "c", "d"]),
+    ("expressions", &["f", "h", "parameters", "tables"]),
+    ("builtin", &["builtin"]),
+];
 
 pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     let entries = node.entries();
@@ -177,10 +185,10 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     };
     let parameters = parameters(node.get("parameters"), &scope, reader)?;
     // Each was checked when it was read.
-    let scope = scope.with(&parameters).ok()?;
+    let scope = tables(node.get("tables"), scope.with(&parameters).ok()?, reader)?;
     let (rows, measured) = (list(f, &scope, reader), list(h, &scope, reader));
     rows.and(measured)?;
-    match ExpressionPlant::named(&f.texts()?, &h.texts()?, &names.states, &names.inputs, &parameters) {
+    match ExpressionPlant::within(&f.texts()?, &h.texts()?, &scope) {
         Ok(plant) => Some((Model::Expressions(plant), names, parameters)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected a plant");
@@ -198,25 +206,76 @@ fn greatest_input(text: &str) -> usize {
 }
 
 fn parameters(node: Option<&Node>, scope: &Scope, reader: &mut Reader) -> Option<Parameters> {
-    let mut parameters = Parameters::new();
-    let Some(Value::Table(entries)) = node.map(|node| &node.value) else { return Some(parameters) };
+    let Some(Value::Table(entries)) = node.map(|node| &node.value) else { return Some(Parameters::new()) };
+    let mut definitions = BTreeMap::new();
     let mut sound = true;
     for entry in entries {
-        let value = entry.node.number()?;
-        let one = Parameters::from([(entry.key.clone(), value)]);
-        match scope.clone().with(&one) {
-            Ok(_) => {
-                parameters.insert(entry.key.clone(), value);
-            }
-            Err(error) => {
-                let span =
-                    if matches!(error, ParameterError::NotFinite { .. }) { &entry.node.span } else { &entry.span };
-                reader.wrong(span.clone(), error.to_string(), "expected another name with a finite number");
-                sound = false;
-            }
+        let number = entry.node.number();
+        // The name is checked with any value.
+        let one = Parameters::from([(entry.key.clone(), number.unwrap_or(0.0))]);
+        if let Err(error) = scope.clone().with(&one) {
+            let span = if matches!(error, ParameterError::NotFinite { .. }) { &entry.node.span } else { &entry.span };
+            reader.wrong(span.clone(), error.to_string(), "expected another name with a finite number");
+            sound = false;
+        }
+        let definition = match number {
+            Some(number) => Definition::Number(number),
+            None => Definition::Text(entry.node.text()?.to_owned()),
+        };
+        definitions.insert(entry.key.clone(), definition);
+    }
+    if !sound {
+        return None;
+    }
+    derived(&definitions)
+        .map_err(|error| {
+            let found = entries.iter().find(|entry| entry.key == error.name()).map(|entry| &entry.node);
+            let (span, message, expected) = match (&error, found) {
+                (DerivedError::Expression { error, .. }, Some(node)) => {
+                    (within(node, error), error.kind().to_string(), "this expression cannot be read")
+                }
+                (_, Some(node)) => (node.span.clone(), error.to_string(), "expected a finite number"),
+                (_, None) => (0..0, error.to_string(), "expected parameters"),
+            };
+            reader.wrong(span, message, expected);
+        })
+        .ok()
+}
+
+/// The scope with the lookup tables.
+fn tables(node: Option<&Node>, mut scope: Scope, reader: &mut Reader) -> Option<Scope> {
+    let mut sound = true;
+    for entry in node.map(Node::entries).unwrap_or_default() {
+        match table(&entry.node, reader) {
+            Some(table) => match scope.clone().tables(&Tables::from([(entry.key.clone(), Arc::new(table))])) {
+                Ok(more) => scope = more,
+                Err(error) => {
+                    reader.wrong(entry.span.clone(), error.to_string(), "expected another name");
+                    sound = false;
+                }
+            },
+            None => sound = false,
         }
     }
-    sound.then_some(parameters)
+    sound.then_some(scope)
+}
+
+fn table(node: &Node, reader: &mut Reader) -> Option<Table> {
+    let (x, y) = (node.get("x")?, node.get("y")?);
+    let interpolation = match node.get("method").and_then(Node::text) {
+        Some("monotone-cubic") => Interpolation::MonotoneCubic,
+        _ => Interpolation::Linear,
+    };
+    let extrapolation = match node.get("extrapolation").and_then(Node::text) {
+        Some("linear") => Extrapolation::Linear,
+        _ => Extrapolation::Hold,
+    };
+    Table::new(&x.numbers()?, &y.numbers()?, interpolation, extrapolation)
+        .map_err(|error| {
+            let at = if matches!(error, TableError::Length { .. }) { y } else { x };
+            reader.wrong(at.span.clone(), error.to_string(), "expected increasing x, and as many y");
+        })
+        .ok()
 }
 
 /// The expressions of a list.

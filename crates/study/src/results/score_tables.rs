@@ -113,7 +113,7 @@ fn of_state(state: &StateReport) -> Vec<Score> {
 /// The heads of the scores of a state.
 fn state_heads(plant: &PlantSummary) -> [String; 6] {
     let timed = |text: &str| with_unit(text, plant.time_unit.as_ref());
-    ["RMSE", "peak", "overshoot", &timed("settles 5 %"), &timed("settles 2 %"), "at the end"].map(str::to_owned)
+    ["RMSE", "peak", "overshoot", &timed("settling 5 %"), &timed("settling 2 %"), "at the end"].map(str::to_owned)
 }
 
 fn labelled(state: &StateReport) -> ScoreCell {
@@ -132,8 +132,14 @@ impl SimulationReport {
             .finished()
             .filter_map(|(row, merits)| Some((vec![ScoreCell::name(&row.observer)], of_norm(merits.norm.as_ref()?))))
             .collect();
-        let head =
-            head(&["observer", &timed("settles at"), &timed("stays from"), "peak |e|", "rms |e|", "|e| at the end"]);
+        let head = head(&[
+            "observer",
+            &timed("enters band"),
+            &timed("settling time"),
+            "peak |e|",
+            "rms |e|",
+            "|e| at the end",
+        ]);
         (!rows.is_empty()).then(|| ScoreTable { head, rows: with_best(rows), omitted: 0 })
     }
 
@@ -172,7 +178,7 @@ impl SweepReport {
         let count = finished().next()?.states.len();
         let mut columns = head(&[self.parameter.as_str(), "observer", "finished"]);
         if self.scoring.scale.is_some() {
-            columns.extend(head(&[&timed("stays from"), "peak |e|", "rms |e|", "|e| at the end"]));
+            columns.extend(head(&[&timed("settling time"), "peak |e|", "rms |e|", "|e| at the end"]));
             let scores = |row: &SweepRow| vec![known(row.settling), known(row.peak), known(row.rms), known(row.last)];
             let rows = finished().map(|row| named(row).into_iter().chain(cells(scores(row))).collect());
             return Some(ScoreTable { head: columns, rows: rows.collect(), omitted: 0 });

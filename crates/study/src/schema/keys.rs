@@ -65,20 +65,55 @@ const PLANT: Table = Table {
         optional("d", Kind::Rows, "D, p x m (default 0)."),
         optional("f", Kind::Texts, "The right-hand sides of x' = f(t, x, u), one expression for each state."),
         optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each output."),
-        optional("parameters", Kind::Named, "Numbers that the expressions may use by name."),
+        optional(
+            "parameters",
+            Kind::Named,
+            "Named constants for the expressions: numbers, or expressions of other parameters, such as J = \"m*l^2/3\".",
+        ),
+        optional(
+            "tables",
+            Kind::NamedTables(&LOOKUP),
+            "Lookup tables, used in expressions as functions: torque(x1) for [plant.tables.torque].",
+        ),
         optional("builtin", Kind::Choice(BUILTIN), "A built-in plant."),
         optional(
             "states",
             Kind::Names,
             "Names of the states in expressions, figures, tables and messages (default x1, x2, ...). Expressions may use x1, x2, ... in any case.",
         ),
-        optional("inputs", Kind::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f uses)."),
+        optional("inputs", Kind::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use)."),
         optional("outputs", Kind::Names, "Names of the outputs (default y1, y2, ...)."),
         optional("units", Kind::Names, "Units of the states, for axes and tables."),
         optional(
             "time_unit",
             Kind::Name,
             "Unit of the time t, for axes and tables (default: none). Decay rates and poles are per this unit.",
+        ),
+    ],
+};
+
+const LOOKUP: Table = Table {
+    name: "[plant.tables.NAME]",
+    about: "Lookup table: a function of one variable through the points (x, y).",
+    variants: None,
+    keys: &[
+        required("x", Kind::Numbers(Range::Any), "Breakpoints: two or more increasing numbers."),
+        required("y", Kind::Numbers(Range::Any), "Values at the breakpoints."),
+        optional(
+            "method",
+            Kind::Choice(&[
+                ("linear", "Linear interpolation."),
+                ("monotone-cubic", "Piecewise cubic, continuously differentiable, without overshoot (PCHIP)."),
+            ]),
+            "Interpolation between the breakpoints (default linear).",
+        ),
+        optional(
+            "extrapolation",
+            Kind::Choice(&[
+                ("hold", "Constant: the first and the last value."),
+                ("linear", "Linear, with the slopes at the ends."),
+            ]),
+            "Extrapolation (default hold).",
         ),
     ],
 };

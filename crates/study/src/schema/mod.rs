@@ -90,8 +90,10 @@ pub enum Kind {
     Bounds,
     /// An interval `[lower, upper]` with possibly infinite ends.
     Bound,
-    /// A table from names to finite numbers.
+    /// A table from names to finite numbers, or to texts with expressions of them.
     Named,
+    /// A table from names to tables.
+    NamedTables(&'static Table),
     /// A table.
     Table(&'static Table),
     /// A list of tables, not empty.
@@ -150,7 +152,8 @@ impl Kind {
             Self::Poles => "a list of poles, numbers or pairs [re, im]".to_owned(),
             Self::Bounds => "a list of pairs [lower, upper]".to_owned(),
             Self::Bound => "a pair [lower, upper]".to_owned(),
-            Self::Named => "a table from names to numbers".to_owned(),
+            Self::Named => "a table from names to numbers, or expressions of others".to_owned(),
+            Self::NamedTables(table) => format!("a table from names to {}", table.name),
             Self::Table(table) => format!("{}, a table", table.name),
             Self::Tables(table) => format!("a list of tables, {}", table.name),
         }

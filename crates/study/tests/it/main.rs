@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod choices;
 mod feedthrough;
 mod folder;
 mod gain_limits;

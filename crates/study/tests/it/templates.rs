@@ -63,7 +63,7 @@ fn the_report_of_a_linear_plant_shows_its_matrices() {
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
     let told = body(&page);
     assert!(told.contains("A = [ 0  1 ]\n    [ 0  0 ]\n\nB = [ 0 ]\n    [ 1 ]\n\nC = [ 1  0 ]"), "{told}");
-    assert!(told.contains("settles at (s)") && page.contains("time t (s)"));
+    assert!(told.contains("settling time (s)") && page.contains("time t (s)"));
     assert!(told.contains("(12) is its number in the paper on the cubic observer."));
     let seconds = "time_unit = \"s\"\n";
     let text = luenberger_study::template::text("double-integrator").unwrap();
@@ -73,7 +73,7 @@ fn the_report_of_a_linear_plant_shows_its_matrices() {
     let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
     luenberger_study::run(&without, &options).unwrap();
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(page.contains("\"time t\"") && !page.contains("time t (") && body(&page).contains("settles at</th>"));
+    assert!(page.contains("\"time t\"") && !page.contains("time t (") && body(&page).contains("settling time</th>"));
 }
 
 /// Runs the template twice and checks the invariants of every run.
