@@ -7,6 +7,7 @@ mod gain_limits;
 mod high_gain;
 mod limits;
 mod log;
+mod messages;
 mod mistakes;
 mod plant;
 mod report_in_browser;

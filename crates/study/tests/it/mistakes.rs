@@ -5,6 +5,8 @@ use std::path::Path;
 use luenberger_study::diagnostic::Located;
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 
+use crate::messages;
+
 const STUDY: &str = r#"title = "t"
 [plant]
 a = [[0, 1], [0, 0]]
@@ -51,7 +53,11 @@ fn read(text: &str, format: Format) -> Result<Study, StudyError> {
 
 fn mistakes(text: &str) -> Vec<Located> {
     match read(text, Format::Toml) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located(),
+        Err(StudyError::File(diagnostics)) => {
+            let located = diagnostics.located();
+            located.iter().for_each(messages::mistake);
+            located
+        }
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("the mistake was not found in\n{text}"),
     }
@@ -76,7 +82,7 @@ fn one(text: &str, edits: &[(&str, &str, usize, &str, &str)]) {
 }
 
 #[test]
-fn keys() {
+pub(crate) fn keys() {
     one(
         STUDY,
         &[
@@ -117,7 +123,7 @@ fn keys() {
 }
 
 #[test]
-fn kinds_of_values() {
+pub(crate) fn kinds_of_values() {
     one(
         STUDY,
         &[
@@ -154,7 +160,7 @@ fn kinds_of_values() {
 }
 
 #[test]
-fn dimensions() {
+pub(crate) fn dimensions() {
     one(
         STUDY,
         &[
@@ -201,7 +207,7 @@ fn dimensions() {
 }
 
 #[test]
-fn what_joins_keys() {
+pub(crate) fn what_joins_keys() {
     one(
         STUDY,
         &[
@@ -310,7 +316,7 @@ decay_rate = 1
 "#;
 
 #[test]
-fn names_in_expressions() {
+pub(crate) fn names_in_expressions() {
     let states = "states = [\"angle\", \"speed\"]";
     let called = |first: &str| format!("states = [\"{first}\", \"speed\"]");
     one(
@@ -352,7 +358,7 @@ fn names_in_expressions() {
 
 /// The design uses indices of states and inputs; messages use the user's names.
 #[test]
-fn designs_are_told_in_the_names_of_the_study() {
+pub(crate) fn designs_are_told_in_the_names_of_the_study() {
     let study = read(NAMED, Format::Toml).unwrap();
     let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
     assert_eq!(results.plant.equations, ["angle' = speed", "speed' = -k*sin(angle) + torque", "y1 = angle"]);
@@ -370,7 +376,7 @@ fn designs_are_told_in_the_names_of_the_study() {
 }
 
 #[test]
-fn expressions() {
+pub(crate) fn expressions() {
     one(
         NONLINEAR,
         &[
@@ -414,7 +420,7 @@ fn expressions() {
 }
 
 #[test]
-fn kinds_of_observers() {
+pub(crate) fn kinds_of_observers() {
     let with = |observer: &str| NONLINEAR.replace("kind = \"lpv\"\ndecay_rate = 1", observer);
     for (observer, message, expected) in [
         ("kind = \"lipschitz\"\na = [[0, 1], [0, 0]]", "`a` alone", "both, or neither"),
@@ -452,7 +458,7 @@ fn kinds_of_observers() {
 }
 
 #[test]
-fn files_that_a_study_names() {
+pub(crate) fn files_that_a_study_names() {
     let log = |file: &str, more: &str| {
         format!(
             "[plant]\na = [[0]]\nb = [[1]]\nc = [[1]]\ninputs = [\"voltage\"]\noutputs = [\"angle\"]\n[log]\nfile = \"{file}\"\n{more}"
@@ -471,7 +477,7 @@ fn files_that_a_study_names() {
 }
 
 #[test]
-fn grammar() {
+pub(crate) fn grammar() {
     for (text, line, message) in [
         ("[plant\na = 1\n", 1, ""),
         ("[plant]\na = [[0, 1], [0, 0]\nc = [[1, 0]]\n", 3, ""),
@@ -498,7 +504,7 @@ fn grammar() {
 }
 
 #[test]
-fn json_says_the_same_as_toml() {
+pub(crate) fn json_says_the_same_as_toml() {
     let text = r#"{"plant": {"f": ["x2", "-k*sin(x1) + u1"], "h": ["x1"], "parameters": {"k": 2.0}},
         "simulation": {"x0": [1, 1], "duration": 2}, "observer": [{"kind": "lpv", "decay_rate": 1, "region": {"states": [["-inf", "inf"], [-1, 1]]}}]}"#;
     let (json, toml) = (read(text, Format::Json).unwrap(), read(NONLINEAR, Format::Toml).unwrap());
@@ -509,7 +515,7 @@ fn json_says_the_same_as_toml() {
 
 /// Names that file systems refuse, or labels cannot show.
 #[test]
-fn long_names() {
+pub(crate) fn long_names() {
     let long = "n".repeat(300);
     let edits = [
         ("name = \"one\"", format!("name = \"{long}\""), 13, "`name` has 300 characters"),
@@ -533,7 +539,7 @@ fn long_names() {
 }
 
 #[test]
-fn several_mistakes_at_once_in_the_order_of_the_file() {
+pub(crate) fn several_mistakes_at_once_in_the_order_of_the_file() {
     let text =
         STUDY.replace("duration = 2", "duration = 0").replace("poles =", "pols =").replace("x0 = [1, 1]", "x0 = [1]");
     let lines: Vec<usize> = mistakes(&text).iter().map(|mistake| mistake.line).collect();
@@ -542,7 +548,7 @@ fn several_mistakes_at_once_in_the_order_of_the_file() {
 }
 
 #[test]
-fn a_step_says_what_it_needs() {
+pub(crate) fn a_step_says_what_it_needs() {
     let study = read("[plant]\nbuiltin = \"double-integrator\"\n", Format::Toml).unwrap();
     for (step, needs) in
         [(Step::Design, "an [[observer]]"), (Step::Simulate, "an [[observer]]"), (Step::Sweep, "an [[observer]]")]
@@ -576,11 +582,12 @@ fn misfit(text: &str) -> (String, String) {
     let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
     assert_eq!(results.failures().len(), 1);
     let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{:?} fits", results.observers[0]));
+    messages::misfit(&failure);
     (failure.hypothesis, failure.alternatives.join("; "))
 }
 
 #[test]
-fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit() {
+pub(crate) fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit() {
     let nonlinear = |observer: &str| NONLINEAR.replace("kind = \"lpv\"\ndecay_rate = 1", observer);
     let linear = |plant: &str, observer: &str| format!("[plant]\n{plant}\n[[observer]]\n{observer}\n");
     for (text, hypothesis, alternative) in [
@@ -675,7 +682,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
 
 /// Scores: a scale fits the states, and there are instants at which all observers can be scored.
 #[test]
-fn scores() {
+pub(crate) fn scores() {
     let sampled = STUDY.replace("duration = 2\n", "duration = 2\nscale = [1, 2]\nscore_period = 0.1\n")
         + "[[observer]]\nname = \"three\"\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.1\n";
     one(
