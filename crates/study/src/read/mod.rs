@@ -70,7 +70,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
         }
         if mistakes.is_empty() {
             // Each missing part has been reported.
-            mistakes.push(Diagnostic::new(0..0, "the study could not be put together", "expected a complete study"));
+            mistakes.push(Diagnostic::new(0..0, "the study is incomplete", "expected a complete study"));
         }
     }
     Err(Diagnostics::new(source, mistakes).into())

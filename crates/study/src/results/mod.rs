@@ -272,6 +272,18 @@ pub struct FailureReport {
     pub line: usize,
 }
 
+impl DesignReport {
+    /// The facts to print: those that are not verified and the five smallest margins, and how many others there are.
+    /// Up to twelve are not folded.
+    pub fn leading_facts(&self) -> (&[FactReport], usize) {
+        const ALL: usize = 12;
+        const LEADING: usize = 5;
+        let open = self.facts.iter().filter(|fact| fact.verdict != "proved").count();
+        let shown = if self.facts.len() > ALL { (open + LEADING).min(self.facts.len()) } else { self.facts.len() };
+        (&self.facts[..shown], self.facts.len() - shown)
+    }
+}
+
 impl Results {
     /// Observers without a design, conditions that are not verified, and runs that ended early, one sentence each.
     /// Empty if the exit code is 0.

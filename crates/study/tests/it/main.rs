@@ -8,6 +8,7 @@ mod gain_limits;
 mod high_gain;
 mod limits;
 mod log;
+mod messages;
 mod mistakes;
 mod operating_point;
 mod plant;
