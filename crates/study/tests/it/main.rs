@@ -16,3 +16,4 @@ mod solver;
 mod sweep;
 mod table;
 mod templates;
+mod truth;
