@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use luenberger_design::GainOptions;
+use luenberger_design::{GainOptions, OperatingPoint};
 use luenberger_lmi::Solver;
 use luenberger_sim::{Recording, Samples};
 use nalgebra::{Complex, DMatrix};
@@ -24,6 +24,8 @@ pub struct Study {
     pub about: String,
     /// The plant.
     pub plant: PlantModel,
+    /// The operating point, with the linearisation there, if the study names one.
+    pub operating_point: Option<OperatingPoint>,
     /// The input of the plant.
     pub input: Input,
     /// The simulation; none for a study with designs only, or with a log.
@@ -305,6 +307,8 @@ pub enum ObserverKind {
         period: f64,
         /// Runge-Kutta steps per sampling period.
         substeps: usize,
+        /// How many standard deviations an innovation may have; none for no limit.
+        gate: Option<f64>,
     },
     /// Numerical KKL observer.
     KklNumerical(KklSpec),

@@ -4,8 +4,8 @@ use super::text_log;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
-    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, ScoreCell, ScoreTable, SimulationReport,
-    SweepReport, leading,
+    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport, ScoreCell, ScoreTable,
+    SimulationReport, SweepReport, leading,
 };
 use luenberger_study::{Results, Step};
 use nalgebra::Complex;
@@ -32,6 +32,9 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         counted(plant.outputs.len(), "output"),
         plant.kind
     );
+    if let Some(point) = &results.operating_point {
+        operating_point(&mut text, results, point);
+    }
     if let Some(report) = &results.observability {
         observability(&mut text, report);
     }
@@ -78,6 +81,32 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     text
 }
 
+/// The operating point with A, B, C and D.
+fn operating_point(text: &mut String, results: &Results, point: &OperatingPointReport) {
+    let named = |names: &[String], values: &[f64]| {
+        let one = |(name, value): (&String, &f64)| format!("{name} = {}", number(*value));
+        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let plant = &results.plant;
+    _ = writeln!(text, "\noperating point: {}", named(&plant.states, &point.x));
+    if !point.u.is_empty() {
+        _ = writeln!(text, "  under {}", named(&plant.inputs, &point.u));
+    }
+    _ = writeln!(text, "  outputs {}", named(&plant.outputs, &point.y));
+    _ = writeln!(text, "  largest |f(x, u)| {} after {}", size(point.residual), counted(point.steps, "Newton step"));
+    for matrix in &point.matrices {
+        _ = writeln!(text, "  {} =", matrix.name);
+        for row in &matrix.rows {
+            let row: Vec<String> = row.iter().map(|x| number(*x)).collect();
+            _ = writeln!(text, "    {}", row.join("  "));
+        }
+    }
+    let poles: Vec<String> = point.poles.iter().map(|[re, im]| complex(Complex::new(*re, *im))).collect();
+    _ = writeln!(text, "  eigenvalues of A: {}", poles.join(", "));
+    let seen = if point.observable { "observable" } else { "not observable" };
+    _ = writeln!(text, "  the linearisation is {seen}");
+}
+
 fn observability(text: &mut String, report: &ObservabilityReport) {
     let word = if report.rank == report.order { "observable" } else { "not observable" };
     _ = writeln!(text, "\nobservability: rank {} of {}, {word}", report.rank, report.order);
@@ -115,7 +144,7 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
     modes.sort_by(|x, y| x.margin.total_cmp(&y.margin));
     for mode in modes.iter().take(SHOWN) {
         let words = format!(
-            "  mode {}: margin {}, least seen along {}\n",
+            "  mode {}: margin {}, least observable direction {}\n",
             eigenvalue(mode),
             margin(mode.margin),
             leading(&mode.words)
@@ -123,14 +152,18 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         text.push_str(&words);
     }
     if modes.len() > SHOWN {
-        _ = writeln!(text, "  and {} more, which are seen better", modes.len() - SHOWN);
+        _ = writeln!(text, "  and {} more with larger margins", modes.len() - SHOWN);
     }
     for mode in &point.hidden {
-        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), leading(&mode.words));
+        _ = writeln!(text, "  unobservable: {} along {}", eigenvalue(mode), leading(&mode.words));
     }
     if !point.hidden.is_empty() {
-        let word = if point.detectable { "decays: an observer exists" } else { "does not decay: no observer exists" };
-        _ = writeln!(text, "  what is hidden {word}");
+        let word = if point.detectable {
+            "detectable: the unobservable modes are stable"
+        } else {
+            "not detectable: no observer exists"
+        };
+        _ = writeln!(text, "  {word}");
     }
 }
 
@@ -139,9 +172,9 @@ fn observer(text: &mut String, report: &ObserverReport) {
     let Some(design) = &report.design else {
         let failure = report.failure.iter();
         for failure in failure {
-            _ = writeln!(text, ": does not fit (line {}): {}", failure.line, failure.hypothesis);
+            _ = writeln!(text, ": not applicable (line {}): {}", failure.line, failure.hypothesis);
             for alternative in &failure.alternatives {
-                text.extend(["  instead: ", alternative, "\n"]);
+                text.extend(["  alternative: ", alternative, "\n"]);
             }
         }
         return;
@@ -150,7 +183,7 @@ fn observer(text: &mut String, report: &ObserverReport) {
     for matrix in &design.matrices {
         let columns = matrix.rows.first().map_or(0, Vec::len);
         if matrix.rows.len() * columns > ENTRIES {
-            _ = writeln!(text, "  {} is {} x {columns}; --json has it", matrix.name, matrix.rows.len());
+            _ = writeln!(text, "  {} is {} x {columns}: see --json or study.json", matrix.name, matrix.rows.len());
             continue;
         }
         let largest = matrix.rows.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -170,10 +203,18 @@ fn observer(text: &mut String, report: &ObserverReport) {
         _ = writeln!(text, "  standard deviation of the error due to noise [{}]", deviations.join(" "));
     }
     if let Some(solver) = report.solver {
-        _ = writeln!(text, "  proposed by the solver {solver}");
+        _ = writeln!(text, "  solver {solver}");
     }
-    for fact in &design.facts {
+    let (shown, folded) = design.leading_facts();
+    for fact in shown {
         _ = writeln!(text, "  {}: {}", fact.statement, fact.words);
+    }
+    if folded > 0 {
+        _ = writeln!(
+            text,
+            "  and {} verified with larger margins: see --json or study.json",
+            counted(folded, "condition")
+        );
     }
     if let Some(evidence) = &design.evidence {
         _ = writeln!(text, "  {evidence}");

@@ -1,5 +1,6 @@
 //! End-to-end tests of the built binary: streams and exit codes.
 
+mod examples;
 mod from_matlab;
 mod manners;
 mod matrix;

@@ -5,11 +5,12 @@ mod kkl;
 mod linear;
 mod noise_gain;
 mod nonlinear;
+mod operating_point;
 mod runnable;
 
 pub use kkl::Kkl;
 pub(crate) use noise_gain::SPEED_RATIO;
-pub use runnable::{Chains, Runnable};
+pub use runnable::{At, Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
 
@@ -64,7 +65,18 @@ pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result
 fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let options = wish.limits.options(study.solver);
-    let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
+    // A nonlinear plant is linearised at the operating point, and the observer shifted there.
+    let shift = if model.linear().is_some() { None } else { study.operating_point.as_ref() };
+    let linear = || {
+        let plant = model.linear().or_else(|| shift.map(|point| point.linear.clone()));
+        plant.ok_or_else(|| explain::not_linear(study, wish))
+    };
+    let shifted = |design: Result<Designed, Misfit>| {
+        design.and_then(|design| match shift {
+            Some(point) => operating_point::shifted(study, design, point),
+            None => Ok(design),
+        })
+    };
     let explained = |misfit| match misfit {
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         misfit => explain::misfit(study, wish, &misfit).into(),
@@ -74,13 +86,13 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
     }
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            linear::luenberger(study, &linear()?, gain, &options).map_err(explained)
+            shifted(linear::luenberger(study, &linear()?, gain, &options)).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
-            linear::cubic(study, &linear()?, gain, theta, correction, &options).map_err(explained)
+            shifted(linear::cubic(study, &linear()?, gain, theta, correction, &options)).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
-            linear::sampled(&linear()?, gain, theta, *strength, *period, &options).map_err(explained)
+            shifted(linear::sampled(&linear()?, gain, theta, *strength, *period, &options)).map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
@@ -93,8 +105,8 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
         ObserverKind::HighGain { r, chains, alpha } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
-            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
+            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;
@@ -118,20 +130,28 @@ fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
     poles
 }
 
-/// The facts of a certificate, each with its verdict in words.
+/// The facts of a certificate, each with its verdict in words: those that are not verified first, then by margin, the
+/// smallest first, and at the end those without a margin.
 fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
-    certificate.facts().map(|each| fact(each, vertices)).collect()
+    let mut facts: Vec<FactReport> = certificate.facts().map(|each| fact(each, vertices)).collect();
+    let order = |fact: &FactReport| match (fact.verdict.as_str(), fact.margin) {
+        ("proved", Some(margin)) if margin > 0.0 => margin,
+        ("proved", _) => f64::INFINITY,
+        _ => f64::NEG_INFINITY,
+    };
+    facts.sort_by(|x, y| order(x).total_cmp(&order(y)));
+    facts
 }
 
 fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
     let words = match &fact.verdict {
         Verdict::Proved { margin } if *margin > 0.0 => {
-            format!("verified, margin >= {}", at_least(*margin, 4))
+            format!("verified; margin >= {}", at_least(*margin, 4))
         }
-        Verdict::Proved { .. } => "verified, without margin".to_owned(),
+        Verdict::Proved { .. } => "verified; no margin".to_owned(),
         Verdict::Refuted { witness } => format!("false: {witness}"),
         Verdict::Undecided { why, best } => {
-            format!("open: {why} (floating point sees a margin of {})", significant(*best, 4))
+            format!("undecided: {why} (margin in floating point: {})", significant(*best, 4))
         }
     };
     FactReport {
@@ -156,16 +176,16 @@ fn verdict(certificate: &Certificate) -> String {
 /// The region of convergence of the cubic observer, with its gains as stored in floating point.
 fn reach(certificate: &Certificate) -> String {
     if certificate.converges_from_everywhere() {
-        return "With its gains exactly as stored it converges from every first error.".to_owned();
+        return "With the gains as stored it converges from every initial error.".to_owned();
     }
     let theorems = certificate.theorems().iter().map(ProvedTheorem::theorem);
     let mut balls =
         theorems.filter_map(|theorem| if let Theorem::CubicConvergence(x) = theorem { Some(x.ball()) } else { None });
     match balls.next() {
         Some(ball) => format!(
-            "With its gains exactly as stored it converges from every first error of a norm below {}.",
+            "With the gains as stored it converges from every initial error of norm below {}.",
             at_least(ball, 5)
         ),
-        None => "For its gains as stored nothing is proved.".to_owned(),
+        None => "Convergence with the gains as stored is not certified.".to_owned(),
     }
 }

@@ -28,7 +28,7 @@ use crate::design::{Designed, NoDesign, design, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
-use crate::results::{FailureReport, ObserverReport, PlantSummary, Results, report};
+use crate::results::{FailureReport, NamedMatrix, ObserverReport, PlantSummary, Results, report};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
@@ -108,6 +108,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         title: study.title.clone(),
         about: study.about.clone(),
         plant: summary(study),
+        operating_point: study.operating_point.as_ref().map(observe::operating_point).transpose()?,
         observability: None,
         observers: Vec::new(),
         simulation: None,
@@ -338,15 +339,7 @@ fn summary(study: &Study) -> PlantSummary {
         let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
         equations.extend([motion.to_owned(), output.to_owned()]);
     }
-    let named = |plant: &StateSpace| {
-        let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
-        all.into_iter()
-            .chain(plant.d.iter().map(|d| ("D", d)))
-            .filter(|(_, m)| !m.is_empty())
-            .map(|(name, m)| matrix(name, m))
-            .collect()
-    };
-    let matrices = linear.as_ref().map(named).unwrap_or_default();
+    let matrices = linear.as_ref().map(matrices).unwrap_or_default();
     PlantSummary {
         kind,
         states: plant.states.clone(),
@@ -358,4 +351,11 @@ fn summary(study: &Study) -> PlantSummary {
         equations,
         matrices,
     }
+}
+
+/// A, B, C and D of a linear plant, as far as they are not empty.
+fn matrices(plant: &StateSpace) -> Vec<NamedMatrix> {
+    let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
+    let all = all.into_iter().chain(plant.d.iter().map(|d| ("D", d)));
+    all.filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect()
 }

@@ -20,17 +20,17 @@ pub(super) fn input(
     let Some(node) = node else { return Some(Input::Zero) };
     let inputs = plant.inputs.len();
     if inputs == 0 {
-        reader.absent(check::head(node), "[input] for a plant without inputs", "expected no [input]");
+        reader.absent(check::head(node), "[input], and the plant has no inputs", "expected no [input]");
         return None;
     }
     if node.entries().is_empty() {
         let expected = "expected `expressions`, `table` or `feedback`";
-        reader.absent(node.span.clone(), "[input] does not say what the input is", expected);
+        reader.absent(node.span.clone(), "[input] has no input", expected);
         return None;
     }
     let signal = match (node.entry("expressions"), node.entry("table")) {
         (Some(_), Some(table)) => {
-            reader.wrong(table.span.clone(), "`table` beside `expressions`", "expected one of them");
+            reader.wrong(table.span.clone(), "`table` conflicts with `expressions`", "expected one of them");
             None
         }
         (Some(entry), None) => {
@@ -101,7 +101,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     if let Model::Expressions(expressions) = &plant.model
         && let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()])
     {
-        let message = format!("the plant is not defined where it starts: {error}");
+        let message = format!("the plant is not defined at x0: {error}");
         reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
         return None;
     }

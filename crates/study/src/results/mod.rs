@@ -28,6 +28,9 @@ pub struct Results {
     pub about: String,
     /// The plant.
     pub plant: PlantSummary,
+    /// The operating point, if the study names one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub operating_point: Option<OperatingPointReport>,
     /// Observability.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<ObservabilityReport>,
@@ -80,6 +83,27 @@ pub struct PlantSummary {
     /// A, B and C of a linear plant; B only if there are inputs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub matrices: Vec<NamedMatrix>,
+}
+
+/// An operating point, and the linearisation there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperatingPointReport {
+    /// The state.
+    pub x: Vec<f64>,
+    /// The input.
+    pub u: Vec<f64>,
+    /// The output.
+    pub y: Vec<f64>,
+    /// The largest |f(x, u)| that is left.
+    pub residual: f64,
+    /// How many steps Newton's method took.
+    pub steps: usize,
+    /// A, B, C and D; B only if there are inputs, D only if it is not zero.
+    pub matrices: Vec<NamedMatrix>,
+    /// The eigenvalues of A, as pairs of real and imaginary part.
+    pub poles: Vec<[f64; 2]>,
+    /// Whether the outputs see all states, to first order.
+    pub observable: bool,
 }
 
 /// Observability of the plant.
@@ -246,6 +270,18 @@ pub struct FailureReport {
     pub alternatives: Vec<String>,
     /// Position of the observer in the file.
     pub line: usize,
+}
+
+impl DesignReport {
+    /// The facts to print: those that are not verified and the five smallest margins, and how many others there are.
+    /// Up to twelve are not folded.
+    pub fn leading_facts(&self) -> (&[FactReport], usize) {
+        const ALL: usize = 12;
+        const LEADING: usize = 5;
+        let open = self.facts.iter().filter(|fact| fact.verdict != "proved").count();
+        let shown = if self.facts.len() > ALL { (open + LEADING).min(self.facts.len()) } else { self.facts.len() };
+        (&self.facts[..shown], self.facts.len() - shown)
+    }
 }
 
 impl Results {

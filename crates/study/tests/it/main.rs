@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod battery;
 mod choices;
 mod feedthrough;
 mod folder;
@@ -7,7 +8,9 @@ mod gain_limits;
 mod high_gain;
 mod limits;
 mod log;
+mod messages;
 mod mistakes;
+mod operating_point;
 mod plant;
 mod report_in_browser;
 mod scores;

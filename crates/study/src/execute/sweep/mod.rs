@@ -194,7 +194,7 @@ impl Common<'_> {
                 Err(NoDesign::Misfit(failure)) => return none(row, failure.hypothesis),
             }
         } else {
-            let Some(member) = member(members, &wish.name) else { return none(row, "it has no design".to_owned()) };
+            let Some(member) = member(members, &wish.name) else { return none(row, "no design".to_owned()) };
             member.designed
         };
         // The observer that is fed back is designed for the same study, unless it is the swept one.

@@ -1,0 +1,153 @@
+//! The plants of `examples/studies`, taken through `luenberger run`, and their numbers beside those of other programs.
+//!
+//! - *Plant*: the state at the end, by scipy 1.17 (`solve_ivp`, DOP853, rtol 1e-12, from one hold of the input to the
+//!   next). The Jacobians and right-hand sides are sympy's, from the expressions of the study.
+//! - *EKF*: the last estimate of an extended Kalman filter in numpy on the outputs of the run (its CSV file): the mean
+//!   and `P' = A P + P A' + W` integrated by scipy with rtol 1e-9 between samples, Joseph's update. The study's filter
+//!   takes four Runge-Kutta steps, which explains the tolerance.
+//! - *RMSE*: numpy, of the columns of the same CSV file.
+//! - *Gains*: python-control 0.10.2, `lqe` and `place`.
+
+use crate::terminal::{folder, luenberger};
+use serde_json::Value;
+use std::path::Path;
+
+/// Runs an example; the results as `study.json` has them.
+#[track_caller]
+fn run(name: &str) -> Value {
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/studies").join(format!("{name}.toml"));
+    let results = folder(&format!("example-{name}"));
+    let ran = luenberger(&["run", study.to_str().unwrap(), "-o", results.to_str().unwrap()], "");
+    assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()), "{name}: {}", ran.stdout);
+    assert!(results.join("report.html").is_file());
+    serde_json::from_str(&std::fs::read_to_string(results.join("study.json")).unwrap()).unwrap()
+}
+
+#[track_caller]
+fn near(what: &str, found: &Value, expected: &[f64], tolerance: f64) {
+    let found: Vec<f64> = found.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let size = expected.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+    for (found, expected) in found.iter().zip(expected) {
+        let scale = expected.abs().max(1e-3 * size);
+        assert!((found - expected).abs() <= tolerance * scale, "{what}: {found}, expected {expected}");
+    }
+}
+
+fn row<'a>(results: &'a Value, observer: &str) -> &'a Value {
+    let rows = results["simulation"]["rows"].as_array().unwrap();
+    rows.iter().find(|row| row["observer"] == observer).unwrap()
+}
+
+fn rmse(results: &Value, observer: &str) -> Value {
+    let states = row(results, observer)["merits"]["states"].as_array().unwrap();
+    states.iter().map(|state| state["rmse"].clone()).collect()
+}
+
+/// The last row of the estimates of an observer in its CSV file.
+fn last_estimate(name: &str, file: &str, states: &[&str]) -> Value {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("example-{name}/trajectories/{file}.csv"));
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let last: Vec<&str> = lines.next_back().unwrap().split(',').collect();
+    let column = |state: &&str| head.iter().position(|column| *column == format!("{state}_hat")).unwrap();
+    states.iter().map(|state| last[column(state)].parse::<f64>().unwrap()).collect()
+}
+
+/// The verdict of an observer's certificate.
+fn verdict<'a>(results: &'a Value, observer: &str) -> &'a Value {
+    let observers = results["observers"].as_array().unwrap();
+    &observers.iter().find(|one| one["name"] == observer).unwrap()["design"]["verdict"]
+}
+
+#[test]
+fn cart_pole() {
+    let results = run("cart-pole");
+    assert_eq!(verdict(&results, "one gain"), "proved");
+    let states = ["position", "velocity", "phi", "omega"];
+    let expected = [-0.000_122_633_584_427, -0.020_390_199_806_72, 3.233_443_381_5e-5, -0.036_091_087_232_89];
+    near("EKF", &last_estimate("cart-pole", "EKF-at-100-Hz", &states), &expected, 1e-6);
+    let expected = [0.000_274_513_763_160_9, 0.004_290_868_449_374, 0.005_022_136_481_592, 0.007_933_128_453_321];
+    near("RMSE", &rmse(&results, "EKF at 100 Hz"), &expected, 1e-9);
+}
+
+#[test]
+fn dc_motor() {
+    let results = run("dc-motor");
+    near("plant", &results["simulation"]["x_end"], &[68.377_840_677_983, 52.388_715_240_36, 5.0], 1e-9);
+    let gain = |k: usize| -> Value {
+        let rows = results["observers"][k]["design"]["matrices"][0]["rows"].as_array().unwrap();
+        rows.iter().map(|row| row[0].clone()).collect()
+    };
+    near("place", &gain(0), &[150.774_01, 5_670.259_991_48, -1_084.742_400_798], 1e-9);
+    near("lqe", &gain(1), &[2_090.629_505_037, 2_185_365.863_686, -666_666.666_664], 1e-9);
+}
+
+#[test]
+fn stirred_tank_reactor() {
+    let results = run("cstr");
+    assert_eq!(verdict(&results, "one gain"), "proved");
+    near("plant", &results["simulation"]["x_end"], &[318.449_480_461_173, 0.915_777_042_981_43], 1e-9);
+    near("EKF", &last_estimate("cstr", "EKF", &["T", "cA"]), &[318.392_873_472_8, 0.915_411_353_27], 1e-7);
+    near("RMSE", &rmse(&results, "EKF"), &[0.274_692_270_579_95, 0.026_669_543_877_507], 1e-9);
+}
+
+#[test]
+fn lorenz() {
+    let results = run("lorenz");
+    assert_eq!(verdict(&results, "one gain"), "proved");
+    // Errors grow by exp(0.9 t): a difference of 1e-9 in the tolerances of the integrators is 1e-5 here.
+    near("plant", &results["simulation"]["x_end"], &[8.176_101_747, 12.182_215_561, 19.891_261_669], 1e-7);
+    let expected = [8.191_016_819, 12.198_728_198, 19.871_146_182];
+    near("EKF", &last_estimate("lorenz", "EKF", &["x", "y", "z"]), &expected, 1e-7);
+    near("RMSE", &rmse(&results, "EKF"), &[0.263_285_715_756, 0.454_465_310_342, 1.839_275_784_904], 1e-9);
+}
+
+#[test]
+fn induction_motor() {
+    let results = run("induction-motor");
+    assert_eq!(verdict(&results, "one gain"), "proved");
+    let warnings: Vec<&str> = results["warnings"].as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
+    assert!(warnings.iter().any(|warning| warning.contains("Guarantee not valid outside the design region: one gain")));
+    let expected = [98.430_014_662_687, -0.896_225_355_686, -1.764_520_689_98, -1.633_414_220_76, -5.712_506_118_80];
+    near("plant", &results["simulation"]["x_end"], &expected, 1e-9);
+    let states = ["omega", "psi_a", "psi_b", "i_a", "i_b"];
+    let expected = [98.446_824_6, -0.897_179_253, -1.764_810_646, -1.666_118_48, -5.701_028_14];
+    near("EKF", &last_estimate("induction-motor", "EKF", &states), &expected, 1e-6);
+}
+
+#[test]
+fn bicycle() {
+    let results = run("bicycle");
+    // Fourteen entries of its Jacobians vary.
+    assert_eq!(verdict(&results, "one gain"), "proved");
+    let expected = [
+        200.822_032_152_9,
+        38.731_005_013_76,
+        0.233_346_148_314,
+        20.410_252_860_9,
+        -0.019_233_458_89,
+        0.178_664_499_989,
+    ];
+    near("plant", &results["simulation"]["x_end"], &expected, 1e-9);
+    let states = ["X", "Y", "psi", "vx", "vy", "r"];
+    let expected =
+        [200.858_763_897, 38.717_203_989, 0.232_586_127_4, 20.455_393_597, -0.018_553_344_8, 0.179_649_959_74];
+    near("EKF", &last_estimate("bicycle", "EKF-at-100-Hz", &states), &expected, 1e-7);
+}
+
+/// The Monte-Carlo study of a falling body, with the extended filter that is known to be too sure of itself.
+#[test]
+fn falling_body() {
+    let results = run("re-entry");
+    near("plant", &results["simulation"]["x_end"], &[26.732_308_387, 0.104_462_224_084, 1.0], 1e-8);
+    let states = ["altitude", "velocity", "ballistic"];
+    let expected = [26.709_600_674_22, 0.105_025_517_803, 0.994_699_017_337];
+    near("EKF", &last_estimate("re-entry", "EKF", &states), &expected, 1e-8);
+    near("RMSE", &rmse(&results, "EKF"), &[0.346_005_699_461, 0.225_069_936_189, 0.360_714_485_317], 1e-8);
+    let nees = &results["filters"][0]["nees"];
+    assert_eq!(nees["accepted"], Value::from(false), "{nees}");
+    let rows = results["sweep"]["rows"].as_array().unwrap();
+    assert!(rows.len() == 3 && rows.iter().all(|row| row["finished"] == 50));
+}
