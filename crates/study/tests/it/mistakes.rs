@@ -757,3 +757,33 @@ fn swept_numbers() {
         ],
     );
 }
+
+#[test]
+fn truth() {
+    let text = format!(
+        "{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\ndropout = 0.1\nperiod = 0.1\nsensor = {{ bias = [1] }}\n"
+    );
+    one(
+        &text,
+        &[
+            ("{ k = 3 }", "{ kk = 3 }", 12, "the plant has no parameter `kk`", "expected one of k"),
+            ("dropout = 0.1", "dropout = 1.1", 13, "`dropout` is 1.1", "a probability from 0 to 1"),
+            ("period = 0.1\n", "", 11, "`dropout` and `outliers` are drawn every period", "simulation.noise"),
+            (
+                "bias = [1]",
+                "bias = [1, 2]",
+                15,
+                "`bias` has 2 entries, and the plant has 1 outputs",
+                "expected 1 entries",
+            ),
+            ("dropout = 0.1", "input_delay = -1", 13, "`input_delay` is -1", "not negative"),
+            (
+                "dropout = 0.1",
+                "process_noise = { amplitude = [1], period = 1 }",
+                13,
+                "`amplitude` has 1 entries, and the plant has 2 states",
+                "expected 2",
+            ),
+        ],
+    );
+}
