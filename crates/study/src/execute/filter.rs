@@ -57,8 +57,11 @@ pub(super) fn consistency(
             let value = noise.sample((t / period * (1.0 + 4.0 * f64::EPSILON)).floor() as u64);
             y.iter_mut().zip(value).for_each(|(y, noise)| *y += noise);
         }
+        let degrees = (0..y.len()).filter(|&j| !filter.rejects(t, &belief, &u, &y, j)).count();
         let Some(innovation) = filter.update(t, &mut belief, &u, &y) else { continue };
-        nis.push(NormalisedSquare { square: innovation.normalized_square, degrees: y.len() });
+        if degrees > 0 {
+            nis.push(NormalisedSquare { square: innovation.normalized_square, degrees });
+        }
         let e = DVector::from_column_slice(&x) - belief.estimate();
         if let Some(factor) = belief.covariance().cholesky() {
             nees.push(NormalisedSquare { square: e.dot(&factor.solve(&e)), degrees: n });
