@@ -118,7 +118,7 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
 type Named = Option<(String, Figure)>;
 
 /// A figure with one panel for each nonempty set of curves; none if all are empty.
-fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
+pub(super) fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
     let panels: Vec<Panel> = panels.into_iter().filter(|panel| !panel.series.is_empty()).collect();
     if panels.is_empty() {
         return None;
@@ -323,12 +323,12 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
 }
 
 /// Axis label of the sweep parameter.
-fn parameter(name: &str) -> &'static str {
+fn parameter(name: &str) -> &str {
     match name {
-        "gamma" => "gamma",
         "poles" => "factor of the poles",
         "noise" => "factor of the noise",
-        _ => "factor of the first error",
+        "initial" => "factor of the initial error",
+        name => name,
     }
 }
 

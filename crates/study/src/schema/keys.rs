@@ -26,6 +26,11 @@ pub const STUDY: Table = Table {
             "The solver that proposes solutions of the linear matrix inequalities of the designs (default interior). Every answer is verified independently of it.",
         ),
         required("plant", Kind::Table(&PLANT), "What is observed."),
+        optional(
+            "operating_point",
+            Kind::Table(&OPERATING_POINT),
+            "A rest position, at which the kinds luenberger, kalman, cubic and sampled-cubic are designed for a nonlinear plant.",
+        ),
         optional("input", Kind::Table(&INPUT), "What drives the plant; without it the input is 0."),
         optional("simulation", Kind::Table(&SIMULATION), "How the plant and its observers are run."),
         optional("log", Kind::Table(&LOG), "A measured log on which the observers are run, instead of a simulation."),
@@ -119,6 +124,16 @@ const LOOKUP: Table = Table {
             ]),
             "Before the first point and after the last; hold without it.",
         ),
+    ],
+};
+
+const OPERATING_POINT: Table = Table {
+    name: "[operating_point]",
+    about: "A state at which the plant rests under a constant input, f(x, u) = 0, found by Newton's method from a guess.",
+    variants: None,
+    keys: &[
+        optional("x", Kind::Numbers(Range::Any), "A guess of the state; zeros without it."),
+        optional("u", Kind::Numbers(Range::Any), "The input; zeros without it."),
     ],
 };
 
@@ -290,10 +305,14 @@ const SWEEP: Table = Table {
     about: "A parameter that is varied; at each value all observers are designed and run anew, in parallel.",
     variants: None,
     keys: &[
-        required("parameter", Kind::Choice(SWEPT), "What is varied."),
-        optional("values", Kind::Numbers(Range::Positive), "Its values."),
-        optional("from", Kind::Number(Range::Positive), "The least value, where they are not listed."),
-        optional("to", Kind::Number(Range::Positive), "The greatest value."),
+        required(
+            "parameter",
+            Kind::Text,
+            "What is varied: gamma, a factor of the poles, of the noise or of the initial error, or a number of the study by its place: plant.NAME for a parameter of the plant, observer.NAME.KEY, simulation.KEY.",
+        ),
+        optional("values", Kind::Numbers(Range::Any), "Its values; factors are positive."),
+        optional("from", Kind::Number(Range::Any), "The least value, where they are not listed."),
+        optional("to", Kind::Number(Range::Any), "The greatest value."),
         optional("count", Kind::Count(2), "How many values; 9 without it."),
         optional(
             "spacing",

@@ -16,7 +16,11 @@ pub(crate) const OBSERVER: Table = Table {
     about: "An observer and what is wished of it.",
     keys: &[
         optional("name", Kind::Name, "Its name in figures and tables; its kind without it."),
-        optional("initial", Kind::Numbers(Range::Any), "Its estimate at t = 0, n numbers; zeros without it."),
+        optional(
+            "initial",
+            Kind::Numbers(Range::Any),
+            "Its estimate at t = 0, n numbers; without it the operating point, if there is one, or else zeros.",
+        ),
     ],
     variants: Some(Variants { tag: "kind", of: KINDS }),
 };

@@ -695,3 +695,43 @@ fn scores() {
         &[(edit.0, edit.1, 8, "the sampling periods 0.1 and 0.07 have no common multiple", "expected `score_period`")],
     );
 }
+
+/// Numbers of a study that a sweep varies: their names, and values with which the study is no study.
+#[test]
+fn swept_numbers() {
+    let text = format!("{NONLINEAR}[sweep]\nparameter = \"plant.k\"\nvalues = [1, 2]\n");
+    one(
+        &text,
+        &[
+            (
+                "plant.k",
+                "plant.kk",
+                12,
+                "`parameter` is \"plant.kk\", which is no number of the study",
+                "the nearest is \"plant.k\"",
+            ),
+            ("plant.k", "observer.lpv.rate", 12, "which is no number", "observer.lpv.decay_rate"),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"simulation.duration\"\nvalues = [1, -2]",
+                13,
+                "with simulation.duration = -2: `duration` is -2",
+                "positive",
+            ),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"plant.k\"\nfrom = -1\nto = 2",
+                13,
+                "`from` is -1",
+                "spacing = \"linear\"",
+            ),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"initial\"\nvalues = [1, 0]",
+                13,
+                "entry 2 of `values` is 0",
+                "positive",
+            ),
+        ],
+    );
+}
