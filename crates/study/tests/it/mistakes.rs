@@ -474,6 +474,13 @@ pub(crate) fn files_that_a_study_names() {
             .contains("2 columns, and the plant has 1 inputs")
     );
     assert!(said(&log("double-integrator.toml", "")).contains("double-integrator.toml: "));
+    let states = |states: &str| said(&log("measured-log.csv", &format!("states = {states}")));
+    assert!(states("[\"-\", \"-\"]").contains("`states` has 2 columns, and the plant has 1 states"));
+    assert!(states("[\"sped\"]").contains("there is no column `sped`; the columns are t, voltage, angle"));
+    assert!(read(&log("measured-log.csv", "states = [\"angle\"]"), Format::Toml).is_ok());
+    assert!(
+        said(&log("measured-log.csv", "interpolation = \"cubic\"")).contains("`interpolation` is the text \"cubic\"")
+    );
 }
 
 #[test]
