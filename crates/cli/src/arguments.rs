@@ -393,7 +393,7 @@ const PLACE: &str = r#"Example:
 
 const OBSV: &str = r#"Example:
   $ echo '{"a": [[-1, 0], [0, -2]], "c": [[1, 0]]}' | luenberger obsv -
-  (rank 1 of 2, the mode at -2 is hidden)"#;
+  (rank 1 of 2, the mode at -2 is unobservable)"#;
 
 const EIG: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig - --json

@@ -9,6 +9,8 @@ use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
+use crate::number::{complex, short};
+
 /// Error of a design. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -52,13 +54,19 @@ pub enum DesignError {
         most: f64,
     },
     /// A specified pole for which the observer would not converge.
-    #[error("the observer pole {pole} is not in the open left half plane")]
+    #[error(
+        "the observer pole {pole} is not in the open left half plane",
+        pole = complex(*.pole)
+    )]
     UnstablePole {
         /// The pole.
         pole: Complex<f64>,
     },
     /// A gain does not stabilise.
-    #[error("{what} is not Hurwitz: its spectral abscissa is {abscissa:e}")]
+    #[error(
+        "{what} is not Hurwitz: its spectral abscissa is {abscissa}",
+        abscissa = short(*.abscissa)
+    )]
     NotHurwitz {
         /// Which matrix.
         what: &'static str,
@@ -66,7 +74,10 @@ pub enum DesignError {
         abscissa: f64,
     },
     /// The rows of C are linearly dependent, so that gains of the form `-P^-1 C'S` do not exhaust the admissible ones.
-    #[error("C does not have full row rank: with rows of length one its smallest singular value is {sigma_min:e}")]
+    #[error(
+        "C does not have full row rank: with rows of length one its smallest singular value is {sigma_min}",
+        sigma_min = short(*.sigma_min)
+    )]
     DependentOutputs {
         /// Smallest singular value of C with its rows scaled to length one.
         sigma_min: f64,
@@ -153,7 +164,8 @@ pub enum DesignError {
     /// `C N` has an eigenvalue on the imaginary axis up to rounding: N is rank-deficient or `S + S'` singular, which
     /// the method does not decide.
     #[error(
-        "C N has an eigenvalue of real part {real_part:e}, zero up to rounding: this method does not decide such gains"
+        "C N has an eigenvalue of real part {real_part}, zero up to rounding: this method does not decide such gains",
+        real_part = short(*.real_part)
     )]
     DegenerateGain {
         /// The real part.
@@ -168,7 +180,11 @@ pub enum DesignError {
         reason: InfeasibilityReason,
     },
     /// Neither a solution nor a refutation was found.
-    #[error("{what} stayed undecided: {why} (best margin {best:e}){}", seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}")))]
+    #[error(
+        "{what} stayed undecided: {why} (best margin {best}){}",
+        seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}")),
+        best = short(*.best)
+    )]
     Undecided {
         /// The inequality.
         what: &'static str,
@@ -181,7 +197,7 @@ pub enum DesignError {
     },
     /// Multipliers refute the inequality with rounded intermediate results, which does not refute it for the stored
     /// numbers.
-    #[error("{what} stayed undecided: it is refuted only with {rounded} as rounded ({witness})")]
+    #[error("{what} is undecided: it is refuted only with {rounded} as rounded ({witness})")]
     RefutedAsRounded {
         /// The inequality.
         what: &'static str,
@@ -191,7 +207,10 @@ pub enum DesignError {
         witness: Infeasibility,
     },
     /// Floating point finds an unstable eigenvalue, and exact arithmetic does not confirm it.
-    #[error("whether {what} is Hurwitz stayed undecided: its spectral abscissa is {abscissa:e}, up to rounding")]
+    #[error(
+        "whether {what} is Hurwitz stayed undecided: its spectral abscissa is {abscissa}, up to rounding",
+        abscissa = short(*.abscissa)
+    )]
     StabilityUndecided {
         /// Which matrix.
         what: &'static str,
@@ -217,7 +236,7 @@ impl core::fmt::Display for NearlyHidden {
         if let Some(place) = &self.place {
             write!(f, ", at {place},")?;
         }
-        write!(f, " no output sees the eigenvalue {} (PBH margin {:e})", self.eigenvalue, self.margin)
+        write!(f, " the eigenvalue {} is unobservable (PBH margin {})", complex(self.eigenvalue), short(self.margin))
     }
 }
 
@@ -245,7 +264,7 @@ impl DesignError {
                 seen: None,
             },
             None => {
-                let why = UndecidedReason::NoProposal { status: "nothing was tried" };
+                let why = UndecidedReason::NoProposal { status: "no attempt was made" };
                 Self::Undecided { what, why, best: 0.0, seen: None }
             }
         }
@@ -279,6 +298,9 @@ pub enum InfeasibilityReason {
     Dual(Infeasibility),
     /// The largest real part of an eigenvalue of `C N`, to rounding; that an eigenvalue has at least half of it was
     /// decided exactly. If `P N = -C'S` with `P > 0` and `S + S' >= 0`, none is positive.
-    #[error("C N has an eigenvalue of real part {0:e} > 0, but P N = -C'S with S + S' >= 0 and P > 0 makes it <= 0")]
+    #[error(
+        "C N has an eigenvalue of real part {value} > 0, but P N = -C'S with S + S' >= 0 and P > 0 makes it <= 0",
+        value = short(*.0)
+    )]
     SignOfCn(f64),
 }

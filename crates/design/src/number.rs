@@ -1,6 +1,7 @@
 //! Numbers in formulas in their usual form: `2P`, not `2(1e0)P`.
 
-use luenberger_proof::wording::shortest;
+use luenberger_proof::wording::{self, shortest, significant};
+use nalgebra::Complex;
 
 /// `x` in front of a symbol: nothing for 1.
 ///
@@ -26,4 +27,14 @@ pub fn decay(rate: f64) -> String {
     } else {
         format!("exp(-{} t)", shortest(rate))
     }
+}
+
+/// A number of a message, with three significant digits.
+pub(crate) fn short(x: f64) -> String {
+    significant(x, 3)
+}
+
+/// A complex number of a message, with six significant digits.
+pub(crate) fn complex(z: Complex<f64>) -> String {
+    wording::complex([z.re, z.im], 6)
 }

@@ -47,7 +47,8 @@ pub enum LinalgError {
     },
     /// A matrix that has to be symmetric is not.
     #[error(
-        "{what} is not symmetric: entries [{row}, {col}] and [{col}, {row}] differ by {asymmetry:e}, allowed is {allowed:e}"
+        "{what} is not symmetric: entries [{row}, {col}] and [{col}, {row}] differ by {asymmetry} (limit {allowed})",
+        asymmetry = short(*.asymmetry), allowed = short(*.allowed)
     )]
     NotSymmetric {
         /// The matrix, by its name in the equation.
@@ -62,7 +63,10 @@ pub enum LinalgError {
         allowed: f64,
     },
     /// A matrix that has to be positive definite is not.
-    #[error("{what} is not positive definite: its smallest eigenvalue is {lambda_min:e}")]
+    #[error(
+        "{what} is not positive definite: its smallest eigenvalue is {lambda_min}",
+        lambda_min = short(*.lambda_min)
+    )]
     NotPositiveDefinite {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -70,7 +74,10 @@ pub enum LinalgError {
         lambda_min: f64,
     },
     /// A matrix that has to be positive semidefinite is not.
-    #[error("{what} is not positive semidefinite: its smallest eigenvalue is {lambda_min:e}")]
+    #[error(
+        "{what} is not positive semidefinite: its smallest eigenvalue is {lambda_min}",
+        lambda_min = short(*.lambda_min)
+    )]
     NotPositiveSemidefinite {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -78,7 +85,10 @@ pub enum LinalgError {
         lambda_min: f64,
     },
     /// An iteration reached its cap.
-    #[error("{method} did not converge in {iterations} iterations: residual {remaining:e} (limit {allowed:e})")]
+    #[error(
+        "{method} did not converge in {iterations} iterations: residual {remaining} (limit {allowed})",
+        remaining = short(*.remaining), allowed = short(*.allowed)
+    )]
     NotConverged {
         /// The iteration.
         method: &'static str,
@@ -92,7 +102,8 @@ pub enum LinalgError {
     /// The linear equation has no unique solution, for the coefficients as stored: its determinant is zero, computed in
     /// integers.
     #[error(
-        "the {equation} equation is singular for the numbers as stored: the eigenvalues {first} and {second} meet (as computed, they miss by {gap:e})"
+        "the {equation} equation is singular for the data as stored: eigenvalues {first} and {second} (computed gap {gap})",
+        gap = short(*.gap), first = complex(*.first), second = complex(*.second)
     )]
     SingularEquation {
         /// The equation.
@@ -107,10 +118,12 @@ pub enum LinalgError {
     },
     /// Rounding decides the solution of the linear equation.
     #[error(
-        "{}: separation {separation:e}, condition {condition:e} where 1/eps is 4.5e15{}; nearest eigenvalues, as computed: {first} and {second}, which miss by {gap:e}",
-        if *.regular { format!("the {equation} equation has one solution, of which double precision gives no digit") }
-        else { format!("whether the {equation} equation has one solution is undecided in double precision") },
-        .digits.map_or(String::new(), |digits| format!(", which takes about {digits} decimal digits"))
+        "{}: separation {separation}, condition {condition} (limit 4.5e15){}; nearest eigenvalues {first} and {second}, computed gap {gap}",
+
+        if *.regular { format!("the {equation} equation has a unique solution, of which no digit is certain in double precision") }
+        else { format!("whether the {equation} equation has a unique solution is undecided in double precision") },
+        .digits.map_or(String::new(), |digits| format!(", about {digits} decimal digits needed")),
+        separation = short(*.separation), condition = short(*.condition), gap = short(*.gap), first = complex(*.first), second = complex(*.second)
     )]
     UndecidedEquation {
         /// The equation.
@@ -135,7 +148,10 @@ pub enum LinalgError {
         digits: Option<u32>,
     },
     /// A matrix that has to be regular is not, to working precision.
-    #[error("{what} is singular to working precision: its condition is {condition:e}")]
+    #[error(
+        "{what} is singular to working precision: its condition is {condition}",
+        condition = short(*.condition)
+    )]
     Singular {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -144,7 +160,8 @@ pub enum LinalgError {
     },
     /// A semidefinite solution is asked for, and the matrix is not stable.
     #[error(
-        "the {equation} equation has no positive semidefinite solution for every weight: the eigenvalue {eigenvalue} is not stable"
+        "the {equation} equation has no positive semidefinite solution for every weight: the eigenvalue {eigenvalue} is not stable",
+        eigenvalue = complex(*.eigenvalue)
     )]
     NotStable {
         /// The equation.
@@ -154,7 +171,8 @@ pub enum LinalgError {
     },
     /// Two neighbouring blocks of a real Schur form are too close to change places.
     #[error(
-        "the Schur blocks of {first} and {second} cannot be exchanged: the swap leaves {residual:e} where {allowed:e} is allowed"
+        "the Schur blocks of {first} and {second} cannot be exchanged: residual {residual} (limit {allowed})",
+        residual = short(*.residual), allowed = short(*.allowed), first = complex(*.first), second = complex(*.second)
     )]
     SwapRejected {
         /// An eigenvalue of the upper block.
@@ -167,7 +185,10 @@ pub enum LinalgError {
         allowed: f64,
     },
     /// An eigenvalue that is not stable cannot be moved by the input.
-    #[error("the pair (A, B) is not stabilizable: no input moves the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    #[error(
+        "the pair (A, B) is not stabilizable: uncontrollable eigenvalue {eigenvalue}, PBH margin {margin}",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
+    )]
     NotStabilizable {
         /// The eigenvalue.
         eigenvalue: Complex<f64>,
@@ -175,7 +196,10 @@ pub enum LinalgError {
         margin: f64,
     },
     /// An eigenvalue that is not stable is not seen by the output (for a Riccati equation, by the weight).
-    #[error("the pair (A, C) is not detectable: no output sees the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    #[error(
+        "the pair (A, C) is not detectable: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
+    )]
     NotDetectable {
         /// The eigenvalue.
         eigenvalue: Complex<f64>,
@@ -184,7 +208,8 @@ pub enum LinalgError {
     },
     /// No stabilizing solution was found, although no eigenvalue of the plant explains it.
     #[error(
-        "no stabilizing solution: the closed loop keeps the eigenvalue {eigenvalue}, at {distance:e} from the stability boundary"
+        "no stabilizing solution: the closed loop keeps the eigenvalue {eigenvalue}, at {distance} from the stability boundary",
+        distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
     )]
     NotStabilizing {
         /// The eigenvalue of the closed loop (or of the Hamiltonian matrix) nearest to the boundary, or beyond it.
@@ -192,14 +217,17 @@ pub enum LinalgError {
         /// Its signed distance from the boundary, positive on the stable side.
         distance: f64,
     },
-    /// The answer, or a quantity on the way to it, leaves the range of binary64.
-    #[error("{what} leaves the range of binary64")]
+    /// The answer, or a quantity on the way to it, exceeds the range of double precision.
+    #[error("{what} exceeds the range of double precision")]
     Overflow {
         /// The quantity.
         what: &'static str,
     },
     /// A mode that no output sees, where the answer needs all of them seen.
-    #[error("the pair (A, C) is not observable: no output sees the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    #[error(
+        "the pair (A, C) is not observable: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
+    )]
     Unobservable {
         /// The eigenvalue, which no observer gain can move.
         eigenvalue: Complex<f64>,
@@ -209,7 +237,10 @@ pub enum LinalgError {
         margin: f64,
     },
     /// A mode that no input moves, where the answer needs all of them moved.
-    #[error("the pair (A, B) is not controllable: no input moves the eigenvalue {eigenvalue}, PBH margin {margin:e}")]
+    #[error(
+        "the pair (A, B) is not controllable: uncontrollable eigenvalue {eigenvalue}, PBH margin {margin}",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
+    )]
     Uncontrollable {
         /// The eigenvalue, which no feedback gain can move.
         eigenvalue: Complex<f64>,
@@ -227,7 +258,10 @@ pub enum LinalgError {
         found: usize,
     },
     /// A pole is NaN or infinite.
-    #[error("pole {index} is {pole}")]
+    #[error(
+        "pole {index} is {pole}",
+        pole = complex(*.pole)
+    )]
     PoleNotFinite {
         /// Its place in the list.
         index: usize,
@@ -235,7 +269,10 @@ pub enum LinalgError {
         pole: Complex<f64>,
     },
     /// A complex pole without its conjugate, which no real gain can place.
-    #[error("the poles are not closed under conjugation: {pole} has no conjugate")]
+    #[error(
+        "the poles are not closed under conjugation: {pole} has no conjugate",
+        pole = complex(*.pole)
+    )]
     PoleUnpaired {
         /// The pole.
         pole: Complex<f64>,
@@ -243,7 +280,8 @@ pub enum LinalgError {
     /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective
     /// closed loop could have.
     #[error(
-        "the pole {pole} is repeated {multiplicity} times, and {rank} independent inputs (outputs) place it {rank} times at most"
+        "the pole {pole} is repeated {multiplicity} times, and the limit is the number of independent inputs (outputs), {rank}",
+        pole = complex(*.pole)
     )]
     PoleMultiplicity {
         /// The pole.
@@ -255,7 +293,8 @@ pub enum LinalgError {
     },
     /// A pole that no gain with the zeros asked for can move, and that is not wished for.
     #[error(
-        "no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest specified pole is {distance:e} away"
+        "no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest specified pole is {distance} away",
+        distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
     )]
     FixedMode {
         /// The eigenvalue.
@@ -266,7 +305,8 @@ pub enum LinalgError {
     /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and
     /// their rates.
     #[error(
-        "no observer of this order: row {row} of K A is not a combination of the rows of [K; C A; C], {residual:e} of it is left where {allowed:e} is allowed (Darouach's first condition)"
+        "no observer of this order: row {row} of K A is not a combination of the rows of [K; C A; C], residual {residual} (limit {allowed}) (Darouach's first condition)",
+        residual = short(*.residual), allowed = short(*.allowed)
     )]
     NotFunctional {
         /// The row of K A that misses most.
@@ -278,7 +318,8 @@ pub enum LinalgError {
     },
     /// An eigenvalue of a functional observer that no choice of its gains moves.
     #[error(
-        "every observer of this order has the eigenvalue {eigenvalue}: [s K - K A; C A; C] loses rank there, margin {margin:e} (Darouach's second condition)"
+        "every observer of this order has the eigenvalue {eigenvalue}: [s K - K A; C A; C] loses rank there, margin {margin} (Darouach's second condition)",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     FixedObserverMode {
         /// The eigenvalue.
@@ -313,7 +354,10 @@ pub enum LinalgError {
         high: f64,
     },
     /// A matrix without a real principal logarithm.
-    #[error("there is no real principal logarithm: the eigenvalue {eigenvalue} is zero or negative")]
+    #[error(
+        "there is no real principal logarithm: the eigenvalue {eigenvalue} is zero or negative",
+        eigenvalue = complex(*.eigenvalue)
+    )]
     NoLogarithm {
         /// The eigenvalue.
         eigenvalue: Complex<f64>,
@@ -324,4 +368,40 @@ pub enum LinalgError {
         /// The tolerance.
         tolerance: f64,
     },
+}
+
+/// A number with three significant digits.
+fn short(x: f64) -> String {
+    let text = format!("{x:.2e}");
+    match text.parse::<f64>() {
+        Ok(rounded) if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) => rounded.to_string(),
+        Ok(rounded) if rounded.is_finite() => format!("{rounded:e}"),
+        _ => x.to_string(),
+    }
+}
+
+/// A complex number with six significant digits; a real one without its imaginary part.
+fn complex(z: Complex<f64>) -> String {
+    let digits = |x: f64| format!("{x:.5e}").parse::<f64>().map_or_else(|_| x.to_string(), |x| x.to_string());
+    match (z.im, z.im < 0.0) {
+        (0.0, _) => digits(z.re),
+        (im, true) => format!("{} - {}i", digits(z.re), digits(-im)),
+        (im, false) => format!("{} + {}i", digits(z.re), digits(im)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_messages_are_short() {
+        let shorts = [(-1.0, "-1"), (0.12345, "0.123"), (1.23e-17, "1.23e-17"), (0.0, "0"), (7.1e-15, "7.1e-15")];
+        for (x, expected) in shorts {
+            assert_eq!(short(x), expected);
+        }
+        assert_eq!((short(f64::INFINITY), short(f64::NAN)), ("inf".to_owned(), "NaN".to_owned()));
+        assert_eq!(complex(Complex::new(-0.30000000000000004, 0.0)), "-0.3");
+        assert_eq!(complex(Complex::new(-1.0, -2.5)), "-1 - 2.5i");
+    }
 }

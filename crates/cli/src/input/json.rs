@@ -40,7 +40,7 @@ fn document<const N: usize>(source: &Source, document: Document<N>) -> Result<Fo
         let place = format!(" at line {} column {}", error.line(), error.column());
         let mut message = whole.strip_suffix(&place).unwrap_or(&whole).to_owned();
         if let Some(word) = not_a_number(&text, line, column) {
-            message = format!("{word} is no number of JSON, and every entry has to be finite");
+            message = format!("{word} is not a JSON number, and every entry must be finite");
         } else if text.trim().is_empty() {
             "the input is empty, and a JSON object is expected".clone_into(&mut message);
         }

@@ -31,8 +31,8 @@ impl<const N: usize> Document<N> {
         let key: String = key.chars().take(40).collect();
         let list = self.list();
         match near {
-            Some(near) => format!("the key {key:?} is not known here; did you mean {near:?}? (known: {list})"),
-            None => format!("the key {key:?} is not known here (known: {list})"),
+            Some(near) => format!("the key {key:?} is unknown; did you mean {near:?}? (known: {list})"),
+            None => format!("the key {key:?} is unknown (known: {list})"),
         }
     }
 }
@@ -56,7 +56,7 @@ impl<'de, const N: usize> Visitor<'de> for Document<N> {
         let mut matrices = [const { None }; N];
         let mut poles = None;
         while let Some(key) = map.next_key::<String>()? {
-            let again = || M::Error::custom(format!("the key {key:?} stands twice"));
+            let again = || M::Error::custom(format!("the key {key:?} occurs twice"));
             if let Some(place) = self.keys.iter().position(|known| *known == key) {
                 if matrices[place].is_some() {
                     return Err(again());
@@ -189,7 +189,7 @@ impl Visitor<'_> for Number<'_> {
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
-        if value.is_finite() { Ok(value) } else { Err(E::custom("the number leaves the range of binary64")) }
+        if value.is_finite() { Ok(value) } else { Err(E::custom("the number exceeds the range of double precision")) }
     }
 
     fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {

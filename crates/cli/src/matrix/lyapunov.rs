@@ -43,7 +43,7 @@ pub(super) fn solution(
 ) -> Result<Answer, Failure> {
     let forward_error = Some(forward_error).filter(|bound| *bound < 1.0);
     let error = forward_error
-        .map_or("not a digit is known".to_owned(), |bound| format!("error at most {}", numbers::size(bound)));
+        .map_or("no digit is certain".to_owned(), |bound| format!("error at most {}", numbers::size(bound)));
     let text = format!(
         "{equation}\n{}residual {} (relative), condition {}, {error}\n",
         numbers::matrix("X", x),

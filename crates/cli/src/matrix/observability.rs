@@ -42,7 +42,7 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
         let entry =
             |v: &Complex<f64>| numbers::complex(Complex::new(numbers::beside(v.re, 1.0), numbers::beside(v.im, 1.0)));
         let direction: Vec<String> = mode.direction.iter().map(entry).collect();
-        text.extend(["hidden: ", &numbers::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
+        text.extend(["unobservable: ", &numbers::complex(mode.eigenvalue), " along [", &direction.join(", "), "]\n"]);
     }
     let hidden = |mode: &luenberger_linalg::Mode| Hidden {
         eigenvalue: json_output::pair(mode.eigenvalue),

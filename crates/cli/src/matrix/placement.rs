@@ -19,7 +19,7 @@ pub(crate) fn place(source: &Source) -> Result<Answer, Failure> {
     let ([a, b], poles) = json::matrices_and_poles(source, ["a", "b"])?;
     let found = luenberger_linalg::place(&a, &b, &poles).map_err(from(source))?;
     let text = format!(
-        "A - B K has the poles below: u = -K x\n{}{}off by {} (relative), condition of the eigenvectors {}\n",
+        "A - B K has the poles below: u = -K x\n{}{}relative error of the poles {}, condition number of the eigenvectors {}\n",
         numbers::matrix("K", &found.gain),
         numbers::list("poles of A - B K", &found.poles),
         numbers::size(found.deviation),

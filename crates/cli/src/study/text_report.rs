@@ -144,7 +144,7 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
     modes.sort_by(|x, y| x.margin.total_cmp(&y.margin));
     for mode in modes.iter().take(SHOWN) {
         let words = format!(
-            "  mode {}: margin {}, least seen along {}\n",
+            "  mode {}: margin {}, least observable direction {}\n",
             eigenvalue(mode),
             margin(mode.margin),
             leading(&mode.words)
@@ -152,14 +152,18 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         text.push_str(&words);
     }
     if modes.len() > SHOWN {
-        _ = writeln!(text, "  and {} more, which are seen better", modes.len() - SHOWN);
+        _ = writeln!(text, "  and {} more with larger margins", modes.len() - SHOWN);
     }
     for mode in &point.hidden {
-        _ = writeln!(text, "  hidden: {} along {}", eigenvalue(mode), leading(&mode.words));
+        _ = writeln!(text, "  unobservable: {} along {}", eigenvalue(mode), leading(&mode.words));
     }
     if !point.hidden.is_empty() {
-        let word = if point.detectable { "decays: an observer exists" } else { "does not decay: no observer exists" };
-        _ = writeln!(text, "  what is hidden {word}");
+        let word = if point.detectable {
+            "detectable: the unobservable modes are stable"
+        } else {
+            "not detectable: no observer exists"
+        };
+        _ = writeln!(text, "  {word}");
     }
 }
 
@@ -168,9 +172,9 @@ fn observer(text: &mut String, report: &ObserverReport) {
     let Some(design) = &report.design else {
         let failure = report.failure.iter();
         for failure in failure {
-            _ = writeln!(text, ": does not fit (line {}): {}", failure.line, failure.hypothesis);
+            _ = writeln!(text, ": not applicable (line {}): {}", failure.line, failure.hypothesis);
             for alternative in &failure.alternatives {
-                text.extend(["  instead: ", alternative, "\n"]);
+                text.extend(["  alternative: ", alternative, "\n"]);
             }
         }
         return;
@@ -179,7 +183,7 @@ fn observer(text: &mut String, report: &ObserverReport) {
     for matrix in &design.matrices {
         let columns = matrix.rows.first().map_or(0, Vec::len);
         if matrix.rows.len() * columns > ENTRIES {
-            _ = writeln!(text, "  {} is {} x {columns}; --json has it", matrix.name, matrix.rows.len());
+            _ = writeln!(text, "  {} is {} x {columns}: see --json or study.json", matrix.name, matrix.rows.len());
             continue;
         }
         let largest = matrix.rows.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -199,10 +203,18 @@ fn observer(text: &mut String, report: &ObserverReport) {
         _ = writeln!(text, "  standard deviation of the error due to noise [{}]", deviations.join(" "));
     }
     if let Some(solver) = report.solver {
-        _ = writeln!(text, "  proposed by the solver {solver}");
+        _ = writeln!(text, "  solver {solver}");
     }
-    for fact in &design.facts {
+    let (shown, folded) = design.leading_facts();
+    for fact in shown {
         _ = writeln!(text, "  {}: {}", fact.statement, fact.words);
+    }
+    if folded > 0 {
+        _ = writeln!(
+            text,
+            "  and {} verified with larger margins: see --json or study.json",
+            counted(folded, "condition")
+        );
     }
     if let Some(evidence) = &design.evidence {
         _ = writeln!(text, "  {evidence}");
@@ -244,7 +256,7 @@ fn scores(text: &mut String, scores: &ScoreTable) {
 
 fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
     let runs = counted(report.ensemble, "run");
-    let medians = if report.ensemble == 1 { "" } else { ": medians" };
+    let medians = if report.ensemble == 1 { "" } else { ": medians, and the 5th .. 95th percentile" };
     _ = writeln!(text, "\nsweep of {}, {runs} at each value{medians}", report.parameter);
     for sentence in &report.scoring.words {
         text.extend(["  ", sentence, "\n"]);

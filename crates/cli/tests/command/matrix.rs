@@ -117,7 +117,7 @@ fn a_repeated_pole_with_one_input_has_no_condition() {
     let input = json!({ "a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [-1, -1] }).to_string();
     assert_eq!(luenberger(&["place", "-", "--json"], &input).json()["condition"], Value::Null);
     let text = luenberger(&["place", "-"], &input).stdout;
-    assert!(text.contains("condition of the eigenvectors inf"), "{text}");
+    assert!(text.contains("condition number of the eigenvectors inf"), "{text}");
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_hidden_mode_is_named_with_its_direction() {
     let text = luenberger(&["obsv", "-"], &input);
     assert_eq!(text.code, Some(0));
     assert!(text.stdout.starts_with("rank 1 of 2: not observable\n"), "{}", text.stdout);
-    assert!(text.stdout.contains("hidden: -2 along [0, 1]"), "{}", text.stdout);
+    assert!(text.stdout.contains("unobservable: -2 along [0, 1]"), "{}", text.stdout);
 }
 
 #[test]

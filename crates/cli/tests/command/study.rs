@@ -131,7 +131,7 @@ fn an_observer_that_does_not_fit_is_a_no_with_its_reason() {
     std::fs::write(&file, text).unwrap();
     let ran = luenberger(&["design", &file], "");
     assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(1), String::new()));
-    assert!(ran.stdout.contains("linear (luenberger): does not fit (line "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("linear (luenberger): not applicable (line "), "{}", ran.stdout);
     let found = luenberger(&["design", &file, "--json"], "").json();
     assert!(found["observers"][0]["failure"]["hypothesis"].is_string());
     assert_eq!(luenberger(&["observe", &file], "").code, Some(0));

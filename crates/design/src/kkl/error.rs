@@ -10,6 +10,7 @@ use thiserror::Error;
 use super::witness::{CommonImage, OpenCoupling, Reading, TwoStates, Worst};
 use crate::enclosure::{Axis, EnclosureError};
 use crate::error::{DesignError, from_through_design_error};
+use crate::number::{complex, short};
 
 /// Why a candidate was refused. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -56,7 +57,8 @@ pub enum KklError {
     NotASolution(Worst),
     /// It was not decided whether phi solves the equation (4).
     #[error(
-        "it is undecided whether phi solves row {row} of D phi f = Lambda phi + B: its residual is proved below {bound:e} only, where {allowed:e} is allowed"
+        "it is undecided whether phi solves row {row} of D phi f = Lambda phi + B: its residual is proved below {bound} only, where {allowed} is allowed",
+        bound = short(*.bound), allowed = short(*.allowed)
     )]
     ResidualUndecided {
         /// Row, from 0.
@@ -67,7 +69,10 @@ pub enum KklError {
         allowed: f64,
     },
     /// A matrix that has to be Hurwitz has an eigenvalue that is not in the open left half plane.
-    #[error("{what} is not Hurwitz: it has the eigenvalue {eigenvalue}")]
+    #[error(
+        "{what} is not Hurwitz: it has the eigenvalue {eigenvalue}",
+        eigenvalue = complex(*.eigenvalue)
+    )]
     NotHurwitz {
         /// Which matrix.
         what: &'static str,
@@ -75,7 +80,11 @@ pub enum KklError {
         eigenvalue: Complex<f64>,
     },
     /// A matrix that may be Hurwitz, and was not proved to be.
-    #[error("{what} was not proved Hurwitz: {} at the eigenvalue {eigenvalue}", verdict.word())]
+    #[error(
+        "{what} was not proved Hurwitz: {} at the eigenvalue {eigenvalue}",
+        verdict.word(),
+        eigenvalue = complex(*.eigenvalue)
+    )]
     HurwitzUndecided {
         /// Which matrix.
         what: &'static str,
@@ -145,7 +154,8 @@ pub enum KklError {
     NothingToEstimate,
     /// A direction of x4 that b does not excite over some window of the run.
     #[error(
-        "b is not exciting: over the {window} after {from}, int b b' has the least eigenvalue {delta:e}, where more than {needed:e} is needed; the direction of x4 that is not seen is {direction:?}"
+        "b is not exciting: over the {window} after {from}, int b b' has the least eigenvalue {delta}, where more than {needed} is needed; the direction of x4 that is not seen is {direction:?}",
+        delta = short(*.delta), needed = short(*.needed)
     )]
     NotExciting {
         /// The least eigenvalue achieved, delta of (42).

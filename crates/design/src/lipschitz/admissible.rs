@@ -59,7 +59,7 @@ pub fn greatest_factor(
     check::positive("the tolerance of the factor", tolerance)?;
     if let Some(l) = l {
         check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
-        check::hurwitz("A - L C in the middle of the sectors", (&plant.centre(), l, plant.c()))?;
+        check::hurwitz("A - L C at the centre of the sectors", (&plant.centre(), l, plant.c()))?;
     } else {
         check::detectable(&plant.centre(), plant.c(), rate)?;
     }

@@ -108,7 +108,7 @@ impl LipschitzDesign {
         plant.check(rate)?;
         let nearly = if let Some(l) = l {
             check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
-            check::hurwitz("A - L C in the middle of the sectors", (&plant.centre(), l, plant.c()))?;
+            check::hurwitz("A - L C at the centre of the sectors", (&plant.centre(), l, plant.c()))?;
             None
         } else {
             check::detectable(&plant.centre(), plant.c(), rate)?

@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::enclosure::{EnclosureError, Entry};
 use crate::error::{DesignError, from_through_design_error};
+use crate::number::{complex, short};
 
 /// Why a design over a polytope of Jacobians was not possible.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -41,7 +42,11 @@ pub enum LpvError {
     #[error("{0}")]
     Conflict(Box<Conflict>),
     /// A given gain does not stabilise at a vertex.
-    #[error("A - L C is not Hurwitz at vertex {} ({place}): its spectral abscissa is {abscissa:e}", vertex + 1)]
+    #[error(
+        "A - L C is not Hurwitz at vertex {} ({place}): its spectral abscissa is {abscissa}",
+        vertex + 1,
+        abscissa = short(*.abscissa)
+    )]
     UnstableVertex {
         /// The vertex, from 0.
         vertex: usize,
@@ -88,15 +93,14 @@ pub struct HiddenMode {
 
 impl fmt::Display for HiddenMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let entry = |z: &Complex<f64>| if z.im == 0.0 { format!("{:.4}", z.re) } else { format!("{z:.4}") };
-        let direction: Vec<String> = self.direction.iter().map(entry).collect();
+        let direction: Vec<String> = self.direction.iter().map(|z| complex(*z)).collect();
         write!(
             f,
-            "no gain gives a rate beyond {} on the whole polytope: at {} the direction ({}) is not seen by any output, and an error along it changes like exp({} t)",
-            self.rate,
+            "decay rates above {} are infeasible on the polytope: at {} the mode along ({}) is unobservable and changes like exp({} t)",
+            short(self.rate),
             self.place,
             direction.join(", "),
-            entry(&self.eigenvalue)
+            complex(self.eigenvalue)
         )
     }
 }
@@ -119,13 +123,13 @@ pub struct Conflict {
 
 impl fmt::Display for Conflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let several = match self.vertices.len() {
-            1 => "this vertex excludes every P by itself",
-            _ if self.is_pair => "two vertices exclude each other",
-            _ => "these vertices together exclude each other",
-        };
-        let names: Vec<String> =
-            self.vertices.iter().zip(&self.places).map(|(k, place)| format!("{} ({place})", k + 1)).collect();
-        write!(f, "{several} at the rate {}: {}", self.rate, names.join("; "))
+        const SHOWN: usize = 5;
+        let what = if self.vertices.len() == 1 { "infeasible vertex" } else { "conflicting vertices" };
+        let named = self.vertices.iter().zip(&self.places).take(SHOWN);
+        let mut names: Vec<String> = named.map(|(k, place)| format!("{} ({place})", k + 1)).collect();
+        if self.vertices.len() > SHOWN {
+            names.push(format!("and {} more", self.vertices.len() - SHOWN));
+        }
+        write!(f, "LMI infeasible at decay rate {}; {what}: {}", short(self.rate), names.join("; "))
     }
 }

@@ -223,7 +223,7 @@ mod tests {
         let error = explain(&polytope, 0.0, verdict(&polytope), &Settings::default());
         let LpvError::Conflict(conflict) = &error else { panic!("{error}") };
         assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
-        assert!(error.to_string().starts_with("these vertices together exclude each other at the rate 0: 1 ("));
+        assert!(error.to_string().starts_with("LMI infeasible at decay rate 0; conflicting vertices: 1 ("));
         // Two of them are possible without the third.
         let mut pair = polytope.clone();
         pair.vertices.pop();

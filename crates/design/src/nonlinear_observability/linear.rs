@@ -64,7 +64,7 @@ impl fmt::Display for InWords<'_> {
             )?;
         }
         if rank == order {
-            return f.write_str("every direction is seen");
+            return f.write_str("observable");
         }
         // The reduced echelon form of the subspace has the fewest words.
         let mut first = true;
@@ -73,10 +73,10 @@ impl fmt::Display for InWords<'_> {
                 f.write_str("\n")?;
             }
             first = false;
-            write!(f, "{} is not seen", direction_in_words(&direction, self.names))?;
+            write!(f, "{} is unobservable", direction_in_words(&direction, self.names))?;
         }
         if unobservable.iter().all(|mode| mode.eigenvalue.re < 0.0) {
-            f.write_str("\nwhat is not seen decays by itself in continuous time")?;
+            f.write_str("\nthe unobservable part is stable in continuous time")?;
         }
         Ok(())
     }

@@ -285,7 +285,7 @@ impl LieObservability {
         lines.push(match self.index() {
             Some(index) => format!("full, {n} of {n}, everywhere; derivatives up to order {index} suffice"),
             None => {
-                format!("not full at {deficient} of {count}: up to order {order} not all {n} states are seen there")
+                format!("not full at {deficient} of {count}: up to order {order} the rank is below {n} there")
             }
         });
         let Some(worst) = self.worst() else { return lines.join("\n") };
@@ -299,10 +299,10 @@ impl LieObservability {
         ));
         if worst.rank == n {
             let weakest = direction_in_words(&self.scaled(worst.weakest.as_slice()), names);
-            lines.push(format!("seen least there: {weakest}"));
+            lines.push(format!("least observable direction there: {weakest}"));
         }
         for direction in linear::echelon(&worst.unseen, &self.scales) {
-            lines.push(format!("{} is not seen there", direction_in_words(&direction, names)));
+            lines.push(format!("unobservable there: {}", direction_in_words(&direction, names)));
         }
         lines.join("\n")
     }

@@ -7,6 +7,7 @@ use luenberger_proof::wording::significant;
 use thiserror::Error;
 
 use crate::error::{DesignError, from_through_design_error};
+use crate::number::short;
 
 /// Why a transformation was not computed, or not inverted. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -44,7 +45,10 @@ pub enum NumericalKklError {
         largest: usize,
     },
     /// (D, B) is not controllable: some target states do not depend on the output, and carry no information on x.
-    #[error("(D, B) is not controllable: the eigenvalues of its Gramian have the ratio {ratio:e}")]
+    #[error(
+        "(D, B) is not controllable: the eigenvalues of its Gramian have the ratio {ratio}",
+        ratio = short(*.ratio)
+    )]
     Uncontrollable {
         /// Smallest eigenvalue of the controllability Gramian over the largest.
         ratio: f64,
@@ -88,7 +92,8 @@ pub enum NumericalKklError {
     },
     /// A trajectory that leaves everything backward in time; slowing the plant outside the box keeps it.
     #[error(
-        "the plant escapes backward in time: from {from:?}, {norm:e} half-widths of the box are passed {time} earlier"
+        "the plant escapes backward in time: from {from:?}, {norm} half-widths of the box are passed {time} earlier",
+        norm = short(*.norm)
     )]
     Escapes {
         /// Where the trajectory began.
@@ -99,7 +104,10 @@ pub enum NumericalKklError {
         norm: f64,
     },
     /// A trajectory that the integrator cannot follow within its cap of steps.
-    #[error("the integration from {from:?} stands still after {steps} steps, at time {time}, with steps of {step:e}")]
+    #[error(
+        "the integration from {from:?} stands still after {steps} steps, at time {time}, with steps of {step}",
+        step = short(*.step)
+    )]
     Stalled {
         /// Where the trajectory began.
         from: Vec<f64>,
@@ -112,8 +120,9 @@ pub enum NumericalKklError {
     },
     /// Two states of the box that T maps to one point, to the accuracy of T: y does not distinguish them.
     #[error(
-        "T is not injective on the box: {first:?} and {second:?}, {distance:e} apart, have images {gap:e} apart, \
-         and T is known to {accuracy:e}"
+        "T is not injective on the box: {first:?} and {second:?}, {distance} apart, have images {gap} apart, \
+         and T is known to {accuracy}",
+        distance = short(*.distance), gap = short(*.gap), accuracy = short(*.accuracy)
     )]
     NotInjective {
         /// One state.

@@ -340,5 +340,5 @@ fn a_linear_pair_in_words() {
     );
     assert_eq!(lines[lines.len() - 2..], ["x3 is not seen", "what is not seen decays by itself in continuous time"]);
     let all = observability(&a, &DMatrix::from_row_slice(1, 3, &[0.0, 0.0, 1.0])).unwrap();
-    assert!(InWords { seen: &all, names: &[] }.to_string().ends_with("every direction is seen"));
+    assert!(InWords { seen: &all, names: &[] }.to_string().ends_with("observable"));
 }

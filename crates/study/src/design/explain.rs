@@ -14,6 +14,7 @@ use super::runnable::Chains;
 use crate::execute::in_words;
 use crate::model::{Builtin, Model, generic_points};
 use crate::results::FailureReport;
+use crate::results::report::eigenvalue;
 use crate::study::{ObserverSpec, Study};
 
 /// Error of a design, or a hypothesis that is checked here.
@@ -76,24 +77,24 @@ fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -
 fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
     let size = study.plant.model.size();
     let mut kinds = vec![
-        ("lpv", "one gain for all Jacobians over a box `region`, with a proof"),
+        ("lpv", "one gain for all Jacobians over a bounded `region`, with a proof"),
         ("lipschitz", "one gain for all slopes within sectors, with a proof"),
     ];
     if measured_first(&study.plant.model).is_ok() && size.outputs < size.states {
         kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
     }
     if size.inputs == 0 && size.outputs == 1 && (2..=3).contains(&size.states) {
-        kinds.push(("kkl-numerical", "by simulation, without a hypothesis on f, its errors measured"));
+        kinds.push(("kkl-numerical", "by simulation, without assumptions on f; its errors are measured"));
     }
-    kinds.push(("extended-kalman", "without a proof: it converges from small errors"));
+    kinds.push(("extended-kalman", "without a proof; it converges from small initial errors"));
     kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
 }
 
 pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
     let parts = study.plant.model.nonlinearities();
     let what = match (&study.plant.model, parts.is_empty()) {
-        (Model::Builtin(builtin), _) => format!("`{}` is not", builtin.name()),
-        (_, false) => format!("this one is not, because of {}", parts.join(" and ")),
+        (Model::Builtin(builtin), _) => format!("`{}` is nonlinear", builtin.name()),
+        (_, false) => format!("this one is nonlinear: {}", parts.join(" and ")),
         (_, true) => "this one has a constant term".to_owned(),
     };
     let kind = wish.kind.name();
@@ -130,7 +131,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             kinds.extend(for_nonlinear(study, kind).into_iter().filter(|other| {
                 !["lpv", "lipschitz", "mean-value"].iter().any(|enclosing| other.starts_with(enclosing))
             }));
-            (format!("{error}; the derivatives have to be bounded over the region"), kinds)
+            (format!("{error}; the derivatives must be bounded over the region"), kinds)
         }
         Misfit::Lpv(error) => {
             let alternatives = match error {
@@ -205,20 +206,25 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
             let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
             let _ = write!(
                 hypothesis,
-                "; the mode {:.6} along {} leaves no trace in the outputs",
-                mode.eigenvalue,
+                "; the mode {} along {} is unobservable",
+                eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
                 in_words(study, &direction)
             );
         }
         if seen.unobservable.is_empty() {
-            alternatives
-                .push("fewer equal poles: each may be repeated as often as there are independent outputs".to_owned());
+            alternatives.push(
+                "fewer repeated poles: the multiplicity of a pole is at most the number of independent outputs"
+                    .to_owned(),
+            );
         } else if detectable.is_detectable() {
             alternatives.push(
-                "the hidden modes decay by themselves: `lmi = true`, `kalman`, or `poles` that contain them".to_owned(),
+                "the unobservable modes are stable (the plant is detectable): `lmi = true`, `kalman`, or `poles` that contain them".to_owned(),
             );
         } else {
-            alternatives.push("no observer of any kind exists: add an output that sees this direction".to_owned());
+            alternatives.push(
+                "the plant is not detectable, no observer exists: add an output that depends on this direction"
+                    .to_owned(),
+            );
         }
     }
     failure(wish, hypothesis, alternatives)
@@ -251,10 +257,8 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Resul
     let size = study.plant.model.size();
     let kind = wish.kind.name();
     if size.outputs >= size.states {
-        let hypothesis = format!(
-            "the kind {kind} is for plants with unmeasured states; this one measures {} of {}",
-            size.outputs, size.states
-        );
+        let hypothesis =
+            format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
         return Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
     }
     measured_first(&study.plant.model).map_err(|(k, found, expected)| {

@@ -113,14 +113,14 @@ fn of_size<const N: usize, const Z: usize>(
         numbers.push(number(&format!("largest error of the left inverse, {}", Axis::State(i)), form.max[i]));
     }
     let report = DesignReport {
-        statement: "z' = D z + B y forgets its start; where x(t) stays in the box, the estimate comes as near as the left inverse is.".to_owned(),
+        statement: "z' = D z + B y is stable; while x(t) stays in the region, the estimation error tends to that of the left inverse.".to_owned(),
         matrices: Vec::new(),
         poles: target.dynamics().complex_eigenvalues().iter().map(|pole| [pole.re, pole.im]).collect(),
         numbers,
         facts: Vec::new(),
         verdict: "measured".to_owned(),
         noise_deviation: Vec::new(),
-        evidence: Some(format!("errors measured at {} points that the fit has not seen", form.samples)),
+        evidence: Some(format!("errors measured at {} points that were not used in the fit", form.samples)),
     };
     Ok((design, report))
 }

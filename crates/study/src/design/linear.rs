@@ -29,7 +29,7 @@ fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<Li
 
 /// What the observers measure, which is what a certificate calls y.
 fn measurement(plant: &StateSpace) -> &'static str {
-    if plant.d.is_some() { " The output has the input in it: the observer measures y - D u = C x." } else { "" }
+    if plant.d.is_some() { " The output depends on the input: the observer uses y - D u = C x." } else { "" }
 }
 
 pub(super) fn luenberger(
@@ -41,7 +41,7 @@ pub(super) fn luenberger(
     let design = of(plant, wish, options)?;
     let rate = -design.spectral_abscissa();
     let promised = match wish.gain {
-        GainSpec::DecayRate(rate) => format!(" Every error decays at least like {}.", decay(rate)),
+        GainSpec::DecayRate(rate) => format!(" Every error decays at least as fast as {}.", decay(rate)),
         _ => String::new(),
     };
     let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
@@ -60,7 +60,7 @@ pub(super) fn luenberger(
     };
     let report = DesignReport {
         statement: format!(
-            "e' = (A - L C) e: from every x(0) and xhat(0) the error tends to 0, in the end like exp(-{} t).{promised}{}",
+            "e' = (A - L C) e: for all x(0) and xhat(0) the error tends to 0; asymptotic rate exp(-{} t).{promised}{}",
             significant(rate, 5),
             measurement(plant)
         ),
@@ -95,7 +95,7 @@ pub(super) fn cubic(
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!(
-            "V = e'Pe decreases at least as fast as without the cubic term, whatever the error. {reach}{}",
+            "V = e'Pe decreases at least as fast as without the cubic term, for every error. {reach}{}",
             measurement(plant)
         ),
         matrices: vec![
@@ -133,7 +133,7 @@ pub(super) fn sampled(
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
-            "Sampled every {period}: V = e'Pe decreases from sample to sample, whatever the error; in the end by the factor {} each.{}",
+            "Sampled every {period}: V = e'Pe decreases from sample to sample, for every error; asymptotic factor {} per sample.{}",
             significant(slowest * slowest, 4),
             measurement(plant)
         ),

@@ -105,8 +105,8 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
         ObserverKind::HighGain { r, chains, alpha } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
-            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
+            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;
@@ -130,20 +130,28 @@ fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
     poles
 }
 
-/// The facts of a certificate, each with its verdict in words.
+/// The facts of a certificate, each with its verdict in words: those that are not verified first, then by margin, the
+/// smallest first, and at the end those without a margin.
 fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
-    certificate.facts().map(|each| fact(each, vertices)).collect()
+    let mut facts: Vec<FactReport> = certificate.facts().map(|each| fact(each, vertices)).collect();
+    let order = |fact: &FactReport| match (fact.verdict.as_str(), fact.margin) {
+        ("proved", Some(margin)) if margin > 0.0 => margin,
+        ("proved", _) => f64::INFINITY,
+        _ => f64::NEG_INFINITY,
+    };
+    facts.sort_by(|x, y| order(x).total_cmp(&order(y)));
+    facts
 }
 
 fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
     let words = match &fact.verdict {
         Verdict::Proved { margin } if *margin > 0.0 => {
-            format!("verified, margin >= {}", at_least(*margin, 4))
+            format!("verified; margin >= {}", at_least(*margin, 4))
         }
-        Verdict::Proved { .. } => "verified, without margin".to_owned(),
+        Verdict::Proved { .. } => "verified; no margin".to_owned(),
         Verdict::Refuted { witness } => format!("false: {witness}"),
         Verdict::Undecided { why, best } => {
-            format!("open: {why} (floating point sees a margin of {})", significant(*best, 4))
+            format!("undecided: {why} (margin in floating point: {})", significant(*best, 4))
         }
     };
     FactReport {
@@ -168,16 +176,16 @@ fn verdict(certificate: &Certificate) -> String {
 /// The region of convergence of the cubic observer, with its gains as stored in floating point.
 fn reach(certificate: &Certificate) -> String {
     if certificate.converges_from_everywhere() {
-        return "With its gains exactly as stored it converges from every first error.".to_owned();
+        return "With the gains as stored it converges from every initial error.".to_owned();
     }
     let theorems = certificate.theorems().iter().map(ProvedTheorem::theorem);
     let mut balls =
         theorems.filter_map(|theorem| if let Theorem::CubicConvergence(x) = theorem { Some(x.ball()) } else { None });
     match balls.next() {
         Some(ball) => format!(
-            "With its gains exactly as stored it converges from every first error of a norm below {}.",
+            "With the gains as stored it converges from every initial error of norm below {}.",
             at_least(ball, 5)
         ),
-        None => "For its gains as stored nothing is proved.".to_owned(),
+        None => "Convergence with the gains as stored is not certified.".to_owned(),
     }
 }

@@ -31,10 +31,8 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
         Err(LpvError::TooManyVertices { .. }) => return beyond_vertices(study, region, rate, options),
         design => design?,
     };
-    let evidence = design
-        .stopped
-        .as_ref()
-        .map(|(rate, why)| format!("nothing was proved at the rate {}: {why}", significant(*rate, 5)));
+    let evidence =
+        design.stopped.as_ref().map(|(rate, why)| format!("rate {} is not certified: {why}", significant(*rate, 5)));
     let pairs = design.polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c));
     let l = design.observer.l();
     let noise = NoiseGain::of(study, pairs, l);
@@ -71,7 +69,7 @@ fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &Ga
         RateSpec::Fastest(ceiling) => fastest(at, *ceiling)?,
     };
     let whose = format!(
-        "{count} entries of the Jacobians vary, too many for the 2^{count} vertices of a polytope: each is a sector of one inequality (norm-bounded form), which is sufficient only."
+        "{count} entries of the Jacobians vary, too many for a polytope with 2^{count} vertices: the norm-bounded form is used, which is more conservative."
     );
     by_sectors(study, &design, region, &whose)
 }
@@ -126,8 +124,8 @@ pub(super) fn lipschitz(
     let model = &study.plant.model;
     let (read_a, c, read) = sectors(model, region)?;
     let (a, sectors, whose) = match split {
-        Some((a, sectors)) => (a.clone(), sectors.clone(), "The sectors are given by the study and not checked."),
-        None => (read_a, read, "The sectors enclose the Jacobian over the box."),
+        Some((a, sectors)) => (a.clone(), sectors.clone(), "The sectors are those of the study; they are not checked."),
+        None => (read_a, read, "The sectors enclose the Jacobian over the region."),
     };
     let plant = LipschitzPlant::new(a, c, sectors)?;
     by_sectors(study, &LipschitzDesign::new_with(&plant, gain, rate, options)?, region, whose)
@@ -257,7 +255,7 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
         facts: Vec::new(),
         verdict: "none".to_owned(),
         evidence: Some(
-            "the theorem holds for every r below some bound, which is not computed; the simulation tests this r"
+            "no certificate: the theorem holds for all r below a bound that is not computed; check this r by simulation"
                 .to_owned(),
         ),
         noise_deviation: Vec::new(),
@@ -270,17 +268,25 @@ pub(super) fn extended_kalman(
     (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     period: f64,
     substeps: usize,
+    gate: Option<f64>,
 ) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    let mut filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    let gated =
+        gate.map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
+    if let Some(gate) = gate {
+        filter = filter.with_gate(gate)?;
+    }
     let report = DesignReport {
-        statement: format!("One measurement every {period}; its gain follows its own covariance along the estimate."),
+        statement: format!(
+            "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
+        ),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         poles: Vec::new(),
         numbers: vec![number("period", period)],
         facts: Vec::new(),
         verdict: "none".to_owned(),
-        evidence: Some("it converges from small errors, and nothing is promised from large ones".to_owned()),
+        evidence: Some("no certificate: local convergence only".to_owned()),
         noise_deviation: Vec::new(),
     };
     Ok(Designed { runnable: Runnable::ExtendedKalman(Box::new(filter)), report, certificate: None })

@@ -8,6 +8,7 @@ mod limits;
 mod log;
 mod observe;
 mod options;
+mod pareto;
 mod pictures;
 mod scores;
 mod simulate;
@@ -198,6 +199,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         };
         if let Some(first) = first {
             figures.extend(pictures::figures(&pictures::Runs { study, first, of, measured: false }));
+            figures.extend(results.simulation.as_ref().and_then(|report| pareto::simulation(study, report)));
         }
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
@@ -220,9 +222,10 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
     }
     if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
         options.check()?;
-        let (report, warnings) = sweep::all(study, simulation, sweep, &members, options)?;
+        let sweep::Outcome { report, warnings, csv } = sweep::all(study, simulation, sweep, &members, options)?;
         results.warnings.extend(warnings);
-        figures.extend(pictures::sweep(study, &report));
+        folder.write("sweep.csv", csv.as_bytes())?;
+        figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
         results.sweep = Some(report);
         save(folder, &mut results)?;
     }

@@ -29,6 +29,16 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
         SimError::ObserverNotFinite { observer, time, value, .. } => {
             format!("stopped at t = {}: the estimate of {observer:?} becomes {value} with this sample", short(*time))
         }
+        SimError::BlowUp { time, norm } => {
+            format!("stopped at t = {}: the solution diverges (norm {})", short(*time), short(*norm))
+        }
+        SimError::TooManySteps { time, .. } => {
+            format!("stopped at t = {}: step limit reached (stiff or diverging)", short(*time))
+        }
+        SimError::StepSize { time, step } => {
+            let (t, step) = (short(*time), short(*step));
+            format!("stopped at t = {t}: step size {step} below its limit (the right-hand side is not smooth there)")
+        }
         other => other.to_string(),
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
         let hidden = |margin: f64| point.hidden.iter().any(|mode| mode.margin >= margin);
         for mode in point.modes.iter().filter(|mode| mode.margin < HARDLY && !hidden(mode.margin)) {
             warnings.push(format!(
-                "the outputs hardly see the mode {} along {} (margin {}): a small change of the plant hides it",
+                "weakly observable mode {} along {}: margin {}; a small change of the plant makes it unobservable",
                 eigenvalue(mode.eigenvalue),
                 mode.words,
                 significant(mode.margin, 2)
@@ -53,11 +53,11 @@ const SPEED: f64 = 1e3;
 /// Gains that are verified and of no use: an overshoot bound that says nothing, poles far beyond the plant, and noise
 /// that leaves a larger error than the first one.
 fn amplification(study: &Study, name: &str, design: &DesignReport) -> Vec<String> {
-    const REMEDY: &str = "set `max_gain` or `noise`, or ask for a smaller rate";
+    const REMEDY: &str = "set `max_gain` or `noise`, or choose a smaller rate";
     let mut warnings = Vec::new();
     if let Some(overshoot) = design.number("overshoot").filter(|overshoot| *overshoot > OVERSHOOT) {
         warnings.push(format!(
-            "{name}: overshoot bound {}: the error may grow to this multiple of its first value before it decays; {REMEDY}",
+            "{name}: overshoot bound {}: the error may grow to this multiple of its initial value before it decays; {REMEDY}",
             significant(overshoot, 4)
         ));
     }
@@ -78,7 +78,7 @@ fn amplification(study: &Study, name: &str, design: &DesignReport) -> Vec<String
         .filter(|(_, (deviation, first))| *first > 0.0 && *deviation > first);
     if let Some((i, (deviation, first))) = worst.max_by(|x, y| (x.1.0 / x.1.1).total_cmp(&(y.1.0 / y.1.1))) {
         warnings.push(format!(
-            "{name}: the measurement noise alone leaves an error of standard deviation {} in {}, more than the first error {}; {REMEDY}",
+            "{name}: the measurement noise alone leaves an error of standard deviation {} in {}, more than the initial error {}; {REMEDY}",
             significant(*deviation, 3),
             study.plant.states[i],
             significant(first, 3)

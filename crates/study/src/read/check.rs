@@ -303,7 +303,7 @@ fn bound(node: &Node, what: &str, mistakes: &mut Vec<Diagnostic>) {
         Some([Some(lower), Some(upper)]) => mistakes.push(Diagnostic::new(
             node.span.clone(),
             format!("{what} goes from {lower} to {upper}"),
-            "expected the lower end first, and neither NaN",
+            "expected lower <= upper",
         )),
         _ => mistakes.push(Diagnostic::new(
             node.span.clone(),

@@ -11,6 +11,7 @@ mod observer;
 mod operating_point;
 mod plant;
 mod simulation_settings;
+mod sweep;
 mod toml;
 mod tree;
 
@@ -69,7 +70,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
         }
         if mistakes.is_empty() {
             // Each missing part has been reported.
-            mistakes.push(Diagnostic::new(0..0, "the study could not be put together", "expected a complete study"));
+            mistakes.push(Diagnostic::new(0..0, "the study is incomplete", "expected a complete study"));
         }
     }
     Err(Diagnostics::new(source, mistakes).into())
@@ -96,7 +97,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
             reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
         }
-        simulation_settings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
+        sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader)
     });
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
     let stem = match source.name() {

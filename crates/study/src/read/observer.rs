@@ -42,8 +42,8 @@ fn names(observers: &[ObserverSpec], list: &Node, root: &Node, reader: &mut Read
         let same = taken.iter().find(|(file, _)| files.contains(file)).map(|(_, other)| *other);
         match same {
             Some(other) if other == name => {
-                let message = format!("there are two observers named {name:?}");
-                reader.wrong(span, message, "expected a `name` of its own for each");
+                let message = format!("two observers are named {name:?}");
+                reader.wrong(span, message, "expected different names");
             }
             Some(other) => {
                 let message = format!("the files of {name:?} would have the names of those of {other:?}");
@@ -106,7 +106,7 @@ fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimi
     let given = ["max_gain", "noise"].iter().find_map(|key| node.entry(key));
     let fixed = ["poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
     if let (Some(limit), Some(fixed)) = (given, fixed) {
-        let message = format!("`{}` beside `{}`, which determines the gain", limit.key, fixed.key);
+        let message = format!("`{}` conflicts with `{}`, which determines the gain", limit.key, fixed.key);
         reader.wrong(limit.span.clone(), message, "expected `decay_rate`, `lmi` or `fastest` with it");
         return None;
     }
@@ -170,7 +170,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                     Some((a?, sectors.into_iter().collect::<Option<Vec<_>>>()?))
                 }
                 (Some(one), None) | (None, Some(one)) => {
-                    let message = format!("`{}` alone: `a` and `sectors` say together what the plant is", one.key);
+                    let message = format!("`{}` alone: `a` and `sectors` define the plant together", one.key);
                     reader.wrong(one.span.clone(), message, "expected both, or neither");
                     return None;
                 }
@@ -199,7 +199,11 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 None => Some(DMatrix::identity(n, n)),
             };
             let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
-            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps }
+            let gate = match node.get("gate") {
+                Some(gate) => Some(gate.number()?),
+                None => None,
+            };
+            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps, gate }
         }
         "kkl-numerical" => {
             let domain = bounds(node.get("domain")?, "domain", n, "states", reader)?;
@@ -231,12 +235,12 @@ fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -
     let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
     match &there[..] {
         [first, second, ..] => {
-            let message = format!("`{}` beside `{}`", second.key, first.key);
+            let message = format!("`{}` conflicts with `{}`", second.key, first.key);
             reader.wrong(second.span.clone(), message, format!("expected one of {}", keys.join(", ")));
             None
         }
         [] if needed => {
-            let message = "the observer does not say what is wished of it";
+            let message = "the observer has no gain specification";
             reader.absent(check::head(node), message, format!("expected one of {}", keys.join(", ")));
             None
         }
@@ -259,8 +263,8 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
         if let Some(entry) = node.entry("lmi").filter(|entry| entry.node.truth() == Some(false)) {
             reader.wrong(
                 entry.node.span.clone(),
-                "`lmi = false` asks for nothing",
-                "expected true, or another way to the gain",
+                "`lmi` is false",
+                "expected true, or another specification of the gain",
             );
             return None;
         }
@@ -287,7 +291,7 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
     if matches!(gain, GainSpec::Lmi | GainSpec::DecayRate(_))
         && let Some(given) = ["rho", "q"].iter().find_map(|&name| node.entry(name))
     {
-        let message = "the inequality that gives the gain gives P as well: a Lyapunov weight has no effect";
+        let message = "`rho` and `q` have no effect: the matrix inequality determines P together with the gain";
         reader.wrong(given.node.span.clone(), message, "expected `poles`, `kalman` or `gain` with it");
         return None;
     }
@@ -412,7 +416,7 @@ fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Obser
         }
         None if p == 1 => vec![n],
         None => {
-            let message = format!("the plant has {p} outputs, and `chains` does not say which states belong to which");
+            let message = format!("the plant has {p} outputs, and `chains` does not assign the states to them");
             reader.absent(check::head(node), message, format!("expected `chains`, {p} lengths that add to {n}"));
             return None;
         }

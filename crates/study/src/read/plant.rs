@@ -27,7 +27,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     let entries = node.entries();
     let way_of = |key: &str| WAYS.iter().position(|(_, keys)| keys.contains(&key));
     let Some((first, way)) = entries.iter().find_map(|entry| Some((entry, way_of(&entry.key)?))) else {
-        let message = "[plant] does not say what the plant is";
+        let message = "[plant] does not define a plant";
         let expected = "expected matrices `a`, `c` (and `b`), expressions `f` and `h`, or `builtin`";
         reader.absent(check::head(node), message, expected);
         return None;
@@ -35,7 +35,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     let mut mixed = false;
     for entry in entries {
         if way_of(&entry.key).is_some_and(|other| other != way) {
-            let message = format!("`{}` beside `{}`: a plant is said in one way", entry.key, first.key);
+            let message = format!("`{}` conflicts with `{}`", entry.key, first.key);
             reader.wrong(entry.span.clone(), message, format!("expected only {}", WAYS[way].1.join(", ")));
             mixed = true;
         }
@@ -93,7 +93,7 @@ fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
             return None;
         }
         if let Some(i) = (0..count).find(|i| names[..*i].contains(&names[*i])) {
-            let message = format!("the name {:?} is given twice", names[i]);
+            let message = format!("the name {:?} occurs twice", names[i]);
             reader.wrong(entry_of(list, i), message, "expected different names");
             return None;
         }
@@ -179,7 +179,7 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
         Err(error) => {
             let key = if error.family == Family::States { "states" } else { "inputs" };
             let span = node.get(key).map_or_else(|| check::head(node), |list| entry_of(list, error.index));
-            reader.wrong(span, error.to_string(), "expected a name that means nothing else in expressions");
+            reader.wrong(span, error.to_string(), "expected a name that has no other meaning in expressions");
             return None;
         }
     };

@@ -13,7 +13,8 @@ pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, L
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport, SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport,
+    SweepRow,
 };
 
 use serde::Serialize;
@@ -269,6 +270,18 @@ pub struct FailureReport {
     pub alternatives: Vec<String>,
     /// Position of the observer in the file.
     pub line: usize,
+}
+
+impl DesignReport {
+    /// The facts to print: those that are not verified and the five smallest margins, and how many others there are.
+    /// Up to twelve are not folded.
+    pub fn leading_facts(&self) -> (&[FactReport], usize) {
+        const ALL: usize = 12;
+        const LEADING: usize = 5;
+        let open = self.facts.iter().filter(|fact| fact.verdict != "proved").count();
+        let shown = if self.facts.len() > ALL { (open + LEADING).min(self.facts.len()) } else { self.facts.len() };
+        (&self.facts[..shown], self.facts.len() - shown)
+    }
 }
 
 impl Results {

@@ -43,7 +43,7 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
     }
     let links = files
         .iter()
-        .filter(|name| ["trajectories/", "certificates/"].iter().any(|folder| name.starts_with(folder)))
+        .filter(|name| ["trajectories/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder)))
         .map(|name| (name.clone(), name.clone()));
     let links: Vec<(String, String)> =
         std::iter::once(("study.json".to_owned(), "study.json, all numbers".to_owned())).chain(links).collect();
@@ -132,7 +132,7 @@ pub fn leading(words: &str) -> String {
 }
 
 fn modes(modes: &[ModeReport]) -> Grid {
-    modes.iter().fold(Grid::new(&["mode", "margin", "seen least along"]), |grid, mode| {
+    modes.iter().fold(Grid::new(&["mode", "margin", "least observable direction"]), |grid, mode| {
         grid.row([Cell::number(eigenvalue(mode.eigenvalue)), number(mode.margin), Cell::from(leading(&mode.words))])
     })
 }
@@ -141,16 +141,16 @@ fn observability(report: &ObservabilityReport) -> Section {
     let mut section = Section::new("Observability");
     let linear = report.points.iter().all(|point| point.t.is_none());
     section = section.prose(match (linear, report.rank == report.order) {
-        (true, true) => format!("The outputs see all {} states.", report.order),
-        (true, false) => format!("The outputs see {} of {} states.", report.rank, report.order),
-        (false, true) => format!("Linearised along the trajectory, the outputs see all {} states at every point looked at.", report.order),
+        (true, true) => format!("The plant is observable: rank {0} of {0}.", report.order),
+        (true, false) => format!("The plant is not observable: rank {} of {}.", report.rank, report.order),
+        (false, true) => format!("The linearisations along the trajectory are observable at every point: rank {0} of {0}.", report.order),
         (false, false) => format!(
-            "Linearised along the trajectory, the outputs see {} of {} states at the worst point. That alone does not make a nonlinear plant unobservable: it moves.",
+            "The linearisations along the trajectory have rank {} of {} at the worst point. A nonlinear plant can be observable nevertheless.",
             report.rank, report.order
         ),
     });
     section = section.prose(
-        "A margin is how well a mode is seen, sigma_min([A - lambda I; C]) relative to the size of [A; C]: 0 for a mode that no output sees.",
+        "The margin of a mode is sigma_min([A - lambda I; C]) relative to the norm of [A; C]: 0 for an unobservable mode.",
     );
     section = if linear { report.points.iter().fold(section, of_linear) } else { section.grid(along(report)) };
     match &report.nonlinear {
@@ -165,11 +165,11 @@ fn of_linear(section: Section, point: &ObservabilityAt) -> Section {
         return section.grid(modes(&point.modes));
     }
     let fate = if point.detectable {
-        "They decay by themselves: an observer exists, and cannot make them faster."
+        "They are stable: the plant is detectable. An observer exists and does not change their rate."
     } else {
-        "They do not decay: no observer exists for them."
+        "They are not stable: the plant is not detectable, and no observer exists."
     };
-    section.prose(format!("No output sees these modes. {fate}")).grid(modes(&point.hidden)).grid(modes(&point.modes))
+    section.prose(format!("These modes are unobservable. {fate}")).grid(modes(&point.hidden)).grid(modes(&point.modes))
 }
 
 /// The points of a trajectory, one row each, with the least observable mode there.
@@ -178,15 +178,23 @@ fn along(report: &ObservabilityReport) -> Grid {
         let ranks = &report.nonlinear.as_ref()?.lie;
         ranks.iter().find(|at| Some(at.t) == t).map(|at| at.rank)
     };
-    let head = ["t", "rank linearised", "rank of the Lie derivatives", "mode seen least", "margin", "along", "hidden"];
+    let head = [
+        "t",
+        "rank linearised",
+        "rank of the Lie derivatives",
+        "least observable mode",
+        "margin",
+        "direction",
+        "unobservable",
+    ];
     let grid = report.points.iter().fold(Grid::new(&head), |grid, point| {
         let least = point.modes.iter().min_by(|a, b| a.margin.total_cmp(&b.margin));
         let hidden = match (point.hidden.len(), point.detectable) {
             (0, _) => "none".to_owned(),
-            (1, true) => "1 mode, which decays".to_owned(),
-            (1, false) => "1 mode, which does not decay".to_owned(),
-            (count, true) => format!("{count} modes, which decay"),
-            (count, false) => format!("{count} modes, which do not all decay"),
+            (1, true) => "1 mode, stable".to_owned(),
+            (1, false) => "1 mode, not stable".to_owned(),
+            (count, true) => format!("{count} modes, stable"),
+            (count, false) => format!("{count} modes, not all stable"),
         };
         grid.row([
             maybe(point.t),
@@ -212,9 +220,9 @@ fn tone(verdict: &str) -> Tone {
 fn observer(section: Section, observer: &ObserverReport) -> Section {
     let mut section = section.heading(format!("{} ({})", observer.name, observer.kind));
     if let Some(failure) = &observer.failure {
-        section = section.facts([("design", Cell::badge("does not fit", Tone::Failed))]).prose(&failure.hypothesis);
+        section = section.facts([("design", Cell::badge("not applicable", Tone::Failed))]).prose(&failure.hypothesis);
         if !failure.alternatives.is_empty() {
-            section = section.prose("What would fit:").list(failure.alternatives.clone());
+            section = section.prose("Alternatives:").list(failure.alternatives.clone());
         }
     }
     match &observer.design {
@@ -243,16 +251,15 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
         let poles = design.poles.iter().map(|pole| eigenvalue(*pole)).collect::<Vec<_>>().join(",  ");
         facts.push(("poles".to_owned(), Cell::number(poles)));
     }
-    facts.extend(solver.map(|solver| ("proposed by the solver".to_owned(), Cell::from(solver))));
+    facts.extend(solver.map(|solver| ("solver".to_owned(), Cell::from(solver))));
     section = section.facts(facts);
     let shown = |matrix: &&NamedMatrix| matrix.name != "P" && matrix.name != "Q" && matrix.name != "S";
     section = matrices(section, design.matrices.iter().filter(shown));
     if design.facts.is_empty() {
         return section;
     }
-    // For many vertices only the smallest margins are shown; study.json has all.
-    let shown = design.facts.iter().take(12);
-    let grid = shown.fold(Grid::new(&["inequality", "verdict", "in words"]), |grid, fact| {
+    let (shown, folded) = design.leading_facts();
+    let grid = shown.iter().fold(Grid::new(&["condition", "verdict", "result"]), |grid, fact| {
         grid.row([
             Cell::from(fact.statement.as_str()),
             Cell::badge(fact.verdict.as_str(), tone(&fact.verdict)),
@@ -260,14 +267,15 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
         ])
     });
     let mut caption = Vec::new();
-    if design.facts.len() > 12 {
-        caption.push(format!("The first 12 of {} facts; `study.json` has all.", design.facts.len()));
+    if folded > 0 {
+        let count = design.facts.len();
+        caption.push(format!("The {} smallest margins of {count} conditions; `study.json` has all.", shown.len()));
     }
     let any = |what: &str| design.facts.iter().any(|fact| fact.statement.contains(what));
     if any("at vertex") {
         caption.push(
-            "A vertex is one combination of the extreme values that the entries of the Jacobians df/dx and dh/dx have over the box, and (A, C) those Jacobians: \
-             what holds at every vertex holds for all Jacobians in between."
+            "A vertex (A, C) is a combination of extreme values of the entries of the Jacobians df/dx and dh/dx over the \
+             region: what holds at all vertices holds for all Jacobians over the region."
                 .to_owned(),
         );
     }
@@ -289,7 +297,7 @@ fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix
         .map(|matrix| {
             let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
             if rows.max(columns) > LARGEST {
-                format!("{} is {rows} x {columns}; study.json has it", matrix.name)
+                format!("{} is {rows} x {columns}: see study.json", matrix.name)
             } else {
                 laid_out(matrix)
             }
@@ -334,7 +342,13 @@ fn scores(table: &ScoreTable, caption: &str) -> Grid {
 fn sweep(results: &Results, sweep: &SweepReport) -> Section {
     let mut section = Section::new("Sweep").prose(sweep.scoring.words.join(" "));
     if let Some(table) = sweep.table(&results.plant, SCORED) {
-        section = section.grid(scores(&table, "Medians over the ensemble."));
+        section = section.grid(scores(
+            &table,
+            match sweep.ensemble {
+                1 => "One run at each value.",
+                _ => "Medians over the ensemble; in brackets the 5th and the 95th percentile.",
+            },
+        ));
     }
     let ended = sweep.ended();
     if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }

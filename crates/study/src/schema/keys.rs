@@ -14,35 +14,35 @@ const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
 /// The whole file.
 pub const STUDY: Table = Table {
     name: "the study",
-    about: "A plant, the observers wanted of it, and how they are tried.",
+    about: "A plant, observers for it, and simulations or a measured log to compare them on.",
     variants: None,
     keys: &[
         optional("$schema", Kind::Text, "The JSON Schema of this file, for editors."),
-        optional("title", Kind::Text, "The title of the report; the name of the file without it."),
-        optional("about", Kind::Text, "What the study is for; stands below the title."),
+        optional("title", Kind::Text, "Title of the report (default: the name of the file)."),
+        optional("about", Kind::Text, "A description, printed below the title of the report."),
         optional(
             "solver",
             Kind::Choice(SOLVERS),
-            "The solver that proposes solutions of the linear matrix inequalities of the designs (default interior). Every answer is verified independently of it.",
+            "Solver of the linear matrix inequalities of the designs (default interior). Every solution is verified independently of the solver.",
         ),
-        required("plant", Kind::Table(&PLANT), "What is observed."),
+        required("plant", Kind::Table(&PLANT), "The plant."),
         optional(
             "operating_point",
             Kind::Table(&OPERATING_POINT),
-            "A rest position, at which the kinds luenberger, kalman, cubic and sampled-cubic are designed for a nonlinear plant.",
+            "An equilibrium, at which the kinds luenberger, kalman, cubic and sampled-cubic are designed for a nonlinear plant.",
         ),
-        optional("input", Kind::Table(&INPUT), "What drives the plant; without it the input is 0."),
-        optional("simulation", Kind::Table(&SIMULATION), "How the plant and its observers are run."),
-        optional("log", Kind::Table(&LOG), "A measured log on which the observers are run, instead of a simulation."),
-        optional("observer", Kind::Tables(&OBSERVER), "The observers, each with its wishes."),
-        optional("plot", Kind::Table(&PLOT), "What is drawn; everything without it."),
-        optional("sweep", Kind::Table(&SWEEP), "A parameter that is varied, and an ensemble."),
+        optional("input", Kind::Table(&INPUT), "The input of the plant (default 0)."),
+        optional("simulation", Kind::Table(&SIMULATION), "The simulation of the plant and its observers."),
+        optional("log", Kind::Table(&LOG), "A measured log to run the observers on."),
+        optional("observer", Kind::Tables(&OBSERVER), "The observers, each with its specification."),
+        optional("plot", Kind::Table(&PLOT), "The figures (default: all)."),
+        optional("sweep", Kind::Table(&SWEEP), "A parameter sweep, with an ensemble of runs at each value."),
     ],
 };
 
 /// The solvers of matrix inequalities.
 const SOLVERS: &[(&str, &str)] = &[
-    ("interior", "The solver of this project."),
+    ("interior", "The interior-point method of this project."),
     ("clarabel", "Clarabel, as a second opinion; in builds with the feature clarabel."),
 ];
 
@@ -61,108 +61,101 @@ pub(crate) const BUILTIN: &[(&str, &str)] = &[
 
 const PLANT: Table = Table {
     name: "[plant]",
-    about: "The plant: linear by its matrices (a, b, c), nonlinear by expressions (f, h), or one that is built in (builtin).",
+    about: "The plant: matrices (a, b, c, d) for a linear one, expressions (f, h) for a nonlinear one, or the name of a built-in plant (builtin).",
     variants: None,
     keys: &[
         optional("a", Kind::Rows, "A of x' = A x + B u, n x n, as a list of rows."),
-        optional("b", Kind::Rows, "B, n x m; no inputs without it."),
+        optional("b", Kind::Rows, "B, n x m (default: no inputs)."),
         optional("c", Kind::Rows, "C of y = C x + D u, p x n."),
-        optional("d", Kind::Rows, "D, p x m; zero without it."),
+        optional("d", Kind::Rows, "D, p x m (default 0)."),
         optional("f", Kind::Texts, "The right-hand sides of x' = f(t, x, u), one expression for each state."),
-        optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each."),
+        optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each output."),
         optional(
             "parameters",
             Kind::Named,
-            "Numbers that the expressions may use by name, and expressions of other parameters, such as J = \"m*l^2/3\".",
+            "Named constants for the expressions: numbers, or expressions of other parameters, such as J = \"m*l^2/3\".",
         ),
         optional(
             "tables",
             Kind::NamedTables(&LOOKUP),
-            "Lookup tables, which the expressions use as functions: torque(x1) for [plant.tables.torque].",
+            "Lookup tables, used in expressions as functions: torque(x1) for [plant.tables.torque].",
         ),
-        optional("builtin", Kind::Choice(BUILTIN), "A plant that is built in."),
+        optional("builtin", Kind::Choice(BUILTIN), "A built-in plant."),
         optional(
             "states",
             Kind::Names,
-            "Names of the states in expressions, figures, tables and messages; x1, x2, ... without it, which expressions may always say as well.",
+            "Names of the states in expressions, figures, tables and messages (default x1, x2, ...). Expressions may use x1, x2, ... in any case.",
         ),
-        optional(
-            "inputs",
-            Kind::Names,
-            "Names of the inputs, likewise; u1, u2, ... without it, as far as f and h use them.",
-        ),
-        optional("outputs", Kind::Names, "Names of the outputs; y1, y2, ... without it."),
+        optional("inputs", Kind::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use)."),
+        optional("outputs", Kind::Names, "Names of the outputs (default y1, y2, ...)."),
         optional("units", Kind::Names, "Units of the states, for axes and tables."),
         optional(
             "time_unit",
             Kind::Name,
-            "The unit of the time t, for axes and tables; none is written without it. Rates and poles are then per this unit.",
+            "Unit of the time t, for axes and tables (default: none). Decay rates and poles are per this unit.",
         ),
     ],
 };
 
 const LOOKUP: Table = Table {
     name: "[plant.tables.NAME]",
-    about: "A lookup table: a function of one variable through the points (x, y).",
+    about: "Lookup table: a function of one variable through the points (x, y).",
     variants: None,
     keys: &[
-        required("x", Kind::Numbers(Range::Any), "Two or more increasing numbers."),
-        required("y", Kind::Numbers(Range::Any), "As many values."),
+        required("x", Kind::Numbers(Range::Any), "Breakpoints: two or more increasing numbers."),
+        required("y", Kind::Numbers(Range::Any), "Values at the breakpoints."),
         optional(
             "method",
             Kind::Choice(&[
-                ("linear", "Straight lines."),
-                ("monotone-cubic", "Cubic polynomials, continuously differentiable and without overshoot (PCHIP)."),
+                ("linear", "Linear interpolation."),
+                ("monotone-cubic", "Piecewise cubic, continuously differentiable, without overshoot (PCHIP)."),
             ]),
-            "Between the points; linear without it.",
+            "Interpolation between the breakpoints (default linear).",
         ),
         optional(
             "extrapolation",
             Kind::Choice(&[
-                ("hold", "The first and the last value."),
-                ("linear", "Straight lines along the slopes at the ends."),
+                ("hold", "Constant: the first and the last value."),
+                ("linear", "Linear, with the slopes at the ends."),
             ]),
-            "Before the first point and after the last; hold without it.",
+            "Extrapolation (default hold).",
         ),
     ],
 };
 
 const OPERATING_POINT: Table = Table {
     name: "[operating_point]",
-    about: "A state at which the plant rests under a constant input, f(x, u) = 0, found by Newton's method from a guess.",
+    about: "An equilibrium: the plant rests under a constant input, f(x, u) = 0; found by Newton's method from a guess.",
     variants: None,
     keys: &[
-        optional("x", Kind::Numbers(Range::Any), "A guess of the state; zeros without it."),
-        optional("u", Kind::Numbers(Range::Any), "The input; zeros without it."),
+        optional("x", Kind::Numbers(Range::Any), "Guess of the state (default 0)."),
+        optional("u", Kind::Numbers(Range::Any), "The input (default 0)."),
     ],
 };
 
 const INPUT: Table = Table {
     name: "[input]",
-    about: "What drives the plant: expressions of t, a table from a CSV file, or feedback from an estimate (plus expressions).",
+    about: "The input of the plant: expressions of t, a table in a CSV file, or state feedback from an observer, to which expressions are added.",
     variants: None,
     keys: &[
+        optional("expressions", Kind::Texts, "One expression of t for each input; added to the feedback, if any."),
         optional(
-            "expressions",
-            Kind::Texts,
-            "One expression of t for each input; added to the feedback, if there is one.",
+            "table",
+            Kind::Text,
+            "A CSV file with the column t and one column for each input, headed by its name.",
         ),
-        optional("table", Kind::Text, "A CSV file with the columns t and one for each input, by its name."),
         optional(
             "interpolation",
-            Kind::Choice(&[
-                ("hold", "The last value holds until the next."),
-                ("linear", "Straight lines between values."),
-            ]),
-            "Between the rows of the table; hold without it.",
+            Kind::Choice(&[("hold", "Zero-order hold."), ("linear", "Linear interpolation.")]),
+            "Interpolation between the rows of the table (default hold).",
         ),
-        optional("feedback", Kind::Table(&FEEDBACK), "u = -K xhat."),
+        optional("feedback", Kind::Table(&FEEDBACK), "State feedback u = -K xhat."),
     ],
 };
 
 const FEEDBACK: Table = Table {
     name: "feedback",
-    about: "u = -K xhat with the estimate of one of the observers.",
+    about: "State feedback u = -K xhat with the estimate of one of the observers.",
     variants: None,
     keys: &[
         required("k", Kind::Rows, "The gain K, m x n."),
@@ -172,83 +165,95 @@ const FEEDBACK: Table = Table {
 
 const SIMULATION: Table = Table {
     name: "[simulation]",
-    about: "How the plant and its observers are run, from t = 0.",
+    about: "The simulation of the plant and its observers, from t = 0.",
     variants: None,
     keys: &[
-        required("x0", Kind::Numbers(Range::Any), "The state of the plant at t = 0, n numbers."),
-        required("duration", Kind::Number(Range::Positive), "The end of the run."),
+        required("x0", Kind::Numbers(Range::Any), "Initial state of the plant, n numbers."),
+        required("duration", Kind::Number(Range::Positive), "End time of the simulation."),
         optional(
             "samples",
             Kind::Count(2),
-            "How many equally spaced times are written, both ends among them (default 501). A sampled observer has its rows at its samples, evenly thinned to at most this number.",
+            "Number of equally spaced output times, both ends included (default 501). A sampled observer has its rows at its samples, evenly thinned to at most this number.",
         ),
         optional(
             "integrator",
             Kind::Choice(&[
-                ("auto", "Explicit until stiffness shows, then implicit."),
+                ("auto", "Explicit; implicit once the equations turn out to be stiff."),
                 ("explicit", "DOP853, of order 8."),
                 ("implicit", "Radau IIA, of order 5."),
             ]),
-            "The method; auto without it.",
+            "Integration method (default auto).",
         ),
-        optional("rtol", Kind::Number(Range::Positive), "Relative tolerance; 1e-9 without it."),
-        optional("atol", Kind::Number(Range::Positive), "Absolute tolerance; 1e-10 without it."),
+        optional("rtol", Kind::Number(Range::Positive), "Relative tolerance of the integration (default 1e-9)."),
+        optional("atol", Kind::Number(Range::Positive), "Absolute tolerance of the integration (default 1e-10)."),
         optional(
             "hold",
             Kind::Number(Range::Positive),
-            "The input is evaluated once in this period and held; not held without it.",
+            "Period of a zero-order hold of the input (default: no hold). Sampled observers and Kalman filters with a period assume a hold with that period.",
         ),
         optional(
             "band",
             Kind::Number(Range::Positive),
-            "The error has settled at this share of its first value; 0.05 without it.",
+            "Settling band as a fraction of the initial error (default 0.05).",
         ),
         optional(
             "scale",
             Kind::Numbers(Range::Positive),
-            "One positive number per state, in its unit: the error of each state is divided by it in the norm |e|. Default: the widths of the region of the designs, if it is finite and the same for all; otherwise no norm is formed.",
+            "One positive number per state, in its unit, by which its error is divided in the norm |e| (default: the widths of the region of the designs, if it is finite and the same for all; otherwise no norm is computed).",
         ),
         optional(
             "score_period",
             Kind::Number(Range::Positive),
-            "Errors are scored at multiples of this period, at least the longest sampling period. Default: at the samples if any observer is sampled, otherwise in continuous time.",
+            "Errors are evaluated at multiples of this period, at least the longest sampling period (default: at the samples if any observer is sampled, otherwise in continuous time).",
         ),
-        optional("noise", Kind::Table(&NOISE), "Noise on the outputs that the observers see; none without it."),
+        optional("noise", Kind::Table(&NOISE), "Measurement noise (default: none)."),
     ],
 };
 
 const NOISE: Table = Table {
     name: "noise",
-    about: "Noise on the outputs, seeded: the same in every run.",
+    about: "Measurement noise, from a seeded generator: the same in every run.",
     variants: None,
     keys: &[
         optional(
             "distribution",
             Kind::Choice(&[
-                ("gaussian", "Normal, of mean 0."),
-                ("uniform", "Uniform, between minus and plus the amplitude."),
+                ("gaussian", "Normal distribution with mean 0."),
+                ("uniform", "Uniform distribution between -amplitude and amplitude."),
             ]),
-            "The distribution; gaussian without it.",
+            "Distribution (default gaussian).",
         ),
         required(
             "amplitude",
             Kind::Numbers(Range::NotNegative),
-            "Standard deviation or amplitude, one for each output.",
+            "Standard deviation (gaussian) or largest value (uniform), one number for each output.",
         ),
-        required("period", Kind::Number(Range::Positive), "Each value holds for this time."),
-        optional("seed", Kind::Count(0), "The seed; 0 without it."),
+        required(
+            "period",
+            Kind::Number(Range::Positive),
+            "Sampling period of the noise; each value is held for this time.",
+        ),
+        optional("seed", Kind::Count(0), "Seed of the generator (default 0)."),
     ],
 };
 
 const LOG: Table = Table {
     name: "[log]",
-    about: "A measured log: the observers are run on it, and their innovations reported. A blank cell is no measurement.",
+    about: "A measured log. The observers run on it, and their innovations are reported. A blank cell is no measurement.",
     variants: None,
     keys: &[
-        required("file", Kind::Text, "A CSV file with a header, beside the study."),
-        optional("time", Kind::Text, "The column of times, which increase; t without it."),
-        optional("inputs", Kind::Texts, "The columns of the inputs; the names of the plant's inputs without it."),
-        optional("outputs", Kind::Texts, "The columns of the outputs; the names of the plant's outputs without it."),
+        required("file", Kind::Text, "A CSV file with a header; its path is relative to the folder of the study."),
+        optional("time", Kind::Text, "Name of the column of times, which must increase (default t)."),
+        optional(
+            "inputs",
+            Kind::Texts,
+            "Names of the columns of the inputs (default: the names of the plant's inputs).",
+        ),
+        optional(
+            "outputs",
+            Kind::Texts,
+            "Names of the columns of the outputs (default: the names of the plant's outputs).",
+        ),
         optional(
             "states",
             Kind::Texts,
@@ -272,55 +277,63 @@ pub(crate) const QUANTITIES: &[(&str, &str)] = &[
     ("error-norm", "The norm of the error on a logarithmic axis."),
     ("inputs", "The inputs."),
     ("outputs", "The outputs, with noise if there is any."),
-    ("innovations", "What each observer did not expect of the outputs, y - h(xhat)."),
+    ("innovations", "The innovation of each observer, y - h(xhat)."),
 ];
 
 const PLOT: Table = Table {
     name: "[plot]",
-    about: "What is drawn.",
+    about: "The figures.",
     variants: None,
     keys: &[
         optional(
             "show",
             Kind::Choices(QUANTITIES),
-            "The figures; states, errors, error-norm and inputs without it (innovations for a log).",
+            "Which figures (default: states, errors, error-norm and inputs; for a log, states and innovations).",
         ),
         optional("states", Kind::Texts, "Only these states, by name."),
         optional("observers", Kind::Texts, "Only these observers, by name."),
-        optional("from", Kind::Number(Range::NotNegative), "The time at which the figures begin."),
-        optional("to", Kind::Number(Range::Positive), "The time at which the figures end."),
+        optional("from", Kind::Number(Range::NotNegative), "Start time of the figures (default: that of the data)."),
+        optional("to", Kind::Number(Range::Positive), "End time of the figures (default: that of the data)."),
     ],
 };
 
 /// The parameters of a sweep.
 pub(crate) const SWEPT: &[(&str, &str)] = &[
-    ("gamma", "gamma of the observers that have one."),
-    ("poles", "A factor of the poles, decay rates and high gains: 2 makes an observer twice as fast."),
-    ("noise", "A factor of the amplitude of the noise."),
-    ("initial", "A factor of the first error x(0) - xhat(0)."),
+    ("gamma", "Gain of the cubic term, gamma or radial, of the observers that have one."),
+    ("poles", "Factor of the poles, decay rates and 1/r: 2 makes an observer twice as fast."),
+    ("noise", "Factor of the amplitude of the measurement noise."),
+    ("initial", "Factor of the initial error x(0) - xhat(0)."),
 ];
 
 const SWEEP: Table = Table {
     name: "[sweep]",
-    about: "A parameter that is varied; at each value all observers are designed and run anew, in parallel.",
+    about: "A parameter sweep: at each value all observers are designed and simulated again, in parallel.",
     variants: None,
     keys: &[
-        required("parameter", Kind::Choice(SWEPT), "What is varied."),
-        optional("values", Kind::Numbers(Range::Positive), "Its values."),
-        optional("from", Kind::Number(Range::Positive), "The least value, where they are not listed."),
-        optional("to", Kind::Number(Range::Positive), "The greatest value."),
-        optional("count", Kind::Count(2), "How many values; 9 without it."),
+        required(
+            "parameter",
+            Kind::Text,
+            "The parameter: gamma; a factor of the poles, of the noise or of the initial error; or a number of the study by its place, plant.NAME for a parameter of the plant, observer.NAME.KEY, simulation.KEY.",
+        ),
+        optional(
+            "values",
+            Kind::Numbers(Range::Any),
+            "Its values; factors are positive. Alternatively: from, to, count and spacing.",
+        ),
+        optional("from", Kind::Number(Range::Any), "Smallest value."),
+        optional("to", Kind::Number(Range::Any), "Largest value."),
+        optional("count", Kind::Count(2), "Number of values (default 9)."),
         optional(
             "spacing",
-            Kind::Choice(&[("log", "Equal ratios."), ("linear", "Equal differences.")]),
-            "How they are spaced; log without it.",
+            Kind::Choice(&[("log", "Constant ratio."), ("linear", "Constant difference.")]),
+            "Spacing of the values (default log).",
         ),
         optional(
             "ensemble",
             Kind::Count(1),
-            "Runs at each value, with other seeds of the noise and other directions of the first error; 1 without it.",
+            "Number of runs at each value, with different noise and different directions of the initial error (default 1).",
         ),
-        optional("seed", Kind::Count(0), "The seed of the ensemble; 0 without it."),
+        optional("seed", Kind::Count(0), "Seed of the ensemble (default 0)."),
         optional("observers", Kind::Texts, "Only these observers, by name."),
     ],
 };

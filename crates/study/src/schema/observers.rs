@@ -13,13 +13,13 @@ const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
 /// `[[observer]]`.
 pub(crate) const OBSERVER: Table = Table {
     name: "[[observer]]",
-    about: "An observer and what is wished of it.",
+    about: "An observer and its specification.",
     keys: &[
-        optional("name", Kind::Name, "Its name in figures and tables; its kind without it."),
+        optional("name", Kind::Name, "Name in figures, tables and file names (default: its kind)."),
         optional(
             "initial",
             Kind::Numbers(Range::Any),
-            "Its estimate at t = 0, n numbers; without it the operating point, if there is one, or else zeros.",
+            "Initial estimate, n numbers (default: the operating point, if there is one, or else 0).",
         ),
     ],
     variants: Some(Variants { tag: "kind", of: KINDS }),
@@ -28,43 +28,48 @@ pub(crate) const OBSERVER: Table = Table {
 const POLES: Key = optional(
     "poles",
     Kind::Poles,
-    "The eigenvalues of A - L C: n numbers, complex ones as [re, im] with their conjugates.",
+    "Eigenvalues of A - L C: n numbers, complex ones as [re, im] with their conjugates.",
 );
-const DECAY: Key =
-    optional("decay_rate", Kind::Number(Range::Positive), "Every error decays at least like exp(-decay_rate t).");
+const DECAY: Key = optional(
+    "decay_rate",
+    Kind::Number(Range::Positive),
+    "Decay rate: every error decays at least as fast as exp(-decay_rate t). The gain is computed by a linear matrix inequality.",
+);
 const LMI: Key =
-    optional("lmi", Kind::Switch, "true: a matrix inequality with the largest margin decides on the gain.");
+    optional("lmi", Kind::Switch, "true: the gain is that of the linear matrix inequality with the largest margin.");
 const MAX_GAIN: Key = optional(
     "max_gain",
     Kind::Number(Range::Positive),
-    "With decay_rate, lmi or fastest: an upper bound of the spectral norm of L.",
+    "With decay_rate, lmi or fastest: upper bound of the spectral norm of L (default: none).",
 );
 const NOISE: Key = optional(
     "noise",
     Kind::Weight,
     "With decay_rate, lmi or fastest: intensity V of the measurement noise, p x p (sample variance times sampling period); among the gains with the rate, the one with the least noise gain is chosen.",
 );
-const KALMAN: Key = optional("kalman", Kind::Table(&NOISES), "The stationary Kalman gain for these intensities.");
+const KALMAN: Key =
+    optional("kalman", Kind::Table(&NOISES), "Noise intensities; the gain is that of the stationary Kalman filter.");
 const GAIN: Key = optional("gain", Kind::Rows, "A given gain L, n x p.");
 const RHO: Key = optional(
     "rho",
     Kind::Number(Range::Positive),
-    "Q = rho I in the Lyapunov equation that certifies the gain; 1 without it.",
+    "Q = rho I in the Lyapunov equation (A - LC)'P + P(A - LC) + Q = 0 that certifies the gain (default 1).",
 );
-const Q: Key = optional("q", Kind::Rows, "Q of that equation, n x n, instead of rho.");
-const THETA: Key = optional("theta", Kind::Weight, "The weight theta of the cubic term, p x p; 1 without it.");
-const REGION: Key = optional("region", Kind::Table(&BOX), "The box in which x and xhat live; everywhere without it.");
+const Q: Key = optional("q", Kind::Rows, "Q of that equation, n x n, in place of rho.");
+const THETA: Key = optional("theta", Kind::Weight, "Weight theta of the cubic term, p x p (default: the identity).");
+const REGION: Key =
+    optional("region", Kind::Table(&BOX), "Region of x and xhat for which the design holds (default: all states).");
 const W: Key = required("w", Kind::Weight, "Intensity W of the process noise, n x n, per unit of time.");
 const V: Key = required(
     "v",
     Kind::Weight,
     "Intensity V of the measurement noise, p x p; for extended-kalman its covariance at a sample.",
 );
-const PERIOD: Key = required("period", Kind::Number(Range::Positive), "The sampling period.");
+const PERIOD: Key = required("period", Kind::Number(Range::Positive), "Sampling period.");
 
 const NOISES: Table = Table {
     name: "kalman",
-    about: "Intensities of the noise.",
+    about: "Noise intensities.",
     variants: None,
     keys: &[
         required("w", Kind::Weight, "Intensity W of the process noise, n x n."),
@@ -74,12 +79,12 @@ const NOISES: Table = Table {
 
 const BOX: Table = Table {
     name: "region",
-    about: "A box of states, and of inputs and times where they matter.",
+    about: "Bounds of the states, and of inputs and time if the equations depend on them.",
     variants: None,
     keys: &[
-        optional("states", Kind::Bounds, "n pairs [lower, upper]; ends may be inf."),
-        optional("inputs", Kind::Bounds, "m pairs; any input without it."),
-        optional("time", Kind::Bound, "Any time without it."),
+        optional("states", Kind::Bounds, "n pairs [lower, upper]; bounds may be inf or -inf (default: no bounds)."),
+        optional("inputs", Kind::Bounds, "m pairs [lower, upper] (default: no bounds)."),
+        optional("time", Kind::Bound, "A pair [lower, upper] (default: no bounds)."),
     ],
 };
 
@@ -88,27 +93,27 @@ const SECTOR: Table = Table {
     about: "A nonlinearity G phi(t, H x, u) whose slope lies between low and high.",
     variants: None,
     keys: &[
-        required("g", Kind::Rows, "Where it acts, n x q."),
-        required("h", Kind::Rows, "What it depends on, q x n."),
-        required("low", Kind::Number(Range::Any), "The least slope; for a Lipschitz constant gamma, -gamma."),
-        required("high", Kind::Number(Range::Any), "The greatest slope."),
+        required("g", Kind::Rows, "G, n x q."),
+        required("h", Kind::Rows, "H, q x n."),
+        required("low", Kind::Number(Range::Any), "Smallest slope; -gamma for a Lipschitz constant gamma."),
+        required("high", Kind::Number(Range::Any), "Largest slope; gamma for a Lipschitz constant gamma."),
     ],
 };
 
 const KINDS: &[Variant] = &[
     Variant {
         name: "luenberger",
-        about: "xhat' = A xhat + B u + L (y - C xhat), for linear plants.",
+        about: "Luenberger observer xhat' = A xhat + B u + L (y - C xhat - D u), for linear plants.",
         keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE],
     },
     Variant {
         name: "kalman",
-        about: "The stationary Kalman filter in continuous time, for linear plants.",
+        about: "Stationary Kalman filter in continuous time, for linear plants.",
         keys: &[W, V, RHO, Q],
     },
     Variant {
         name: "cubic",
-        about: "Luenberger's observer with a cubic term -(y~'theta y~) N y~ that never costs stability, for linear plants.",
+        about: "Luenberger observer with a cubic term -(y~'theta y~) N y~, which preserves stability, for linear plants.",
         keys: &[
             POLES,
             DECAY,
@@ -123,15 +128,15 @@ const KINDS: &[Variant] = &[
             optional(
                 "gamma",
                 Kind::Number(Range::Positive),
-                "N = -gamma P^-1 C' theta. One of gamma, radial and s must be there.",
+                "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
             ),
-            optional("radial", Kind::Number(Range::Positive), "N = -w P^-1 C'(C P^-1 C')^-1 with this w."),
-            optional("s", Kind::Rows, "N = -P^-1 C'S with this S, p x p, S + S' >= 0."),
+            optional("radial", Kind::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
+            optional("s", Kind::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
         ],
     },
     Variant {
         name: "sampled-cubic",
-        about: "The cubic observer in sampled data, stable at every period, for linear plants.",
+        about: "Sampled cubic observer, stable at every sampling period, for linear plants.",
         keys: &[
             POLES,
             DECAY,
@@ -143,58 +148,54 @@ const KINDS: &[Variant] = &[
             MAX_GAIN,
             NOISE,
             THETA,
-            required(
-                "gamma",
-                Kind::Number(Range::Positive),
-                "The strength w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1.",
-            ),
+            required("gamma", Kind::Number(Range::Positive), "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1."),
             PERIOD,
         ],
     },
     Variant {
         name: "lpv",
-        about: "The copy of a nonlinear plant with one gain for all Jacobians over a box.",
+        about: "Copy of a nonlinear plant with one gain for all Jacobians over a region (polytopic design).",
         keys: &[
             REGION,
-            optional("decay_rate", Kind::Number(Range::NotNegative), "The rate that is proved; 0 without it."),
+            optional("decay_rate", Kind::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
             optional(
                 "fastest",
                 Kind::Number(Range::Positive),
-                "Instead: the greatest rate that can be proved up to this ceiling.",
+                "In place of decay_rate: the largest decay rate up to this bound is found and certified.",
             ),
-            optional("gain", Kind::Rows, "Instead: what can be proved of this gain L, n x p."),
+            optional("gain", Kind::Rows, "In place of a design: a given gain L, n x p, is analysed."),
             MAX_GAIN,
             NOISE,
         ],
     },
     Variant {
         name: "lipschitz",
-        about: "The copy of a nonlinear plant with a gain for all nonlinearities within sectors (Thau, Rajamani, circle criterion).",
+        about: "Copy of a nonlinear plant with a gain for all nonlinearities within sectors (Thau, Rajamani, circle criterion).",
         keys: &[
             optional(
                 "a",
                 Kind::Rows,
-                "The linear part A, n x n, that the sectors are the rest of. Without a and sectors, both are read off the Jacobians over the region.",
+                "Linear part A, n x n; the sectors are the rest of f (default: both are computed from the Jacobians over the region).",
             ),
             optional("sectors", Kind::Tables(&SECTOR), "The nonlinearities."),
             REGION,
-            optional("decay_rate", Kind::Number(Range::NotNegative), "The rate that is proved; 0 without it."),
-            optional("gain", Kind::Rows, "Instead of a gain that is designed: what is proved of this L, n x p."),
+            optional("decay_rate", Kind::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
+            optional("gain", Kind::Rows, "In place of a design: a given gain L, n x p, is analysed."),
             MAX_GAIN,
             NOISE,
         ],
     },
     Variant {
         name: "mean-value",
-        about: "The mean-value-theorem observer, repaired, for plants that measure their first states.",
+        about: "Mean-value-theorem observer, in its corrected form, for plants whose outputs are the first states.",
         keys: &[
             REGION,
-            optional("decay_rate", Kind::Number(Range::NotNegative), "The rate that is proved; 0 without it."),
-            optional("eta", Kind::Number(Range::Positive), "The gain eta of its internal error; 1 without it."),
+            optional("decay_rate", Kind::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
+            optional("eta", Kind::Number(Range::Positive), "Gain eta of the internal error (default 1)."),
             optional(
                 "internal_error",
                 Kind::Numbers(Range::Any),
-                "Its belief about x(0) - xhat(0), n numbers; zeros without it.",
+                "Initial internal error, an estimate of x(0) - xhat(0), n numbers (default 0).",
             ),
             MAX_GAIN,
             NOISE,
@@ -202,51 +203,59 @@ const KINDS: &[Variant] = &[
     },
     Variant {
         name: "high-gain",
-        about: "The copy of a plant in triangular form with the gains alpha_i / r^i along chains that begin at the outputs.",
+        about: "Copy of a plant in triangular form with the gains alpha_i / r^i along chains of integrators that begin at the outputs.",
         keys: &[
-            required("r", Kind::Number(Range::Positive), "The small number r."),
+            required("r", Kind::Number(Range::Positive), "High-gain parameter: a small positive number."),
             optional(
                 "chains",
                 Kind::Numbers(Range::Positive),
-                "The length of the chain of each output, n altogether; one chain of n for one output without it.",
+                "Length of the chain of each output; they add to n (default with one output: n).",
             ),
             optional(
                 "alpha",
                 Kind::Numbers(Range::Positive),
-                "The coefficients, n of them; those of (s + 1)^length for each chain without it.",
+                "Coefficients alpha_i, n numbers (default: those of (s + 1)^length for each chain).",
             ),
         ],
     },
     Variant {
         name: "extended-kalman",
-        about: "The extended Kalman filter, plant in continuous time and measurements in samples.",
+        about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
         keys: &[
             W,
             V,
-            optional("p0", Kind::Weight, "Covariance of the first error, n x n; 1 without it."),
+            optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity)."),
             PERIOD,
-            optional("substeps", Kind::Count(1), "Runge-Kutta steps between samples; 4 without it."),
+            optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4)."),
+            optional(
+                "gate",
+                Kind::Number(Range::Positive),
+                "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+            ),
         ],
     },
     Variant {
         name: "kkl-numerical",
-        about: "z' = D z + B y with a left inverse of T computed by simulation, for plants of 2 or 3 states with one output and no input that varies.",
+        about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with 2 or 3 states, one output and no input.",
         keys: &[
-            required("domain", Kind::Bounds, "The box of states, n finite pairs [lower, upper]."),
-            required("cutoff", Kind::Number(Range::Positive), "The cut-off of the Bessel filter that z is."),
+            required("domain", Kind::Bounds, "Region of the states, n finite pairs [lower, upper]."),
+            required("cutoff", Kind::Number(Range::Positive), "Cutoff frequency of the Bessel filter z."),
             optional(
                 "escape",
                 Kind::Number(Range::Positive),
-                "The plant is slowed outside of the box within this margin, for plants whose past is unbounded; free without it.",
+                "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: none).",
             ),
-            optional("points", Kind::Count(5), "Points of the table per axis; 33 without it."),
-            optional("leaves", Kind::Count(1), "Leaves of the tree of polynomials; 32 without it."),
-            optional("degree", Kind::Count(1), "Degree of the polynomials; 4 without it."),
-            optional("samples", Kind::Count(100), "Samples of the fit; 8000 without it."),
+            optional("points", Kind::Count(5), "Grid points of the table per axis (default 33)."),
+            optional("leaves", Kind::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
+            optional("degree", Kind::Count(1), "Degree of the polynomials (default 4)."),
+            optional("samples", Kind::Count(100), "Number of samples of the fit (default 8000)."),
             optional(
                 "form",
-                Kind::Choice(&[("interpolated", "The accurate one."), ("embedded", "The one for a microcontroller.")]),
-                "Which left inverse runs; interpolated without it.",
+                Kind::Choice(&[
+                    ("interpolated", "Interpolation in the table: accurate."),
+                    ("embedded", "Tree of polynomials: small enough for a microcontroller."),
+                ]),
+                "Left inverse to simulate (default interpolated).",
             ),
         ],
     },

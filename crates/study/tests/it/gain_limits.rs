@@ -39,10 +39,10 @@ fn a_bound_and_the_noise_shape_the_gain() -> Result<(), Box<dyn std::error::Erro
 #[test]
 fn limits_beside_a_given_gain_are_a_mistake() {
     let error = read(&format!("{PENDULUM}gain = [[4], [6]]\nmax_gain = 5")).unwrap_err().to_string();
-    assert!(error.contains("`max_gain` beside `gain`, which determines the gain"), "{error}");
+    assert!(error.contains("`max_gain` conflicts with `gain`, which determines the gain"), "{error}");
     let linear = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
     let error = read(&format!("{linear}noise = [1]")).unwrap_err().to_string();
-    assert!(error.contains("`noise` beside `poles`"), "{error}");
+    assert!(error.contains("`noise` conflicts with `poles`"), "{error}");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn useless_gains_are_warned_of() -> Result<(), Box<dyn std::error::Error>> {
         of("absurd")
     );
     // 1.8309 by scipy.
-    let noisy = "noisy: the measurement noise alone leaves an error of standard deviation 1.83 in x2, more than the first error 1";
+    let noisy = "noisy: the measurement noise alone leaves an error of standard deviation 1.83 in x2, more than the initial error 1";
     assert!(of("noisy")[0].starts_with(noisy), "{:?}", of("noisy"));
     // L = [6, 5] for the poles -3 and -4: by scipy's cont2discrete(F, L) and solve_discrete_lyapunov, for noise of
     // variance 0.1^2 held over 0.01.

@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod battery;
 mod choices;
 mod feedthrough;
 mod folder;
@@ -7,6 +8,7 @@ mod gain_limits;
 mod high_gain;
 mod limits;
 mod log;
+mod messages;
 mod mistakes;
 mod operating_point;
 mod plant;
@@ -14,5 +16,6 @@ mod report_in_browser;
 mod scores;
 mod signal;
 mod solver;
+mod sweep;
 mod table;
 mod templates;

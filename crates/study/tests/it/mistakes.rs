@@ -5,6 +5,8 @@ use std::path::Path;
 use luenberger_study::diagnostic::Located;
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 
+use crate::messages;
+
 const STUDY: &str = r#"title = "t"
 [plant]
 a = [[0, 1], [0, 0]]
@@ -51,7 +53,11 @@ fn read(text: &str, format: Format) -> Result<Study, StudyError> {
 
 fn mistakes(text: &str) -> Vec<Located> {
     match read(text, Format::Toml) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located(),
+        Err(StudyError::File(diagnostics)) => {
+            let located = diagnostics.located();
+            located.iter().for_each(messages::mistake);
+            located
+        }
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("the mistake was not found in\n{text}"),
     }
@@ -76,7 +82,7 @@ fn one(text: &str, edits: &[(&str, &str, usize, &str, &str)]) {
 }
 
 #[test]
-fn keys() {
+pub(crate) fn keys() {
     one(
         STUDY,
         &[
@@ -117,7 +123,7 @@ fn keys() {
 }
 
 #[test]
-fn kinds_of_values() {
+pub(crate) fn kinds_of_values() {
     one(
         STUDY,
         &[
@@ -154,7 +160,7 @@ fn kinds_of_values() {
 }
 
 #[test]
-fn dimensions() {
+pub(crate) fn dimensions() {
     one(
         STUDY,
         &[
@@ -188,7 +194,7 @@ fn dimensions() {
                 "`states` has 1 names, and the plant has 2 states",
                 "expected 2",
             ),
-            ("c = [[1, 0]]", "c = [[1, 0]]\nstates = [\"p\", \"p\"]", 6, "\"p\" is given twice", "different"),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nstates = [\"p\", \"p\"]", 6, "\"p\" occurs twice", "different"),
             (
                 "c = [[1, 0]]",
                 "c = [[1, 0]]\nunits = [\"m\"]",
@@ -201,29 +207,29 @@ fn dimensions() {
 }
 
 #[test]
-fn what_joins_keys() {
+pub(crate) fn what_joins_keys() {
     one(
         STUDY,
         &[
             ("c = [[1, 0]]\n", "", 2, "and no `c`", "p x n"),
-            ("c = [[1, 0]]", "c = [[1, 0]]\nf = [\"x1\"]", 6, "`f` beside `a`", "expected only a, b, c"),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nf = [\"x1\"]", 6, "`f` conflicts with `a`", "expected only a, b, c"),
             (
                 "a = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]",
                 "states = [\"p\"]",
                 2,
-                "does not say what the plant is",
+                "does not define a plant",
                 "builtin",
             ),
             (
                 "poles = [-2, -5]",
                 "poles = [-2, -5]\ndecay_rate = 1",
                 16,
-                "`decay_rate` beside `poles`",
+                "`decay_rate` conflicts with `poles`",
                 "expected one of poles",
             ),
-            ("poles = [-2, -5]\n[[", "[[", 12, "does not say what is wished", "expected one of poles"),
-            ("poles = [-2, -5]", "lmi = false", 15, "`lmi = false` asks for nothing", "true"),
-            ("gamma = 2", "gamma = 2\nradial = 1", 21, "`radial` beside `gamma`", "expected one of gamma"),
+            ("poles = [-2, -5]\n[[", "[[", 12, "has no gain specification", "expected one of poles"),
+            ("poles = [-2, -5]", "lmi = false", 15, "`lmi` is false", "true"),
+            ("gamma = 2", "gamma = 2\nradial = 1", 21, "`radial` conflicts with `gamma`", "expected one of gamma"),
             (
                 "poles = [-2, -5]",
                 "poles = [2, -5]",
@@ -232,15 +238,15 @@ fn what_joins_keys() {
                 "negative real part",
             ),
             ("poles = [-2, -5]", "poles = [[-2, 1], -5]", 15, "the pole [-2, 1] has no conjugate", "[-2, -1]"),
-            ("name = \"two\"", "name = \"one\"", 17, "two observers named \"one\"", "a `name` of its own"),
+            ("name = \"two\"", "name = \"one\"", 17, "two observers are named \"one\"", "different names"),
             ("name = \"two\"", "name = \"?!\"", 17, "\"?!\" cannot be part of a file name", "a letter"),
             ("name = \"two\"", "name = \"con\"", 17, "Windows reserves it for a device", "another name"),
             ("name = \"two\"", "name = \"LPT3\"", 17, "Windows reserves it for a device", "another name"),
             ("name = \"two\"", "name = \"One\"", 17, "would have the names of those of \"one\"", "whatever their case"),
             ("name = \"two\"", "name = \"/one\"", 17, "would have the names of those of \"one\"", "ASCII letters"),
             ("name = \"two\"", "name = \"a\\u0000b\"", 17, "`name` has the control character U+0000", "without"),
-            ("b = [[0], [1]]\n", "", 5, "[input] for a plant without inputs", "no [input]"),
-            ("expressions = [\"sin(t)\"]\n", "", 6, "does not say what the input is", "`expressions`"),
+            ("b = [[0], [1]]\n", "", 5, "[input], and the plant has no inputs", "no [input]"),
+            ("expressions = [\"sin(t)\"]\n", "", 6, "[input] has no input", "`expressions`"),
             (
                 "expressions = [\"sin(t)\"]",
                 "interpolation = \"hold\"\nexpressions = [\"0\"]",
@@ -252,7 +258,7 @@ fn what_joins_keys() {
                 "expressions = [\"sin(t)\"]",
                 "expressions = [\"0\"]\ntable = \"x.csv\"",
                 8,
-                "`table` beside `expressions`",
+                "`table` conflicts with `expressions`",
                 "one of them",
             ),
             (
@@ -273,7 +279,13 @@ fn what_joins_keys() {
             ("show = [\"states\"]", "from = 2\nto = 1", 23, "from 2 to 1", "from < to"),
             ("values = [1, 2]\n", "", 23, "[sweep] has no values", "`from` and `to`"),
             ("values = [1, 2]", "from = 2\nto = 1", 26, "from 2 to 1", "from < to"),
-            ("values = [1, 2]", "values = [1]\nfrom = 2\nto = 3", 25, "`values` beside `from`", "one of the two"),
+            (
+                "values = [1, 2]",
+                "values = [1]\nfrom = 2\nto = 3",
+                25,
+                "`values` conflicts with `from`",
+                "one of the two",
+            ),
             ("values = [1, 2]", "values = [1, 2]\nobservers = [\"one\"]", 24, "none of the observers has one", "cubic"),
             ("values = [1, 2]", "values = [0]", 25, "entry 1 of `values` is 0", "positive"),
         ],
@@ -304,7 +316,7 @@ decay_rate = 1
 "#;
 
 #[test]
-fn names_in_expressions() {
+pub(crate) fn names_in_expressions() {
     let states = "states = [\"angle\", \"speed\"]";
     let called = |first: &str| format!("states = [\"{first}\", \"speed\"]");
     one(
@@ -313,14 +325,20 @@ fn names_in_expressions() {
             ("sin(angle)", "sin(angel)", 2, "there is no `angel`; did you mean `angle`?", "cannot be read"),
             ("sin(angle)", "sin(q)", 2, "known are angle, speed, torque, x1 to x2, u1, t, pi, e, k", "cannot be read"),
             ("h = [\"angle\"]", "h = [\"torqe\"]", 3, "there is no `torqe`; did you mean `torque`?", "cannot be read"),
-            (states, &called("sin"), 4, "`sin` cannot be the name of a state: it is a function", "nothing else"),
-            (states, &called("t"), 4, "`t` cannot be the name of a state: it is the time", "nothing else"),
-            (states, &called("e"), 4, "`e` cannot be the name of a state: it is 2.71828...", "nothing else"),
-            (states, &called("x2"), 4, "`x2` cannot be the name of a state: it is a state", "nothing else"),
-            (states, &called("u1"), 4, "`u1` cannot be the name of a state: it is an input", "nothing else"),
-            (states, &called("speed"), 4, "the name \"speed\" is given twice", "different names"),
+            (states, &called("sin"), 4, "`sin` cannot be the name of a state: it is a function", "no other meaning"),
+            (states, &called("t"), 4, "`t` cannot be the name of a state: it is the time", "no other meaning"),
+            (states, &called("e"), 4, "`e` cannot be the name of a state: it is 2.71828...", "no other meaning"),
+            (states, &called("x2"), 4, "`x2` cannot be the name of a state: it is a state", "no other meaning"),
+            (states, &called("u1"), 4, "`u1` cannot be the name of a state: it is an input", "no other meaning"),
+            (states, &called("speed"), 4, "the name \"speed\" occurs twice", "different names"),
             (states, "states = [\"angle\"]", 4, "`states` has 1 names, and the plant has 2 states", "2 names"),
-            ("[\"torque\"]", "[\"angle\"]", 5, "`angle` cannot be the name of an input: it is a state", "nothing else"),
+            (
+                "[\"torque\"]",
+                "[\"angle\"]",
+                5,
+                "`angle` cannot be the name of an input: it is a state",
+                "no other meaning",
+            ),
             ("{ k = 2.0 }", "{ k = 2.0, speed = 1.0 }", 6, "the name of a parameter: it is a state", "another name"),
             (
                 "[simulation]",
@@ -340,7 +358,7 @@ fn names_in_expressions() {
 
 /// The design uses indices of states and inputs; messages use the user's names.
 #[test]
-fn designs_are_told_in_the_names_of_the_study() {
+pub(crate) fn designs_are_told_in_the_names_of_the_study() {
     let study = read(NAMED, Format::Toml).unwrap();
     let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
     assert_eq!(results.plant.equations, ["angle' = speed", "speed' = -k*sin(angle) + torque", "y1 = angle"]);
@@ -358,7 +376,7 @@ fn designs_are_told_in_the_names_of_the_study() {
 }
 
 #[test]
-fn expressions() {
+pub(crate) fn expressions() {
     one(
         NONLINEAR,
         &[
@@ -372,8 +390,8 @@ fn expressions() {
             ("h = [\"x1\"]\n", "", 1, "and no `h`", "one expression for each output"),
             ("k = 2.0", "k = 2.0, x1 = 3", 4, "`x1` cannot be the name of a parameter: it is a state", "another name"),
             ("k = 2.0", "k = nan", 4, "the parameter `k` is NaN", "finite"),
-            ("\"x2\"", "\"1/(x2 - 1)\"", 6, "the plant is not defined where it starts", "finite"),
-            ("\"x2\"", "\"ln(x2 - 1)\"", 6, "the plant is not defined where it starts", "finite"),
+            ("\"x2\"", "\"1/(x2 - 1)\"", 6, "the plant is not defined at x0", "finite"),
+            ("\"x2\"", "\"ln(x2 - 1)\"", 6, "the plant is not defined at x0", "finite"),
             (
                 "decay_rate = 1",
                 "region = { states = [[0, 1]] }",
@@ -381,9 +399,15 @@ fn expressions() {
                 "`states` has 1 pairs, and the plant has 2 states",
                 "expected 2",
             ),
-            ("decay_rate = 1", "region = { states = [[0, 1], [1, 0]] }", 10, "from 1 to 0", "the lower end first"),
+            ("decay_rate = 1", "region = { states = [[0, 1], [1, 0]] }", 10, "from 1 to 0", "lower <= upper"),
             ("decay_rate = 1", "region = { states = [[0, 1], [1]] }", 10, "pair 2 of `states`", "[lower, upper]"),
-            ("decay_rate = 1", "decay_rate = 1\nfastest = 2", 11, "`fastest` beside `decay_rate`", "expected one of"),
+            (
+                "decay_rate = 1",
+                "decay_rate = 1\nfastest = 2",
+                11,
+                "`fastest` conflicts with `decay_rate`",
+                "expected one of",
+            ),
         ],
     );
     let deep = NONLINEAR.replace("sin(x1)", &format!("{}x1{}", "(".repeat(500), ")".repeat(500)));
@@ -396,7 +420,7 @@ fn expressions() {
 }
 
 #[test]
-fn kinds_of_observers() {
+pub(crate) fn kinds_of_observers() {
     let with = |observer: &str| NONLINEAR.replace("kind = \"lpv\"\ndecay_rate = 1", observer);
     for (observer, message, expected) in [
         ("kind = \"lipschitz\"\na = [[0, 1], [0, 0]]", "`a` alone", "both, or neither"),
@@ -434,7 +458,7 @@ fn kinds_of_observers() {
 }
 
 #[test]
-fn files_that_a_study_names() {
+pub(crate) fn files_that_a_study_names() {
     let log = |file: &str, more: &str| {
         format!(
             "[plant]\na = [[0]]\nb = [[1]]\nc = [[1]]\ninputs = [\"voltage\"]\noutputs = [\"angle\"]\n[log]\nfile = \"{file}\"\n{more}"
@@ -453,7 +477,7 @@ fn files_that_a_study_names() {
 }
 
 #[test]
-fn grammar() {
+pub(crate) fn grammar() {
     for (text, line, message) in [
         ("[plant\na = 1\n", 1, ""),
         ("[plant]\na = [[0, 1], [0, 0]\nc = [[1, 0]]\n", 3, ""),
@@ -480,7 +504,7 @@ fn grammar() {
 }
 
 #[test]
-fn json_says_the_same_as_toml() {
+pub(crate) fn json_says_the_same_as_toml() {
     let text = r#"{"plant": {"f": ["x2", "-k*sin(x1) + u1"], "h": ["x1"], "parameters": {"k": 2.0}},
         "simulation": {"x0": [1, 1], "duration": 2}, "observer": [{"kind": "lpv", "decay_rate": 1, "region": {"states": [["-inf", "inf"], [-1, 1]]}}]}"#;
     let (json, toml) = (read(text, Format::Json).unwrap(), read(NONLINEAR, Format::Toml).unwrap());
@@ -491,7 +515,7 @@ fn json_says_the_same_as_toml() {
 
 /// Names that file systems refuse, or labels cannot show.
 #[test]
-fn long_names() {
+pub(crate) fn long_names() {
     let long = "n".repeat(300);
     let edits = [
         ("name = \"one\"", format!("name = \"{long}\""), 13, "`name` has 300 characters"),
@@ -515,7 +539,7 @@ fn long_names() {
 }
 
 #[test]
-fn several_mistakes_at_once_in_the_order_of_the_file() {
+pub(crate) fn several_mistakes_at_once_in_the_order_of_the_file() {
     let text =
         STUDY.replace("duration = 2", "duration = 0").replace("poles =", "pols =").replace("x0 = [1, 1]", "x0 = [1]");
     let lines: Vec<usize> = mistakes(&text).iter().map(|mistake| mistake.line).collect();
@@ -524,7 +548,7 @@ fn several_mistakes_at_once_in_the_order_of_the_file() {
 }
 
 #[test]
-fn a_step_says_what_it_needs() {
+pub(crate) fn a_step_says_what_it_needs() {
     let study = read("[plant]\nbuiltin = \"double-integrator\"\n", Format::Toml).unwrap();
     for (step, needs) in
         [(Step::Design, "an [[observer]]"), (Step::Simulate, "an [[observer]]"), (Step::Sweep, "an [[observer]]")]
@@ -558,20 +582,25 @@ fn misfit(text: &str) -> (String, String) {
     let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
     assert_eq!(results.failures().len(), 1);
     let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{:?} fits", results.observers[0]));
+    messages::misfit(&failure);
     (failure.hypothesis, failure.alternatives.join("; "))
 }
 
 #[test]
-fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit() {
+pub(crate) fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit() {
     let nonlinear = |observer: &str| NONLINEAR.replace("kind = \"lpv\"\ndecay_rate = 1", observer);
     let linear = |plant: &str, observer: &str| format!("[plant]\n{plant}\n[[observer]]\n{observer}\n");
     for (text, hypothesis, alternative) in [
         (
             nonlinear("kind = \"cubic\"\npoles = [-1, -2]\ngamma = 1"),
-            "needs a linear plant, x' = A x + B u and y = C x + D u, and this one is not, because of `sin(x1)` in f2",
+            "needs a linear plant, x' = A x + B u and y = C x + D u, and this one is nonlinear: `sin(x1)` in f2",
             "lpv",
         ),
-        (linear("builtin = \"chaotic\"", "kind = \"kalman\"\nw = 1\nv = 1"), "`chaotic` is not", "extended-kalman"),
+        (
+            linear("builtin = \"chaotic\"", "kind = \"kalman\"\nw = 1\nv = 1"),
+            "`chaotic` is nonlinear",
+            "extended-kalman",
+        ),
         (linear("f = [\"1 - x1\"]\nh = [\"x1\"]", "kind = \"luenberger\"\nlmi = true"), "a constant term", ""),
         // The second state is neutrally stable and unobservable.
         (
@@ -579,13 +608,13 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
                 "a = [[-1, 0], [0, 0]]\nc = [[1, 0]]\nstates = [\"seen\", \"bias\"]",
                 "kind = \"luenberger\"\npoles = [-1, -2]",
             ),
-            "along bias leaves no trace",
-            "no observer of any kind exists",
+            "along bias is unobservable",
+            "no observer exists",
         ),
         (
             linear("a = [[-1, 0], [0, -3]]\nc = [[1, 0]]", "kind = \"luenberger\"\npoles = [-1, -2]"),
-            "leaves no trace in the outputs",
-            "decay by themselves",
+            "is unobservable",
+            "the plant is detectable",
         ),
         (
             linear("a = [[0, 1], [0, 0]]\nc = [[1, 0]]", "kind = \"luenberger\"\ngain = [[-1], [0]]"),
@@ -608,7 +637,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
         ),
         (
             linear("f = [\"x2\", \"-x1^3\"]\nh = [\"x1\", \"x2\"]", "kind = \"mean-value\"\ndecay_rate = 1"),
-            "this one measures 2 of 2",
+            "this plant measures 2 of 2",
             "extended-kalman",
         ),
         (
@@ -653,7 +682,7 @@ fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit(
 
 /// Scores: a scale fits the states, and there are instants at which all observers can be scored.
 #[test]
-fn scores() {
+pub(crate) fn scores() {
     let sampled = STUDY.replace("duration = 2\n", "duration = 2\nscale = [1, 2]\nscore_period = 0.1\n")
         + "[[observer]]\nname = \"three\"\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.1\n";
     one(
@@ -686,5 +715,45 @@ fn scores() {
     one(
         &two,
         &[(edit.0, edit.1, 8, "the sampling periods 0.1 and 0.07 have no common multiple", "expected `score_period`")],
+    );
+}
+
+/// Numbers of a study that a sweep varies: their names, and values with which the study is no study.
+#[test]
+fn swept_numbers() {
+    let text = format!("{NONLINEAR}[sweep]\nparameter = \"plant.k\"\nvalues = [1, 2]\n");
+    one(
+        &text,
+        &[
+            (
+                "plant.k",
+                "plant.kk",
+                12,
+                "`parameter` is \"plant.kk\", which is no number of the study",
+                "the nearest is \"plant.k\"",
+            ),
+            ("plant.k", "observer.lpv.rate", 12, "which is no number", "observer.lpv.decay_rate"),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"simulation.duration\"\nvalues = [1, -2]",
+                13,
+                "with simulation.duration = -2: `duration` is -2",
+                "positive",
+            ),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"plant.k\"\nfrom = -1\nto = 2",
+                13,
+                "`from` is -1",
+                "spacing = \"linear\"",
+            ),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"initial\"\nvalues = [1, 0]",
+                13,
+                "entry 2 of `values` is 0",
+                "positive",
+            ),
+        ],
     );
 }

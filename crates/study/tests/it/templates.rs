@@ -109,7 +109,7 @@ fn end_to_end(name: &str) -> luenberger_study::Results {
     }
     assert_eq!(with_needless_exponents(body(&page)), Vec::<&str>::new(), "{name}: numbers in the report");
     assert!(
-        body(&page).matches("<th>seen least along</th>").count() <= 2,
+        body(&page).matches("<th>least observable direction</th>").count() <= 2,
         "{name}: one table of modes, or two with the hidden ones"
     );
     let machine = env!("CARGO_MANIFEST_DIR");

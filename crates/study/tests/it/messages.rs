@@ -1,0 +1,283 @@
+//! Every message of a study in one reviewed file, `tests/golden/messages.txt`: mistakes, observers that do not apply,
+//! warnings, runs that end early, designs and errors.
+//!
+//! The mistakes and misfits are those of the tests in `mistakes`, which are called here. Numbers may differ in their
+//! digits on another machine and are not compared. Run with `UPDATE=1` in the environment after an intended change, and
+//! read the difference.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use luenberger_design::numerical_kkl::NumericalKklError;
+use luenberger_study::diagnostic::Located;
+use luenberger_study::results::FailureReport;
+use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
+
+use crate::mistakes;
+
+thread_local! {
+    static MISTAKES: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
+    static MISFITS: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
+}
+
+/// Notes a mistake that a test on this thread has found.
+pub(crate) fn mistake(located: &Located) {
+    let help = located.help.as_ref().map(|help| format!("    help: {help}\n")).unwrap_or_default();
+    let text = format!("{}\n    {}\n{help}", located.message, located.expected);
+    MISTAKES.with_borrow_mut(|seen| seen.insert(text));
+}
+
+/// Notes an observer that does not apply.
+pub(crate) fn misfit(failure: &FailureReport) {
+    let alternatives: String = failure.alternatives.iter().map(|other| format!("    alternative: {other}\n")).collect();
+    MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{alternatives}", failure.hypothesis)));
+}
+
+fn folder() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("messages");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+const INTEGRATORS: &str = "[plant]\na = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]\n";
+const PENDULUM: &str = "[plant]\nf = [\"x2\", \"-sin(x1)\"]\nh = [\"x1\"]\n";
+
+/// Studies with something to say, each with its step.
+fn studies() -> Vec<(&'static str, Step, String)> {
+    let with = |plant: &str, rest: &str| format!("{plant}{rest}");
+    let log =
+        "t,y1,u1\n0,0,0\n1,1,0\n2,,0\n3,1.5,0\n4,1.25,0\n5,1,0\n60,1.125,0\n61,1,0\n62,1,0\n63,1,0\n64,1,0\n65,1,0\n";
+    std::fs::write(folder().join("log.csv"), log).unwrap();
+    let quick = "[[observer]]\nkind = \"luenberger\"\npoles = [-2, -5]\n";
+    let simulated = "[simulation]\nx0 = [1, 1]\nduration = 2\nsamples = 5\n";
+    vec![
+        ("a linear plant", Step::Run, with(INTEGRATORS, &format!("{quick}{simulated}"))),
+        (
+            "all kinds for linear plants",
+            Step::Design,
+            with(
+                INTEGRATORS,
+                "[[observer]]\nname = \"rate\"\nkind = \"luenberger\"\ndecay_rate = 1\n[[observer]]\nkind = \"kalman\"\nw = 1\nv = 1\n\
+                 [[observer]]\nkind = \"cubic\"\npoles = [-2, -5]\ngamma = 1\n\
+                 [[observer]]\nkind = \"sampled-cubic\"\npoles = [-2, -5]\ngamma = 1\nperiod = 0.1\n\
+                 [[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n",
+            ),
+        ),
+        (
+            "an unobservable plant that is detectable, and one that is not",
+            Step::Observe,
+            "[plant]\na = [[-1, 0], [0, -2]]\nc = [[1, 0]]\n".to_owned(),
+        ),
+        ("not detectable", Step::Observe, "[plant]\na = [[-1, 0], [0, 2]]\nc = [[1, 0]]\n".to_owned()),
+        (
+            "a weakly observable mode",
+            Step::Run,
+            with("[plant]\na = [[-1, 0], [0, -1.0000001]]\nc = [[1, 1]]\n", "[[observer]]\nkind = \"luenberger\"\nlmi = true\n"),
+        ),
+        (
+            "a filter without a hold",
+            Step::Compare,
+            with(
+                INTEGRATORS,
+                &format!("[input]\nexpressions = [\"sin(t)\"]\n[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n{simulated}"),
+            ),
+        ),
+        (
+            "gains of no use",
+            Step::Compare,
+            with(
+                INTEGRATORS,
+                &format!(
+                    "[[observer]]\nkind = \"luenberger\"\npoles = [-20000, -50000]\n{simulated}noise = {{ amplitude = [0.1], period = 0.01 }}\n"
+                ),
+            ),
+        ),
+        (
+            "a run that leaves the region",
+            Step::Compare,
+            with(
+                PENDULUM,
+                &format!("[[observer]]\nkind = \"lpv\"\nregion = {{ states = [[-1.1, 1.1], [-0.5, 0.5]] }}\n{simulated}"),
+            ),
+        ),
+        (
+            "kinds for nonlinear plants",
+            Step::Run,
+            with(
+                PENDULUM,
+                &format!(
+                    "[[observer]]\nkind = \"lpv\"\ndecay_rate = 0.5\n[[observer]]\nname = \"fastest\"\nkind = \"lpv\"\nfastest = 2\n\
+                     [[observer]]\nkind = \"lipschitz\"\n[[observer]]\nkind = \"mean-value\"\n\
+                     [[observer]]\nkind = \"high-gain\"\nr = 0.1\n{simulated}"
+                ),
+            ),
+        ),
+        (
+            "a direction that no gain reaches",
+            Step::Design,
+            "[plant]\nf = [\"x1*x1\", \"-x2\"]\nh = [\"x2\"]\n[[observer]]\nkind = \"lpv\"\nregion = { states = [[1, 2], [-1, 1]] }\n".to_owned(),
+        ),
+        (
+            "vertices in conflict",
+            Step::Design,
+            "[plant]\nf = [\"x2*sin(x1)\", \"0.1*x2\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"lpv\"\nregion = { states = [[-2, 2], [-1, 1]] }\n".to_owned(),
+        ),
+        ("divergence", Step::Compare, with("[plant]\nf = [\"x1^3\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),
+        ("a division by zero", Step::Compare, with("[plant]\nf = [\"1/(x1 - 2)\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),
+        ("outside of the domain", Step::Compare, with("[plant]\nf = [\"-1 - 0*sqrt(x1)\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),
+        ("a log with a gap and a blank cell", Step::Compare, with(INTEGRATORS, &format!("{quick}[log]\nfile = \"log.csv\"\n"))),
+        (
+            "feedback of an observer without a design",
+            Step::Compare,
+            with(
+                INTEGRATORS,
+                &format!("[input]\nfeedback = {{ k = [[1, 1]], observer = \"bad\" }}\n{quick}[[observer]]\nname = \"bad\"\nkind = \"luenberger\"\ngain = [[-1], [0]]\n{simulated}"),
+            ),
+        ),
+        (
+            "a sweep",
+            Step::Sweep,
+            with(INTEGRATORS, &format!("{quick}{simulated}[sweep]\nparameter = \"poles\"\nvalues = [1, 2]\nensemble = 2\n")),
+        ),
+    ]
+}
+
+/// What the results of a study say, without the numbers of tables.
+fn said(text: &str, step: Step) -> String {
+    let study = match Study::from_text("study.toml", text, Format::Toml, &folder()) {
+        Ok(study) => study,
+        Err(error) => panic!("{error}\n{text}"),
+    };
+    let results = match execute(&study, step, &RunOptions::default()) {
+        Ok(results) => results,
+        Err(error) => return format!("error: {error}\n"),
+    };
+    let mut said = String::new();
+    for mode in results.observability.iter().flat_map(|report| &report.points).flat_map(|point| &point.hidden) {
+        _ = writeln!(said, "unobservable: {}", mode.words);
+    }
+    if let Some(nonlinear) = results.observability.as_ref().and_then(|report| report.nonlinear.as_ref()) {
+        _ = writeln!(said, "{}", nonlinear.words);
+    }
+    for observer in &results.observers {
+        if let Some(design) = &observer.design {
+            _ = writeln!(said, "{} ({}): {}\n  {}", observer.name, observer.kind, design.verdict, design.statement);
+            let facts = design.facts.iter().map(|fact| format!("{}: {}", fact.statement, fact.words));
+            for line in facts.chain(design.evidence.clone()) {
+                _ = writeln!(said, "  {line}");
+            }
+        }
+        if let Some(failure) = &observer.failure {
+            _ = writeln!(said, "{} ({}): not applicable: {}", observer.name, observer.kind, failure.hypothesis);
+            for alternative in &failure.alternatives {
+                _ = writeln!(said, "  alternative: {alternative}");
+            }
+        }
+    }
+    let scorings =
+        results.simulation.iter().map(|report| &report.scoring).chain(results.sweep.iter().map(|s| &s.scoring));
+    for sentence in scorings.flat_map(|scoring| &scoring.words) {
+        _ = writeln!(said, "{sentence}");
+    }
+    for warning in &results.warnings {
+        _ = writeln!(said, "warning: {warning}");
+    }
+    for failure in results.failures() {
+        _ = writeln!(said, "failed: {failure}");
+    }
+    said
+}
+
+/// Errors that are hard to cause.
+fn errors() -> Vec<String> {
+    let path = PathBuf::from("results");
+    let io = |kind| StudyError::Io { path: "results/report.html".into(), error: std::io::Error::from(kind) };
+    let memory =
+        Excess::Memory { needed: 24e9, limit: 4_294_967_296.0, mostly: "the trajectories (reduce simulation.samples)" };
+    let time = Excess::Time { needed: 3e5, limit: 86400.0, mostly: "simulations".to_owned() };
+    let studies = [
+        io(std::io::ErrorKind::PermissionDenied),
+        StudyError::NotAFolder { path: path.clone() },
+        StudyError::ForeignFolder { path: path.clone() },
+        StudyError::FolderInUse { path },
+        StudyError::TooExpensive(memory),
+        StudyError::TooExpensive(time),
+        StudyError::TimeLimit { limit: 86400.0 },
+        StudyError::Threads(4),
+        StudyError::Interrupted,
+    ];
+    let fits = [
+        NumericalKklError::Unresolved { error: 1.42, most: 0.2 },
+        NumericalKklError::Uncontrollable { ratio: 1.2345e-20 },
+        NumericalKklError::GridTooLarge { points: 1e9, most: 1_000_000 },
+        NumericalKklError::NotFinite { from: vec![1.0, 2.0], time: 0.5 },
+    ];
+    studies.iter().map(ToString::to_string).chain(fits.iter().map(ToString::to_string)).collect()
+}
+
+/// The text with every number replaced by `#`.
+fn without_numbers(text: &str) -> String {
+    let mut kept = String::new();
+    let mut inside = false;
+    let mut before = ' ';
+    for c in text.chars() {
+        let starts = c.is_ascii_digit() && !before.is_alphanumeric() && before != '_';
+        let goes_on = inside && (c.is_ascii_digit() || ".e-".contains(c));
+        if starts && !inside {
+            kept.push('#');
+        }
+        if !(starts || goes_on) {
+            kept.push(c);
+        }
+        inside = starts || goes_on;
+        before = c;
+    }
+    kept
+}
+
+#[test]
+fn every_message_stands_in_the_reviewed_file() {
+    for test in [
+        mistakes::keys,
+        mistakes::kinds_of_values,
+        mistakes::dimensions,
+        mistakes::what_joins_keys,
+        mistakes::names_in_expressions,
+        mistakes::expressions,
+        mistakes::kinds_of_observers,
+        mistakes::files_that_a_study_names,
+        mistakes::grammar,
+        mistakes::long_names,
+        mistakes::scores,
+        mistakes::an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit,
+    ] {
+        test();
+    }
+    let mut text = "# Mistakes in a study\n\n".to_owned();
+    MISTAKES.with_borrow(|seen| text.extend(seen.iter().map(String::as_str)));
+    text.push_str("\n# Observers that do not apply\n\n");
+    MISFITS.with_borrow(|seen| text.extend(seen.iter().map(String::as_str)));
+    for (title, step, study) in studies() {
+        _ = write!(text, "\n# {} of {title}\n\n{}", step.name(), said(&study, step));
+    }
+    text.push_str("\n# Errors\n\n");
+    text.extend(errors().iter().flat_map(|error| [error, "\n"]));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/messages.txt");
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(&path, &text).unwrap();
+        return;
+    }
+    let golden = std::fs::read_to_string(path).unwrap();
+    for (found, expected) in text.lines().zip(golden.lines()) {
+        assert_eq!(without_numbers(found), without_numbers(expected), "run with UPDATE=1 and read the difference");
+    }
+    assert_eq!(text.lines().count(), golden.lines().count(), "run with UPDATE=1 and read the difference");
+}
+
+#[test]
+fn numbers_are_left_out() {
+    assert_eq!(without_numbers("x1 at t = 5.65e-3, [1, -2]: 3 % of a2"), "x1 at t = #, [#, -#]: # % of a2");
+    assert_ne!(without_numbers("one"), without_numbers("two"));
+}
