@@ -192,7 +192,7 @@ fn values(node: &Node, parameter: &Swept, reader: &mut Reader) -> Option<Vec<f64
             list.iter().enumerate().map(entry).collect()
         }
         (Some(values), ..) => {
-            reader.wrong(values.span.clone(), "`values` beside `from` and `to`", "expected one of the two");
+            reader.wrong(values.span.clone(), "`values` conflicts with `from` and `to`", "expected one of the two");
             None
         }
         (None, Some(from), Some(to)) => {
