@@ -94,6 +94,9 @@ pub(super) fn trajectory(
     if let Some(period) = simulation.hold {
         scenario = scenario.hold_input(period);
     }
+    if let Some(dt) = study.plant.dt {
+        scenario = scenario.discrete_time(dt);
+    }
     if let Some(noise) = &simulation.noise {
         scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
     }
