@@ -1,5 +1,6 @@
 //! Design of each `[[observer]]`, or the reason why it has none.
 
+mod discrete;
 mod explain;
 mod kkl;
 mod linear;
@@ -66,6 +67,9 @@ pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result
 fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let options = wish.limits.options(study.solver);
+    if let Some(dt) = study.plant.dt {
+        return discrete::design(study, wish, dt);
+    }
     // A nonlinear plant is linearised at the operating point, and the observer shifted there.
     let shift = if model.linear().is_some() { None } else { study.operating_point.as_ref() };
     let linear = || {

@@ -53,7 +53,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
     // After a syntax error the rest of the tree is unreliable.
     if mistakes.is_empty() {
         check::table(&root, &STUDY, &mut mistakes);
-        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned() };
+        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned(), dt: None };
         let study = assemble(&root, &source, &mut reader);
         // A key that is missing where another is unknown is most likely misspelt.
         let starts = starts(&root);
@@ -167,6 +167,8 @@ struct Reader {
     /// Mistakes about missing keys.
     absences: Vec<Diagnostic>,
     folder: std::path::PathBuf,
+    /// The period of a plant in discrete time.
+    dt: Option<f64>,
 }
 
 impl Reader {
