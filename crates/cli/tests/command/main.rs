@@ -4,6 +4,7 @@ mod examples;
 mod from_matlab;
 mod manners;
 mod matrix;
+mod messages;
 mod mistakes;
 mod pages;
 mod results;
