@@ -2,6 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// A spinner that is erased when dropped.
@@ -34,6 +35,8 @@ impl Drop for Spinner {
 pub(crate) struct Bar {
     /// `None` if standard error is not a terminal.
     bar: Option<ProgressBar>,
+    /// The stage that is shown.
+    stage: Mutex<String>,
 }
 
 const TEMPLATE: &str = "{bar:32} {pos:>3}/{len} {msg}, {per_sec}, {eta} left";
@@ -49,12 +52,18 @@ impl Bar {
             bar.enable_steady_tick(Duration::from_millis(100));
             bar
         });
-        Self { bar }
+        Self { bar, stage: Mutex::new(String::new()) }
     }
 
     /// Reports that `done` of `total` items of a stage are finished.
     pub(crate) fn tell(&self, stage: &str, item: &str, done: usize, total: usize) {
         if let Some(bar) = &self.bar {
+            // Rate and remaining time are those of the stage.
+            let mut shown = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+            if *shown != stage {
+                stage.clone_into(&mut shown);
+                bar.reset();
+            }
             bar.set_length(total as u64);
             bar.set_position(done as u64);
             bar.set_message(format!("{stage} {item}"));

@@ -112,6 +112,11 @@ impl Expression {
         })
     }
 
+    /// Whether the time occurs in it.
+    pub fn uses_time(&self) -> bool {
+        self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::Time, _)))
+    }
+
     /// Whether an input occurs in it.
     pub fn uses_inputs(&self) -> bool {
         self.tree.nodes().any(|node| matches!(node, Node::Symbol(Symbol::Input(_), _)))

@@ -325,9 +325,9 @@ fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> 
         if input.state.scope.resolve(&name).is_ok() {
             return wrong(span, ExpressionErrorKind::NotAFunction { name });
         }
-        let near = function::elsewhere(&name).or_else(|| nearest(&name, function::names())).map(str::to_owned);
-        let known =
-            function::names().map(str::to_owned).chain(input.state.scope.table_names()).collect::<Vec<_>>().join(", ");
+        let known: Vec<String> = function::names().map(str::to_owned).chain(input.state.scope.table_names()).collect();
+        let near = function::elsewhere(&name).or_else(|| nearest(&name, known.iter().map(String::as_str)));
+        let (near, known) = (near.map(str::to_owned), known.join(", "));
         return wrong(span, ExpressionErrorKind::UnknownFunction { name, nearest: near, known });
     };
     let arguments = arguments(input, Some(function))?;

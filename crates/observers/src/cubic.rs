@@ -227,12 +227,15 @@ where
     -trace / count(c.nrows())
 }
 
-/// `v' theta v`.
+/// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes.
 fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector<T, P>) -> T
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {
-    v.dot(&(theta * v))
+    let weighted = theta * v;
+    let mut products = v.iter().zip(weighted.iter()).map(|(left, right)| *left * *right);
+    let first = products.next().unwrap_or_else(T::zero);
+    products.fold(first, |sum, product| sum + product)
 }
 
 /// The largest magnitude of an entry.

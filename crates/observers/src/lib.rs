@@ -11,6 +11,7 @@
 //! |---|---|
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
+//! | [`sampled_linear`] | the sampled-data linear observer, a predictor |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -23,6 +24,7 @@
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
+//! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
@@ -36,6 +38,7 @@
 pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
+pub mod deviation;
 pub mod diagnosis;
 pub mod discrete_kalman;
 pub mod error;
@@ -54,12 +57,14 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
+pub mod sampled_linear;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
+pub use deviation::DeviationObserver;
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use error::{ObserverError, Point};
@@ -76,6 +81,7 @@ pub use mean_value::{
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use pebo::{PeboObserver, Regression};
+pub use sampled_linear::{SampledLinearGains, SampledLinearObserver, StaticSampledLinearObserver};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -26,6 +26,7 @@ use crate::discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 use crate::error::ObserverError;
 use crate::linear::{LinearObserver, StaticLinearObserver};
 use crate::observer::SampledObserver;
+use crate::sampled_linear::{SampledLinearGains, SampledLinearObserver, StaticSampledLinearObserver};
 
 /// The same matrix with sizes known at compile time, over `T`.
 ///
@@ -77,6 +78,30 @@ impl CubicObserver<f64, Dyn, Dyn, Dyn> {
     ) -> Result<StaticCubicObserver<T, N, M, P>, ObserverError> {
         let Self { l, n, theta, .. } = self;
         CubicObserver::of(fixed_plant(self.plant())?, fixed("L", l)?, fixed("N", n)?, fixed("theta", theta)?)
+    }
+}
+
+impl SampledLinearObserver<f64, Dyn, Dyn, Dyn> {
+    /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticSampledLinearObserver<T, N, M, P>, ObserverError> {
+        let gains = self.gains();
+        let observer = SampledLinearObserver::new(SampledLinearGains {
+            ad: fixed("Ad", &gains.ad)?,
+            bd: fixed("Bd", &gains.bd)?,
+            c: fixed("C", &gains.c)?,
+            ld: fixed("Ld", &gains.ld)?,
+            period: nalgebra::convert(gains.period),
+        })?;
+        match self.d() {
+            Some(d) => observer.with_feedthrough(fixed("D", d)?),
+            None => Ok(observer),
+        }
     }
 }
 

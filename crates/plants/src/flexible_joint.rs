@@ -40,7 +40,7 @@ pub fn classical() -> FlexibleJoint<2> {
 /// Example 2 with its misprint corrected: `a44 = 0`, `C = [I3 0]` as printed.
 ///
 /// ```
-/// use luenberger_plants::{Plant, flexible_joint};
+/// use luenberger_plants::{Shape, flexible_joint};
 /// use nalgebra::Vector4;
 /// let plant = flexible_joint::corrected();
 /// assert_eq!(plant.linear_part(), flexible_joint::classical().linear_part());

@@ -174,15 +174,20 @@ where
 }
 
 #[cfg(feature = "dual")]
-pub use dual::{along, apart};
+pub use dual::{along, apart, linearize};
+
+/// The dual numbers over f64.
+#[cfg(feature = "dual")]
+pub use num_dual::Dual64;
 
 #[cfg(feature = "dual")]
 mod dual {
     use nalgebra::allocator::Allocator;
-    use nalgebra::{DefaultAllocator, Dim, OVector, RealField};
+    use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
     use num_dual::{Dual, DualNumFloat};
 
     use super::{ByDual, Differentiable};
+    use crate::linear::LinearPlant;
     use crate::plant::Plant;
     use crate::size::Size;
 
@@ -208,6 +213,47 @@ mod dual {
         DefaultAllocator: Allocator<N>,
     {
         (y.map(|entry| entry.re), y.map(|entry| entry.eps))
+    }
+
+    /// The linear plant of the Jacobians at a point: `A = df/dx`, `B = df/du`, `C = dh/dx`, `D = dh/du`, of deviations
+    /// from (x, u).
+    ///
+    /// Exact to rounding; D is `None` where it is zero. Entries are not finite where a derivative does not exist:
+    /// [`LinearPlant::checked`] finds them. Costs n + m evaluations of f and of h over dual numbers.
+    ///
+    /// ```
+    /// use luenberger_plants::{CukConverter, linearize};
+    /// use nalgebra::{Vector1, Vector4};
+    /// // x2' = ((1 - u) x1 + u x3)/C2: by u it is (x3 - x1)/C2.
+    /// let plant = CukConverter::default();
+    /// let linear = linearize(&plant, 0.0, &Vector4::new(1.0, 2.0, 3.0, 4.0), &Vector1::new(0.25));
+    /// assert!((linear.b[(1, 0)] * plant.c2 - 2.0).abs() < 1e-14);
+    /// assert!((linear.a[(1, 0)] * plant.c2 - 0.75).abs() < 1e-14 && linear.d.is_none());
+    /// ```
+    pub fn linearize<S, T, N, M, P>(plant: &S, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> LinearPlant<T, N, M, P>
+    where
+        S: Differentiable<T, N, M, P>
+            + Plant<Dual<T>, State = OVector<Dual<T>, N>, Input = OVector<Dual<T>, M>, Output = OVector<Dual<T>, P>>,
+        T: DualNumFloat + RealField,
+        N: Dim,
+        M: Dim,
+        P: Dim,
+        DefaultAllocator: Size<N, M, P>,
+    {
+        let (a, c) = (plant.state_jacobian(t, x, u), plant.output_jacobian(t, x, u));
+        let (states, inputs, outputs) = (x.shape_generic().0, u.shape_generic().0, c.shape_generic().0);
+        let mut b = OMatrix::zeros_generic(states, inputs);
+        let mut d = OMatrix::zeros_generic(outputs, inputs);
+        let (now, x) = (Dual::from_re(t), constant(x));
+        for j in 0..u.nrows() {
+            let moved = OVector::from_fn_generic(inputs, nalgebra::U1, |k, _| {
+                Dual::new(u[k], if k == j { T::one() } else { T::zero() })
+            });
+            b.set_column(j, &apart(&Plant::<Dual<T>>::derivative(plant, now, &x, &moved)).1);
+            d.set_column(j, &apart(&Plant::<Dual<T>>::output(plant, now, &x, &moved)).1);
+        }
+        let is_zero = d.iter().all(|entry: &T| *entry == T::zero());
+        LinearPlant { a, b, c, d: if is_zero { None } else { Some(d) } }
     }
 
     impl<S, T, N, M, P> Differentiable<T, N, M, P> for S

@@ -12,7 +12,7 @@
 //! | [`closures`] | a plant from two closures |
 //! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
 //! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
-//! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`) |
+//! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`), linearisation at a point |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
 //! | [`counterexamples`] | small plants on which its observer fails |
@@ -54,6 +54,8 @@ pub use error::PlantError;
 pub use exponential_cascade::ExponentialCascade;
 pub use flexible_joint::FlexibleJoint;
 pub use jacobian::{ByDual, Differentiable, state_jacobian};
+#[cfg(feature = "dual")]
+pub use jacobian::{Dual64, linearize};
 #[cfg(feature = "alloc")]
 pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};

@@ -73,15 +73,15 @@ impl<'t> Trace<'t> {
     /// # Ok::<(), luenberger_sim::SimError>(())
     /// ```
     pub fn integral(&self) -> f64 {
-        self.integral_of(&|value| value)
+        self.integral_of(self.span().0, &|value| value)
     }
 
-    /// The integral of the square.
-    pub(crate) fn integral_of_square(&self) -> f64 {
-        self.integral_of(&|value| value * value)
+    /// The integral of the square from `from` to the end.
+    pub(crate) fn integral_of_square_from(&self, from: f64) -> f64 {
+        self.integral_of(from, &|value| value * value)
     }
 
-    fn integral_of(&self, measure: &dyn Fn(f64) -> f64) -> f64 {
+    fn integral_of(&self, from: f64, measure: &dyn Fn(f64) -> f64) -> f64 {
         // Positive nodes on [-1, 1] and their weights; Abramowitz and Stegun, table 25.4.
         const RULE: [(f64, f64); 4] = [
             (0.183_434_642_495_649_8, 0.362_683_783_378_362),
@@ -90,6 +90,7 @@ impl<'t> Trace<'t> {
             (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
         ];
         let step = |(k, (start, end)): (usize, (f64, f64))| {
+            let start = start.max(from);
             let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
             let pair = |&(node, weight): &(f64, f64)| {
                 let (left, right) = (self.on_step(k, middle - half * node), self.on_step(k, middle + half * node));
@@ -97,7 +98,7 @@ impl<'t> Trace<'t> {
             };
             half * RULE.iter().map(pair).sum::<f64>()
         };
-        self.dense.steps().enumerate().map(step).sum()
+        self.dense.steps().enumerate().filter(|(_, (_, end))| *end > from).map(step).sum()
     }
 
     /// The value at the end.

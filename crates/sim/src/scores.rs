@@ -12,6 +12,7 @@
 //! | overshoot | largest magnitude after the first change of sign | the same |
 //! | settling | first sample from which it stays within the band | last crossing of the band |
 //! | at the end | at the last sample | at the end of the run |
+//! | steady state | RMSE over the samples of the second half | RMSE over the second half |
 //!
 //! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes a
 //! scale, one positive number per state, by which each error is divided.
@@ -123,6 +124,8 @@ pub struct StateScores {
     pub settling_2: Option<f64>,
     /// The magnitude at the end.
     pub last: f64,
+    /// Root mean square over the second half of the run: what noise leaves once the initial error is gone.
+    pub steady_rmse: f64,
 }
 
 /// Figures of merit of the norm of the error, |e|.
@@ -140,6 +143,8 @@ pub struct Merits {
     pub rms: f64,
     /// |e| at the end.
     pub last: f64,
+    /// The root mean square of |e| over the second half of the run.
+    pub steady_rms: f64,
 }
 
 impl Merits {
@@ -259,6 +264,7 @@ impl<'t> Errors<'t> {
             settling_5: settling(0.05),
             settling_2: settling(0.02),
             last: curve.last().abs(),
+            steady_rmse: curve.steady_rms(),
         })
     }
 
@@ -304,6 +310,7 @@ impl<'t> Errors<'t> {
             peak: curve.peak()?,
             rms: curve.rms(),
             last: curve.last(),
+            steady_rms: curve.steady_rms(),
         })
     }
 }
@@ -339,9 +346,21 @@ impl Curve<'_> {
         match self {
             Self::Continuous(trace) => {
                 let (start, end) = trace.span();
-                (trace.integral_of_square() / (end - start)).sqrt()
+                (trace.integral_of_square_from(start) / (end - start)).sqrt()
             }
-            Self::Samples(_, values) => (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt(),
+            Self::Samples(_, values) => root_mean_square(values),
+        }
+    }
+
+    /// Root mean square over the second half.
+    fn steady_rms(&self) -> f64 {
+        match self {
+            Self::Continuous(trace) => {
+                let (start, end) = trace.span();
+                let middle = start + (end - start) / 2.0;
+                (trace.integral_of_square_from(middle) / (end - middle)).sqrt()
+            }
+            Self::Samples(_, values) => root_mean_square(&values[values.len() / 2..]),
         }
     }
 
@@ -381,6 +400,10 @@ impl Curve<'_> {
     }
 }
 
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+}
+
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()))
 }
@@ -411,6 +434,7 @@ mod tests {
         assert_eq!((curve.overshoot(), curve.first_within(0.1), curve.stays_within(0.1)), (1.0, Some(2.0), Some(4.0)));
         assert_eq!((curve.stays_within(0.001), curve.stays_within(2.0)), (None, Some(0.0)));
         assert!((curve.rms() - (5.0417f64 / 5.0).sqrt()).abs() < 1e-15);
+        assert!((curve.steady_rms() - (0.0417f64 / 3.0).sqrt()).abs() < 1e-15);
         assert!(Curve::Samples(&times, vec![1.0; 5]).overshoot() == 0.0);
     }
 }

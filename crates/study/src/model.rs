@@ -119,6 +119,15 @@ impl Model {
         }
     }
 
+    /// The first equation in which the time occurs, if there is one, as text: `f2` or `h1`.
+    pub fn explicit_time(&self) -> Option<String> {
+        let Self::Expressions(plant) = self else { return None };
+        let first = |name: &str, list: &[Expression]| {
+            list.iter().position(Expression::uses_time).map(|row| format!("{name}{}", row + 1))
+        };
+        first("f", plant.f()).or_else(|| first("h", plant.h()))
+    }
+
     /// The first output that depends on the input at once, from 0, if there is one.
     pub fn feedthrough(&self) -> Option<usize> {
         match self {

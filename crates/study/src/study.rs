@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use luenberger_design::GainOptions;
+use luenberger_design::{GainOptions, OperatingPoint};
 use luenberger_lmi::Solver;
 use luenberger_sim::{Recording, Samples};
 use nalgebra::{Complex, DMatrix};
@@ -24,6 +24,8 @@ pub struct Study {
     pub about: String,
     /// The plant.
     pub plant: PlantModel,
+    /// The operating point, with the linearisation there, if the study names one.
+    pub operating_point: Option<OperatingPoint>,
     /// The input of the plant.
     pub input: Input,
     /// The simulation; none for a study with designs only, or with a log.
@@ -292,6 +294,8 @@ pub enum ObserverKind {
         period: f64,
         /// Runge-Kutta steps per sampling period.
         substeps: usize,
+        /// How many standard deviations an innovation may have; none for no limit.
+        gate: Option<f64>,
     },
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
@@ -443,8 +447,8 @@ pub struct Plot {
     pub to: Option<f64>,
 }
 
-/// The parameters of a sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The parameter of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Swept {
     /// gamma of the observers that have one.
     Gamma,
@@ -454,27 +458,41 @@ pub enum Swept {
     Noise,
     /// A factor of the initial error.
     Initial,
+    /// A number of the study, by its place: `plant.k1`, `observer.filter.v`, `simulation.hold`.
+    Number(String),
 }
 
 impl Swept {
     /// The name in study files.
-    pub fn name(self) -> &'static str {
+    pub fn name(&self) -> &str {
         match self {
             Self::Gamma => "gamma",
             Self::Poles => "poles",
             Self::Noise => "noise",
             Self::Initial => "initial",
+            Self::Number(path) => path,
+        }
+    }
+
+    /// Whether observers are designed anew at each value.
+    pub fn redesigns(&self) -> bool {
+        match self {
+            Self::Gamma | Self::Poles => true,
+            Self::Noise | Self::Initial => false,
+            Self::Number(path) => path.starts_with("plant.") || path.starts_with("observer."),
         }
     }
 }
 
 /// A sweep.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Sweep {
     /// The swept parameter.
     pub parameter: Swept,
     /// Its values.
     pub values: Vec<f64>,
+    /// The study with each value, if the parameter is a number of it.
+    pub variants: Vec<Study>,
     /// Runs at each value.
     pub ensemble: usize,
     /// The seed of the ensemble.

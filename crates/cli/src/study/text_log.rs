@@ -43,7 +43,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
             rows.push(vec![
                 row.observer.clone(),
                 of.output.clone(),
-                of.samples.to_string(),
+                of.samples_in_words(),
                 size(of.mean),
                 size(of.rms),
                 size(of.peak),

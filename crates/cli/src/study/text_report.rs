@@ -4,8 +4,8 @@ use super::text_log;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
-    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, ScoreCell, ScoreTable, SimulationReport,
-    SweepReport, leading,
+    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport, ScoreCell, ScoreTable,
+    SimulationReport, SweepReport, leading,
 };
 use luenberger_study::{Results, Step};
 use nalgebra::Complex;
@@ -32,6 +32,9 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         counted(plant.outputs.len(), "output"),
         plant.kind
     );
+    if let Some(point) = &results.operating_point {
+        operating_point(&mut text, results, point);
+    }
     if let Some(report) = &results.observability {
         observability(&mut text, report);
     }
@@ -76,6 +79,32 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
         }
     }
     text
+}
+
+/// The operating point with A, B, C and D.
+fn operating_point(text: &mut String, results: &Results, point: &OperatingPointReport) {
+    let named = |names: &[String], values: &[f64]| {
+        let one = |(name, value): (&String, &f64)| format!("{name} = {}", number(*value));
+        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let plant = &results.plant;
+    _ = writeln!(text, "\noperating point: {}", named(&plant.states, &point.x));
+    if !point.u.is_empty() {
+        _ = writeln!(text, "  under {}", named(&plant.inputs, &point.u));
+    }
+    _ = writeln!(text, "  outputs {}", named(&plant.outputs, &point.y));
+    _ = writeln!(text, "  largest |f(x, u)| {} after {}", size(point.residual), counted(point.steps, "Newton step"));
+    for matrix in &point.matrices {
+        _ = writeln!(text, "  {} =", matrix.name);
+        for row in &matrix.rows {
+            let row: Vec<String> = row.iter().map(|x| number(*x)).collect();
+            _ = writeln!(text, "    {}", row.join("  "));
+        }
+    }
+    let poles: Vec<String> = point.poles.iter().map(|[re, im]| complex(Complex::new(*re, *im))).collect();
+    _ = writeln!(text, "  eigenvalues of A: {}", poles.join(", "));
+    let seen = if point.observable { "observable" } else { "not observable" };
+    _ = writeln!(text, "  the linearisation is {seen}");
 }
 
 fn observability(text: &mut String, report: &ObservabilityReport) {
@@ -227,7 +256,7 @@ fn scores(text: &mut String, scores: &ScoreTable) {
 
 fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
     let runs = counted(report.ensemble, "run");
-    let medians = if report.ensemble == 1 { "" } else { ": medians" };
+    let medians = if report.ensemble == 1 { "" } else { ": medians, and the 5th .. 95th percentile" };
     _ = writeln!(text, "\nsweep of {}, {runs} at each value{medians}", report.parameter);
     for sentence in &report.scoring.words {
         text.extend(["  ", sentence, "\n"]);

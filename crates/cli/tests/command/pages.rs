@@ -1,4 +1,4 @@
-//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, in `docs/guide.md` and in the READMEs are
+//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, `docs/guide.md`, `docs/log.md` and the READMEs are
 //! run, and their output is compared with the pages.
 
 use crate::terminal::{folder, run, without_estimate};
@@ -17,7 +17,7 @@ fn docs() -> PathBuf {
 
 fn pages() -> Vec<PathBuf> {
     let commands = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
-    let others = ["from-matlab.md", "guide.md", "../README.md", "../crates/cli/README.md"];
+    let others = ["from-matlab.md", "guide.md", "log.md", "../README.md", "../crates/cli/README.md"];
     let mut pages: Vec<_> = commands.chain(others.map(|page| docs().join(page))).collect();
     pages.sort();
     pages
@@ -130,6 +130,12 @@ fn every_example_does_what_its_page_says() {
         let name = page.file_stem().unwrap().to_string_lossy().into_owned();
         let above = page.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
         let here = folder(&format!("page-{above}-{name}"));
+        // The pages name the example of a battery as from the root of the repository.
+        let battery = Path::new("examples/studies/battery");
+        std::fs::create_dir_all(here.join(battery)).unwrap();
+        for file in ["battery.toml", "log.csv"] {
+            std::fs::copy(docs().join("..").join(battery).join(file), here.join(battery).join(file)).unwrap();
+        }
         let path = std::env::join_paths(
             [binary.clone()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
         );

@@ -118,7 +118,7 @@ fn steps_tell_their_part() {
     let design = told("design");
     assert!(design.contains("linear (luenberger): proved") && design.contains("L = [7; 10]"), "{design}");
     let compared = told("compare");
-    assert!(compared.contains("observer") && compared.contains("stays from (s)") && compared.contains("cubic"));
+    assert!(compared.contains("observer") && compared.contains("settling time (s)") && compared.contains("cubic"));
     assert!(!folder.join("study-results").exists());
 }
 

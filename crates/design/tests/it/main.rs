@@ -12,3 +12,4 @@ mod lpv;
 mod mean_value;
 mod nonlinear_observability;
 mod numerical_kkl;
+mod operating_point;

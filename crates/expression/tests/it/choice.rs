@@ -191,7 +191,7 @@ fn what_is_no_choice_and_no_table_is_refused() {
         ),
         ("line(1, 2)", "line 1, column 1: `line` is a lookup table and takes one argument"),
         ("line", "line 1, column 1: `line` is a function: write `line(...)`"),
-        ("lime(x1)", "line 1, column 1: there is no function `lime`; known are"),
+        ("lime(x1)", "line 1, column 1: there is no function `lime`; did you mean `line`?"),
         ("where(x1 > 0, 1, 2)", "line 1, column 1: there is no function `where`; did you mean `if`?"),
         ("heaviside(x1)", "line 1, column 1: there is no function `heaviside`; did you mean `step`?"),
     ] {

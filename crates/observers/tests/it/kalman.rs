@@ -206,3 +206,37 @@ fn a_singular_covariance_is_one() {
         d = SMatrix::from_fn(|i, j| d[((i + 1) % 4, j)]);
     }
 }
+
+/// An outlier is rejected by the gate as if it had not been measured, of two outputs the one alone; without a gate, and
+/// within it, nothing changes.
+#[test]
+fn a_gate_rejects_outliers() {
+    use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
+    use luenberger_plants::StaticPlant;
+    use nalgebra::{Const, Matrix2, Vector1, Vector2};
+
+    let plant =
+        StaticPlant::<f64, 2, 1, 2>::new(Matrix2::new(0.0, 1.0, 0.0, 0.0), Vector2::new(0.0, 1.0), Matrix2::identity())
+            .unwrap();
+    let v = Matrix2::new(0.04, 0.01, 0.01, 0.09);
+    let noises = NoiseModel { w: Matrix2::identity() * 0.1, v, p0: Matrix2::new(0.12, 0.0, 0.0, 0.16) };
+    let plain: ExtendedKalmanFilter<_, f64, Const<2>, Const<1>, Const<2>> =
+        ExtendedKalmanFilter::new(plant, noises, 0.1, 1).unwrap();
+    let gated = plain.clone().with_gate(4.0).unwrap();
+    // S = diag(P) + V: deviations 0.4 and 0.5; 4 of them are 1.6 and 2.
+    let u = Vector1::new(0.0);
+    let start = plain.initial(0.0, &Vector2::zeros(), &u, &Vector2::zeros());
+    for (y, rejected) in [
+        (Vector2::new(1.5, -1.9), [false, false]),
+        (Vector2::new(1.7, -1.9), [true, false]),
+        (Vector2::new(-1.5, 2.1), [false, true]),
+        (Vector2::new(9.0, 9.0), [true, true]),
+    ] {
+        assert!((0..2).all(|j| gated.rejects(0.0, &start, &u, &y, j) == rejected[j] && !plain.rejects(0.0, &start, &u, &y, j)));
+        let (mut found, mut expected) = (start.clone(), start.clone());
+        gated.update(0.0, &mut found, &u, &y).unwrap();
+        plain.update_partial(0.0, &mut expected, &u, &y, |j| !rejected[j]).unwrap();
+        assert_eq!(found, expected);
+    }
+    assert!(plain.clone().with_gate(0.0).is_err() && plain.with_gate(f64::NAN).is_err());
+}

@@ -17,7 +17,12 @@ pub(super) trait AnyFilter {
     /// The period at which it has to be predicted, of a filter in discrete time.
     fn grid(&self) -> Option<f64>;
     fn initial(&self, t: f64, estimate: &[f64], state: &mut [f64]);
-    /// The update by the outputs that were measured under the input u; none if the innovation covariance is not positive definite.
+    /// Whether the gate of the filter rejects an output that was measured.
+    fn rejects(&self, _t: f64, _state: &[f64], _u: &[f64], _y: &[f64], _output: usize) -> bool {
+        false
+    }
+    /// The update by the outputs that were measured under the input u; none if the innovation covariance is not
+    /// positive definite.
     fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare>;
     /// How many calls of [`predict`](Self::predict) take it over a duration.
     fn pieces(&self, duration: f64) -> f64;
@@ -78,6 +83,13 @@ where
         if let Some(estimate) = OVector::<f64, N>::try_from_slice(estimate) {
             state.copy_from_slice(GaussianEstimate::new(&estimate, &self.0.noise_model().p0).as_slice());
         }
+    }
+
+    fn rejects(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], output: usize) -> bool {
+        let belief = GaussianEstimate::try_from_slice(state);
+        let columns = (belief, OVector::<f64, M>::try_from_slice(u), OVector::<f64, P>::try_from_slice(y));
+        let (Some(belief), Some(u), Some(y)) = columns else { return false };
+        self.0.rejects(t, &belief, &u, &y, output)
     }
 
     fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {

@@ -217,7 +217,7 @@ impl<'r> March<'r> {
         let own = filter.dimensions();
         let n = own.estimate;
         let times = self.recording.times();
-        self.belief = Some(Belief { nis: Vec::new(), covariances: Vec::new(), order: n });
+        self.belief = Some(Belief { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: n });
         let mut state = vec![0.0; own.state];
         filter.initial(times[0], &self.entry.initial, &mut state);
         if let Some(period) = filter.grid() {
@@ -261,6 +261,9 @@ impl<'r> March<'r> {
     ) -> Result<(), SimError> {
         check_finite(&format!("the state of filter {:?} at t = {t}", self.entry.name), state)?;
         self.predict_outputs(t, &state[..n])?;
+        let rejected: Vec<usize> =
+            (0..self.y.len()).filter(|&j| self.measured[j] && filter.rejects(t, state, &self.u, &self.y, j)).collect();
+        rejected.iter().for_each(|&j| self.measured[j] = false);
         let nis: Option<NormalisedSquare> = if self.measured.contains(&true) {
             filter.update(t, state, &self.u, &self.y, &self.measured)
         } else {
@@ -268,6 +271,7 @@ impl<'r> March<'r> {
         };
         self.note(t, row, &state[..n])?;
         if let Some(belief) = &mut self.belief {
+            belief.rejected.extend(rejected.into_iter().map(|output| (belief.nis.len(), output)));
             belief.nis.push(nis);
             belief.covariances.extend_from_slice(&state[n..]);
         }

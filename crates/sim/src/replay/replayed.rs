@@ -41,6 +41,8 @@ pub struct ReplayedObserver {
 pub struct Belief {
     /// `nu' S^-1 nu` of each time (normalised innovation squared); none where nothing was measured.
     pub nis: Vec<Option<NormalisedSquare>>,
+    /// The measurements that the gate of the filter rejected: index of the time, and output.
+    pub rejected: Vec<(usize, usize)>,
     /// The covariances by columns, one time after the other.
     pub(super) covariances: Vec<f64>,
     pub(super) order: usize,
@@ -74,7 +76,7 @@ impl Replayed {
 
 impl ReplayedObserver {
     /// The statistics of the innovation of each output from the time `from` on, which leaves out how the estimate came
-    /// in.
+    /// in. Measurements that the gate of a filter rejected are not among them.
     ///
     /// Whiteness counts lags in measurements of that output; of a log that is not equally spaced it says little.
     ///
@@ -82,11 +84,13 @@ impl ReplayedObserver {
     /// [`SimError::Outside`] when nothing is left.
     pub fn statistics(&self, from: f64) -> Result<Vec<InnovationStatistics>, SimError> {
         let first = self.first(from)?;
-        let columns = self.innovation.iter().flat_map(DMatrix::column_iter);
-        let of = |column: nalgebra::DVectorView<'_, Option<f64>>| {
-            innovation::statistics(&column.iter().skip(first).filter_map(|nu| *nu).collect::<Vec<f64>>())
-        };
-        Ok(columns.map(|column| of(column.as_view())).collect())
+        let Some(innovation) = &self.innovation else { return Ok(Vec::new()) };
+        let mut used = innovation.clone();
+        for &(k, j) in self.belief.iter().flat_map(|belief| &belief.rejected) {
+            used[(k, j)] = None;
+        }
+        let of = |j: usize| used.column(j).iter().skip(first).filter_map(|nu| *nu).collect::<Vec<f64>>();
+        Ok((0..used.ncols()).map(|j| innovation::statistics(&of(j))).collect())
     }
 
     /// Whether the innovations of a filter have, from the time `from` on, the covariance that it believes in (NIS);

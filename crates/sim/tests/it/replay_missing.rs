@@ -353,3 +353,23 @@ fn an_input_has_to_be_known_at_the_start() {
     let error = Recording::with_missing(vec![0.0, 1.0], &dmatrix![None; Some(1.0)], &dmatrix![Some(0.0); None]);
     assert_eq!(error, Err(SimError::NoInput { input: 0, time: 0.0 }));
 }
+
+/// A measurement that the gate rejects is none: listed, without weight in estimate, NIS and statistics.
+#[test]
+fn a_gate_makes_an_outlier_a_missing_value() {
+    let right: Vec<_> = (0..60).map(|k| (0.1 * f64::from(k), Some(0.1 * f64::from(k % 3)))).collect();
+    let outlier: Vec<_> =
+        right.iter().enumerate().map(|(k, row)| if k == 40 { (row.0, Some(50.0)) } else { *row }).collect();
+    let blank: Vec<_> = right.iter().enumerate().map(|(k, row)| if k == 40 { (row.0, None) } else { *row }).collect();
+    let run = |rows: &[(f64, Option<f64>)], filter: Filter<1>| {
+        let replayed = Replay::new(double_integrator(), log(rows)).filter("f", filter, &[0.0, 0.0]).run().unwrap();
+        replayed.observer("f").unwrap().clone()
+    };
+    let gated = run(&outlier, filter(0.1).with_gate(6.0).unwrap());
+    let without = run(&blank, filter(0.1));
+    assert_eq!(gated.estimate, without.estimate);
+    let (belief, other) = (gated.belief.as_ref().unwrap(), without.belief.as_ref().unwrap());
+    assert_eq!((&belief.rejected[..], &belief.nis, &other.rejected[..]), (&[(40, 0)][..], &other.nis, &[][..]));
+    assert!(gated.innovation.as_ref().unwrap()[(40, 0)].unwrap() > 40.0);
+    assert_eq!(gated.statistics(0.0).unwrap(), without.statistics(0.0).unwrap());
+}

@@ -93,11 +93,15 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
     let what = match (&study.plant.model, parts.is_empty()) {
         (Model::Builtin(builtin), _) => format!("`{}` is nonlinear", builtin.name()),
         (_, false) => format!("this one is nonlinear: {}", parts.join(" and ")),
-        (_, true) => "this one has a constant term: shift the origin to an equilibrium with output 0".to_owned(),
+        (_, true) => "this one has a constant term".to_owned(),
     };
     let kind = wish.kind.name();
     let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x + D u, and {what}");
-    failure(wish, hypothesis, for_nonlinear(study, kind))
+    let mut instead = for_nonlinear(study, kind);
+    if study.plant.model.explicit_time().is_none() {
+        instead.push(format!("{kind} with an [operating_point]: of the linearisation there, in deviations from it"));
+    }
+    failure(wish, hypothesis, instead)
 }
 
 /// The diagnosis, with the names of the study.

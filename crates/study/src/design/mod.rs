@@ -5,11 +5,12 @@ mod kkl;
 mod linear;
 mod noise_gain;
 mod nonlinear;
+mod operating_point;
 mod runnable;
 
 pub use kkl::Kkl;
 pub(crate) use noise_gain::SPEED_RATIO;
-pub use runnable::{Chains, Runnable};
+pub use runnable::{At, Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
 
@@ -64,7 +65,18 @@ pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result
 fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
     let options = wish.limits.options(study.solver);
-    let linear = || model.linear().ok_or_else(|| explain::not_linear(study, wish));
+    // A nonlinear plant is linearised at the operating point, and the observer shifted there.
+    let shift = if model.linear().is_some() { None } else { study.operating_point.as_ref() };
+    let linear = || {
+        let plant = model.linear().or_else(|| shift.map(|point| point.linear.clone()));
+        plant.ok_or_else(|| explain::not_linear(study, wish))
+    };
+    let shifted = |design: Result<Designed, Misfit>| {
+        design.and_then(|design| match shift {
+            Some(point) => operating_point::shifted(study, design, point),
+            None => Ok(design),
+        })
+    };
     let explained = |misfit| match misfit {
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         misfit => explain::misfit(study, wish, &misfit).into(),
@@ -74,13 +86,13 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
     }
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            linear::luenberger(study, &linear()?, gain, &options).map_err(explained)
+            shifted(linear::luenberger(study, &linear()?, gain, &options)).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
-            linear::cubic(study, &linear()?, gain, theta, correction, &options).map_err(explained)
+            shifted(linear::cubic(study, &linear()?, gain, theta, correction, &options)).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
-            linear::sampled(&linear()?, gain, theta, *strength, *period, &options).map_err(explained)
+            shifted(linear::sampled(&linear()?, gain, theta, *strength, *period, &options)).map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
@@ -93,8 +105,8 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
         ObserverKind::HighGain { r, chains, alpha } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps } => {
-            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps).map_err(explained)
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
+            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;

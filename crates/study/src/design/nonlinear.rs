@@ -268,12 +268,18 @@ pub(super) fn extended_kalman(
     (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     period: f64,
     substeps: usize,
+    gate: Option<f64>,
 ) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    let mut filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    let gated =
+        gate.map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
+    if let Some(gate) = gate {
+        filter = filter.with_gate(gate)?;
+    }
     let report = DesignReport {
         statement: format!(
-            "One measurement every {period}; the gain is computed from the covariance along the estimate."
+            "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
         ),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         poles: Vec::new(),

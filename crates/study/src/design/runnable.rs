@@ -2,8 +2,9 @@
 
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
-    CubicObserver, ExtendedKalmanFilter, HighGainObserver, Integral, LinearObserver, MeanValueObserver,
-    NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledObserver,
+    CubicObserver, DeviationObserver, ExtendedKalmanFilter, HighGainObserver, Integral, LinearObserver,
+    MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver,
+    SampledObserver,
 };
 use luenberger_plants::{Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
@@ -11,6 +12,9 @@ use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
 use crate::model::Model;
+
+/// An observer of the deviations from an operating point.
+pub type At<O> = DeviationObserver<O, f64, Dyn, Dyn, Dyn>;
 
 /// An observer, ready to run.
 #[derive(Debug, Clone)]
@@ -21,6 +25,12 @@ pub enum Runnable {
     Cubic(Box<CubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Luenberger observer of the linearisation at an operating point.
+    LinearAt(Box<At<LinearObserver<f64, Dyn, Dyn, Dyn>>>),
+    /// Cubic observer, likewise.
+    CubicAt(Box<At<CubicObserver<f64, Dyn, Dyn, Dyn>>>),
+    /// Sampled cubic observer, likewise.
+    SampledCubicAt(Box<At<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>>),
     /// Copy of the plant with output injection.
     NonlinearLuenberger(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Mean-value-theorem observer.
@@ -39,6 +49,8 @@ macro_rules! each {
         match $runnable {
             Runnable::Linear($continuous) => $flow,
             Runnable::Cubic($continuous) => $flow,
+            Runnable::LinearAt($continuous) => $flow,
+            Runnable::CubicAt($continuous) => $flow,
             Runnable::NonlinearLuenberger($continuous) => $flow,
             Runnable::MeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
@@ -49,6 +61,7 @@ macro_rules! each {
                 Kkl::ThreeEmbedded($continuous) => $flow,
             },
             Runnable::SampledCubic($sampled) => $step,
+            Runnable::SampledCubicAt($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
         }
     };

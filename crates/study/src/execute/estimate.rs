@@ -85,9 +85,7 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
         _ => 0,
     };
     let again = match &study.sweep {
-        Some(sweep) if swept > 0 && matches!(sweep.parameter.name(), "gamma" | "poles") => {
-            each_design * sweep.values.len() as f64
-        }
+        Some(sweep) if swept > 0 && sweep.parameter.redesigns() => each_design * sweep.values.len() as f64,
         _ => 0.0,
     };
     let memory = memory(study, step, threads);

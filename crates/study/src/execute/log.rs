@@ -23,10 +23,16 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>) -> Result<ReplayedObser
 fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
     let times = log.recording.times();
     let middle = times[times.len() / 2];
-    let measured = replayed.statistics(middle)?.into_iter().zip(&study.plant.outputs);
-    let outputs = measured.filter(|(statistics, _)| statistics.samples > 0).map(|(statistics, name)| InnovationOf {
+    let rejected = |output: usize| {
+        let all = replayed.belief.iter().flat_map(|belief| &belief.rejected);
+        all.filter(|(k, j)| *j == output && replayed.t[*k] >= middle).count()
+    };
+    let measured = replayed.statistics(middle)?.into_iter().zip(&study.plant.outputs).enumerate();
+    let measured = measured.filter(|(j, (statistics, _))| statistics.samples + rejected(*j) > 0);
+    let outputs = measured.map(|(j, (statistics, name))| InnovationOf {
         output: name.clone(),
         samples: statistics.samples,
+        rejected: rejected(j),
         mean: statistics.mean,
         rms: statistics.rms,
         peak: statistics.peak,
@@ -88,6 +94,25 @@ fn warning(study: &Study, log: &Log, replayed: &ReplayedObserver, period: Option
     })
 }
 
+/// A gate that rejects this share of the measurements of an output rejects more than outliers.
+const REJECTED: f64 = 0.1;
+
+/// Outputs of which the gate of a filter rejects so much that it can no longer be trusted.
+fn locked_out(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Vec<String> {
+    let Some(belief) = &replayed.belief else { return Vec::new() };
+    let one = |(j, output): (usize, &String)| {
+        let (rejected, all) =
+            (belief.rejected.iter().filter(|(_, of)| *of == j).count(), log.recording.outputs().count(j));
+        (rejected as f64 > REJECTED * all as f64).then(|| {
+            format!(
+                "{}: the gate rejects {rejected} of {all} measurements of {output}: the filter trusts itself too much, or the model is wrong; increase p0, w or gate",
+                replayed.name
+            )
+        })
+    };
+    study.plant.outputs.iter().enumerate().filter_map(one).collect()
+}
+
 /// An observer with its estimates on the log, if the replay finished.
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
@@ -104,8 +129,9 @@ pub(super) fn all<'a>(
         }
         let outcome = replay(study, log, member).and_then(|replayed| {
             let report = report(study, log, &replayed)?;
-            let warning = warning(study, log, &replayed, member.designed.runnable.period());
-            Ok((report, run(log, replayed), warning))
+            let mut warnings = locked_out(study, log, &replayed);
+            warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));
+            Ok((report, run(log, replayed), warnings))
         });
         options.tell("log", &member.wish.name, 1, 1);
         let failed = |error: SimError| InnovationReport {
@@ -121,8 +147,8 @@ pub(super) fn all<'a>(
             failure: Some(error.to_string()),
         };
         Some(match outcome {
-            Ok((report, run, warning)) => (report, (*member, Some(run)), warning),
-            Err(error) => (failed(error), (*member, None), None),
+            Ok((report, run, warnings)) => (report, (*member, Some(run)), warnings),
+            Err(error) => (failed(error), (*member, None), Vec::new()),
         })
     };
     let outcomes: Vec<_> = members.par_iter().filter_map(one).collect();
@@ -134,10 +160,10 @@ pub(super) fn all<'a>(
             .push("in the log: linear interpolation between rows, as asked for, uses later measurements".to_owned());
     }
     let (mut rows, mut runs) = (Vec::new(), Vec::new());
-    for (report, run, warning) in outcomes {
+    for (report, run, own) in outcomes {
         rows.push(report);
         runs.push(run);
-        warnings.extend(warning);
+        warnings.extend(own);
     }
     (summary(study, log, rows), runs, warnings)
 }

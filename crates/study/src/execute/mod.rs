@@ -8,6 +8,7 @@ mod limits;
 mod log;
 mod observe;
 mod options;
+mod pareto;
 mod pictures;
 mod scores;
 mod simulate;
@@ -27,7 +28,7 @@ use crate::design::{Designed, NoDesign, design, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
-use crate::results::{FailureReport, ObserverReport, PlantSummary, Results, report};
+use crate::results::{FailureReport, NamedMatrix, ObserverReport, PlantSummary, Results, report};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
@@ -107,6 +108,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         title: study.title.clone(),
         about: study.about.clone(),
         plant: summary(study),
+        operating_point: study.operating_point.as_ref().map(observe::operating_point).transpose()?,
         observability: None,
         observers: Vec::new(),
         simulation: None,
@@ -197,6 +199,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         };
         if let Some(first) = first {
             figures.extend(pictures::figures(&pictures::Runs { study, first, of, measured: false }));
+            figures.extend(results.simulation.as_ref().and_then(|report| pareto::simulation(study, report)));
         }
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
@@ -219,9 +222,10 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
     }
     if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
         options.check()?;
-        let (report, warnings) = sweep::all(study, simulation, sweep, &members, options)?;
+        let sweep::Outcome { report, warnings, csv } = sweep::all(study, simulation, sweep, &members, options)?;
         results.warnings.extend(warnings);
-        figures.extend(pictures::sweep(study, &report));
+        folder.write("sweep.csv", csv.as_bytes())?;
+        figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
         results.sweep = Some(report);
         save(folder, &mut results)?;
     }
@@ -335,15 +339,7 @@ fn summary(study: &Study) -> PlantSummary {
         let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
         equations.extend([motion.to_owned(), output.to_owned()]);
     }
-    let named = |plant: &StateSpace| {
-        let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
-        all.into_iter()
-            .chain(plant.d.iter().map(|d| ("D", d)))
-            .filter(|(_, m)| !m.is_empty())
-            .map(|(name, m)| matrix(name, m))
-            .collect()
-    };
-    let matrices = linear.as_ref().map(named).unwrap_or_default();
+    let matrices = linear.as_ref().map(matrices).unwrap_or_default();
     PlantSummary {
         kind,
         states: plant.states.clone(),
@@ -355,4 +351,11 @@ fn summary(study: &Study) -> PlantSummary {
         equations,
         matrices,
     }
+}
+
+/// A, B, C and D of a linear plant, as far as they are not empty.
+fn matrices(plant: &StateSpace) -> Vec<NamedMatrix> {
+    let all = [("A", &plant.a), ("B", &plant.b), ("C", &plant.c)];
+    let all = all.into_iter().chain(plant.d.iter().map(|d| ("D", d)));
+    all.filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect()
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use luenberger_design::OperatingPoint;
 use luenberger_design::nonlinear_observability::{Instant, LieSettings, direction_in_words, lie_observability};
 use luenberger_linalg::{Mode, detectability, observability as of_pair};
 use luenberger_plants::Differentiable;
@@ -11,11 +12,27 @@ use nalgebra::{DMatrix, DVector};
 use super::Member;
 use super::simulate::{self, Variation};
 use crate::error::StudyError;
-use crate::results::{LieRank, ModeReport, NonlinearObservability, ObservabilityAt, ObservabilityReport};
+use crate::results::{
+    LieRank, ModeReport, NonlinearObservability, ObservabilityAt, ObservabilityReport, OperatingPointReport,
+};
 use crate::study::Study;
 
 /// Number of points along the trajectory at which a nonlinear plant is linearized.
 const POINTS: usize = 5;
+
+/// The operating point in numbers.
+pub(super) fn operating_point(point: &OperatingPoint) -> Result<OperatingPointReport, StudyError> {
+    Ok(OperatingPointReport {
+        x: point.x.as_slice().to_vec(),
+        u: point.u.as_slice().to_vec(),
+        y: point.y.as_slice().to_vec(),
+        residual: point.residual,
+        steps: point.steps,
+        matrices: super::matrices(&point.linear),
+        poles: point.poles.iter().map(|pole| [pole.re, pole.im]).collect(),
+        observable: of_pair(&point.linear.a, &point.linear.c)?.is_observable(),
+    })
+}
 
 /// A linear plant is analysed once. A nonlinear one is linearized along the trajectory of the study; without one, at
 /// the first row of a log and the origin.

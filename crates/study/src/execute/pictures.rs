@@ -63,19 +63,34 @@ impl Runs<'_> {
     }
 }
 
-fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Option<Series> {
+/// The curve of a quantity; one for each stretch of a log between gaps.
+fn lines(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Vec<Series> {
     // A figure is a few hundred points wide; the data are decimated to about that, including the last sample.
     let step = rows.len().div_ceil(1500).max(1);
-    let kept: Vec<usize> = rows.iter().copied().step_by(step).chain(rows.last().copied()).collect();
-    let (mut xs, mut ys): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    for k in kept {
-        let value = y(k);
-        if value.is_finite() && xs.last().is_none_or(|last| *last < run.t[k]) {
-            xs.push(run.t[k]);
-            ys.push(value);
+    let mut curves = Vec::new();
+    for stretch in stretches(&run.t, rows) {
+        let kept = stretch.iter().copied().step_by(step).chain(stretch.last().copied());
+        let (mut xs, mut ys): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        for k in kept {
+            let value = y(k);
+            if value.is_finite() && xs.last().is_none_or(|last| *last < run.t[k]) {
+                xs.push(run.t[k]);
+                ys.push(value);
+            }
+        }
+        if xs.len() > 1 {
+            curves.push(Series::line(name, &xs, &ys));
         }
     }
-    (xs.len() > 1).then(|| Series::line(name, &xs, &ys))
+    curves
+}
+
+/// Rows without a gap in between: none is later than the one before it by more than five median periods.
+fn stretches<'r>(t: &[f64], rows: &'r [usize]) -> Vec<&'r [usize]> {
+    let mut periods: Vec<f64> = rows.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).collect();
+    periods.sort_by(f64::total_cmp);
+    let usual = periods.get(periods.len() / 2).copied().unwrap_or(f64::INFINITY);
+    rows.chunk_by(|&k, &next| t[next] - t[k] <= 5.0 * usual).collect()
 }
 
 /// The requested figures with their ids.
@@ -103,7 +118,7 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
 type Named = Option<(String, Figure)>;
 
 /// A figure with one panel for each nonempty set of curves; none if all are empty.
-fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
+pub(super) fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -> Named {
     let panels: Vec<Panel> = panels.into_iter().filter(|panel| !panel.series.is_empty()).collect();
     if panels.is_empty() {
         return None;
@@ -120,12 +135,13 @@ fn states(runs: &Runs<'_>) -> Named {
         let truth = if runs.measured { "truth" } else { "plant" };
         // A log without true states has none of their columns.
         let known = i < runs.first.x.ncols();
-        if let Some(truth) = known.then(|| line(truth, runs.first, &rows, |k| runs.first.x[(k, i)])).flatten() {
+        let truth = known.then(|| lines(truth, runs.first, &rows, |k| runs.first.x[(k, i)]));
+        for truth in truth.into_iter().flatten() {
             panel = panel.series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
         }
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
-            if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
+            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |k| estimate[(k, i)], i);
@@ -156,7 +172,7 @@ fn bands(
     let rows = runs.rows(run);
     for side in [2.0, -2.0] {
         let name = format!("{} +- 2 sigma", member.wish.name);
-        if let Some(curve) = line(&name, run, &rows, |k| of(k) + side * deviation[(k, i)]) {
+        for curve in lines(&name, run, &rows, |k| of(k) + side * deviation[(k, i)]) {
             panel = panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dotted).width(1.0));
         }
     }
@@ -169,9 +185,13 @@ fn errors(runs: &Runs<'_>) -> Named {
     }
     let panel = |i: usize| {
         let mut panel = Panel::new(runs.time(), format!("error of {}", runs.label(i)));
+        // A log may know the truth of some states only.
+        if runs.first.x.column(i).iter().all(|x| x.is_nan()) {
+            return panel;
+        }
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
-            if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
+            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
@@ -202,7 +222,7 @@ fn norm(runs: &Runs<'_>) -> Named {
             // Zero cannot be drawn on a logarithmic axis.
             if norm > 0.0 { norm } else { f64::NAN }
         };
-        if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), size) {
+        for curve in lines(&member.wish.name, run, &runs.rows(run), size) {
             panel = panel.series(curve.hue(Hue::Palette(number)));
         }
     }
@@ -217,8 +237,8 @@ fn norm(runs: &Runs<'_>) -> Named {
 fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatrix<f64>) -> Named {
     let rows = runs.rows(runs.first);
     let panel = |(j, name): (usize, &String)| {
-        let curve = line(name, runs.first, &rows, |k| of[(k, j)]);
-        curve.into_iter().fold(Panel::new(runs.time(), name.clone()), Panel::series)
+        let curves = lines(name, runs.first, &rows, |k| of[(k, j)]);
+        curves.into_iter().fold(Panel::new(runs.time(), name.clone()), Panel::series)
     };
     let caption = match (id, runs.study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref())) {
         ("outputs", Some(noise)) => format!("What the observers see, with the noise of the seed {}.", noise.seed),
@@ -251,7 +271,7 @@ fn innovations(runs: &Runs<'_>) -> Named {
     let panel = |(j, name): (usize, &String)| {
         let mut panel = Panel::new(runs.time(), format!("innovation of {name}")).mark(Mark::horizontal(0.0));
         for (number, (member, run, innovation)) in all.iter().enumerate() {
-            if let Some(curve) = line(&member.wish.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
+            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
         }
@@ -303,12 +323,12 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
 }
 
 /// Axis label of the sweep parameter.
-fn parameter(name: &str) -> &'static str {
+fn parameter(name: &str) -> &str {
     match name {
-        "gamma" => "gamma",
         "poles" => "factor of the poles",
         "noise" => "factor of the noise",
-        _ => "factor of the first error",
+        "initial" => "factor of the initial error",
+        name => name,
     }
 }
 

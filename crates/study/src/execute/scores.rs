@@ -63,6 +63,7 @@ impl Scoring {
                     peak: norm.peak,
                     rms: norm.rms,
                     last: norm.last,
+                    steady_rms: norm.steady_rms,
                 })
             }
         };
@@ -77,6 +78,7 @@ impl Scoring {
             settling_5: scores.settling_5,
             settling_2: scores.settling_2,
             last: scores.last,
+            steady_rmse: scores.steady_rmse,
         });
         Ok(MeritsReport {
             norm,

@@ -8,8 +8,10 @@ mod check;
 mod csv;
 mod json;
 mod observer;
+mod operating_point;
 mod plant;
 mod simulation_settings;
+mod sweep;
 mod toml;
 mod tree;
 
@@ -77,7 +79,11 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
 
 fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<Study> {
     let plant = plant::plant(root.get("plant")?, reader)?;
-    let observers = observer::observers(root, &plant, source, reader);
+    let operating_point =
+        root.get("operating_point").and_then(|node| operating_point::operating_point(node, &plant, reader));
+    let start =
+        operating_point.as_ref().map_or_else(|| vec![0.0; plant.states.len()], |point| point.x.as_slice().to_vec());
+    let observers = observer::observers(root, &plant, &start, source, reader);
     let input = simulation_settings::input(root.get("input"), &plant, observers.as_deref(), reader);
     let simulation = root.get("simulation").and_then(|node| simulation_settings::simulation(node, &plant, reader));
     if let (Some(node), Some(input), Some(simulation)) = (root.get("input"), &input, &simulation) {
@@ -92,7 +98,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
             reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
         }
-        simulation_settings::sweep(node, observers.as_deref(), simulation.as_ref(), reader)
+        sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader)
     });
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
     let stem = match source.name() {
@@ -103,6 +109,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         title: title.or(stem).unwrap_or_else(|| "study".to_owned()),
         about: root.get("about").and_then(Node::text).unwrap_or_default().to_owned(),
         input: input?,
+        operating_point: sound(root, "operating_point", operating_point).ok()?,
         simulation: sound(root, "simulation", simulation).ok()?,
         log: sound(root, "log", log).ok()?,
         observers: observers?,

@@ -15,12 +15,13 @@ use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, Obse
 pub(super) fn observers(
     root: &Node,
     plant: &PlantModel,
+    start: &[f64],
     source: &Source,
     reader: &mut Reader,
 ) -> Option<Vec<ObserverSpec>> {
     let Some(list) = root.get("observer") else { return Some(Vec::new()) };
     let read: Vec<Option<ObserverSpec>> =
-        list.list()?.iter().map(|node| observer(node, plant.model.size(), source, reader)).collect();
+        list.list()?.iter().map(|node| observer(node, plant.model.size(), start, source, reader)).collect();
     let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
     names(&observers, list, root, reader).then_some(observers)
 }
@@ -82,12 +83,18 @@ pub(crate) fn file_name(name: &str) -> String {
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
 }
 
-fn observer(node: &Node, size: Dimensions, source: &Source, reader: &mut Reader) -> Option<ObserverSpec> {
+fn observer(
+    node: &Node,
+    size: Dimensions,
+    start: &[f64],
+    source: &Source,
+    reader: &mut Reader,
+) -> Option<ObserverSpec> {
     let kind_name = node.get("kind")?.text()?;
     let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
     let initial = match node.get("initial") {
         Some(initial) => reader.numbers(initial, "initial", size.states, "state"),
-        None => Some(vec![0.0; size.states]),
+        None => Some(start.to_vec()),
     };
     let kind = kind(node, kind_name, size, reader);
     let limits = limits(node, size, reader);
@@ -198,7 +205,11 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 None => Some(DMatrix::identity(n, n)),
             };
             let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
-            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps }
+            let gate = match node.get("gate") {
+                Some(gate) => Some(gate.number()?),
+                None => None,
+            };
+            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps, gate }
         }
         "kkl-numerical" => {
             let domain = bounds(node.get("domain")?, "domain", n, "state", reader)?;

@@ -10,7 +10,7 @@ use super::{Reader, Reported, check, plant};
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
-use crate::study::{Log, NoiseSpec, ObserverSpec, Plot, Quantity, Simulation, Sweep, Swept};
+use crate::study::{Log, NoiseSpec, ObserverSpec, Plot, Quantity, Simulation};
 
 pub(super) fn input(
     node: Option<&Node>,
@@ -247,7 +247,7 @@ pub(super) fn plot(
 }
 
 /// The names under the key `observers`, each of which must exist; `None` without the key.
-fn named(
+pub(super) fn named(
     node: &Node,
     observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
@@ -258,74 +258,4 @@ fn named(
     let found: Vec<Option<usize>> = list.iter().map(|name| reader.position(name, "observer", &known)).collect();
     let found: Vec<usize> = found.into_iter().collect::<Option<_>>().ok_or(Reported)?;
     Ok(Some(found.into_iter().map(|k| known[k].clone()).collect()))
-}
-
-pub(super) fn sweep(
-    node: &Node,
-    observers: Option<&[ObserverSpec]>,
-    simulation: Option<&Simulation>,
-    reader: &mut Reader,
-) -> Option<Sweep> {
-    let at = node.get("parameter")?;
-    let parameter = match at.text()? {
-        "gamma" => Swept::Gamma,
-        "poles" => Swept::Poles,
-        "noise" => Swept::Noise,
-        "initial" => Swept::Initial,
-        _ => return None,
-    };
-    let observers_named = named(node, observers, reader).ok()?;
-    let chosen = |observer: &&ObserverSpec| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
-    let swept: Vec<&ObserverSpec> = observers?.iter().filter(chosen).collect();
-    if swept.is_empty() {
-        reader.absent(check::head(node), "[sweep] without an [[observer]]", "expected at least one observer");
-        return None;
-    }
-    if parameter == Swept::Gamma && swept.iter().all(|observer| observer.kind.with_gamma(1.0).is_none()) {
-        let message = "`parameter` is gamma, and none of the observers has one";
-        reader.wrong(at.span.clone(), message, "expected an observer of the kind cubic or sampled-cubic");
-        return None;
-    }
-    if parameter == Swept::Noise && simulation.is_some_and(|simulation| simulation.noise.is_none()) {
-        let message = "`parameter` is noise, and [simulation] has none";
-        reader.wrong(at.span.clone(), message, "expected simulation.noise, whose amplitude is multiplied");
-        return None;
-    }
-    let values = match (node.entry("values"), node.get("from"), node.get("to")) {
-        (Some(values), None, None) => values.node.numbers()?,
-        (Some(values), ..) => {
-            reader.wrong(values.span.clone(), "`values` conflicts with `from` and `to`", "expected one of the two");
-            return None;
-        }
-        (None, Some(from), Some(to)) => {
-            let (first, last, at) = (from.number()?, to.number()?, to);
-            if first >= last {
-                reader.wrong(at.span.clone(), format!("the values go from {first} to {last}"), "expected from < to");
-                return None;
-            }
-            let count = node.get("count").map_or(Some(9), Node::count)?;
-            let linear = node.get("spacing").and_then(Node::text) == Some("linear");
-            let value = |k: usize| {
-                let share = k as f64 / (count - 1) as f64;
-                match k {
-                    0 => first,
-                    k if k + 1 == count => last,
-                    _ if linear => first + (last - first) * share,
-                    _ => first * (last / first).powf(share),
-                }
-            };
-            (0..count).map(value).collect()
-        }
-        (None, ..) => {
-            reader.absent(check::head(node), "[sweep] has no values", "expected `values`, or `from` and `to`");
-            return None;
-        }
-    };
-    Some(Sweep {
-        parameter,
-        values,
-        ensemble: node.get("ensemble").map_or(Some(1), Node::count)?,
-        seed: node.get("seed").map_or(Some(0), Node::count)? as u64,
-        observers: observers_named,
-    })
 }

@@ -72,8 +72,11 @@ pub struct InnovationReport {
 pub struct InnovationOf {
     /// The output.
     pub output: String,
-    /// Over how many measurements.
+    /// Over how many measurements, without the rejected ones.
     pub samples: usize,
+    /// How many the gate of the filter has rejected as outliers.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub rejected: usize,
     /// The mean, which shows a bias of a sensor or of the model.
     pub mean: f64,
     /// The root mean square.
@@ -82,6 +85,11 @@ pub struct InnovationOf {
     pub peak: f64,
     /// p-value of the Ljung-Box test of whiteness; none for fewer than 20 samples.
     pub white: Option<f64>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// The error x - xhat of one state.
@@ -158,6 +166,14 @@ impl ConsistencyReport {
 }
 
 impl InnovationOf {
+    /// `1450 (6 rejected)`: over how many measurements.
+    pub fn samples_in_words(&self) -> String {
+        match self.rejected {
+            0 => self.samples.to_string(),
+            rejected => format!("{} ({rejected} rejected)", self.samples),
+        }
+    }
+
     /// `3.7e-169 (rejected)`: the p-value of the test of whiteness, at the level 5 %.
     pub fn whiteness_in_words(&self) -> Option<String> {
         use luenberger_proof::wording::significant;

@@ -13,7 +13,8 @@ pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, L
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport, SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport,
+    SweepRow,
 };
 
 use serde::Serialize;
@@ -27,6 +28,9 @@ pub struct Results {
     pub about: String,
     /// The plant.
     pub plant: PlantSummary,
+    /// The operating point, if the study names one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub operating_point: Option<OperatingPointReport>,
     /// Observability.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<ObservabilityReport>,
@@ -79,6 +83,27 @@ pub struct PlantSummary {
     /// A, B and C of a linear plant; B only if there are inputs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub matrices: Vec<NamedMatrix>,
+}
+
+/// An operating point, and the linearisation there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperatingPointReport {
+    /// The state.
+    pub x: Vec<f64>,
+    /// The input.
+    pub u: Vec<f64>,
+    /// The output.
+    pub y: Vec<f64>,
+    /// The largest |f(x, u)| that is left.
+    pub residual: f64,
+    /// How many steps Newton's method took.
+    pub steps: usize,
+    /// A, B, C and D; B only if there are inputs, D only if it is not zero.
+    pub matrices: Vec<NamedMatrix>,
+    /// The eigenvalues of A, as pairs of real and imaginary part.
+    pub poles: Vec<[f64; 2]>,
+    /// Whether the outputs see all states, to first order.
+    pub observable: bool,
 }
 
 /// Observability of the plant.

@@ -8,8 +8,8 @@ use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone};
 use luenberger_proof::wording::{complex, significant};
 
 use super::{
-    DesignReport, ModeReport, NamedMatrix, NamedNumber, ObservabilityAt, ObservabilityReport, ObserverReport, Results,
-    ScoreCell, ScoreTable, SweepReport,
+    DesignReport, ModeReport, NamedMatrix, NamedNumber, ObservabilityAt, ObservabilityReport, ObserverReport,
+    OperatingPointReport, Results, ScoreCell, ScoreTable, SweepReport,
 };
 use crate::error::StudyError;
 
@@ -19,6 +19,9 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
     report = report.section(plant(results));
     if !results.warnings.is_empty() {
         report = report.section(Section::new("Warnings").list(results.warnings.clone()));
+    }
+    if let Some(point) = &results.operating_point {
+        report = report.section(operating_point(results, point));
     }
     if let Some(observability) = &results.observability {
         report = report.section(self::observability(observability));
@@ -40,7 +43,7 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
     }
     let links = files
         .iter()
-        .filter(|name| ["trajectories/", "certificates/"].iter().any(|folder| name.starts_with(folder)))
+        .filter(|name| ["trajectories/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder)))
         .map(|name| (name.clone(), name.clone()));
     let links: Vec<(String, String)> =
         std::iter::once(("study.json".to_owned(), "study.json, all numbers".to_owned())).chain(links).collect();
@@ -81,6 +84,30 @@ fn plant(results: &Results) -> Section {
         section = section.verbatim(plant.equations.join("\n"));
     }
     matrices(section, plant.matrices.iter())
+}
+
+fn operating_point(results: &Results, point: &OperatingPointReport) -> Section {
+    let named = |names: &[String], values: &[f64]| {
+        let one = |(name, value): (&String, &f64)| format!("{name} = {}", short(*value));
+        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let plant = &results.plant;
+    let poles: Vec<String> = point.poles.iter().map(|pole| eigenvalue(*pole)).collect();
+    let mut facts = vec![("states", named(&plant.states, &point.x))];
+    if !point.u.is_empty() {
+        facts.push(("inputs", named(&plant.inputs, &point.u)));
+    }
+    facts.extend([
+        ("outputs", named(&plant.outputs, &point.y)),
+        ("largest |f(x, u)|", short(point.residual)),
+        ("Newton steps", point.steps.to_string()),
+        ("eigenvalues of A", poles.join(", ")),
+        ("the linearisation is", if point.observable { "observable" } else { "not observable" }.to_owned()),
+    ]);
+    let section = Section::new("Operating point")
+        .prose("The plant rests at this state under this constant input. A, B, C and D are its linearisation there, of deviations from the point.")
+        .facts(facts);
+    matrices(section, point.matrices.iter())
 }
 
 /// A name with its unit, if there is one: `position (m)`.
@@ -315,7 +342,13 @@ fn scores(table: &ScoreTable, caption: &str) -> Grid {
 fn sweep(results: &Results, sweep: &SweepReport) -> Section {
     let mut section = Section::new("Sweep").prose(sweep.scoring.words.join(" "));
     if let Some(table) = sweep.table(&results.plant, SCORED) {
-        section = section.grid(scores(&table, "Medians over the ensemble."));
+        section = section.grid(scores(
+            &table,
+            match sweep.ensemble {
+                1 => "One run at each value.",
+                _ => "Medians over the ensemble; in brackets the 5th and the 95th percentile.",
+            },
+        ));
     }
     let ended = sweep.ended();
     if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }

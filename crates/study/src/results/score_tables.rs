@@ -3,7 +3,10 @@
 use luenberger_proof::wording::significant;
 
 use super::report::with_unit;
-use super::{NormReport, PlantSummary, Results, RunReport, SimulationReport, StateReport, SweepReport, SweepRow};
+use super::{
+    NormReport, PercentileReport, PlantSummary, Results, RunReport, SimulationReport, StateReport, SweepReport,
+    SweepRow,
+};
 
 /// A table of scores.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,11 +168,22 @@ impl SimulationReport {
     }
 }
 
+/// A median with the percentiles beside it.
+fn spread(median: Option<f64>, percentiles: Vec<Option<f64>>) -> ScoreCell {
+    let Some(median) = median else { return ScoreCell::text("-") };
+    let ends: Vec<String> =
+        percentiles.iter().map(|x| x.map_or_else(|| "never".to_owned(), |x| significant(x, 3))).collect();
+    if ends.is_empty() {
+        return ScoreCell::number(median);
+    }
+    ScoreCell::text(&format!("{} ({})", significant(median, 3), ends.join(" .. ")))
+}
+
 impl SweepReport {
-    /// The medians of the norm, or without a scale those of the first `most` states; none if no run finished.
+    /// The medians of the norm, or without a scale those of the first `most` states, and in brackets the 5th and the
+    /// 95th percentile of an ensemble; none if no run finished.
     pub fn table(&self, plant: &PlantSummary, most: usize) -> Option<ScoreTable> {
         let timed = |text: &str| with_unit(text, plant.time_unit.as_ref());
-        let known = |x: Option<f64>| x.map_or_else(|| (ScoreCell::text("-"), None), plain);
         let named = |row: &SweepRow| {
             let finished = format!("{} of {}", row.finished, self.ensemble);
             vec![ScoreCell::number(row.value), ScoreCell::name(&row.observer), ScoreCell::text(&finished)]
@@ -179,18 +193,40 @@ impl SweepReport {
         let mut columns = head(&[self.parameter.as_str(), "observer", "finished"]);
         if self.scoring.scale.is_some() {
             columns.extend(head(&[&timed("settling time"), "peak |e|", "rms |e|", "|e| at the end"]));
-            let scores = |row: &SweepRow| vec![known(row.settling), known(row.peak), known(row.rms), known(row.last)];
-            let rows = finished().map(|row| named(row).into_iter().chain(cells(scores(row))).collect());
+            let scores = |row: &SweepRow| {
+                let of = |median: Option<f64>, score: fn(&PercentileReport) -> Option<f64>| {
+                    spread(median, row.percentiles.iter().map(score).collect())
+                };
+                [
+                    of(row.settling, |p| p.settling),
+                    of(row.peak, |p| p.peak),
+                    of(row.rms, |p| p.rms),
+                    of(row.last, |p| p.last),
+                ]
+            };
+            let rows = finished().map(|row| named(row).into_iter().chain(scores(row)).collect());
             return Some(ScoreTable { head: columns, rows: rows.collect(), omitted: 0 });
         }
         columns.push("error of".to_owned());
         columns.extend(state_heads(plant));
-        let rows = finished().flat_map(|row| {
-            row.states.iter().take(most).map(move |state| {
-                named(row).into_iter().chain([labelled(state)]).chain(cells(of_state(state))).collect()
-            })
-        });
-        Some(ScoreTable { head: columns, rows: rows.collect(), omitted: count.saturating_sub(most) })
+        let mut rows = Vec::new();
+        for row in finished() {
+            for (i, state) in row.states.iter().take(most).enumerate() {
+                let of = |score: fn(&StateReport) -> Option<f64>| {
+                    spread(score(state), row.percentiles.iter().map(|p| score(&p.states[i])).collect())
+                };
+                let scores = [
+                    of(|s| Some(s.rmse)),
+                    of(|s| Some(s.peak)),
+                    of(|s| Some(s.overshoot)),
+                    of(|s| s.settling_5),
+                    of(|s| s.settling_2),
+                    of(|s| Some(s.last)),
+                ];
+                rows.push(named(row).into_iter().chain([labelled(state)]).chain(scores).collect());
+            }
+        }
+        Some(ScoreTable { head: columns, rows, omitted: count.saturating_sub(most) })
     }
 
     /// The rows without a run, or with runs that ended early, and why.
@@ -204,10 +240,6 @@ impl SweepReport {
         };
         self.rows.iter().filter_map(sentence).collect()
     }
-}
-
-fn cells(scores: Vec<Score>) -> impl Iterator<Item = ScoreCell> {
-    scores.into_iter().map(|(cell, _)| cell)
 }
 
 impl Results {

@@ -75,6 +75,8 @@ pub struct NormReport {
     pub rms: f64,
     /// |e| at the end time.
     pub last: f64,
+    /// The root mean square of |e| over the second half of the run.
+    pub steady_rms: f64,
 }
 
 /// Scores of the error of one state, in its unit.
@@ -100,6 +102,8 @@ pub struct StateReport {
     pub settling_2: Option<f64>,
     /// The magnitude at the end.
     pub last: f64,
+    /// The root mean square over the second half of the run.
+    pub steady_rmse: f64,
 }
 
 /// The sweep.
@@ -118,7 +122,7 @@ pub struct SweepReport {
 }
 
 /// One observer at one value.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct SweepRow {
     /// The observer.
     pub observer: String,
@@ -135,9 +139,33 @@ pub struct SweepRow {
     pub peak: Option<f64>,
     /// Median of |e| at the end time.
     pub last: Option<f64>,
+    /// Median of the root mean square of |e| over the second half of the run.
+    pub steady_rms: Option<f64>,
     /// Medians of the scores of each state; empty if no run finished.
     pub states: Vec<StateReport>,
+    /// The 5th and the 95th percentile of the same scores over an ensemble; empty for one run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub percentiles: Vec<PercentileReport>,
     /// Why there is no run, if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
+}
+
+/// A percentile of the scores over an ensemble.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PercentileReport {
+    /// 5 or 95.
+    pub percent: u8,
+    /// Settling time; none if it is infinite, or without a scale.
+    pub settling: Option<f64>,
+    /// Root mean square of |e|.
+    pub rms: Option<f64>,
+    /// Largest |e|.
+    pub peak: Option<f64>,
+    /// |e| at the end time.
+    pub last: Option<f64>,
+    /// Root mean square of |e| over the second half of the run.
+    pub steady_rms: Option<f64>,
+    /// The scores of each state.
+    pub states: Vec<StateReport>,
 }

@@ -26,6 +26,11 @@ pub const STUDY: Table = Table {
             "Solver of the linear matrix inequalities of the designs (default interior). Every solution is verified independently of the solver.",
         ),
         required("plant", Kind::Table(&PLANT), "The plant."),
+        optional(
+            "operating_point",
+            Kind::Table(&OPERATING_POINT),
+            "An equilibrium, at which the kinds luenberger, kalman, cubic and sampled-cubic are designed for a nonlinear plant.",
+        ),
         optional("input", Kind::Table(&INPUT), "The input of the plant (default 0)."),
         optional("simulation", Kind::Table(&SIMULATION), "The simulation of the plant and its observers."),
         optional("log", Kind::Table(&LOG), "A measured log to run the observers on."),
@@ -115,6 +120,16 @@ const LOOKUP: Table = Table {
             ]),
             "Extrapolation (default hold).",
         ),
+    ],
+};
+
+const OPERATING_POINT: Table = Table {
+    name: "[operating_point]",
+    about: "An equilibrium: the plant rests under a constant input, f(x, u) = 0; found by Newton's method from a guess.",
+    variants: None,
+    keys: &[
+        optional("x", Kind::Numbers(Range::Any), "Guess of the state (default 0)."),
+        optional("u", Kind::Numbers(Range::Any), "The input (default 0)."),
     ],
 };
 
@@ -295,10 +310,18 @@ const SWEEP: Table = Table {
     about: "A parameter sweep: at each value all observers are designed and simulated again, in parallel.",
     variants: None,
     keys: &[
-        required("parameter", Kind::Choice(SWEPT), "The parameter."),
-        optional("values", Kind::Numbers(Range::Positive), "Its values. Alternatively: from, to, count and spacing."),
-        optional("from", Kind::Number(Range::Positive), "Smallest value."),
-        optional("to", Kind::Number(Range::Positive), "Largest value."),
+        required(
+            "parameter",
+            Kind::Text,
+            "The parameter: gamma; a factor of the poles, of the noise or of the initial error; or a number of the study by its place, plant.NAME for a parameter of the plant, observer.NAME.KEY, simulation.KEY.",
+        ),
+        optional(
+            "values",
+            Kind::Numbers(Range::Any),
+            "Its values; factors are positive. Alternatively: from, to, count and spacing.",
+        ),
+        optional("from", Kind::Number(Range::Any), "Smallest value."),
+        optional("to", Kind::Number(Range::Any), "Largest value."),
         optional("count", Kind::Count(2), "Number of values (default 9)."),
         optional(
             "spacing",

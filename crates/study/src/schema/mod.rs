@@ -8,8 +8,8 @@ mod keys;
 mod observers;
 
 pub use json::{SCHEMA, json_schema};
-pub(crate) use keys::QUANTITIES;
 pub use keys::STUDY;
+pub(crate) use keys::{QUANTITIES, SWEPT};
 
 /// A table: its description and its keys.
 #[derive(Debug, Clone, Copy)]

@@ -16,7 +16,11 @@ pub(crate) const OBSERVER: Table = Table {
     about: "An observer and its specification.",
     keys: &[
         optional("name", Kind::Name, "Name in figures, tables and file names (default: its kind)."),
-        optional("initial", Kind::Numbers(Range::Any), "Initial estimate, n numbers (default 0)."),
+        optional(
+            "initial",
+            Kind::Numbers(Range::Any),
+            "Initial estimate, n numbers (default: the operating point, if there is one, or else 0).",
+        ),
     ],
     variants: Some(Variants { tag: "kind", of: KINDS }),
 };
@@ -223,6 +227,11 @@ const KINDS: &[Variant] = &[
             optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity)."),
             PERIOD,
             optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4)."),
+            optional(
+                "gate",
+                Kind::Number(Range::Positive),
+                "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+            ),
         ],
     },
     Variant {

@@ -22,6 +22,14 @@ pub enum TableError {
     /// A text that is not UTF-8, or has unbalanced quotation marks.
     #[error("the table cannot be read: {0}")]
     Csv(#[from] csv::Error),
+    /// A file in another encoding.
+    #[error("line {line}: the byte {byte:#04x} is not UTF-8; save the file as UTF-8 (a spreadsheet: \"CSV UTF-8\")")]
+    Encoding {
+        /// The line.
+        line: u64,
+        /// The first byte that does not fit.
+        byte: u8,
+    },
     /// The text has no lines.
     #[error("the table is empty: expected a line that names the columns")]
     Empty,
@@ -48,7 +56,11 @@ pub enum TableError {
         second: usize,
     },
     /// A line with more or fewer cells than columns.
-    #[error("line {line} has {found} cells where the table has {expected} columns")]
+    #[error("line {line} has {found} cells where the table has {expected} columns{}", if found > expected {
+        "; a decimal comma needs semicolons or tabs between the cells"
+    } else {
+        ""
+    })]
     Cells {
         /// The line.
         line: u64,
@@ -58,7 +70,7 @@ pub enum TableError {
         found: usize,
     },
     /// A cell that is not a number.
-    #[error("line {line}, column {column} ({name}): expected a number, found `{cell}`")]
+    #[error("line {line}, column {column} ({name}): expected a number, found `{cell}`{advice}")]
     NotANumber {
         /// The line.
         line: u64,
@@ -68,6 +80,8 @@ pub enum TableError {
         name: String,
         /// The cell.
         cell: String,
+        /// What may be meant; may be empty.
+        advice: &'static str,
     },
     /// A cell that is infinite.
     #[error("line {line}, column {column} ({name}): {value} is not a finite number")]
@@ -114,6 +128,14 @@ pub enum TableError {
         rows: usize,
         /// Required number of rows.
         needed: usize,
+    },
+    /// Two rows of one time.
+    #[error("line {line}: the time {time} is that of the row before; each row needs a time of its own")]
+    TimeTwice {
+        /// The line of the second.
+        line: u64,
+        /// The time.
+        time: f64,
     },
     /// Times that do not increase.
     #[error("line {line}: the time {next} does not come after {previous}, the time of the row before")]

@@ -294,3 +294,27 @@ initial = [0.5, 0]
         ]
     );
 }
+
+/// A filter that is too sure of its first estimate rejects every measurement, and the report says so.
+#[test]
+fn a_gate_that_locks_a_filter_out_is_named() {
+    let folder = bench("gate", &with_a_gap());
+    let filter = |p0: f64| {
+        let sure = FILTER.replace("p0 = [[1]]", &format!("p0 = [[{p0}]]\ninitial = [-30]"));
+        format!("{CART}{sure}period = 1\ngate = 5\n")
+    };
+    let warned = |p0: f64| {
+        let results = run(&folder, &filter(p0));
+        let row = results.log.as_ref().unwrap().rows[0].clone();
+        (results.warnings.into_iter().find(|warning| warning.contains("gate")), row.outputs[0].rejected)
+    };
+    let (warning, _) = warned(1e-4);
+    let expected = "filter: the gate rejects 22 of 22 measurements of position: the filter trusts itself too much, or the model is wrong; increase p0, w or gate";
+    assert_eq!(warning.as_deref(), Some(expected));
+    // With P(0) that covers the first error, only the rows after the sensor has moved by 100 are rejected.
+    let (warning, rejected) = warned(900.0);
+    assert!(warning.is_some_and(|warning| warning.contains("rejects 11 of 22")) && rejected == 11);
+    let text = filter(1.0).replace("gate = 5", "gate = 0");
+    let error = Study::from_text("study.toml", &text, Format::Toml, &folder).unwrap_err().to_string();
+    assert!(error.contains("`gate` is 0"), "{error}");
+}

@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod battery;
 mod choices;
 mod feedthrough;
 mod folder;
@@ -9,10 +10,12 @@ mod limits;
 mod log;
 mod messages;
 mod mistakes;
+mod operating_point;
 mod plant;
 mod report_in_browser;
 mod scores;
 mod signal;
 mod solver;
+mod sweep;
 mod table;
 mod templates;

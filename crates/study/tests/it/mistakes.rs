@@ -173,9 +173,15 @@ pub(crate) fn dimensions() {
             ("a = [[0, 1], [0, 0]]", "a = [[0, 1]]", 3, "`a` is 1 x 2", "a square matrix"),
             ("b = [[0], [1]]", "b = [[0]]", 4, "`b` is 1 x 1", "expected 2 x 1: `a` is 2 x 2"),
             ("c = [[1, 0]]", "c = [[1]]", 5, "`c` is 1 x 1", "expected 1 x 2: `a` is 2 x 2"),
-            ("x0 = [1, 1]", "x0 = [1]", 9, "`x0` has length 1, and the plant has 2 states", "expected 2"),
+            ("x0 = [1, 1]", "x0 = [1]", 9, "`x0` has length 1, and the plant has 2 states", "expected length 2"),
             ("[\"sin(t)\"]", "[\"0\", \"0\"]", 7, "length 2, and the plant has 1 input", "expected 1 expression"),
-            ("amplitude = [0.1]", "amplitude = [0.1, 1]", 11, "length 2, and the plant has 1 output", "expected 1"),
+            (
+                "amplitude = [0.1]",
+                "amplitude = [0.1, 1]",
+                11,
+                "length 2, and the plant has 1 output",
+                "expected length 1",
+            ),
             (
                 "poles = [-2, -5]",
                 "poles = [-2]",
@@ -191,8 +197,8 @@ pub(crate) fn dimensions() {
                 "expected 2 x 1: the plant has 2 states and 1 output",
             ),
             ("poles = [-2, -5]", "poles = [-2, -5]\nq = [[1]]", 16, "`q` is 1 x 1", "expected 2 x 2"),
-            ("gamma = 2", "gamma = 2\ntheta = [1, 2]", 21, "the diagonal `theta` has length 2", "expected 1"),
-            ("name = \"one\"", "name = \"one\"\ninitial = [0]", 14, "`initial` has length 1", "expected 2"),
+            ("gamma = 2", "gamma = 2\ntheta = [1, 2]", 21, "the diagonal `theta` has length 2", "expected length 1"),
+            ("name = \"one\"", "name = \"one\"\ninitial = [0]", 14, "`initial` has length 1", "expected length 2"),
             (
                 "c = [[1, 0]]",
                 "c = [[1, 0]]\nstates = [\"p\"]",
@@ -206,7 +212,7 @@ pub(crate) fn dimensions() {
                 "c = [[1, 0]]\nunits = [\"m\"]",
                 6,
                 "`units` has length 1, and the plant has 2 states",
-                "expected 2",
+                "expected length 2",
             ),
         ],
     );
@@ -436,9 +442,9 @@ pub(crate) fn kinds_of_observers() {
             "the sector goes from 2 to 1",
             "low <= high",
         ),
-        ("kind = \"mean-value\"\ninternal_error = [1]", "`internal_error` has length 1", "expected 2"),
+        ("kind = \"mean-value\"\ninternal_error = [1]", "`internal_error` has length 1", "expected length 2"),
         ("kind = \"high-gain\"\nr = 0.1\nchains = [1]", "`chains` is [1], and the plant has 2 states", "add to 2"),
-        ("kind = \"high-gain\"\nr = 0.1\nalpha = [1]", "`alpha` has length 1", "expected 2"),
+        ("kind = \"high-gain\"\nr = 0.1\nalpha = [1]", "`alpha` has length 1", "expected length 2"),
         ("kind = \"high-gain\"", "has no `r`", "positive"),
         (
             "kind = \"extended-kalman\"\nw = 1\nv = [1, 2]\nperiod = 0.1",
@@ -721,5 +727,45 @@ pub(crate) fn scores() {
     one(
         &two,
         &[(edit.0, edit.1, 8, "the sampling periods 0.1 and 0.07 have no common multiple", "expected `score_period`")],
+    );
+}
+
+/// Numbers of a study that a sweep varies: their names, and values with which the study is no study.
+#[test]
+fn swept_numbers() {
+    let text = format!("{NONLINEAR}[sweep]\nparameter = \"plant.k\"\nvalues = [1, 2]\n");
+    one(
+        &text,
+        &[
+            (
+                "plant.k",
+                "plant.kk",
+                12,
+                "`parameter` is \"plant.kk\", which is no number of the study",
+                "the nearest is \"plant.k\"",
+            ),
+            ("plant.k", "observer.lpv.rate", 12, "which is no number", "observer.lpv.decay_rate"),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"simulation.duration\"\nvalues = [1, -2]",
+                13,
+                "with simulation.duration = -2: `duration` is -2",
+                "positive",
+            ),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"plant.k\"\nfrom = -1\nto = 2",
+                13,
+                "`from` is -1",
+                "spacing = \"linear\"",
+            ),
+            (
+                "\"plant.k\"\nvalues = [1, 2]",
+                "\"initial\"\nvalues = [1, 0]",
+                13,
+                "entry 2 of `values` is 0",
+                "positive",
+            ),
+        ],
     );
 }

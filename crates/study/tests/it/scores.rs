@@ -32,6 +32,7 @@ fn columns(path: &Path, names: &[&str]) -> Vec<Vec<f64>> {
 /// The scores of an error at samples, computed anew.
 fn anew(t: &[f64], e: &[f64]) -> StateReport {
     let largest = |e: &[f64]| e.iter().fold(0.0f64, |largest, e| largest.max(e.abs()));
+    let rms = |e: &[f64]| (e.iter().map(|e| e * e).sum::<f64>() / e.len() as f64).sqrt();
     let crossed = e.iter().position(|x| x * e[0] < 0.0);
     let settles = |share: f64| {
         let outside = (0..e.len()).filter(|k| e[*k].abs() > share * e[0].abs()).max();
@@ -41,7 +42,8 @@ fn anew(t: &[f64], e: &[f64]) -> StateReport {
         state: String::new(),
         unit: None,
         initial: e[0],
-        rmse: (e.iter().map(|e| e * e).sum::<f64>() / e.len() as f64).sqrt(),
+        rmse: rms(e),
+        steady_rmse: rms(&e[e.len() / 2..]),
         peak: largest(e),
         overshoot: crossed.map_or(0.0, |k| largest(&e[k..])),
         settling_5: settles(0.05),
@@ -79,17 +81,19 @@ fn the_scores_are_those_of_the_rows() {
             same(merits.rms_by_state[i], wished.rmse);
             let numbers = |scores: &StateReport| {
                 let [five, two] = [scores.settling_5, scores.settling_2].map(Option::unwrap);
-                [scores.initial, scores.rmse, scores.peak, scores.overshoot, five, two, scores.last]
+                let others = [scores.initial, scores.rmse, scores.peak, scores.overshoot, scores.last];
+                others.into_iter().chain([five, two, scores.steady_rmse])
             };
-            numbers(found).into_iter().zip(numbers(&wished)).for_each(|(a, b)| same(a, b));
+            numbers(found).zip(numbers(&wished)).for_each(|(a, b)| same(a, b));
         }
         let norm: Vec<f64> = errors[0].iter().zip(&errors[1]).map(|(a, b)| a.hypot(*b)).collect();
         let wished = anew(t, &norm);
-        let NormReport { initial, band, settling_last, peak, rms, last, .. } = merits.norm.clone().unwrap();
+        let NormReport { initial, band, settling_last, peak, rms, last, steady_rms, .. } = merits.norm.clone().unwrap();
         for (a, b) in [(initial, wished.initial), (band, 0.05 * initial), (peak, wished.peak), (rms, wished.rmse)] {
             same(a, b);
         }
         same(last, wished.last);
+        same(steady_rms, wished.steady_rmse);
         same(settling_last.unwrap(), wished.settling_5.unwrap());
     }
 }

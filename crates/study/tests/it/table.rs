@@ -4,8 +4,12 @@ use luenberger_sim::{Between, SimError};
 use luenberger_study::table::{Suspicion, Table, TableError};
 use proptest::prelude::*;
 
+/// The mistake of a table in which every column is used.
 fn error(text: &str) -> String {
-    Table::parse(text).unwrap_err().to_string()
+    match Table::parse(text) {
+        Err(error) => error.to_string(),
+        Ok(table) => table.names().iter().find_map(|name| table.column(name).err()).unwrap().to_string(),
+    }
 }
 
 #[test]
@@ -38,12 +42,14 @@ fn what_is_wrong_has_its_line_and_column() {
     assert_eq!(error(""), "the table is empty: expected a line that names the columns");
     assert_eq!(error("# only a remark\n\n"), "the table is empty: expected a line that names the columns");
     assert!(error("0,1\n1,2\n").starts_with("line 1, column 1: expected the name of a column, found `0`"));
-    assert!(error("t,\n1,2\n").starts_with("line 1, column 2: expected the name of a column, found ``"));
+    assert!(error("t,,u\n1,2,3\n").starts_with("line 1, column 2: expected the name of a column, found ``"));
     assert_eq!(error("t,u,t\n"), "columns 1 and 3 are both named `t`");
     assert_eq!(error("t,u\n0,1\n1\n"), "line 3 has 1 cells where the table has 2 columns");
-    assert_eq!(error("t,u\n0,1\n\n# x\n1,2,3\n"), "line 5 has 3 cells where the table has 2 columns");
-    assert_eq!(error("t,u\n0,1\n1,1,5\n"), "line 3 has 3 cells where the table has 2 columns");
-    assert_eq!(error("t;u\n0;1,5\n"), "line 2, column 2 (u): expected a number, found `1,5`");
+    assert_eq!(
+        error("t,u\n0,1\n\n# x\n1,2,3\n"),
+        "line 5 has 3 cells where the table has 2 columns; a decimal comma needs semicolons or tabs between the cells"
+    );
+    assert!(error("t,u\n0,1\n1,1,5\n").starts_with("line 3 has 3 cells where the table has 2 columns; a decimal"));
     assert_eq!(error("t,u\n0,1e400\n"), "line 2, column 2 (u): inf is not a finite number");
 
     let table = Table::parse("t,u1,y1\n0,0,1\n").unwrap();
@@ -58,6 +64,60 @@ fn what_is_wrong_has_its_line_and_column() {
     assert!(matches!(none, TableError::File { .. }) && none.to_string().contains("no/such/file.csv"));
     // No second check: the samples have been checked.
     assert!(!matches!(unsorted, TableError::Samples(SimError::TimesUnsorted { .. })));
+}
+
+/// What loggers and spreadsheets write.
+#[test]
+fn dialects_of_loggers_are_read() {
+    let same = Table::parse("t,u,y\n0,1,2\n0.5,-1e-3,.25\n").unwrap();
+    for text in [
+        // A decimal comma, with semicolons and with tabs.
+        "t;u;y\n0;1;2\n0,5;-1e-3;,25\n",
+        "t\tu\ty\n0\t1\t2\n0,5\t-1e-3\t,25\n",
+        // Units in the header, with a comma in one of them.
+        "t [s];u (V, rms);y\n0;1;2\n0.5;-1e-3;.25\n",
+        "\u{feff}\"t [s]\",\"u [V]\",y [m/s]\r\n0,1,2\r\n\"0.5\",\"-0.001\",\"0.25\"\r\n",
+        // A separator at the end of each line, of all and of the header alone.
+        "t,u,y,\n0,1,2,\n0.5,-1e-3,.25,\n",
+        "t,u,y,\n0,1,2\n0.5,-1e-3,.25\n",
+        // Text in a column that nobody asks for.
+        "date,t,u,y,remark\n2024-05-01 12:00:00,0,1,2,start\n2024-05-01 12:00:01,0.5,-1e-3,.25,\"1,5 V?\"\n",
+    ] {
+        let table = Table::parse(text).unwrap_or_else(|error| panic!("{text:?}: {error}"));
+        for name in ["t", "u", "y"] {
+            assert_eq!(table.column(name).unwrap(), same.column(name).unwrap(), "{text:?}");
+        }
+    }
+    // A name with its unit is one, too; two columns that differ in the unit have no common name.
+    let units = Table::parse("t,u [V],u [mV]\n0,1,2\n").unwrap();
+    assert_eq!(units.column("u [mV]").unwrap(), [2.0]);
+    assert!(matches!(units.column("u"), Err(TableError::MissingColumn { .. })));
+}
+
+#[test]
+fn what_is_not_a_number_has_advice() {
+    let time = "a date or time of day has to be converted to a number, such as the seconds since the first row";
+    for cell in ["2024-05-01T12:00:00Z", "2024-05-01", "12:00:01.5", "01.05.2024 12:00", "5/1/2024"] {
+        assert_eq!(
+            error(&format!("t,u\n{cell},1\n")),
+            format!("line 2, column 1 (t): expected a number, found `{cell}`; {time}")
+        );
+    }
+    assert_eq!(
+        error("t;u\n0;1.5\n1;1,5\n"),
+        "line 3, column 2 (u): expected a number, found `1,5`; other cells have a decimal point, so that a comma is ambiguous"
+    );
+    assert!(error("t;u\n0;1,5\n1;1.5\n").ends_with("so that a point is ambiguous"));
+    assert!(error("t,u\n0,\"1,500\"\n").ends_with("there is no sign for thousands"));
+    assert!(error("t;u\n0;1.500,0\n").ends_with("there is no sign for thousands"));
+    assert_eq!(error("t,u\n0,1.5V\n"), "line 2, column 2 (u): expected a number, found `1.5V`");
+    assert_eq!(
+        Table::from_bytes(b"t,T [\xb0C]\n0,1\n").unwrap_err().to_string(),
+        "line 1: the byte 0xb0 is not UTF-8; save the file as UTF-8 (a spreadsheet: \"CSV UTF-8\")"
+    );
+    assert!(matches!(Table::from_bytes(b"\xff\xfet\0,\0"), Err(TableError::Encoding { line: 1, byte: 0xff })));
+    let twice = Table::parse("t,y\n0,1\n1,1\n1,2\n").unwrap().recording("t", &[], &["y"]).unwrap_err();
+    assert_eq!(twice.to_string(), "line 4: the time 1 is that of the row before; each row needs a time of its own");
 }
 
 /// A blank cell, NaN, NA and null are missing values; where every value is needed they are an error.
@@ -118,7 +178,7 @@ proptest! {
     #[test]
     fn no_text_panics(text in "[t,u;0-9.e+\\-#\"\n \t\u{feff}]{0,80}") {
         if let Ok(table) = Table::parse(&text) {
-            prop_assert!(table.names().iter().all(|name| table.values(name).unwrap().len() == table.rows()));
+            prop_assert!(table.names().iter().all(|name| table.values(name).map_or(true, |x| x.len() == table.rows())));
             let time = &table.names()[0];
             let _ = table.suspicions(time, &[], table.names());
         }

@@ -40,7 +40,7 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
             grid = grid.row([
                 Cell::from(row.observer.as_str()),
                 Cell::from(output.output.as_str()),
-                Cell::from(output.samples.to_string().as_str()),
+                Cell::from(output.samples_in_words().as_str()),
                 number(output.mean),
                 number(output.rms),
                 number(output.peak),

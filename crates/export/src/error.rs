@@ -1,0 +1,49 @@
+//! Errors of an export.
+
+/// Why an observer cannot be written as source code.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// A name that is no identifier of C and Rust.
+    #[error("{name:?} is not an identifier of C and Rust: {why}")]
+    Identifier {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// A list of another length than the observer has.
+    #[error("{what} has {found} entries where the observer has {expected}")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Required number of entries.
+        expected: usize,
+        /// Actual number of entries.
+        found: usize,
+    },
+    /// A number that the format cannot store.
+    #[error("{what} is beyond the range of {format}")]
+    Format {
+        /// Which number.
+        what: String,
+        /// The format.
+        format: &'static str,
+    },
+    /// Gains that are not an observer any more after rounding.
+    #[error("the gains rounded to {format} are refused: {error}")]
+    Rounded {
+        /// The format.
+        format: &'static str,
+        /// The error of the constructor.
+        error: luenberger_observers::ObserverError,
+    },
+    /// The observer leaves the range of the format on the golden vectors: it does not converge there.
+    #[error("in step {step} of the golden vectors the estimate leaves the range of {format}: the observer is unstable")]
+    NotFinite {
+        /// The step, from 0.
+        step: usize,
+        /// The format.
+        format: &'static str,
+    },
+}

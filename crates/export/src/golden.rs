@@ -1,0 +1,70 @@
+//! Golden vectors: inputs, outputs and the estimates of the Rust observer, in the format of the target.
+
+use nalgebra::{DVector, RealField};
+
+use crate::Export;
+use crate::error::ExportError;
+use crate::program::Scalar;
+
+/// Steps of the golden vectors.
+pub const STEPS: usize = 64;
+
+/// One step: what goes in, and the estimate that comes out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Inputs.
+    pub u: Vec<f64>,
+    /// Outputs.
+    pub y: Vec<f64>,
+    /// The estimate for the next sample.
+    pub estimate: Vec<f64>,
+}
+
+/// `count` steps from the first estimate, with inputs and outputs of magnitude up to 2 and a few large ones, which are
+/// numbers of the format. They are no motion of the plant: every operation gets numbers without pattern.
+///
+/// # Errors
+/// [`ExportError::NotFinite`] if the estimate leaves the range of the format.
+pub fn steps(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
+    match export.scalar {
+        Scalar::Binary32 => run::<f32>(export, count),
+        Scalar::Binary64 => run::<f64>(export, count),
+    }
+}
+
+fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
+    let (scalar, size) = (export.scalar, export.program.dimensions());
+    let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
+    let observer = export.program.cast::<T>().map_err(rounded)?;
+    let convert = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)));
+    let mut xhat: DVector<T> = convert(&export.initial);
+    let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+    let mut steps = Vec::with_capacity(count);
+    for step in 0..count {
+        let mut column = |length: usize| -> Vec<f64> {
+            let size = if step % 16 == 7 { 1e3 } else { 1.0 };
+            (0..length).map(|_| scalar.round(size * noise.next())).collect()
+        };
+        let (u, y) = (column(size.inputs), column(size.outputs));
+        observer.step(&mut xhat, &convert(&u), &convert(&y));
+        let estimate: Vec<f64> = xhat.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect();
+        if estimate.iter().any(|x| !x.is_finite()) {
+            return Err(ExportError::NotFinite { step, format: scalar.name() });
+        }
+        steps.push(Step { u, y, estimate });
+    }
+    Ok(steps)
+}
+
+/// Numbers in [-2, 2) without pattern: xorshift64*, of Marsaglia and Vigna.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        let bits = self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11;
+        bits as f64 * 2f64.powi(-51) - 2.0
+    }
+}

@@ -1,0 +1,185 @@
+//! Designed observers as source code for the target: C99 or Rust, bit for bit what was simulated.
+//!
+//! An [`Export`] is a sampled observer with its names, units and the statement of its certificate. [`Export::c`] and
+//! [`Export::rust`] give the files of a small project: source, a test with golden vectors, a build file and a README.
+//! The emitted C performs the operations of `luenberger-observers` in the same order on the same stored numbers, so that
+//! a compiler that neither contracts nor reorders floating-point operations gives the same bits; the golden vectors are
+//! computed by the Rust observer and compared by the emitted test.
+//!
+//! The emitted code belongs to the user; no licence of this project applies to it.
+//!
+//! ```
+//! use luenberger_export::{Export, Names, Program, Scalar};
+//! use luenberger_observers::{SampledLinearGains, SampledLinearObserver};
+//! use nalgebra::dmatrix;
+//! let gains = SampledLinearGains {
+//!     ad: dmatrix![1.0, 0.1; 0.0, 1.0],
+//!     bd: dmatrix![0.005; 0.1],
+//!     c: dmatrix![1.0, 0.0],
+//!     ld: dmatrix![0.9; 2.0],
+//!     period: 0.1,
+//! };
+//! let observer = SampledLinearObserver::new(gains)?;
+//! let names = Names::numbered(2, 1, 1);
+//! let export = Export::new("cart", Program::Linear(observer), Scalar::Binary32, &[0.0, 0.0], names)?;
+//! let files = export.c()?;
+//! assert!(files.iter().any(|file| file.name == "cart.c" && file.text.contains("void cart_step(")));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | [`program`] | the observers that can be exported, and their steps in the target's format |
+//! | [`golden`] | test vectors |
+//! | [`names`] | names as identifiers |
+//! | `number` | floating-point numbers as literals of C and Rust |
+//! | `c`, `rust` | the files |
+
+#![deny(missing_docs)]
+
+mod c;
+mod error;
+pub mod golden;
+pub mod names;
+mod number;
+pub mod program;
+mod rust;
+
+pub use error::ExportError;
+pub use names::Names;
+pub use program::{Program, Scalar};
+
+use nalgebra::DMatrix;
+use sha2::{Digest, Sha256};
+
+/// A file of an export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// The name, relative to the folder of the export.
+    pub name: String,
+    /// The content.
+    pub text: String,
+}
+
+/// A sampled observer, ready to be written as source code.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Export {
+    identifier: String,
+    program: Program,
+    scalar: Scalar,
+    initial: Vec<f64>,
+    names: Names,
+    statement: Vec<String>,
+    source: Option<String>,
+}
+
+impl Export {
+    /// The observer `program` under the name `identifier`, in the format `scalar`, with the first estimate `initial`
+    /// (n entries).
+    ///
+    /// # Errors
+    /// [`ExportError::Identifier`] for a name that is no identifier of C and Rust or is reserved;
+    /// [`ExportError::Length`] for names or an estimate that do not fit; [`ExportError::Format`] for a number beyond
+    /// the range of the format, and for gains that the observer's constructor refuses after rounding.
+    pub fn new(
+        identifier: &str,
+        program: Program,
+        scalar: Scalar,
+        initial: &[f64],
+        names: Names,
+    ) -> Result<Self, ExportError> {
+        names::check(identifier)?;
+        let size = program.dimensions();
+        let fits = |what, expected: usize, found: usize| {
+            if expected == found { Ok(()) } else { Err(ExportError::Length { what, expected, found }) }
+        };
+        fits("the first estimate", size.state, initial.len())?;
+        fits("the list of states", size.state, names.states.len())?;
+        fits("the list of inputs", size.inputs, names.inputs.len())?;
+        fits("the list of outputs", size.outputs, names.outputs.len())?;
+        program.check(scalar)?;
+        let initial: Vec<f64> = initial.iter().map(|x| scalar.round(*x)).collect();
+        if let Some(index) = initial.iter().position(|x| !x.is_finite()) {
+            let what = format!("entry {index} of the first estimate");
+            return Err(ExportError::Format { what, format: scalar.name() });
+        }
+        let identifier = identifier.to_owned();
+        Ok(Self { identifier, program, scalar, initial, names, statement: Vec::new(), source: None })
+    }
+
+    /// With sentences that stand in the header: what is proved, or that nothing is.
+    #[must_use]
+    pub fn statement(mut self, sentences: &[String]) -> Self {
+        self.statement = sentences.to_vec();
+        self
+    }
+
+    /// With the SHA-256 of the study that the observer comes from.
+    #[must_use]
+    pub fn source(mut self, digest: &str) -> Self {
+        self.source = Some(digest.to_owned());
+        self
+    }
+
+    /// The SHA-256 of the exported numbers: format, sizes, gains, period and first estimate, as they are written.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        hash.update(self.scalar.name().as_bytes());
+        for (name, matrix) in self.matrices() {
+            hash.update(format!("{name} {} {}", matrix.nrows(), matrix.ncols()).as_bytes());
+            matrix.iter().for_each(|x| hash.update(x.to_bits().to_le_bytes()));
+        }
+        for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
+            hash.update(x.to_bits().to_le_bytes());
+        }
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// The matrices as they are stored on the target, by the names they have in the emitted code.
+    pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
+        let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
+        self.program.matrices().into_iter().map(|(name, matrix)| (name, round(matrix))).collect()
+    }
+
+    /// The scalars as they are stored on the target.
+    pub fn scalars(&self) -> Vec<(&'static str, f64)> {
+        self.program.scalars().into_iter().map(|(name, x)| (name, self.scalar.round(x))).collect()
+    }
+
+    /// The observer, with its numbers as designed.
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// Floating-point operations of one step, square roots and divisions included.
+    pub fn operations(&self) -> usize {
+        self.program.operations()
+    }
+
+    /// Bytes of the constants and of the state.
+    pub fn bytes(&self) -> usize {
+        let constants: usize = self.program.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
+        (constants + self.program.scalars().len() + 2 * self.initial.len()) * self.scalar.bytes()
+    }
+
+    /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.
+    ///
+    /// # Errors
+    /// [`ExportError::NotFinite`] if the observer leaves the range of the format on the golden vectors.
+    pub fn c(&self) -> Result<Vec<File>, ExportError> {
+        c::files(self)
+    }
+
+    /// The files of a `no_std` crate on `luenberger-observers` with the gains as constants and the same golden test.
+    ///
+    /// # Errors
+    /// As [`c`](Self::c).
+    pub fn rust(&self) -> Result<Vec<File>, ExportError> {
+        rust::files(self)
+    }
+}
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,102 @@
+//! Names of an observer as identifiers, and of its columns in comments.
+
+use crate::error::ExportError;
+
+/// Names and units of the columns, for comments.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Names {
+    /// Names of the states.
+    pub states: Vec<String>,
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// Units of the states; empty if unknown.
+    pub units: Vec<String>,
+    /// The unit of the time; empty if unknown.
+    pub time_unit: String,
+}
+
+impl Names {
+    /// x1, x2, ..., u1, ..., y1, ...
+    pub fn numbered(states: usize, inputs: usize, outputs: usize) -> Self {
+        let list = |letter: &str, count: usize| (1..=count).map(|i| format!("{letter}{i}")).collect();
+        let (states, inputs, outputs) = (list("x", states), list("u", inputs), list("y", outputs));
+        Self { states, inputs, outputs, units: Vec::new(), time_unit: String::new() }
+    }
+}
+
+/// An identifier made of a name: letters, digits and underscores, in lower case, not beginning with a digit.
+///
+/// ```
+/// use luenberger_export::names::identifier;
+/// assert_eq!(identifier("EKF at 100 Hz"), "ekf_at_100_hz");
+/// assert_eq!(identifier("2nd"), "observer_2nd");
+/// ```
+pub fn identifier(name: &str) -> String {
+    let mut text = String::new();
+    for letter in name.chars() {
+        if letter.is_ascii_alphanumeric() {
+            text.push(letter.to_ascii_lowercase());
+        } else if !text.ends_with('_') && !text.is_empty() {
+            text.push('_');
+        }
+    }
+    let text = text.trim_end_matches('_').to_owned();
+    if text.is_empty() || text.starts_with(|letter: char| letter.is_ascii_digit()) || is_reserved(&text) {
+        format!("observer_{text}").trim_end_matches('_').to_owned()
+    } else {
+        text
+    }
+}
+
+/// Whether a name can be an identifier of C and of Rust.
+///
+/// # Errors
+/// [`ExportError::Identifier`].
+pub fn check(name: &str) -> Result<(), ExportError> {
+    let refuse = |why| Err(ExportError::Identifier { name: name.to_owned(), why });
+    if name.is_empty() || name.len() > 48 {
+        return refuse("it must have 1 to 48 characters");
+    }
+    if !name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_') {
+        return refuse("only letters, digits and underscores are allowed");
+    }
+    if !name.starts_with(|letter: char| letter.is_ascii_alphabetic()) {
+        return refuse("it must begin with a letter");
+    }
+    if is_reserved(name) {
+        return refuse("it is a reserved word");
+    }
+    Ok(())
+}
+
+/// The keywords of C11 and of Rust, and the names that the emitted files use themselves.
+fn is_reserved(name: &str) -> bool {
+    const WORDS: &[&str] = &[
+        "abstract", "as", "async", "auto", "await", "become", "bool", "box", "break", "case", "char", "const",
+        "continue", "crate", "default", "do", "double", "dyn", "else", "enum", "extern", "false", "final", "float",
+        "fn", "for", "gen", "goto", "if", "impl", "in", "inline", "int", "let", "long", "loop", "macro", "main",
+        "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "register", "restrict", "return", "self",
+        "short", "signed", "sizeof", "static", "std", "struct", "super", "switch", "test", "trait", "true", "try",
+        "type", "typedef", "typeof", "union", "unsafe", "unsigned", "unsized", "use", "virtual", "void", "volatile",
+        "where", "while", "yield", "core", "math",
+    ];
+    WORDS.contains(&name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_identifiers_that_are_accepted() {
+        for name in ["EKF at 100 Hz", "2nd", "", "---", "for", "Beobachter für Winkel", "a__b", "x"] {
+            let text = identifier(name);
+            assert!(check(&text).is_ok(), "{name:?} -> {text:?}");
+        }
+        for name in ["", "2nd", "a b", "for", "fn", "\u{e4}", &"a".repeat(49)] {
+            assert!(check(name).is_err(), "{name:?}");
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Floating-point numbers as literals: hexadecimal in C, which is exact, and the shortest decimal in Rust, which is read
+//! back to the same bits.
+
+use crate::program::Scalar;
+
+/// A literal of C99: `0x1.999999999999ap-4`, with `f` for binary32.
+pub(crate) fn c(x: f64, scalar: Scalar) -> String {
+    let suffix = match scalar {
+        Scalar::Binary32 => "f",
+        Scalar::Binary64 => "",
+    };
+    let sign = if x.is_sign_negative() { "-" } else { "" };
+    let magnitude = x.abs();
+    if magnitude == 0.0 {
+        return format!("{sign}0.0{suffix}");
+    }
+    let bits = magnitude.to_bits();
+    let (exponent, fraction) = ((bits >> 52) as i64, bits & ((1 << 52) - 1));
+    // A subnormal number has no leading one.
+    let (lead, power) = if exponent == 0 { (0, -1022) } else { (1, exponent - 1023) };
+    let digits = format!("{fraction:013x}");
+    let digits = digits.trim_end_matches('0');
+    let point = if digits.is_empty() { "" } else { "." };
+    format!("{sign}0x{lead}{point}{digits}p{power:+}{suffix}")
+}
+
+/// A literal of Rust, of the type of the format.
+pub(crate) fn rust(x: f64, scalar: Scalar) -> String {
+    match scalar {
+        Scalar::Binary32 => format!("{:?}", x as f32),
+        Scalar::Binary64 => format!("{x:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn literals_are_exact() {
+        assert_eq!(c(0.1, Scalar::Binary64), "0x1.999999999999ap-4");
+        assert_eq!(c(f64::from(0.1f32), Scalar::Binary32), "0x1.99999ap-4f");
+        assert_eq!(c(-1.0, Scalar::Binary64), "-0x1p+0");
+        assert_eq!(c(5e-324, Scalar::Binary64), "0x0.0000000000001p-1022");
+        assert_eq!(c(-0.0, Scalar::Binary64), "-0.0");
+        assert_eq!(rust(0.1, Scalar::Binary64), "0.1");
+    }
+}

@@ -1,0 +1,149 @@
+//! The files of a `no_std` crate on `luenberger-observers`.
+
+use std::fmt::Write;
+
+use nalgebra::DMatrix;
+
+use crate::error::ExportError;
+use crate::golden::{self, STEPS, Step};
+use crate::number;
+use crate::program::Program;
+use crate::{Export, File};
+
+pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
+    let steps = golden::steps(export, STEPS)?;
+    let file = |name: &str, text: String| File { name: name.to_owned(), text };
+    Ok(vec![
+        file("Cargo.toml", manifest(export)),
+        file("src/lib.rs", library(export)),
+        file("tests/golden.rs", test(export, &steps)),
+    ])
+}
+
+fn manifest(export: &Export) -> String {
+    format!(
+        "[package]
+name = \"{}\"
+version = \"0.1.0\"
+edition = \"2024\"
+publish = false
+
+[dependencies]
+luenberger-observers = {{ version = \"{}\", default-features = false }}
+
+[workspace]
+",
+        export.identifier.replace('_', "-"),
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+/// A matrix as `Matrix::new` of nalgebra, which takes rows as they are written.
+fn matrix(export: &Export, m: &DMatrix<f64>) -> String {
+    let scalar = export.scalar.name();
+    let row = |i: usize| m.row(i).iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", ");
+    let rows = (0..m.nrows()).map(row).collect::<Vec<_>>().join(", ");
+    format!("SMatrix::<{scalar}, {}, {}>::from_row_slice(&[{rows}])", m.nrows(), m.ncols())
+}
+
+fn library(export: &Export) -> String {
+    let scalar = export.scalar.name();
+    let size = export.program.dimensions();
+    let (n, m, p) = (size.state, size.inputs, size.outputs);
+    let (kind, gains) = match export.program {
+        Program::Linear(_) => ("StaticSampledLinearObserver", "SampledLinearGains"),
+        Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
+    };
+    let mut text = format!(
+        "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
+        kind.trim_start_matches("Static")
+    );
+    for sentence in &export.statement {
+        _ = writeln!(text, "//! {}", sentence.replace(['\n', '\r'], " "));
+    }
+    _ = writeln!(text, "//!\n//! SHA-256 of the numbers: {}", export.digest());
+    if let Some(source) = &export.source {
+        _ = writeln!(text, "//! SHA-256 of the study: {source}");
+    }
+    _ = write!(
+        text,
+        "#![no_std]
+
+pub use luenberger_observers;
+
+use luenberger_observers::nalgebra::{{SMatrix, SVector}};
+use luenberger_observers::{{{gains}, {kind}, ObserverError}};
+
+/// The observer, with its sizes and its scalar.
+pub type Observer = {kind}<{scalar}, {n}, {m}, {p}>;
+
+/// The first estimate of the design.
+pub fn initial() -> SVector<{scalar}, {n}> {{
+    SVector::from([{}])
+}}
+
+/// The observer.
+///
+/// # Errors
+/// None: the numbers were checked when they were written.
+pub fn observer() -> Result<Observer, ObserverError> {{
+    {kind}::new({gains} {{
+",
+        export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", ")
+    );
+    let fields = [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")];
+    for (name, values) in export.matrices() {
+        if let Some((_, field)) = fields.iter().find(|(short, _)| *short == name) {
+            _ = writeln!(text, "        {field}: {},", matrix(export, &values));
+        }
+    }
+    for (name, x) in export.scalars() {
+        let field = if name == "W" { "w" } else { "period" };
+        _ = writeln!(text, "        {field}: {},", number::rust(x, export.scalar));
+    }
+    text.push_str("    })");
+    if let Some((_, d)) = export.matrices().iter().find(|(name, _)| *name == "D") {
+        _ = write!(text, "?\n    .with_feedthrough({})", matrix(export, d));
+    }
+    text.push_str("\n}\n");
+    text
+}
+
+fn test(export: &Export, steps: &[Step]) -> String {
+    let scalar = export.scalar.name();
+    let size = export.program.dimensions();
+    let mut text = format!(
+        "//! Golden vectors: {} steps of the design, compared bit by bit.\n\nuse {}::luenberger_observers::SampledObserver;\nuse {}::luenberger_observers::nalgebra::SVector;\n",
+        steps.len(),
+        export.identifier,
+        export.identifier
+    );
+    let mut table = |what: &str, length: usize, of: fn(&Step) -> &Vec<f64>| {
+        _ = writeln!(text, "\nconst {what}: [[{scalar}; {length}]; {}] = [", steps.len());
+        for step in steps {
+            let row: Vec<String> = of(step).iter().map(|x| number::rust(*x, export.scalar)).collect();
+            _ = writeln!(text, "    [{}],", row.join(", "));
+        }
+        text.push_str("];\n");
+    };
+    table("U", size.inputs, |step| &step.u);
+    table("Y", size.outputs, |step| &step.y);
+    table("EXPECTED", size.state, |step| &step.estimate);
+    _ = write!(
+        text,
+        "
+#[test]
+fn the_steps_are_those_of_the_design() {{
+    let observer = {name}::observer().unwrap();
+    let mut xhat = {name}::initial();
+    for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {{
+        observer.step(0.0, &mut xhat, &SVector::from(*u), &SVector::from(*y));
+        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(xhat.as_slice()), bits(expected));
+    }}
+}}
+",
+        name = export.identifier
+    );
+    text
+}

@@ -1,0 +1,240 @@
+//! Emitted C, compiled by the compilers of the machine and compared with the Rust observer bit by bit. Without a C
+//! compiler these tests say so and pass.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use luenberger_export::{Export, Names, Program, Scalar, golden};
+use luenberger_observers::{
+    SampledCubicGains, SampledCubicObserver, SampledLinearGains, SampledLinearObserver, SampledObserver, cubic,
+};
+use nalgebra::{DMatrix, DVector, SVector, dmatrix};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+
+/// The C compilers of this machine.
+fn compilers() -> Vec<&'static str> {
+    let there = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
+    ["gcc", "clang"].into_iter().filter(there).collect()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("export-{name}"));
+    _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Compiles the files of an export with these flags and runs the golden test.
+#[track_caller]
+fn agrees(export: &Export, folder: &Path, compiler: &str, flags: &[&str]) {
+    for file in export.c().unwrap() {
+        std::fs::write(folder.join(file.name), file.text).unwrap();
+    }
+    let built = Command::new(compiler)
+        .current_dir(folder)
+        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror"])
+        .args(flags)
+        .args(["plant.c", "test_plant.c", "-o", "test", "-lm"])
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{compiler} {flags:?}: {}", String::from_utf8_lossy(&built.stderr));
+    let ran = Command::new(folder.join("test")).output().unwrap();
+    let text = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success(), "{compiler} {flags:?}: {text}{}", String::from_utf8_lossy(&ran.stderr));
+    assert!(text.contains("64 of 64 steps agree to the last bit"), "{text}");
+}
+
+const SANITISERS: [&str; 3] = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"];
+
+/// Whether the libraries of the sanitizers are there.
+fn can_sanitise(folder: &Path, compiler: &str) -> bool {
+    std::fs::write(folder.join("empty.c"), "int main(void) { return 0; }\n").unwrap();
+    let built = Command::new(compiler).current_dir(folder).args(SANITISERS).args(["empty.c", "-o", "empty"]).output();
+    built.is_ok_and(|built| built.status.success())
+}
+
+/// Whether this processor runs code for Haswell, which has fused multiply-adds.
+fn has_haswell() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    let there = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+    #[cfg(not(target_arch = "x86_64"))]
+    let there = false;
+    there
+}
+
+/// An observer of these sizes with entries without pattern. `Ad - Ld C` is small, so that it is stable.
+fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> Program {
+    let mut state = seed | 1;
+    let mut next = |size: f64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        size * ((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
+    };
+    let mut matrix = |rows, columns, size: f64| DMatrix::from_fn(rows, columns, |_, _| next(size));
+    let (ad, bd, c) = (matrix(n, n, 0.4 / n as f64), matrix(n, m, 1.0), matrix(p, n, 1.0));
+    let (ld, d) = (matrix(n, p, 0.4 / (n * p) as f64), matrix(p, m, 1.0));
+    if is_cubic {
+        let mut gain = matrix(n, p, 1.0);
+        // C N = -w I: for one output every N is radial; for several, N = -w C^+.
+        if p > 1 {
+            gain = c.clone().pseudo_inverse(1e-12).unwrap() * -0.7;
+        } else if cubic::rate(&c, &gain) < 0.0 {
+            gain = -gain;
+        }
+        let root = matrix(p, p, 1.0);
+        let theta = &root * root.transpose() + DMatrix::identity(p, p);
+        let w = cubic::rate(&c, &gain);
+        let gains = SampledCubicGains { ad, bd, c, ld, n: gain, theta, w, period: 0.05 };
+        let observer = SampledCubicObserver::new(gains).unwrap();
+        return Program::Cubic(if fed { observer.with_feedthrough(d).unwrap() } else { observer });
+    }
+    let observer = SampledLinearObserver::new(SampledLinearGains { ad, bd, c, ld, period: 0.05 }).unwrap();
+    Program::Linear(if fed { observer.with_feedthrough(d).unwrap() } else { observer })
+}
+
+fn export(program: Program, scalar: Scalar) -> Export {
+    let size = program.dimensions();
+    let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
+    let names = Names::numbered(size.state, size.inputs, size.outputs);
+    Export::new("plant", program, scalar, &initial, names).unwrap()
+}
+
+#[test]
+fn optimised_and_sanitised_builds_give_the_same_bits() {
+    let compilers = compilers();
+    if compilers.is_empty() {
+        eprintln!("SKIPPED: no C compiler");
+    }
+    let folder = folder("flags");
+    for compiler in compilers {
+        let sanitised = can_sanitise(&folder, compiler);
+        if !sanitised {
+            eprintln!("SKIPPED: {compiler} has no sanitizers here");
+        }
+        for (sizes, is_cubic, fed) in
+            [((2, 1, 1), false, false), ((3, 2, 2), true, true), ((2, 0, 1), true, false), ((1, 1, 1), true, false)]
+        {
+            for scalar in [Scalar::Binary32, Scalar::Binary64] {
+                let export = export(program(7, sizes, is_cubic, fed), scalar);
+                for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell", "-ffp-contract=off"]] {
+                    if has_haswell() || !flags.contains(&"-march=haswell") {
+                        agrees(&export, &folder, compiler, flags);
+                    }
+                }
+                if sanitised {
+                    agrees(&export, &folder, compiler, &SANITISERS);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn random_observers_give_the_same_bits() {
+    let Some(compiler) = compilers().into_iter().next() else {
+        eprintln!("SKIPPED: no C compiler");
+        return;
+    };
+    let folder = folder("random");
+    let strategy = (any::<u64>(), 1usize..9, 0usize..4, 1usize..5, any::<bool>(), any::<bool>(), any::<bool>());
+    let mut runner = TestRunner::new(Config { cases: 60, failure_persistence: None, ..Config::default() });
+    runner
+        .run(&strategy, |(seed, n, m, p, is_cubic, fed, single)| {
+            // A radial gain needs at most as many outputs as states.
+            let p = p.min(n);
+            let scalar = if single { Scalar::Binary32 } else { Scalar::Binary64 };
+            agrees(&export(program(seed, (n, m, p), is_cubic, fed && m > 0), scalar), &folder, compiler, &["-O2"]);
+            Ok(())
+        })
+        .unwrap();
+}
+
+/// The reference of the golden vectors has sizes known at run time; those of a target are known at compile time.
+#[test]
+fn sizes_known_at_compile_time_give_the_same_bits() {
+    fn compare<const N: usize, const M: usize, const P: usize>(seed: u64) {
+        for is_cubic in [false, true] {
+            let program = program(seed, (N, M, P), is_cubic, M > 0);
+            let steps = golden::steps(&export(program.clone(), Scalar::Binary64), 200).unwrap();
+            let mut xhat = SVector::<f64, N>::from_fn(|i, _| 0.1 * i as f64 - 0.3);
+            for step in steps {
+                let (u, y) = (SVector::<f64, M>::from_column_slice(&step.u), SVector::from_column_slice(&step.y));
+                match &program {
+                    Program::Linear(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
+                    Program::Cubic(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
+                }
+                let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(xhat.as_slice()), bits(&step.estimate), "{N} {M} {P}");
+            }
+        }
+    }
+    compare::<1, 1, 1>(1);
+    compare::<2, 0, 1>(2);
+    compare::<3, 2, 2>(3);
+    compare::<4, 1, 4>(4);
+    compare::<6, 3, 2>(5);
+    compare::<8, 1, 3>(6);
+}
+
+#[test]
+fn what_cannot_be_exported_is_an_error() {
+    let good = program(3, (2, 1, 1), false, false);
+    let names = || Names::numbered(2, 1, 1);
+    for name in ["", "for", "2nd", "a b", "fn"] {
+        let error = Export::new(name, good.clone(), Scalar::Binary64, &[0.0, 0.0], names()).unwrap_err();
+        assert!(error.to_string().contains("is not an identifier of C and Rust"), "{error}");
+    }
+    let error = Export::new("a", good.clone(), Scalar::Binary64, &[0.0], names()).unwrap_err();
+    assert_eq!(error.to_string(), "the first estimate has 1 entries where the observer has 2");
+    let error = Export::new("a", good, Scalar::Binary32, &[1e39, 0.0], names()).unwrap_err();
+    assert_eq!(error.to_string(), "entry 0 of the first estimate is beyond the range of f32");
+
+    let (ad, bd, c) = (dmatrix![0.5, 0.0; 0.0, 0.5], dmatrix![0.0; 1e39], dmatrix![1.0, 0.0]);
+    let gains = SampledLinearGains { ad, bd, c, ld: dmatrix![0.1; 0.1], period: 0.1 };
+    let program = Program::Linear(SampledLinearObserver::new(gains).unwrap());
+    let error = Export::new("a", program, Scalar::Binary32, &[0.0, 0.0], names()).unwrap_err();
+    assert!(error.to_string().ends_with("is beyond the range of f32"), "{error}");
+
+    // Ad - Ld C has the eigenvalue 3e5: the golden vectors leave the range of binary32.
+    let gains =
+        SampledLinearGains { ad: dmatrix![3e5], bd: dmatrix![1.0], c: dmatrix![1.0], ld: dmatrix![0.0], period: 0.1 };
+    let program = Program::Linear(SampledLinearObserver::new(gains).unwrap());
+    let unstable = Export::new("a", program, Scalar::Binary32, &[1.0], Names::numbered(1, 1, 1)).unwrap();
+    assert!(unstable.c().unwrap_err().to_string().contains("the observer is unstable"));
+    assert!(unstable.rust().is_err());
+}
+
+/// NaN in an output reaches the estimate and stays there, as the header says, in Rust and so in C.
+#[test]
+fn what_is_not_finite_stays() {
+    for is_cubic in [false, true] {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let program = program(5, (2, 1, 1), is_cubic, false);
+            let mut xhat = DVector::zeros(2);
+            for k in 0..4 {
+                let y = DVector::from_element(1, if k == 1 { bad } else { 0.5 });
+                let u = DVector::from_element(1, 0.1);
+                match &program {
+                    Program::Linear(observer) => observer.step(0.0, &mut xhat, &u, &y),
+                    Program::Cubic(observer) => observer.step(0.0, &mut xhat, &u, &y),
+                }
+                assert_eq!(xhat.iter().any(|x| !x.is_finite()), k >= 1, "{bad} {k} {xhat}");
+            }
+        }
+    }
+}
+
+#[test]
+fn names_cannot_end_a_comment() {
+    let mut names = Names::numbered(2, 1, 1);
+    names.states = vec!["a */ int x; /*".to_owned(), "b\n#error".to_owned()];
+    names.units = vec!["m".to_owned(), "m/s".to_owned()];
+    let sentences = ["proved */ or not".to_owned()];
+    let export = Export::new("plant", program(9, (2, 1, 1), true, false), Scalar::Binary32, &[0.0, 0.0], names);
+    let export = export.unwrap().statement(&sentences).source("0123");
+    let header = &export.c().unwrap()[0];
+    assert!(!header.text.contains("a */") && !header.text.contains("proved */"), "{}", header.text);
+    if let Some(compiler) = compilers().into_iter().next() {
+        agrees(&export, &folder("comments"), compiler, &["-O2"]);
+    }
+}

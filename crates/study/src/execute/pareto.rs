@@ -1,0 +1,90 @@
+//! Speed against noise: settling time and steady-state error of observers, in one figure.
+
+use luenberger_figures::{Figure, Hue, Marker, Panel, Series};
+
+use super::pictures::figure;
+use crate::results::report::with_unit;
+use crate::results::{ScoringReport, SimulationReport, SweepReport};
+use crate::study::Study;
+
+/// Settling time and steady-state error; what does not exist is not drawn.
+type Speed = (Option<f64>, Option<f64>);
+
+/// An observer, at one value of a sweep.
+struct Point<'a> {
+    observer: &'a str,
+    norm: Speed,
+    states: Vec<Speed>,
+}
+
+const CAPTION: &str = "Settling time against the root mean square of the error over the second half of the run, which \
+                       is what noise leaves. The lower left is better.";
+
+/// The observers of a simulation; none without noise, or with less than two of them.
+pub(super) fn simulation(study: &Study, report: &SimulationReport) -> Option<(String, Figure)> {
+    report.seed?;
+    let points: Vec<Point<'_>> = report
+        .rows
+        .iter()
+        .filter_map(|row| {
+            let merits = row.merits.as_ref()?;
+            let norm = merits.norm.as_ref();
+            Some(Point {
+                observer: &row.observer,
+                norm: (norm.and_then(|norm| norm.settling_last), norm.map(|norm| norm.steady_rms)),
+                states: merits.states.iter().map(|state| (state.settling_5, Some(state.steady_rmse))).collect(),
+            })
+        })
+        .collect();
+    if points.len() < 2 {
+        return None;
+    }
+    figure("pareto", "Speed against noise", CAPTION, panels(study, &report.scoring, &points))
+}
+
+/// The observers along a sweep, a curve each; none without noise.
+pub(super) fn sweep(study: &Study, report: &SweepReport) -> Option<(String, Figure)> {
+    study.simulation.as_ref()?.noise.as_ref()?;
+    let rows = report.rows.iter().filter(|row| row.finished > 0);
+    let points: Vec<Point<'_>> = rows
+        .map(|row| Point {
+            observer: &row.observer,
+            norm: (row.settling, row.steady_rms),
+            states: row.states.iter().map(|state| (state.settling_5, Some(state.steady_rmse))).collect(),
+        })
+        .collect();
+    figure("sweep-pareto", "Speed against noise in the sweep", CAPTION, panels(study, &report.scoring, &points))
+}
+
+/// One panel for the norm, or without a scale one for each state that is shown.
+fn panels(study: &Study, scoring: &ScoringReport, points: &[Point<'_>]) -> Vec<Panel> {
+    let time = |text: &str| with_unit(text, study.plant.time_unit.as_ref());
+    if scoring.scale.is_some() {
+        let norm = points.iter().map(|point| (point.observer, point.norm)).collect();
+        return vec![panel(time("settling time"), "steady-state rms of |e|".to_owned(), norm)];
+    }
+    let all: Vec<usize> = (0..study.plant.states.len()).collect();
+    let of = |i: &usize| {
+        let name = &study.plant.states[*i];
+        let error = with_unit(&format!("steady-state RMSE of {name}"), study.plant.units.get(*i));
+        let state = points.iter().filter_map(|point| Some((point.observer, *point.states.get(*i)?))).collect();
+        panel(time(&format!("settling time of {name}")), error, state)
+    };
+    study.plot.states.as_ref().unwrap_or(&all).iter().map(of).collect()
+}
+
+fn panel(speed: String, error: String, points: Vec<(&str, Speed)>) -> Panel {
+    let mut names: Vec<&str> = points.iter().map(|point| point.0).collect();
+    names.dedup();
+    let mut panel = Panel::new(speed, error).log_y();
+    for (number, name) in names.into_iter().enumerate() {
+        let of = points.iter().filter(|point| point.0 == name);
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            of.filter_map(|(_, speed)| Some((speed.0?, speed.1?))).filter(|(_, error)| *error > 0.0).unzip();
+        if !x.is_empty() {
+            let series = Series::points(name, &x, &y).hue(Hue::Palette(number)).marker(Marker::Circle);
+            panel = panel.series(series);
+        }
+    }
+    panel
+}

@@ -1,0 +1,113 @@
+//! Sweeps over numbers of the study, and what they leave.
+
+use std::path::{Path, PathBuf};
+
+use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
+
+fn study(text: &str) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn run(text: &str) -> Results {
+    execute(&study(text), Step::Sweep, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sweep").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+/// e' = -(k + L) e, of which the root mean square over [0, T] is e0 sqrt((1 - exp(-2 (k + L) T)) / (2 (k + L) T)).
+const DECAY: &str = r#"
+[plant]
+f = ["-k*level + u1"]
+h = ["level"]
+states = ["level"]
+parameters = { k = 1 }
+[input]
+expressions = ["1"]
+[simulation]
+x0 = [2]
+duration = 3
+[[observer]]
+name = "by hand"
+kind = "luenberger"
+gain = [[0.5]]
+rho = 3
+"#;
+
+fn expected(rate: f64) -> f64 {
+    2.0 * ((1.0 - (-2.0 * rate * 3.0).exp()) / (2.0 * rate * 3.0)).sqrt()
+}
+
+#[test]
+fn a_parameter_of_the_plant_is_varied() {
+    let results = run(&format!("{DECAY}[sweep]\nparameter = \"plant.k\"\nvalues = [-0.25, 0, 2]\n"));
+    let rows = &results.sweep.as_ref().unwrap().rows;
+    assert_eq!(rows.iter().map(|row| row.value).collect::<Vec<_>>(), [-0.25, 0.0, 2.0]);
+    for (row, k) in rows.iter().zip([-0.25, 0.0, 2.0]) {
+        assert!((row.states[0].rmse - expected(0.5 + k)).abs() < 1e-8, "{row:?}");
+        assert_eq!((row.finished, row.percentiles.len()), (1, 0));
+    }
+    // Where the gain does not stabilise the error, the design says so and the others are still swept.
+    let results = run(&format!("{DECAY}[sweep]\nparameter = \"plant.k\"\nvalues = [-0.6, 1]\n"));
+    let sweep = results.sweep.as_ref().unwrap();
+    assert_eq!((sweep.rows[0].finished, sweep.rows[1].finished), (0, 1));
+    assert!(sweep.ended()[0].starts_with("by hand with plant.k = -0.6: "), "{:?}", sweep.ended());
+}
+
+#[test]
+fn a_number_of_an_observer_or_of_the_simulation_is_varied() {
+    let rate = DECAY.replace("gain = [[0.5]]\nrho = 3", "decay_rate = 2");
+    let results = run(&format!("{rate}[sweep]\nparameter = \"observer.by hand.decay_rate\"\nvalues = [2, 8]\n"));
+    let rows = &results.sweep.as_ref().unwrap().rows;
+    assert!(rows[1].states[0].rmse < 0.8 * rows[0].states[0].rmse, "{rows:?}");
+    let results = run(&format!("{DECAY}[sweep]\nparameter = \"simulation.duration\"\nvalues = [1, 3]\n"));
+    let rows = &results.sweep.as_ref().unwrap().rows;
+    assert!((rows[0].states[0].last - 2.0 * (-1.5f64).exp()).abs() < 1e-8, "{rows:?}");
+    assert!((rows[1].states[0].last - 2.0 * (-4.5f64).exp()).abs() < 1e-8, "{rows:?}");
+}
+
+/// Every run of an ensemble is a line; medians and percentiles are those of the lines.
+#[test]
+fn every_run_is_a_line() {
+    let noisy = DECAY.replace("duration = 3\n", "duration = 3\nnoise = { amplitude = [0.2], period = 0.05 }\n");
+    let folder = scratch("lines");
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let text = format!("{noisy}[sweep]\nparameter = \"noise\"\nvalues = [1, 2]\nensemble = 21\n");
+    let results = execute(&study(&text), Step::Sweep, &options).unwrap();
+    let csv = std::fs::read_to_string(folder.join("sweep.csv")).unwrap();
+    let mut lines = csv.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert_eq!(head[..5], ["observer", "noise", "run", "level_initial", "level_rmse"]);
+    assert_eq!(head.last(), Some(&"failure"));
+    let lines: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 42);
+    assert!(lines.iter().all(|line| line.len() == head.len()));
+    assert_eq!(lines[21][..3], ["by hand", "2", "0"]);
+    for (row, lines) in results.sweep.as_ref().unwrap().rows.iter().zip(lines.chunks(21)) {
+        let mut of: Vec<f64> = lines.iter().map(|line| line[4].parse().unwrap()).collect();
+        of.sort_by(f64::total_cmp);
+        // Of 21 values the 2nd, the 11th and the 20th: ceil(21 q).
+        let percentiles: Vec<f64> = row.percentiles.iter().map(|p| p.states[0].rmse).collect();
+        assert_eq!((row.states[0].rmse, percentiles), (of[10], vec![of[1], of[19]]));
+        assert!(of[0] < of[20]);
+    }
+    for figure in ["sweep", "sweep-pareto"] {
+        assert!(folder.join(format!("figures/{figure}.svg")).exists(), "{figure}");
+    }
+}
+
+/// An observer that is fed back is designed for the varied plant, too: both see u = -3 xhat.
+#[test]
+fn the_observer_that_is_fed_back_follows_the_plant() {
+    let fed = DECAY
+        .replace("[input]\nexpressions = [\"1\"]\n", "[input]\nfeedback = { k = [[3]], observer = \"fed\" }\n")
+        + "[[observer]]\nname = \"fed\"\nkind = \"luenberger\"\npoles = [-4]\ninitial = [2]\n";
+    let text = format!("{fed}[sweep]\nparameter = \"plant.k\"\nvalues = [0.5, 1.5]\nobservers = [\"by hand\"]\n");
+    let rows = run(&text).sweep.unwrap().rows;
+    for (row, k) in rows.iter().zip([0.5, 1.5]) {
+        assert!((row.states[0].rmse - expected(0.5 + k)).abs() < 1e-8, "{row:?}");
+    }
+}
