@@ -22,6 +22,7 @@ use std::sync::Arc;
 
 use luenberger_expression::nearest;
 use luenberger_lmi::Solver;
+use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
@@ -184,8 +185,8 @@ impl Reader {
     fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
         let numbers = node.numbers()?;
         if numbers.len() != length {
-            let message = format!("`{name}` has {} entries, and the plant has {length} {of}", numbers.len());
-            self.wrong(node.span.clone(), message, format!("expected {length} entries"));
+            let message = format!("`{name}` has length {}, and the plant has {}", numbers.len(), counted(length, of));
+            self.wrong(node.span.clone(), message, format!("expected length {length}"));
             return None;
         }
         Some(numbers)
@@ -220,8 +221,8 @@ impl Reader {
         match node.numbers() {
             Some(diagonal) if diagonal.len() == order => Some(DMatrix::from_diagonal(&diagonal.into())),
             Some(diagonal) => {
-                let message = format!("the diagonal `{name}` has {} entries", diagonal.len());
-                self.wrong(node.span.clone(), message, format!("expected {order} entries: {why}"));
+                let message = format!("the diagonal `{name}` has length {}", diagonal.len());
+                self.wrong(node.span.clone(), message, format!("expected length {order}: {why}"));
                 None
             }
             None => self.matrix(node, name, (Some(order), Some(order)), why),
