@@ -49,7 +49,7 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Desi
 }
 
 /// The gain; a failure for a specification that is of continuous time.
-fn gain_of(
+pub(super) fn gain_of(
     plant: &StateSpace,
     spec: &LinearSpec,
     dt: f64,
