@@ -739,7 +739,7 @@ pub(crate) fn scores() {
 
 /// Numbers of a study that a sweep varies: their names, and values with which the study is no study.
 #[test]
-fn swept_numbers() {
+pub(crate) fn swept_numbers() {
     let text = format!("{NONLINEAR}[sweep]\nparameter = \"plant.k\"\nvalues = [1, 2]\n");
     one(
         &text,
@@ -778,7 +778,7 @@ fn swept_numbers() {
 }
 
 #[test]
-fn truth() {
+pub(crate) fn truth() {
     let text = format!(
         "{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\ndropout = 0.1\nperiod = 0.1\nsensor = {{ bias = [1] }}\n"
     );
