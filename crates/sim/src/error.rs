@@ -56,6 +56,14 @@ pub enum SimError {
         /// Its value.
         value: f64,
     },
+    /// A probability outside of [0, 1].
+    #[error("the probability of {what} is {value}; it must be from 0 to 1")]
+    Probability {
+        /// Of what.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
     /// A comparison whose input depends on estimates.
     #[error("observers are compared on one input: a feedback of estimates would give each another plant")]
     EstimateFeedback,

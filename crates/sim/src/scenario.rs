@@ -5,6 +5,7 @@ use std::rc::Rc;
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::Plant;
 
+use crate::disturbance::Disturbances;
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check_finite, check_positive};
 use crate::integral::Integrand;
@@ -30,6 +31,7 @@ pub struct Scenario<'a> {
     pub(crate) hold: Option<f64>,
     pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
+    pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
     pub(crate) breakpoints: Vec<f64>,
@@ -58,6 +60,7 @@ impl<'a> Scenario<'a> {
             hold: None,
             step: None,
             noise: None,
+            disturbances: Disturbances::default(),
             observers: Vec::new(),
             integrals: Vec::new(),
             breakpoints: Vec::new(),
@@ -137,6 +140,29 @@ impl<'a> Scenario<'a> {
     #[must_use]
     pub fn noise(mut self, noise: Noise) -> Self {
         self.noise = Some(noise);
+        self
+    }
+
+    /// What happens to plant and sensors that the observers do not know.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use luenberger_sim::{Disturbances, Fault, Scenario};
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let bias = Fault { gain: vec![1.0], bias: vec![0.1], from: 0.0 };
+    /// let run = Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .disturbances(Disturbances { sensor: Some(bias), ..Disturbances::default() })
+    ///     .until(10.0, 2)
+    ///     .run()?;
+    /// // The bias of the sensor is an error of the position.
+    /// assert!((run.observers[0].error[(1, 0)] + 0.1).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn disturbances(mut self, disturbances: Disturbances) -> Self {
+        self.disturbances = disturbances;
         self
     }
 

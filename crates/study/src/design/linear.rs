@@ -13,7 +13,7 @@ use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
 use crate::study::{GainSpec, LinearSpec, Study};
 
-fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
+pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
     let design = match &wish.gain {
         GainSpec::Poles(poles) => LinearDesign::with_poles(plant, poles),
         GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),

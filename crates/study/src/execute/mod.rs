@@ -82,6 +82,34 @@ pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Re
     executed.map(|results| Results { renamed, ..results })
 }
 
+/// Writes files into a folder, in place of those that an earlier run of any command wrote there; `study` is recorded in
+/// the manifest, with the name of the command. Returns which other files had to be renamed.
+///
+/// # Errors
+/// [`StudyError`] for a folder with other files unless `force`, one that another run has locked, and for what cannot be
+/// written.
+pub fn write_folder(
+    root: &std::path::Path,
+    force: bool,
+    command: &str,
+    study: &Study,
+    files: &[(String, Vec<u8>)],
+) -> Result<Vec<(String, String)>, StudyError> {
+    let folder = Folder::open(Some(root.to_owned()), force)?;
+    for (name, bytes) in files {
+        folder.write(name, bytes)?;
+    }
+    folder.finish(command, (study.source.name(), study.source.text()))
+}
+
+/// The run of the plant alone; none with feedback of an estimate, or if it cannot be simulated.
+pub(crate) fn plant_run(study: &Study, simulation: &crate::study::Simulation) -> Option<luenberger_sim::Trajectory> {
+    if simulate::fed(study).is_some() {
+        return None;
+    }
+    simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE).ok()
+}
+
 /// All steps of a study: [`execute()`] with [`Step::Run`].
 ///
 /// # Errors

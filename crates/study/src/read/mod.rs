@@ -14,6 +14,7 @@ mod simulation_settings;
 mod sweep;
 mod toml;
 mod tree;
+mod truth;
 
 use std::ops::Range;
 use std::path::Path;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 
 use luenberger_expression::nearest;
 use luenberger_lmi::Solver;
+use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
@@ -91,6 +93,13 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     if let (Some(node), Some(simulation), Some(observers)) = (root.get("simulation"), &simulation, &observers) {
         simulation_settings::score_grid(node, simulation, observers, reader);
     }
+    let truth = match (root.get("truth"), &simulation) {
+        (Some(node), Some(simulation)) => truth::truth((root, node), &plant, simulation, reader),
+        _ => None,
+    };
+    if let (None, Some(entry)) = (root.get("simulation"), root.entry("truth")) {
+        reader.wrong(entry.span.clone(), "[truth] without a [simulation]", "expected a [simulation] of that plant");
+    }
     let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {
@@ -110,6 +119,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         input: input?,
         operating_point: sound(root, "operating_point", operating_point).ok()?,
         simulation: sound(root, "simulation", simulation).ok()?,
+        truth: sound(root, "truth", truth).ok()?,
         log: sound(root, "log", log).ok()?,
         observers: observers?,
         solver: match root.get("solver").and_then(Node::text) {
@@ -175,8 +185,8 @@ impl Reader {
     fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
         let numbers = node.numbers()?;
         if numbers.len() != length {
-            let message = format!("`{name}` has {} entries, and the plant has {length} {of}", numbers.len());
-            self.wrong(node.span.clone(), message, format!("expected {length} entries"));
+            let message = format!("`{name}` has length {}, and the plant has {}", numbers.len(), counted(length, of));
+            self.wrong(node.span.clone(), message, format!("expected length {length}"));
             return None;
         }
         Some(numbers)
@@ -211,8 +221,8 @@ impl Reader {
         match node.numbers() {
             Some(diagonal) if diagonal.len() == order => Some(DMatrix::from_diagonal(&diagonal.into())),
             Some(diagonal) => {
-                let message = format!("the diagonal `{name}` has {} entries", diagonal.len());
-                self.wrong(node.span.clone(), message, format!("expected {order} entries: {why}"));
+                let message = format!("the diagonal `{name}` has length {}", diagonal.len());
+                self.wrong(node.span.clone(), message, format!("expected length {order}: {why}"));
                 None
             }
             None => self.matrix(node, name, (Some(order), Some(order)), why),

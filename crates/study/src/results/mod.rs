@@ -277,9 +277,9 @@ pub struct FailureReport {
 
 impl DesignReport {
     /// The facts to print: those that are not verified and the five smallest margins, and how many others there are.
-    /// Up to twelve are not folded.
+    /// Up to six are not folded.
     pub fn leading_facts(&self) -> (&[FactReport], usize) {
-        const ALL: usize = 12;
+        const ALL: usize = 6;
         const LEADING: usize = 5;
         let open = self.facts.iter().filter(|fact| fact.verdict != "proved").count();
         let shown = if self.facts.len() > ALL { (open + LEADING).min(self.facts.len()) } else { self.facts.len() };

@@ -1,13 +1,14 @@
 //! The tables of a study file, except for those of the observers.
 
 use super::observers::OBSERVER;
+use super::truth::TRUTH;
 use super::{Key, Kind, Range, Table};
 
-const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Key {
+pub(super) const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Key {
     Key { name, kind, required: false, about }
 }
 
-const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
+pub(super) const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
     Key { name, kind, required: true, about }
 }
 
@@ -33,6 +34,11 @@ pub const STUDY: Table = Table {
         ),
         optional("input", Kind::Table(&INPUT), "The input of the plant (default 0)."),
         optional("simulation", Kind::Table(&SIMULATION), "The simulation of the plant and its observers."),
+        optional(
+            "truth",
+            Kind::Table(&TRUTH),
+            "The plant as it is simulated, where it differs from the model that the observers are designed for.",
+        ),
         optional("log", Kind::Table(&LOG), "A measured log to run the observers on."),
         optional("observer", Kind::Tables(&OBSERVER), "The observers, each with its specification."),
         optional("plot", Kind::Table(&PLOT), "The figures (default: all)."),

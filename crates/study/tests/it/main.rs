@@ -20,3 +20,4 @@ mod solver;
 mod sweep;
 mod table;
 mod templates;
+mod truth;
