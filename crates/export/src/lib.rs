@@ -52,6 +52,15 @@ pub use program::{Program, Scalar};
 use nalgebra::DMatrix;
 use sha2::{Digest, Sha256};
 
+/// The SHA-256 of some bytes, in hexadecimal digits.
+pub fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// A file of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
@@ -132,7 +141,7 @@ impl Export {
         for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
             hash.update(x.to_bits().to_le_bytes());
         }
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(&hash.finalize())
     }
 
     /// The matrices as they are stored on the target, by the names they have in the emitted code.

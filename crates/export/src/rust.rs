@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use nalgebra::DMatrix;
 
+use crate::c::wrapped;
 use crate::error::ExportError;
 use crate::golden::{self, STEPS, Step};
 use crate::number;
@@ -58,8 +59,8 @@ fn library(export: &Export) -> String {
         "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
     );
-    for sentence in &export.statement {
-        _ = writeln!(text, "//! {}", sentence.replace(['\n', '\r'], " "));
+    for line in export.statement.iter().flat_map(|sentence| wrapped(sentence, 100)) {
+        _ = writeln!(text, "//! {line}");
     }
     _ = writeln!(text, "//!\n//! SHA-256 of the numbers: {}", export.digest());
     if let Some(source) = &export.source {

@@ -15,6 +15,7 @@
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
@@ -41,6 +42,7 @@ pub mod cubic_sampled;
 pub mod deviation;
 pub mod diagnosis;
 pub mod discrete_kalman;
+pub mod discrete_linear;
 pub mod error;
 pub mod estimator;
 mod feedthrough;
@@ -67,6 +69,7 @@ pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCu
 pub use deviation::DeviationObserver;
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
+pub use discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
 pub use error::{ObserverError, Point};
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};

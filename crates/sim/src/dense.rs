@@ -85,6 +85,12 @@ impl Dense {
         Ok(self.pieces.partition_point(|piece| piece.start <= t).saturating_sub(1))
     }
 
+    /// The step at `t`, which is not before the start, with its span; the last one beyond the end.
+    pub(crate) fn step_near(&self, t: f64) -> (usize, (f64, f64)) {
+        let index = self.pieces.partition_point(|piece| piece.start <= t).saturating_sub(1);
+        (index, (self.pieces[index].start, self.pieces[index].end))
+    }
+
     /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.
     pub(crate) fn on_step(&self, index: usize, t: f64, offset: usize, value: &mut [f64]) {
         let piece = &self.pieces[index];

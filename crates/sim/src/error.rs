@@ -56,6 +56,14 @@ pub enum SimError {
         /// Its value.
         value: f64,
     },
+    /// A probability outside of [0, 1].
+    #[error("the probability of {what} is {value}; it must be from 0 to 1")]
+    Probability {
+        /// Of what.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
     /// A comparison whose input depends on estimates.
     #[error("observers are compared on one input: a feedback of estimates would give each another plant")]
     EstimateFeedback,
@@ -80,6 +88,12 @@ pub enum SimError {
         index: usize,
         /// How many there are.
         count: usize,
+    },
+    /// An observer in continuous time of a plant in discrete time.
+    #[error("observer {name:?} is in continuous time, and the plant in discrete time")]
+    ContinuousObserver {
+        /// The observer.
+        name: String,
     },
     /// A feedback from an estimate, or of an output, that itself depends on the input.
     #[error(

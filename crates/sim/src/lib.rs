@@ -34,6 +34,7 @@
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
+//! | [`disturbance`] | what the observers do not know: process noise, delays, faults, quantisation, dropouts, outliers |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output |
@@ -45,6 +46,7 @@
 mod chi_squared;
 pub mod compare;
 pub mod dense;
+pub mod disturbance;
 mod dop853;
 mod dop853_tableau;
 mod erased;
@@ -68,6 +70,7 @@ pub mod view;
 
 pub use compare::{Compared, Comparison, Cost};
 pub use dense::Dense;
+pub use disturbance::{Channel, Disturbances, Fault};
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};
 pub use gramian::{EmpiricalGramian, GramianSettings, empirical_gramian};

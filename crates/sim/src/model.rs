@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use luenberger_plants::Dimensions;
 
+use crate::disturbance::{Disturbances, History};
 use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check, check_positive};
 use crate::integral::Integrand;
@@ -25,7 +26,10 @@ pub(crate) struct Model<'a> {
     pub(crate) times: Vec<f64>,
     pub(crate) input: Signal<'a>,
     pub(crate) hold: Option<f64>,
+    /// The period of a plant in discrete time.
+    pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
+    pub(crate) disturbances: Disturbances,
     pub(crate) names: Vec<String>,
     pub(crate) observers: Vec<ObserverSlot<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
@@ -48,8 +52,10 @@ pub(crate) struct ObserverSlot<'a> {
 #[derive(Clone, Default)]
 pub(crate) struct Instant {
     pub(crate) u: Vec<f64>,
+    /// The input that reaches the plant.
+    pub(crate) applied: Vec<f64>,
     pub(crate) y: Vec<f64>,
-    /// Output with noise.
+    /// The output as it is read.
     pub(crate) seen: Vec<f64>,
     pub(crate) estimates: Vec<Vec<f64>>,
     pub(crate) errors: Vec<Vec<f64>>,
@@ -62,12 +68,22 @@ pub(crate) struct HeldValues {
     pub(crate) held: Option<Vec<f64>>,
     /// States of the sampled-data observers; empty for the others.
     pub(crate) sampled: Vec<Vec<f64>>,
+    /// What is added to the derivative of the plant; empty for nothing.
+    pub(crate) disturbance: Vec<f64>,
+    /// Outputs that do not arrive, and what is held of them; empty if all arrive.
+    pub(crate) lost: Vec<Option<f64>>,
+    /// What is added to outputs that do; empty for nothing.
+    pub(crate) outliers: Vec<f64>,
+    pub(crate) history: History,
 }
 
 impl<'a> Model<'a> {
     pub(crate) fn new(scenario: Scenario<'a>) -> Result<Self, SimError> {
         scenario.plant.check()?;
         let size = scenario.plant.dimensions();
+        if let Some(step) = scenario.step {
+            check_positive("the period of the plant", step)?;
+        }
         let x0 = scenario.x0.unwrap_or_else(|| vec![0.0; size.states]);
         check("the initial state", &x0, size.states)?;
         if let Some(noise) = &scenario.noise {
@@ -92,8 +108,10 @@ impl<'a> Model<'a> {
                 return Err(SimError::Index { what: "plant state", index, count: size.states });
             }
             let period = observer.period();
-            if let Some(period) = period {
-                check_positive("the period of a sampled-data observer", period)?;
+            match period {
+                Some(period) => check_positive("the period of a sampled-data observer", period)?,
+                None if scenario.step.is_some() => return Err(SimError::ContinuousObserver { name }),
+                None => {}
             }
             let length = own.state;
             observers.push(ObserverSlot { observer, initial, states, length, period, offset });
@@ -107,8 +125,20 @@ impl<'a> Model<'a> {
         }
         unique(&names.iter().collect::<Vec<_>>())?;
         unique(&scenario.integrals.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
+        let disturbances = scenario.disturbances;
+        disturbances.check(size.states, size.inputs, size.outputs)?;
         let mut breakpoints = scenario.breakpoints;
+        let end = scenario.times.last().copied().unwrap_or(scenario.start);
+        // Inputs that jump every period jump at the plant later.
+        let held = scenario.hold.into_iter().chain(observers.iter().filter_map(|observer| observer.period));
+        let jumps = |period: f64| {
+            let count = ((end - scenario.start) / period) as u64;
+            (0..=count).map(move |k| scenario.start + k as f64 * period)
+        };
+        let held: Vec<f64> = if disturbances.input_delay > 0.0 { held.flat_map(jumps).collect() } else { Vec::new() };
+        breakpoints.extend(disturbances.breakpoints(&[breakpoints.clone(), held].concat()));
         breakpoints.sort_by(f64::total_cmp);
+        let max_step = scenario.settings.max_step.min(disturbances.shortest_delay());
         Ok(Self {
             plant: scenario.plant,
             size,
@@ -117,12 +147,14 @@ impl<'a> Model<'a> {
             times: scenario.times,
             input: scenario.input,
             hold: scenario.hold,
+            step: scenario.step,
             noise: scenario.noise,
+            disturbances,
             names,
             observers,
             integrals: scenario.integrals,
             breakpoints,
-            settings: scenario.settings,
+            settings: Settings { max_step, ..scenario.settings },
         })
     }
 
@@ -130,6 +162,7 @@ impl<'a> Model<'a> {
         let estimates: Vec<Vec<f64>> = self.observers.iter().map(|o| vec![0.0; o.states.len()]).collect();
         Instant {
             u: vec![0.0; self.size.inputs],
+            applied: vec![0.0; self.size.inputs],
             y: vec![0.0; self.size.outputs],
             seen: vec![0.0; self.size.outputs],
             errors: estimates.clone(),
@@ -171,9 +204,17 @@ impl<'a> Model<'a> {
 
     /// The output under the input of the same instant, and what the observers see of it.
     pub(crate) fn see(&self, t: f64, x: &[f64], still: &HeldValues, now: &mut Instant) {
-        self.plant.output(t, x, &now.u, &mut now.y);
-        for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
-            *seen = y + noise;
+        let (input, output) = (self.size.states, self.size.states + self.size.inputs);
+        self.disturbances.applied(t, &still.history, input, &now.u, &mut now.applied);
+        self.plant.output(t, x, &now.applied, &mut now.y);
+        self.disturbances.read(t, &still.history, output, &still.noise, (&now.y, &mut now.seen));
+        for (seen, outlier) in now.seen.iter_mut().zip(&still.outliers) {
+            *seen += outlier;
+        }
+        for (seen, lost) in now.seen.iter_mut().zip(&still.lost) {
+            if let Some(held) = lost {
+                *seen = *held;
+            }
         }
     }
 
@@ -200,7 +241,15 @@ impl<'a> Model<'a> {
     pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
         self.evaluate(t, stacked, still, now);
         let (x, n) = (&stacked[..self.size.states], self.size.states);
-        self.plant.derivative(t, x, &now.u, &mut slope[..n]);
+        match self.step {
+            Some(_) => slope[..n].fill(0.0),
+            None => {
+                self.plant.derivative(t, x, &now.applied, &mut slope[..n]);
+                for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
+                    *slope += disturbance;
+                }
+            }
+        }
         let mut end = n;
         for (k, ObserverSlot { observer, length, period, .. }) in self.observers.iter().enumerate() {
             if period.is_none() {
@@ -222,7 +271,7 @@ impl<'a> Model<'a> {
 
     pub(crate) fn layout(&self) -> Layout {
         let Dimensions { states, inputs, outputs } = self.size;
-        let mut width = states + inputs + outputs;
+        let mut width = states + inputs + 2 * outputs;
         let mut observers = Vec::new();
         for fitted in &self.observers {
             let estimate = width + fitted.length;
@@ -238,12 +287,13 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Everything at `t` in one row: x, u, y, then state and estimate of each observer, then the integrals.
+    /// Everything at `t` in one row: x, u, y and what is read of it, then state and estimate of each observer, then the integrals.
     pub(crate) fn row(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
         self.evaluate(t, stacked, still, now);
         row.extend_from_slice(&stacked[..self.size.states]);
         row.extend_from_slice(&now.u);
         row.extend_from_slice(&now.y);
+        row.extend_from_slice(&now.seen);
         for k in 0..self.observers.len() {
             row.extend_from_slice(self.state(k, stacked, still));
             row.extend_from_slice(&now.estimates[k]);

@@ -52,6 +52,12 @@ impl Noise {
         self.seed
     }
 
+    /// The same noise with `by` added to its seed.
+    #[must_use]
+    pub fn reseeded(&self, by: u64) -> Self {
+        Self { seed: self.seed.wrapping_add(by), ..self.clone() }
+    }
+
     /// The values in the k-th period, counted from the start of the simulation.
     pub fn sample(&self, k: u64) -> Vec<f64> {
         let mut generator = ChaCha8Rng::seed_from_u64(self.seed);

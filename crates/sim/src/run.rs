@@ -5,8 +5,10 @@
 //! still.
 
 use std::cell::RefCell;
+use std::rc::Rc;
 
 use crate::dense::{Dense, NODES, node};
+use crate::disturbance::History;
 use crate::error::{SimError, check_finite};
 use crate::integrate::Stepper;
 use crate::model::{HeldValues, Instant, Model};
@@ -47,7 +49,12 @@ pub(crate) struct Runner<'m, 'a> {
     stacked: Vec<f64>,
     now: RefCell<Instant>,
     noise_clock: Option<Periodic>,
+    process_clock: Option<Periodic>,
+    channel_clock: Option<Periodic>,
     hold_clock: Option<Periodic>,
+    plant_clock: Option<Periodic>,
+    /// The next state of a plant in discrete time.
+    next: Vec<f64>,
     sample_clocks: Vec<Option<Periodic>>,
 }
 
@@ -80,12 +87,21 @@ impl<'m, 'a> Runner<'m, 'a> {
     /// Starts: noise, input and observers at the initial time.
     pub(crate) fn new(model: &'m Model<'a>) -> Result<Self, SimError> {
         let t = model.start;
+        let process = model.disturbances.process_noise.as_ref();
+        let channel = model.disturbances.channel.as_ref();
         let mut now = model.instant();
         let mut still = HeldValues {
             noise: model.noise.as_ref().map_or_else(|| vec![0.0; model.size.outputs], |noise| noise.sample(0)),
             held: None,
             sampled: vec![Vec::new(); model.observers.len()],
+            disturbance: process.map(|noise| noise.sample(0)).unwrap_or_default(),
+            lost: Vec::new(),
+            outliers: Vec::new(),
+            history: History::default(),
         };
+        if let Some(channel) = &model.disturbances.channel {
+            still.outliers = channel.draw(0).into_iter().map(|(_, outlier)| outlier).collect();
+        }
         model.see(t, &model.x0, &still, &mut now);
         check_finite("the output at the start", &now.y)?;
         // The input at the start follows from the estimates that are wished for the start.
@@ -122,6 +138,8 @@ impl<'m, 'a> Runner<'m, 'a> {
             }
             runs_through_the_output(model, &stacked, &still, &mut now)?;
         }
+        // Before the start input and output were what they are at the start.
+        still.history.first = [&vec![0.0; model.size.states], &now.u, &now.y].map(Vec::as_slice).concat();
         let clock = |period: f64| Periodic::new(t, period);
         let mut runner = Self {
             model,
@@ -130,17 +148,24 @@ impl<'m, 'a> Runner<'m, 'a> {
             stacked,
             now: RefCell::new(now),
             noise_clock: model.noise.as_ref().map(|noise| clock(noise.period())),
+            process_clock: process.map(|noise| clock(noise.period())),
+            channel_clock: channel.map(|channel| clock(channel.period)),
             hold_clock: model.hold.map(clock),
+            plant_clock: model.step.map(clock),
+            next: model.x0.clone(),
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
         };
         let everybody = vec![true; model.observers.len()];
-        runner.jump(t, model.hold.is_some(), &everybody)?;
+        runner.jump(t, model.hold.is_some(), model.step.is_some(), &everybody)?;
         Ok(runner)
     }
 
-    /// New held input, new samples.
-    fn jump(&mut self, t: f64, hold: bool, sample: &[bool]) -> Result<(), SimError> {
+    /// New state of a plant in discrete time, new held input, new samples.
+    fn jump(&mut self, t: f64, hold: bool, plant: bool, sample: &[bool]) -> Result<(), SimError> {
         let model = self.model;
+        if plant {
+            self.stacked[..self.next.len()].copy_from_slice(&self.next);
+        }
         for (k, _) in sample.iter().enumerate().filter(|(_, due)| **due) {
             self.still.sampled[k].clone_from(&self.pending[k]);
         }
@@ -150,8 +175,15 @@ impl<'m, 'a> Runner<'m, 'a> {
             model.evaluate(t, &self.stacked, &self.still, now);
             self.still.held = Some(now.u.clone());
         }
-        if sample.contains(&true) {
+        if plant || sample.contains(&true) {
             model.evaluate(t, &self.stacked, &self.still, now);
+        }
+        if plant {
+            model.plant.derivative(t, &self.stacked[..model.size.states], &now.applied, &mut self.next);
+            for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
+                *next += disturbance;
+            }
+            check_finite(&format!("the next state of the plant after t = {t}"), &self.next)?;
         }
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
@@ -167,6 +199,25 @@ impl<'m, 'a> Runner<'m, 'a> {
 
     /// Everything that happens at `t`.
     fn tick(&mut self, t: f64) -> Result<(), SimError> {
+        let model = self.model;
+        if let Some(clock) = &mut self.channel_clock
+            && clock.happens(t)
+            && let Some(channel) = &model.disturbances.channel
+        {
+            // What was read last is held in the place of a value that does not arrive.
+            let now = self.now.get_mut();
+            model.evaluate(t, &self.stacked, &self.still, now);
+            let drawn = channel.draw(clock.count);
+            self.still.lost = drawn.iter().zip(&now.seen).map(|((arrives, _), y)| (!arrives).then_some(*y)).collect();
+            self.still.outliers = drawn.into_iter().map(|(_, outlier)| outlier).collect();
+        }
+        self.still.history.within.set(f64::INFINITY);
+        if let Some(clock) = &mut self.process_clock
+            && clock.happens(t)
+            && let Some(noise) = &model.disturbances.process_noise
+        {
+            self.still.disturbance = noise.sample(clock.count);
+        }
         if let Some(clock) = &mut self.noise_clock
             && clock.happens(t)
             && let Some(noise) = &self.model.noise
@@ -176,15 +227,17 @@ impl<'m, 'a> Runner<'m, 'a> {
         let hold = self.hold_clock.as_mut().is_some_and(|clock| clock.happens(t));
         let sample: Vec<bool> =
             self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))).collect();
-        if hold || sample.contains(&true) {
-            self.jump(t, hold, &sample)?;
+        let plant = self.plant_clock.as_mut().is_some_and(|clock| clock.happens(t));
+        if hold || plant || sample.contains(&true) {
+            self.jump(t, hold, plant, &sample)?;
         }
         Ok(())
     }
 
     /// When something jumps next after `t`, `end` at the latest.
     fn next_jump(&self, t: f64, end: f64) -> f64 {
-        let clocks = [&self.noise_clock, &self.hold_clock].into_iter().chain(&self.sample_clocks).flatten();
+        let own = [&self.noise_clock, &self.process_clock, &self.channel_clock, &self.hold_clock, &self.plant_clock];
+        let clocks = own.into_iter().chain(&self.sample_clocks).flatten();
         // They are sorted, and a table of samples has many.
         let breakpoints = &self.model.breakpoints;
         let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= t)).copied();
@@ -194,7 +247,8 @@ impl<'m, 'a> Runner<'m, 'a> {
     pub(crate) fn run(mut self, end: f64) -> Result<Trajectory, SimError> {
         let model = self.model;
         let layout = model.layout();
-        let mut dense = Dense::new(layout.width);
+        let dense = Rc::clone(&self.still.history.dense);
+        dense.replace(Dense::new(layout.width));
         let mut samples = Vec::with_capacity(model.times.len() * layout.width);
         let mut waiting = model.times.iter().copied().peekable();
         let mut march = Stepper::new(model.settings);
@@ -206,6 +260,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             }
             let seam = next - 8.0 * f64::EPSILON * next.abs();
             let (still, now) = (&self.still, &self.now);
+            still.history.within.set(t + (next - t) / 2.0);
             let right_hand_side = |t: f64, stacked: &[f64], slope: &mut [f64]| {
                 model.derivative(t, stacked, still, &mut now.borrow_mut(), slope);
             };
@@ -222,7 +277,7 @@ impl<'m, 'a> Runner<'m, 'a> {
                     let what = layout.name(at % layout.width);
                     return Err(SimError::QuantityNotFinite { time, what, value: rows[at] });
                 }
-                dense.push(step.start, step.end, rows);
+                dense.borrow_mut().push(step.start, step.end, rows);
                 // A time at the seam of two intervals, up to rounding, waits for what happens there.
                 while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
                     model.row(t, &step.at(t), still, &mut now, &mut samples);
@@ -238,6 +293,6 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         let lengths: Vec<usize> = model.observers.iter().map(|fitted| fitted.length).collect();
         let integrals = model.integrals.iter().map(|(name, _)| name.clone()).collect();
-        Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, dense, march.steps()))
+        Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, dense.take(), march.steps()))
     }
 }

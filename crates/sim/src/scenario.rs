@@ -5,6 +5,7 @@ use std::rc::Rc;
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::Plant;
 
+use crate::disturbance::Disturbances;
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check_finite, check_positive};
 use crate::integral::Integrand;
@@ -28,7 +29,9 @@ pub struct Scenario<'a> {
     span: Option<(f64, usize)>,
     pub(crate) input: Signal<'a>,
     pub(crate) hold: Option<f64>,
+    pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
+    pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
     pub(crate) breakpoints: Vec<f64>,
@@ -55,7 +58,9 @@ impl<'a> Scenario<'a> {
             span: None,
             input: Signal::zero(),
             hold: None,
+            step: None,
             noise: None,
+            disturbances: Disturbances::default(),
             observers: Vec::new(),
             integrals: Vec::new(),
             breakpoints: Vec::new(),
@@ -105,6 +110,25 @@ impl<'a> Scenario<'a> {
         self
     }
 
+    /// The plant is in discrete time with this period: its `derivative` is the next state, `x+ = f(t, x, u)`, the input is
+    /// evaluated at the samples and held, and observers are sampled ones.
+    ///
+    /// ```
+    /// use luenberger_plants::StaticPlant;
+    /// use luenberger_sim::Scenario;
+    /// use nalgebra::{Matrix1, SMatrix};
+    /// // x+ = x/2 every 0.1.
+    /// let plant = StaticPlant::new(Matrix1::new(0.5), SMatrix::<f64, 1, 0>::zeros(), Matrix1::new(1.0))?;
+    /// let run = Scenario::new(plant).discrete_time(0.1).initial_state(&[8.0]).times(&[0.0, 0.1, 0.25, 0.3]).run()?;
+    /// assert_eq!(run.x.as_slice(), [8.0, 4.0, 2.0, 1.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn discrete_time(mut self, period: f64) -> Self {
+        (self.step, self.hold) = (Some(period), Some(period));
+        self
+    }
+
     /// Times at which the input or the plant jumps, so that no step crosses them.
     #[must_use]
     pub fn breakpoints(mut self, times: &[f64]) -> Self {
@@ -116,6 +140,29 @@ impl<'a> Scenario<'a> {
     #[must_use]
     pub fn noise(mut self, noise: Noise) -> Self {
         self.noise = Some(noise);
+        self
+    }
+
+    /// What happens to plant and sensors that the observers do not know.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use luenberger_sim::{Disturbances, Fault, Scenario};
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let bias = Fault { gain: vec![1.0], bias: vec![0.1], from: 0.0 };
+    /// let run = Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .disturbances(Disturbances { sensor: Some(bias), ..Disturbances::default() })
+    ///     .until(10.0, 2)
+    ///     .run()?;
+    /// // The bias of the sensor is an error of the position.
+    /// assert!((run.observers[0].error[(1, 0)] + 0.1).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn disturbances(mut self, disturbances: Disturbances) -> Self {
+        self.disturbances = disturbances;
         self
     }
 

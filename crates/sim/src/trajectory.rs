@@ -43,7 +43,7 @@ impl Layout {
         match entry {
             _ if entry < n => format!("x{}", entry + 1),
             _ if entry < n + m => format!("u{}", entry - n + 1),
-            _ if entry < n + m + p => format!("y{}", entry - n - m + 1),
+            _ if entry < n + m + 2 * p => format!("y{}", (entry - n - m) % p + 1),
             _ if entry >= self.integrals => format!("integral {}", entry - self.integrals + 1),
             _ => {
                 let of = self.observers.iter().zip(&self.names).find(|(observer, _)| entry < observer.estimate);
@@ -66,6 +66,8 @@ pub struct Trajectory {
     pub u: DMatrix<f64>,
     /// Outputs, without noise.
     pub y: DMatrix<f64>,
+    /// Outputs as the observers read them, with noise and all else.
+    pub measured: DMatrix<f64>,
     /// The observers, in the order they were added.
     pub observers: Vec<ObserverTrajectory>,
     /// The integrals, in the order they were added.
@@ -132,10 +134,10 @@ impl Trajectory {
         let value = |k: usize| block(layout.integrals + k, 1).as_slice().to_vec();
         let named = |(k, name)| IntegralTrajectory { name, value: value(k) };
         let integrals = integrals.into_iter().enumerate().map(named).collect();
-        let (u, y) = (block(n, m), block(n + m, p));
+        let (u, y, measured) = (block(n, m), block(n + m, p), block(n + m + p, p));
         // The last requested time ends the run.
         let last = samples[samples.len().saturating_sub(layout.width)..].to_vec();
-        Self { t: times.to_vec(), x, u, y, observers, integrals, steps, dense, last, layout }
+        Self { t: times.to_vec(), x, u, y, measured, observers, integrals, steps, dense, last, layout }
     }
 
     /// The observer of that name.
@@ -172,6 +174,15 @@ impl Trajectory {
     pub fn input_at(&self, t: f64) -> Result<Vec<f64>, SimError> {
         let (n, m) = (self.layout.size.states, self.layout.size.inputs);
         Ok(self.dense.at(t)?[n..n + m].to_vec())
+    }
+
+    /// The outputs as the observers read them at any time of the run, by dense output.
+    ///
+    /// # Errors
+    /// [`SimError::Outside`].
+    pub fn measured_at(&self, t: f64) -> Result<Vec<f64>, SimError> {
+        let Dimensions { states: n, inputs: m, outputs: p } = self.layout.size;
+        Ok(self.dense.at(t)?[n + m + p..n + m + 2 * p].to_vec())
     }
 
     /// The own state of the observer of that name at any time of the run, by dense output; of a filter estimate and

@@ -30,6 +30,8 @@ pub struct Study {
     pub input: Input,
     /// The simulation; none for a study with designs only, or with a log.
     pub simulation: Option<Simulation>,
+    /// The plant as it is simulated, where it differs from the model.
+    pub truth: Option<Truth>,
     /// The measured log, if there is one.
     pub log: Option<Log>,
     /// The observers.
@@ -131,6 +133,17 @@ impl NoiseSpec {
             luenberger_sim::Noise::uniform(&amplitude, self.period, seed)
         }
     }
+}
+
+/// The plant as it is simulated, where it differs from the model that the observers are designed for.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    /// The plant with its own parameters; none if they are those of the model.
+    pub model: Option<crate::model::Model>,
+    /// Process noise, delays, faults, quantisation, dropouts, outliers.
+    pub disturbances: luenberger_sim::Disturbances,
+    /// The same as a sentence.
+    pub words: String,
 }
 
 /// A measured log.

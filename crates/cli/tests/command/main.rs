@@ -1,6 +1,7 @@
 //! End-to-end tests of the built binary: streams and exit codes.
 
 mod examples;
+mod export;
 mod from_matlab;
 mod manners;
 mod matrix;

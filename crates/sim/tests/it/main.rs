@@ -1,6 +1,7 @@
 //! One test binary, a module a subject.
 
 mod compare;
+mod disturbance;
 mod feedthrough;
 mod gramian;
 mod replay;

@@ -67,7 +67,7 @@ impl From<ObserverError> for Misfit {
     }
 }
 
-fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
+pub(super) fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
     FailureReport { hypothesis, alternatives, line: wish.place.line }
 }
 

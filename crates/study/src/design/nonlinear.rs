@@ -271,7 +271,16 @@ pub(super) fn extended_kalman(
     gate: Option<f64>,
 ) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let mut filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    extended_report(ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?, (w, v, p0), period, gate)
+}
+
+/// An extended Kalman filter with its gate, in numbers and words.
+pub(super) fn extended_report(
+    mut filter: ExtendedKalmanFilter<Model, f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>,
+    (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    period: f64,
+    gate: Option<f64>,
+) -> Result<Designed, Misfit> {
     let gated =
         gate.map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
     if let Some(gate) = gate {

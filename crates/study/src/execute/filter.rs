@@ -2,7 +2,7 @@
 
 use luenberger_observers::kalman::GaussianEstimate;
 use luenberger_observers::{ExtendedKalmanFilter, SampledObserver};
-use luenberger_plants::{Column, Plant};
+use luenberger_plants::Column;
 use luenberger_sim::replay::{Consistency, NormalisedSquare};
 use luenberger_sim::{SimError, Trajectory};
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -11,7 +11,7 @@ use super::Member;
 use crate::design::Runnable;
 use crate::model::Model;
 use crate::results::FilterReport;
-use crate::study::{Simulation, Study};
+use crate::study::Simulation;
 
 type Filter = ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>;
 
@@ -33,14 +33,12 @@ pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>) -> Option<
 /// NIS and NEES of a filter over all its samples in the run: of each innovation as it was computed, and of the error
 /// after the measurement.
 pub(super) fn consistency(
-    study: &Study,
     simulation: &Simulation,
     trajectory: &Trajectory,
     member: &Member<'_>,
 ) -> Result<Option<FilterReport>, SimError> {
     let Some(filter) = filter(member) else { return Ok(None) };
     let (n, name, period) = (member.wish.initial.len(), &member.wish.name, filter.period());
-    let noise = simulation.noise.as_ref().map(|noise| (noise.noise(1.0, noise.seed), noise.period));
     let (mut nis, mut nees) = (Vec::new(), Vec::new());
     let samples = (simulation.duration / period - 1e-9).ceil() as u64;
     for sample in 0..samples {
@@ -52,13 +50,12 @@ pub(super) fn consistency(
         // A held input is the one that stands from the sample on.
         let at = simulation.hold.map_or(t, |hold| (t + 0.5 * hold.min(period)).min(simulation.duration));
         let u = DVector::from_vec(trajectory.input_at(at)?);
-        let mut y = study.plant.model.output(t, &DVector::from_column_slice(&x), &u);
-        if let Some((noise, period)) = &noise {
-            let value = noise.sample((t / period * (1.0 + 4.0 * f64::EPSILON)).floor() as u64);
-            y.iter_mut().zip(value).for_each(|(y, noise)| *y += noise);
-        }
+        let y = DVector::from_vec(trajectory.measured_at(t)?);
+        let degrees = (0..y.len()).filter(|&j| !filter.rejects(t, &belief, &u, &y, j)).count();
         let Some(innovation) = filter.update(t, &mut belief, &u, &y) else { continue };
-        nis.push(NormalisedSquare { square: innovation.normalized_square, degrees: y.len() });
+        if degrees > 0 {
+            nis.push(NormalisedSquare { square: innovation.normalized_square, degrees });
+        }
         let e = DVector::from_column_slice(&x) - belief.estimate();
         if let Some(factor) = belief.covariance().cholesky() {
             nees.push(NormalisedSquare { square: e.dot(&factor.solve(&e)), degrees: n });

@@ -85,7 +85,8 @@ pub(super) fn trajectory(
 ) -> Result<Trajectory, SimError> {
     let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     wanted.extend(end);
-    let mut scenario = Scenario::new(&study.plant.model)
+    let truth = study.truth.as_ref();
+    let mut scenario = Scenario::new(truth.and_then(|truth| truth.model.as_ref()).unwrap_or(&study.plant.model))
         .initial_state(&simulation.x0)
         .times(&wanted)
         .settings(simulation.settings)
@@ -93,6 +94,12 @@ pub(super) fn trajectory(
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
     if let Some(period) = simulation.hold {
         scenario = scenario.hold_input(period);
+    }
+    if let Some(truth) = truth {
+        scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
+    }
+    if let Some(dt) = study.plant.dt {
+        scenario = scenario.discrete_time(dt);
     }
     if let Some(noise) = &simulation.noise {
         scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
@@ -112,23 +119,12 @@ pub(super) fn trajectory(
 
 /// The rows of a run, with the measured outputs.
 pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: Option<&Member<'_>>) -> Run {
-    let mut y = trajectory.y.clone();
-    if let Some(wish) = &simulation.noise {
-        let noise = wish.noise(1.0, wish.seed);
-        for (row, t) in trajectory.t.iter().enumerate() {
-            // A time that is a multiple of the period up to rounding belongs to the period that begins there.
-            let period = (t / wish.period * (1.0 + 4.0 * f64::EPSILON)).floor() as u64;
-            for (column, value) in noise.sample(period).into_iter().enumerate() {
-                y[(row, column)] += value;
-            }
-        }
-    }
     let (wanted, _) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
     let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
     let deviation = member.and_then(|member| filter::deviation(trajectory, member)).map(|deviation| of(&deviation));
-    let (x, u, y) = (of(&trajectory.x), of(&trajectory.u), of(&y));
+    let (x, u, y) = (of(&trajectory.x), of(&trajectory.u), of(&trajectory.measured));
     Run { t: wanted, x, u, y, estimate, innovation: None, deviation }
 }
 
@@ -154,7 +150,7 @@ pub(super) fn all<'a>(
             trajectory(study, simulation, members, Some(member), Variation::NONE)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
-                    let filter = filter::consistency(study, simulation, &trajectory, member)?;
+                    let filter = filter::consistency(simulation, &trajectory, member)?;
                     let last = trajectory.x.nrows() - 1;
                     let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();
                     Ok((samples(simulation, &trajectory, Some(member)), merits, filter, end))
@@ -195,6 +191,7 @@ pub(super) fn all<'a>(
         x0: simulation.x0.clone(),
         x_end,
         seed: simulation.noise.as_ref().map(|noise| noise.seed),
+        truth: study.truth.as_ref().map(|truth| truth.words.clone()),
         scoring: scoring.report(study),
         rows,
     };

@@ -14,6 +14,7 @@ mod simulation_settings;
 mod sweep;
 mod toml;
 mod tree;
+mod truth;
 
 use std::ops::Range;
 use std::path::Path;
@@ -53,7 +54,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
     // After a syntax error the rest of the tree is unreliable.
     if mistakes.is_empty() {
         check::table(&root, &STUDY, &mut mistakes);
-        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned() };
+        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned(), dt: None };
         let study = assemble(&root, &source, &mut reader);
         // A key that is missing where another is unknown is most likely misspelt.
         let starts = starts(&root);
@@ -92,6 +93,13 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     if let (Some(node), Some(simulation), Some(observers)) = (root.get("simulation"), &simulation, &observers) {
         simulation_settings::score_grid(node, simulation, observers, reader);
     }
+    let truth = match (root.get("truth"), &simulation) {
+        (Some(node), Some(simulation)) => truth::truth((root, node), &plant, simulation, reader),
+        _ => None,
+    };
+    if let (None, Some(entry)) = (root.get("simulation"), root.entry("truth")) {
+        reader.wrong(entry.span.clone(), "[truth] without a [simulation]", "expected a [simulation] of that plant");
+    }
     let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {
@@ -111,6 +119,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         input: input?,
         operating_point: sound(root, "operating_point", operating_point).ok()?,
         simulation: sound(root, "simulation", simulation).ok()?,
+        truth: sound(root, "truth", truth).ok()?,
         log: sound(root, "log", log).ok()?,
         observers: observers?,
         solver: match root.get("solver").and_then(Node::text) {
@@ -159,6 +168,8 @@ struct Reader {
     /// Mistakes about missing keys.
     absences: Vec<Diagnostic>,
     folder: std::path::PathBuf,
+    /// The period of a plant in discrete time.
+    dt: Option<f64>,
 }
 
 impl Reader {

@@ -320,7 +320,11 @@ fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
     let mut sound = true;
     for (pole, entry) in poles.iter().zip(list) {
         let times = |wanted: Complex<f64>| poles.iter().filter(|pole| **pole == wanted).count();
-        if pole.re >= 0.0 {
+        if reader.dt.is_some() && pole.norm() >= 1.0 {
+            let message = format!("the pole {} is not inside the unit circle", shown(*pole));
+            reader.wrong(entry.span.clone(), message, "expected a modulus below 1: the plant is in discrete time");
+            sound = false;
+        } else if reader.dt.is_none() && pole.re >= 0.0 {
             let message = format!("the pole {} is not in the open left half plane", shown(*pole));
             reader.wrong(entry.span.clone(), message, "expected a negative real part");
             sound = false;

@@ -64,7 +64,17 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     };
     let time_unit = node.get("time_unit").and_then(Node::text).map(str::to_owned);
     let Names { states, inputs, outputs } = names;
-    Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit })
+    let dt = match node.entry("dt") {
+        None => None,
+        Some(entry) => Some(entry.node.number().filter(|dt| *dt > 0.0 && dt.is_finite())?),
+    };
+    if let (Some(entry), Model::Builtin(_)) = (node.entry("dt"), &model) {
+        let message = "`dt` conflicts with `builtin`: the plants of the library are in continuous time";
+        reader.wrong(entry.span.clone(), message, "expected matrices or expressions for a plant in discrete time");
+        return None;
+    }
+    reader.dt = dt;
+    Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit, dt })
 }
 
 /// Names of states, inputs and outputs.

@@ -111,6 +111,13 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
         return None;
     }
+    if let (Some(dt), Some(entry)) = (plant.dt, node.entry("hold"))
+        && entry.node.number() != Some(dt)
+    {
+        let message = format!("`hold` differs from `dt` = {dt}: the input of a plant in discrete time is held for dt");
+        reader.wrong(entry.span.clone(), message, "expected no `hold`, or `dt`");
+        return None;
+    }
     let integrator = match node.get("integrator").and_then(Node::text) {
         Some("explicit") => Integrator::Explicit,
         Some("implicit") => Integrator::Implicit,
@@ -134,7 +141,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         settings,
         hold: match node.get("hold") {
             Some(hold) => Some(hold.number()?),
-            None => None,
+            None => plant.dt,
         },
         band: number("band", 0.05)?,
         score_period: match node.get("score_period") {

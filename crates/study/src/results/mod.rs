@@ -71,6 +71,9 @@ pub struct PlantSummary {
     /// Unit of the time, if the file gives one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
+    /// The period of a plant in discrete time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dt: Option<f64>,
     /// Names of the inputs.
     pub inputs: Vec<String>,
     /// Names of the outputs.

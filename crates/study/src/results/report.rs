@@ -79,6 +79,7 @@ fn plant(results: &Results) -> Section {
         facts.push(("parameters", plant.parameters.iter().map(one).collect::<Vec<_>>().join(", ")));
     }
     facts.extend(plant.time_unit.iter().map(|unit| ("time in", unit.clone())));
+    facts.extend(plant.dt.iter().map(|dt| ("period dt", short(*dt))));
     let mut section = Section::new("Plant").facts(facts);
     if !plant.equations.is_empty() {
         section = section.verbatim(plant.equations.join("\n"));
@@ -357,7 +358,8 @@ fn sweep(results: &Results, sweep: &SweepReport) -> Section {
 fn comparison(results: &Results) -> Section {
     let mut section = Section::new("Comparison");
     if let Some(simulation) = &results.simulation {
-        section = section.prose(simulation.scoring.words.join(" "));
+        section = section
+            .prose(simulation.truth.iter().chain(&simulation.scoring.words).cloned().collect::<Vec<_>>().join(" "));
         if let Some(table) = simulation.norm_table(&results.plant) {
             section = section.grid(scores(&table, "Norm of the error; the best values are marked."));
         }

@@ -14,6 +14,9 @@ pub struct SimulationReport {
     /// The seed of the noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// How the simulated plant differs from the model that observers are designed for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<String>,
     /// Where errors are scored, and in which units.
     pub scoring: ScoringReport,
     /// One row for each designed observer.

@@ -6,6 +6,7 @@
 mod json;
 mod keys;
 mod observers;
+mod truth;
 
 pub use json::{SCHEMA, json_schema};
 pub use keys::STUDY;

@@ -19,3 +19,4 @@ mod solver;
 mod sweep;
 mod table;
 mod templates;
+mod truth;

@@ -482,6 +482,13 @@ pub(crate) fn files_that_a_study_names() {
             .contains("2 columns, and the plant has 1 input")
     );
     assert!(said(&log("double-integrator.toml", "")).contains("double-integrator.toml: "));
+    let states = |states: &str| said(&log("measured-log.csv", &format!("states = {states}")));
+    assert!(states("[\"-\", \"-\"]").contains("`states` has 2 columns, and the plant has 1 states"));
+    assert!(states("[\"sped\"]").contains("there is no column `sped`; the columns are t, voltage, angle"));
+    assert!(read(&log("measured-log.csv", "states = [\"angle\"]"), Format::Toml).is_ok());
+    assert!(
+        said(&log("measured-log.csv", "interpolation = \"cubic\"")).contains("`interpolation` is the text \"cubic\"")
+    );
 }
 
 #[test]
@@ -765,6 +772,36 @@ fn swept_numbers() {
                 13,
                 "entry 2 of `values` is 0",
                 "positive",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn truth() {
+    let text = format!(
+        "{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\ndropout = 0.1\nperiod = 0.1\nsensor = {{ bias = [1] }}\n"
+    );
+    one(
+        &text,
+        &[
+            ("{ k = 3 }", "{ kk = 3 }", 12, "the plant has no parameter `kk`", "expected one of k"),
+            ("dropout = 0.1", "dropout = 1.1", 13, "`dropout` is 1.1", "a probability from 0 to 1"),
+            ("period = 0.1\n", "", 11, "`dropout` and `outliers` are drawn every period", "simulation.noise"),
+            (
+                "bias = [1]",
+                "bias = [1, 2]",
+                15,
+                "`bias` has 2 entries, and the plant has 1 outputs",
+                "expected 1 entries",
+            ),
+            ("dropout = 0.1", "input_delay = -1", 13, "`input_delay` is -1", "not negative"),
+            (
+                "dropout = 0.1",
+                "process_noise = { amplitude = [1], period = 1 }",
+                13,
+                "`amplitude` has 1 entries, and the plant has 2 states",
+                "expected 2",
             ),
         ],
     );

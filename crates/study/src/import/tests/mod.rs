@@ -18,7 +18,7 @@ fn assert_is_plant(bytes: &[u8], ignored: &[&str]) {
     let (a, b, c) = plant();
     assert_eq!(
         read(bytes),
-        Ok(Model { a, b, c, d: None, ignored: ignored.iter().map(|name| (*name).to_owned()).collect() })
+        Ok(Model { a, b, c, d: None, dt: None, ignored: ignored.iter().map(|name| (*name).to_owned()).collect() })
     );
 }
 
@@ -215,7 +215,7 @@ fn damage_is_located() {
 #[test]
 fn a_study_has_every_digit() {
     let (a, b, c) = plant();
-    let model = Model { a, b, c, d: None, ignored: vec![] };
+    let model = Model { a, b, c, d: None, dt: None, ignored: vec![] };
     let study = model.study("a \"quoted\" \\ title\n");
     let parts = [
         "title = \"a \\\"quoted\\\" \\\\ title\\u000A\"\n\n[plant]\n",
@@ -288,7 +288,7 @@ proptest! {
         let a = DMatrix::from_column_slice(n, n, &entries[..n * n]);
         let b = DMatrix::from_column_slice(n, m, &entries[n * n..n * n + n * m]);
         let c = DMatrix::from_column_slice(1, n, &entries[n * n + n * m..]);
-        let expected = Model { a: a.clone(), b: b.clone(), c: c.clone(), d: None, ignored: vec![] };
+        let expected = Model { a: a.clone(), b: b.clone(), c: c.clone(), d: None, dt: None, ignored: vec![] };
         let mat = Mat { is_little, is_compressed };
         let write = |name, m| if is_sparse { mat.sparse(name, m) } else { mat.full(name, m) };
         let file = mat.file(&[write("A", &a), write("B", &b), write("C", &c)]);

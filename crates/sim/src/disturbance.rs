@@ -1,0 +1,218 @@
+//! What happens to the plant and its sensors that the observers do not know: process noise, delays, faults of actuators
+//! and sensors, quantisation, dropouts and outliers.
+//!
+//! The plant gets `gain u(t - d) + bias` and process noise in its derivative (in discrete time, in its next state); of its
+//! output the observers read
+//! `gain y(t - d) + bias` with the measurement noise, rounded to the quantisation, with outliers, and held where a value
+//! does not arrive. The observers themselves are given the input u as it is commanded.
+//!
+//! A delayed quantity is read from the dense output, and no step of the integrator is longer than a delay, so that
+//! feedback through a delay is integrated by the method of steps (Bellen and Zennaro, 2003, section 3). Before the start
+//! everything has the value of the start.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use crate::dense::Dense;
+use crate::error::{SimError, check, check_finite, check_positive};
+use crate::noise::Noise;
+
+/// Gain and bias of an actuator or a sensor from a time on; before it they are 1 and 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// Factor of each entry.
+    pub gain: Vec<f64>,
+    /// What is added to each entry.
+    pub bias: Vec<f64>,
+    /// When it begins.
+    pub from: f64,
+}
+
+impl Fault {
+    fn check(&self, what: &str, entries: usize) -> Result<(), SimError> {
+        check(&format!("the gain of {what}"), &self.gain, entries)?;
+        check(&format!("the bias of {what}"), &self.bias, entries)?;
+        check_finite(&format!("the start of the fault of {what}"), &[self.from])
+    }
+
+    fn apply(&self, t: f64, entries: &mut [f64]) {
+        if t >= self.from {
+            for ((entry, gain), bias) in entries.iter_mut().zip(&self.gain).zip(&self.bias) {
+                *entry = gain * *entry + bias;
+            }
+        }
+    }
+}
+
+/// Measurements that do not arrive, and outliers, drawn anew every period; seeded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// The probability that a measurement does not arrive; the last one is then held for this period.
+    pub dropout: f64,
+    /// The probability of an outlier.
+    pub outlier: f64,
+    /// The magnitude of an outlier, one for each output; its sign is random.
+    pub outlier_size: Vec<f64>,
+    /// The period.
+    pub period: f64,
+    /// The seed.
+    pub seed: u64,
+}
+
+/// All that the observers do not know of the plant they observe.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Disturbances {
+    /// Added to the derivative of the plant, or to the next state of one in discrete time; one entry for each state, held
+    /// over its period.
+    pub process_noise: Option<Noise>,
+    /// The input reaches the plant this much later.
+    pub input_delay: f64,
+    /// The output is read this much later.
+    pub output_delay: f64,
+    /// Of the actuators.
+    pub actuator: Option<Fault>,
+    /// Of the sensors.
+    pub sensor: Option<Fault>,
+    /// Measurements are multiples of these steps, one for each output; 0 for none. Empty for none at all.
+    pub quantisation: Vec<f64>,
+    /// Dropouts and outliers.
+    pub channel: Option<Channel>,
+}
+
+impl Disturbances {
+    /// The same with another realisation of what is random: `by` is added to each seed.
+    #[must_use]
+    pub fn reseeded(&self, by: u64) -> Self {
+        let mut other = self.clone();
+        other.process_noise = self.process_noise.as_ref().map(|noise| noise.reseeded(by));
+        if let Some(channel) = &mut other.channel {
+            channel.seed = channel.seed.wrapping_add(by);
+        }
+        other
+    }
+
+    pub(crate) fn check(&self, states: usize, inputs: usize, outputs: usize) -> Result<(), SimError> {
+        if let Some(noise) = &self.process_noise {
+            noise.check(states)?;
+        }
+        for (what, delay) in [("the input delay", self.input_delay), ("the output delay", self.output_delay)] {
+            if delay != 0.0 {
+                check_positive(what, delay)?;
+            }
+        }
+        if let Some(fault) = &self.actuator {
+            fault.check("the actuators", inputs)?;
+        }
+        if let Some(fault) = &self.sensor {
+            fault.check("the sensors", outputs)?;
+        }
+        if !self.quantisation.is_empty() {
+            check("the quantisation", &self.quantisation, outputs)?;
+        }
+        if let Some(channel) = &self.channel {
+            check("the size of outliers", &channel.outlier_size, outputs)?;
+            check_positive("the period of dropouts and outliers", channel.period)?;
+            for (what, value) in [("dropouts", channel.dropout), ("outliers", channel.outlier)] {
+                if !(0.0..=1.0).contains(&value) {
+                    return Err(SimError::Probability { what, value });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The shortest delay; no step of the integrator is longer.
+    pub(crate) fn shortest_delay(&self) -> f64 {
+        let delays = [self.input_delay, self.output_delay].into_iter().filter(|delay| *delay > 0.0);
+        delays.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Times at which the plant jumps because something jumped at `times`, or because a fault begins.
+    pub(crate) fn breakpoints(&self, times: &[f64]) -> Vec<f64> {
+        let faults = [&self.actuator, &self.sensor].into_iter().flatten().map(|fault| fault.from);
+        let delays = [self.input_delay, self.output_delay, self.input_delay + self.output_delay];
+        let delayed = delays.into_iter().filter(|delay| *delay > 0.0);
+        delayed.flat_map(|delay| times.iter().map(move |t| t + delay)).chain(faults).collect()
+    }
+
+    /// The input that reaches the plant, from the one that is commanded and those that were.
+    pub(crate) fn applied(&self, t: f64, history: &History, offset: usize, u: &[f64], applied: &mut [f64]) {
+        applied.copy_from_slice(u);
+        if self.input_delay > 0.0 {
+            history.at(t, self.input_delay, offset, applied);
+        }
+        if let Some(fault) = &self.actuator {
+            fault.apply(t, applied);
+        }
+    }
+
+    /// What is read of the output `y`, before and without what does not arrive.
+    pub(crate) fn read(
+        &self,
+        t: f64,
+        history: &History,
+        offset: usize,
+        noise: &[f64],
+        (y, seen): (&[f64], &mut [f64]),
+    ) {
+        seen.copy_from_slice(y);
+        if self.output_delay > 0.0 {
+            history.at(t, self.output_delay, offset, seen);
+        }
+        if let Some(fault) = &self.sensor {
+            fault.apply(t, seen);
+        }
+        for (seen, noise) in seen.iter_mut().zip(noise) {
+            *seen += noise;
+        }
+        for (seen, step) in seen.iter_mut().zip(&self.quantisation) {
+            if *step > 0.0 {
+                *seen = (*seen / step).round() * step;
+            }
+        }
+    }
+}
+
+impl Channel {
+    /// For each output whether the value of period `k` arrives, and its outlier.
+    pub(crate) fn draw(&self, k: u64) -> Vec<(bool, f64)> {
+        let outputs = self.outlier_size.len();
+        // Uniform on [0, 1]; the first value always arrives.
+        let drawn = Noise::uniform(&vec![0.5; 3 * outputs], self.period, self.seed).sample(k);
+        let unit = |i: usize| drawn[i] + 0.5;
+        let one = |j: usize| {
+            let arrives = k == 0 || unit(3 * j) >= self.dropout;
+            let size = if unit(3 * j + 1) < self.outlier { self.outlier_size[j] } else { 0.0 };
+            (arrives, if unit(3 * j + 2) < 0.5 { -size } else { size })
+        };
+        (0..outputs).map(one).collect()
+    }
+}
+
+/// What has been, for delays.
+#[derive(Clone, Default)]
+pub(crate) struct History {
+    pub(crate) dense: Rc<RefCell<Dense>>,
+    /// A time within the interval that is integrated; infinite at its end, when what happens there has happened. It
+    /// decides on which side of a jump a delayed quantity is read.
+    pub(crate) within: Cell<f64>,
+    /// Input and output at the start: the row that was before.
+    pub(crate) first: Vec<f64>,
+}
+
+impl History {
+    /// The entries from `offset` on at `t - delay`; left as they are while nothing has been.
+    fn at(&self, t: f64, delay: f64, offset: usize, entries: &mut [f64]) {
+        let dense = self.dense.borrow();
+        let side = if self.within.get() >= t { 1e-9 } else { -1e-9 };
+        let picked = t - delay + side * delay;
+        if dense.step_count() == 0 || picked < dense.span().0 {
+            if let Some(first) = self.first.get(offset..offset + entries.len()) {
+                entries.copy_from_slice(first);
+            }
+            return;
+        }
+        let (step, (start, end)) = dense.step_near(picked);
+        dense.on_step(step, (t - delay).clamp(start, end), offset, entries);
+    }
+}

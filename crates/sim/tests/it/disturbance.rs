@@ -1,0 +1,136 @@
+//! Plants that are not what the observers take them to be, against closed forms.
+
+use approx::assert_abs_diff_eq;
+use luenberger_observers::LinearObserver;
+use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
+use luenberger_sim::{Channel, Disturbances, Fault, Noise, Scenario, Signal, SimError, Trajectory};
+use nalgebra::{Vector2, dmatrix};
+
+/// x' = u, y = x.
+fn integrator() -> StateSpace {
+    LinearPlant::new(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]).unwrap()
+}
+
+fn run(disturbances: Disturbances, input: Signal<'_>, end: f64) -> Trajectory {
+    Scenario::new(integrator()).disturbances(disturbances).input(input).until(end, 101).run().unwrap()
+}
+
+/// With u = t the plant has x = (t - d)^2 / 2 from t = d on; what is known of the input is t.
+#[test]
+fn a_delayed_input_arrives_later() {
+    let late = Disturbances { input_delay: 0.37, ..Disturbances::default() };
+    let run = run(late.clone(), Signal::scalar(|t| t), 2.0);
+    for (k, t) in run.t.iter().enumerate() {
+        assert_abs_diff_eq!(run.x[(k, 0)], (t - 0.37).max(0.0).powi(2) / 2.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(run.u[(k, 0)], *t, epsilon = 1e-12);
+    }
+    // Held every 0.25: 0, 0.25, 0.5, ... each from 0.37 later on. At t = 1.5: 0.25 (0.25 + 0.5 + 0.75) + 0.13 * 1.
+    let held = Scenario::new(integrator()).disturbances(late).input(Signal::scalar(|t| t)).hold_input(0.25);
+    let held = held.until(1.5, 2).run().unwrap();
+    assert_abs_diff_eq!(held.x[(1, 0)], 0.25 * 1.5 + 0.13, epsilon = 1e-9);
+}
+
+/// x' = -x(t - 1) with x = 1 before: 1 - t up to 1, then 1 - t + (t - 1)^2/2 up to 2, then - (t - 2)^3/6 more.
+#[test]
+fn feedback_through_a_delay_is_integrated_step_by_step() {
+    let run = Scenario::new(integrator())
+        .initial_state(&[1.0])
+        .disturbances(Disturbances { input_delay: 1.0, ..Disturbances::default() })
+        .input(Signal::state_feedback(dmatrix![1.0]))
+        .until(3.0, 61)
+        .run()
+        .unwrap();
+    for (k, &t) in run.t.iter().enumerate() {
+        let expected = 1.0 - t + (t - 1.0).max(0.0).powi(2) / 2.0 - (t - 2.0).max(0.0).powi(3) / 6.0;
+        assert_abs_diff_eq!(run.x[(k, 0)], expected, epsilon = 1e-8);
+    }
+}
+
+#[test]
+fn a_delayed_output_is_read_later() {
+    let late = Disturbances { output_delay: 0.3, ..Disturbances::default() };
+    let run = run(late, Signal::scalar(|t| t), 2.0);
+    for (k, t) in run.t.iter().enumerate() {
+        assert_abs_diff_eq!(run.y[(k, 0)], t * t / 2.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(run.measured[(k, 0)], (t - 0.3).max(0.0).powi(2) / 2.0, epsilon = 1e-8);
+    }
+    assert_abs_diff_eq!(run.measured_at(1.234).unwrap()[0], (1.234f64 - 0.3).powi(2) / 2.0, epsilon = 1e-8);
+}
+
+/// x' = w: x is the sum of what is held.
+#[test]
+fn process_noise_is_integrated() {
+    let noise = Noise::gaussian(&[0.7], 0.1, 3);
+    let run = run(Disturbances { process_noise: Some(noise.clone()), ..Disturbances::default() }, Signal::zero(), 2.0);
+    let sum: f64 = (0..20).map(|k| 0.1 * noise.sample(k)[0]).sum();
+    assert_abs_diff_eq!(run.x[(100, 0)], sum, epsilon = 1e-10);
+    let half: f64 = (0..7).map(|k| 0.1 * noise.sample(k)[0]).sum::<f64>() + 0.04 * noise.sample(7)[0];
+    assert_abs_diff_eq!(run.x[(37, 0)], half, epsilon = 1e-10);
+}
+
+/// An actuator that loses half of its effect at t = 1, a sensor with a bias and steps of 0.5.
+#[test]
+fn faults_begin_when_they_begin() {
+    let actuator = Fault { gain: vec![0.5], bias: vec![0.1], from: 1.0 };
+    let sensor = Fault { gain: vec![2.0], bias: vec![0.3], from: 0.0 };
+    let all = Disturbances {
+        actuator: Some(actuator),
+        sensor: Some(sensor),
+        quantisation: vec![0.5],
+        ..Disturbances::default()
+    };
+    let run = run(all, Signal::constant(&[1.0]), 2.0);
+    assert_abs_diff_eq!(run.x[(100, 0)], 1.0 + 0.6, epsilon = 1e-10);
+    // 2 * 1.6 + 0.3 = 3.5, and at t = 0.2 it is 0.7, which is nearest to 0.5.
+    assert_abs_diff_eq!(run.measured[(100, 0)], 3.5, epsilon = 1e-12);
+    assert_abs_diff_eq!(run.measured[(10, 0)], 0.5, epsilon = 1e-12);
+}
+
+#[test]
+fn what_does_not_arrive_is_held_and_outliers_are_off_by_their_size() {
+    let channel = |dropout, outlier| Channel { dropout, outlier, outlier_size: vec![7.0], period: 0.5, seed: 1 };
+    let with = |channel| Disturbances { channel: Some(channel), ..Disturbances::default() };
+    let lost = run(with(channel(1.0, 0.0)), Signal::constant(&[1.0]), 2.0);
+    for (k, t) in lost.t.iter().enumerate() {
+        assert_abs_diff_eq!(lost.measured[(k, 0)], t.min(0.5), epsilon = 1e-9);
+    }
+    let wild = run(with(channel(0.0, 1.0)), Signal::constant(&[1.0]), 2.0);
+    assert!((0..101).all(|k| ((wild.measured[(k, 0)] - wild.y[(k, 0)]).abs() - 7.0).abs() < 1e-9));
+    // Of 4000 values a quarter: within five standard deviations, sqrt(0.25 * 0.75 / 4000) = 0.0068.
+    let some = Channel { period: 0.001, ..channel(0.0, 0.25) };
+    let run = Scenario::new(integrator()).disturbances(with(some)).until(4.0, 4001).run().unwrap();
+    let share = (0..4000).filter(|k| run.measured[(*k, 0)] != 0.0).count() as f64 / 4000.0;
+    assert!((share - 0.25).abs() < 0.034, "{share}");
+}
+
+/// A bias of the sensor of 0.1 becomes an error of the position, and a constant disturbance d of the speed one of
+/// e = F^-1 (0, -d): with L = (7, 10) e1 = d/10, e2 = 0.7 d.
+#[test]
+fn an_observer_does_not_know_of_it() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
+    let pushed = Fault { gain: vec![1.0], bias: vec![0.5], from: 0.0 };
+    let run = Scenario::new(plant)
+        .observer("linear", &linear, &[0.0, 0.0])
+        .disturbances(Disturbances { actuator: Some(pushed), ..Disturbances::default() })
+        .until(15.0, 2)
+        .run()
+        .unwrap();
+    let error = &run.observers[0].error;
+    assert_abs_diff_eq!(error[(1, 0)], 0.05, epsilon = 1e-7);
+    assert_abs_diff_eq!(error[(1, 1)], 0.35, epsilon = 1e-7);
+}
+
+#[test]
+fn what_does_not_fit_is_an_error() {
+    let failed = |disturbances| Scenario::new(integrator()).disturbances(disturbances).until(1.0, 2).run().unwrap_err();
+    let none = Disturbances::default;
+    let two = Fault { gain: vec![1.0, 1.0], bias: vec![0.0], from: 0.0 };
+    assert!(matches!(failed(Disturbances { sensor: Some(two), ..none() }), SimError::Length { found: 2, .. }));
+    assert!(matches!(failed(Disturbances { input_delay: -1.0, ..none() }), SimError::NotPositive { .. }));
+    let channel = Channel { dropout: 1.5, outlier: 0.0, outlier_size: vec![0.0], period: 1.0, seed: 0 };
+    let error = failed(Disturbances { channel: Some(channel), ..none() });
+    assert_eq!(error.to_string(), "the probability of dropouts is 1.5; it must be from 0 to 1");
+    let noise = Noise::gaussian(&[1.0, 1.0], 0.1, 0);
+    assert!(matches!(failed(Disturbances { process_noise: Some(noise), ..none() }), SimError::Length { .. }));
+}

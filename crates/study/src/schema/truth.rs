@@ -1,0 +1,91 @@
+//! The table [truth] of a study file.
+
+use super::keys::{optional, required};
+use super::{Kind, Range, Table};
+
+pub(super) const TRUTH: Table = Table {
+    name: "[truth]",
+    about: "The plant as it is simulated, where it differs from the model that the observers are designed for.",
+    variants: None,
+    keys: &[
+        optional("parameters", Kind::Named, "Other values of parameters of the plant."),
+        optional(
+            "process_noise",
+            Kind::Table(&PROCESS_NOISE),
+            "Noise added to the derivatives of the states. White noise of intensity W has the standard deviation sqrt(W / period).",
+        ),
+        optional(
+            "input_delay",
+            Kind::Number(Range::NotNegative),
+            "The input reaches the plant this much later (default 0).",
+        ),
+        optional(
+            "measurement_delay",
+            Kind::Number(Range::NotNegative),
+            "The outputs are read this much later (default 0).",
+        ),
+        optional("actuator", Kind::Table(&FAULT), "The plant gets gain u + bias; observers are given u."),
+        optional("sensor", Kind::Table(&FAULT), "The observers read gain y + bias, and the noise."),
+        optional(
+            "quantisation",
+            Kind::Numbers(Range::NotNegative),
+            "Measurements are multiples of these steps, one for each output; 0 for none.",
+        ),
+        optional(
+            "dropout",
+            Kind::Number(Range::NotNegative),
+            "Probability that a measurement does not arrive; the last one is held in its place for a period.",
+        ),
+        optional("outliers", Kind::Table(&OUTLIERS), "Measurements that are far off."),
+        optional(
+            "period",
+            Kind::Number(Range::Positive),
+            "Dropouts and outliers are drawn anew in this period (default that of simulation.noise).",
+        ),
+        optional("seed", Kind::Count(0), "The seed of dropouts and outliers (default 0)."),
+    ],
+};
+
+const PROCESS_NOISE: Table = Table {
+    name: "process_noise",
+    about: "Noise added to the derivatives of the states, seeded: the same in every run.",
+    variants: None,
+    keys: &[
+        optional(
+            "distribution",
+            Kind::Choice(&[
+                ("gaussian", "Normal, of mean 0."),
+                ("uniform", "Uniform, between minus and plus the amplitude."),
+            ]),
+            "The distribution (default gaussian).",
+        ),
+        required(
+            "amplitude",
+            Kind::Numbers(Range::NotNegative),
+            "Standard deviation or amplitude, one for each state.",
+        ),
+        required("period", Kind::Number(Range::Positive), "Each value holds for this time."),
+        optional("seed", Kind::Count(0), "The seed (default 0)."),
+    ],
+};
+
+const FAULT: Table = Table {
+    name: "actuator or sensor",
+    about: "Gain and bias from a time on.",
+    variants: None,
+    keys: &[
+        optional("gain", Kind::Numbers(Range::Any), "Factor of each entry (default 1)."),
+        optional("bias", Kind::Numbers(Range::Any), "Added to each entry (default 0)."),
+        optional("from", Kind::Number(Range::NotNegative), "When it begins (default 0)."),
+    ],
+};
+
+const OUTLIERS: Table = Table {
+    name: "outliers",
+    about: "Measurements that are off by plus or minus a size.",
+    variants: None,
+    keys: &[
+        required("probability", Kind::Number(Range::NotNegative), "Probability of each measurement to be one."),
+        required("size", Kind::Numbers(Range::NotNegative), "How far off, one for each output."),
+    ],
+};

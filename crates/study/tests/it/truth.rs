@@ -1,0 +1,84 @@
+//! Plants that are not the model: the table [truth].
+
+use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
+
+fn run(text: &str, step: Step) -> Results {
+    let study =
+        Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"));
+    execute(&study, step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// level' = -k level + u with u = 1, observed with the gain 0.5 by one who takes k to be 1.
+const TANK: &str = r#"
+[plant]
+f = ["-k*level + u1"]
+h = ["level"]
+states = ["level"]
+parameters = { k = 1 }
+[input]
+expressions = ["1"]
+[simulation]
+x0 = [2]
+duration = 40
+[[observer]]
+name = "by hand"
+kind = "luenberger"
+gain = [[0.5]]
+rho = 3
+"#;
+
+fn last(results: &Results) -> f64 {
+    results.simulation.as_ref().unwrap().rows[0].merits.as_ref().unwrap().states[0].last
+}
+
+/// In the end x = 1/k and xhat = (1 + L x)/(1 + L).
+#[test]
+fn other_parameters_leave_an_error() {
+    let results = run(&format!("{TANK}[truth]\nparameters = {{ k = 2 }}\n"), Step::Compare);
+    assert!((last(&results) - ((1.0 + 0.5 * 0.5) / 1.5 - 0.5)).abs() < 1e-8);
+    let said = results.simulation.as_ref().unwrap().truth.as_ref().unwrap();
+    assert_eq!(said, "The simulated plant is not the model that observers are designed for: k = 2.");
+    // The model is what is designed for: the decay rate of the error is 1.5.
+    assert_eq!(results.observers[0].design.as_ref().unwrap().poles, [[-1.5, 0.0]]);
+    // As a sweep over the truth; with k = 1 there is no error.
+    let text = format!("{TANK}[truth]\nparameters = {{ k = 2 }}\n[sweep]\nparameter = \"truth.k\"\nvalues = [1, 4]\n");
+    let rows = run(&text, Step::Sweep).sweep.unwrap().rows;
+    assert!(rows[0].states[0].last < 1e-8);
+    assert!((rows[1].states[0].last - ((1.0 + 0.5 * 0.25) / 1.5 - 0.25)).abs() < 1e-8);
+}
+
+/// A bias b of the sensor leaves L b/(k + L), one of the actuator -b/(k + L).
+#[test]
+fn biases_leave_an_error() {
+    let sensor = run(&format!("{TANK}[truth]\nsensor = {{ bias = [0.3] }}\n"), Step::Compare);
+    assert!((last(&sensor) - 0.5 * 0.3 / 1.5).abs() < 1e-8);
+    let actuator = run(&format!("{TANK}[truth]\nactuator = {{ bias = [0.3], from = 5 }}\n"), Step::Compare);
+    assert!((last(&actuator) - 0.3 / 1.5).abs() < 1e-8);
+}
+
+/// White noise of intensity W, held over a short period, leaves the variance W / (2 (k + L)) of the error.
+#[test]
+fn process_noise_leaves_its_variance() {
+    let noise = "[truth]\nprocess_noise = { amplitude = [2], period = 0.01 }\n";
+    let text = TANK.replace("duration = 40", "duration = 400\nsamples = 2") + noise;
+    let results = run(&text, Step::Compare);
+    let found = results.simulation.unwrap().rows[0].merits.as_ref().unwrap().states[0].steady_rmse;
+    // W = 2^2 * 0.01. Over 200 of time the variance is an average of some 300 independent values: 10 %.
+    let expected = (0.04f64 / 3.0).sqrt();
+    assert!((found / expected - 1.0).abs() < 0.1, "{found} {expected}");
+}
+
+#[test]
+fn delays_quantisation_dropouts_and_outliers_are_read() {
+    let text = format!(
+        "{TANK}[truth]\ninput_delay = 0.2\nmeasurement_delay = 0.1\nquantisation = [0.25]\ndropout = 0.1\n\
+         outliers = {{ probability = 0.1, size = [4] }}\nperiod = 0.1\nseed = 7\nsensor = {{ gain = [1] }}\n"
+    );
+    let results = run(&text, Step::Compare);
+    assert!(last(&results) > 1e-3);
+    let said = results.simulation.as_ref().unwrap().truth.clone().unwrap();
+    assert!(
+        said.ends_with("input delay = 0.2; measurement delay = 0.1; quantisation; dropout = 0.1; outliers; sensor."),
+        "{said}"
+    );
+}
