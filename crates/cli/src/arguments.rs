@@ -67,6 +67,14 @@ pub(crate) enum Command {
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
     #[command(after_help = SWEEP)]
     Sweep(StudyInput),
+    /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
+    ///
+    /// Kinds luenberger, kalman, cubic and sampled-cubic, for linear plants. An observer in continuous time is designed
+    /// for the plant sampled at --period. The folder contains the source, a test with golden vectors, a build file, a
+    /// README and the certificate. An observer without a certificate needs --unproved. Output {"observer", "folder",
+    /// "files", "period", "operations", "bytes", "proved", "statement", "digest"}.
+    #[command(after_help = EXPORT)]
+    Export(ExportInput),
     /// Lyapunov equation A X + X A' + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
@@ -222,6 +230,58 @@ fn threads(word: &str) -> Result<usize, String> {
 }
 
 #[derive(Args)]
+pub(crate) struct ExportInput {
+    /// Study file: TOML, or JSON with the same keys (.json); - for standard input
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: Source,
+    /// Name of the observer [default: the only one of the study]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) observer: Option<String>,
+    /// Language of the source
+    #[arg(long, value_enum)]
+    pub(crate) to: Language,
+    /// Format of the numbers on the target
+    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    pub(crate) format: Precision,
+    /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
+    #[arg(long, value_name = "PERIOD", value_parser = period)]
+    pub(crate) period: Option<f64>,
+    /// Folder for the files [default: STUDY-NAME-c or STUDY-NAME-rust]
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: Option<PathBuf>,
+    /// Export an observer without a stability certificate
+    #[arg(long)]
+    pub(crate) unproved: bool,
+    /// Use a folder that has other files; they are kept
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// A positive finite number.
+fn period(word: &str) -> Result<f64, String> {
+    match word.parse() {
+        Ok(period) if period > 0.0 && f64::is_finite(period) => Ok(period),
+        _ => Err("a positive finite number is expected".to_owned()),
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Language {
+    /// C99
+    C,
+    /// A no_std crate on luenberger-observers
+    Rust,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Precision {
+    /// IEEE 754 binary32
+    F32,
+    /// IEEE 754 binary64
+    F64,
+}
+
+#[derive(Args)]
 pub(crate) struct MatrixInput {
     /// JSON file, or - for standard input; a matrix is a list of its rows
     #[arg(value_name = "FILE")]
@@ -234,7 +294,7 @@ pub(crate) struct ConversionInput {
     #[arg(value_name = "FILE")]
     pub(crate) file: Source,
     /// Sampling period
-    #[arg(short, long, value_name = "H")]
+    #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
     /// Method, by its name in MATLAB's c2d
     #[arg(short, long, value_enum, default_value_t = Method::Zoh)]
@@ -264,7 +324,7 @@ pub(crate) struct NoiseInput {
     #[arg(value_name = "FILE")]
     pub(crate) file: Option<Source>,
     /// Sampling period
-    #[arg(short, long, value_name = "H")]
+    #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
     /// Standard deviations of the samples of the sensors, in place of r
     #[arg(short, long, value_name = "S", value_delimiter = ',')]
@@ -277,7 +337,7 @@ pub(crate) struct PolesInput {
     #[arg(short = 'n', long, value_name = "N")]
     pub(crate) order: usize,
     /// Settling time
-    #[arg(short, long, value_name = "T")]
+    #[arg(short, long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) settling: f64,
     /// Band of the settling time
     #[arg(long, value_name = "FRACTION", default_value_t = 0.02)]
@@ -366,6 +426,9 @@ const CERTIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify stud
 const SIMULATE: &str = "Example:\n  $ luenberger new\n  $ luenberger simulate study.toml -o results";
 const COMPARE: &str = "Example:\n  $ luenberger new\n  $ luenberger compare study.toml";
 const SWEEP: &str = "Example:\n  $ luenberger new\n  $ luenberger sweep study.toml -o results";
+
+const EXPORT: &str =
+    "Example:\n  $ luenberger new\n  $ luenberger export study.toml --observer sampled --to c --format f32 -o firmware";
 
 const LYAP: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --json

@@ -47,6 +47,18 @@ pub(crate) enum Failure {
     /// A study that cannot be read or executed.
     #[error(transparent)]
     Study(#[from] StudyError),
+    /// An observer without an exported form.
+    #[error("{observer} cannot be exported: {why}{}", instead.iter().map(|text| format!("\n  instead: {text}")).collect::<String>())]
+    NotExported { observer: String, why: String, instead: Vec<String> },
+    /// Numbers or names that the target does not take.
+    #[error("{observer} cannot be exported: {error}")]
+    Export { observer: String, error: luenberger_export::ExportError },
+    /// An observer that the study does not have.
+    #[error("the study has no observer {name:?}; it has {known}")]
+    UnknownObserver { name: String, known: String },
+    /// Several observers, and none is chosen.
+    #[error("the study has several observers: choose one with --observer NAME, of {known}")]
+    SeveralObservers { known: String },
     /// The output file exists already.
     #[error("{path} exists: choose another name, or overwrite it with --force")]
     Exists { path: String },
@@ -91,8 +103,9 @@ impl Failure {
                 _ => "output",
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
-            Self::Matrix { .. } => "no-solution",
-            Self::Usage(_) => "usage",
+            Self::Matrix { .. } | Self::NotExported { .. } => "no-solution",
+            Self::Export { .. } => "data",
+            Self::Usage(_) | Self::UnknownObserver { .. } | Self::SeveralObservers { .. } => "usage",
             Self::Unwritable(_) => "output",
         }
     }

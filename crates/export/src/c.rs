@@ -38,6 +38,18 @@ fn harmless(text: &str) -> String {
     text.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '\r'], " ")
 }
 
+/// Lines of at most `width` characters, broken at spaces.
+pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => line.extend([" ", word]),
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// A list of columns for a comment: `position (m), velocity (m/s)`.
 fn columns(names: &[String], units: &[String]) -> String {
     if names.is_empty() {
@@ -74,7 +86,9 @@ fn header(export: &Export) -> String {
     );
     text.push_str(" *\n");
     for sentence in &export.statement {
-        _ = writeln!(text, " * {}", harmless(sentence));
+        for line in wrapped(&harmless(sentence), 100) {
+            _ = writeln!(text, " * {line}");
+        }
     }
     _ = writeln!(text, " *\n * SHA-256 of the numbers: {}", export.digest());
     if let Some(source) = &export.source {

@@ -10,16 +10,11 @@
 //!
 //! ```
 //! use luenberger_export::{Export, Names, Program, Scalar};
-//! use luenberger_observers::{SampledLinearGains, SampledLinearObserver};
+//! use luenberger_observers::DiscreteLinearObserver;
+//! use luenberger_plants::StateSpace;
 //! use nalgebra::dmatrix;
-//! let gains = SampledLinearGains {
-//!     ad: dmatrix![1.0, 0.1; 0.0, 1.0],
-//!     bd: dmatrix![0.005; 0.1],
-//!     c: dmatrix![1.0, 0.0],
-//!     ld: dmatrix![0.9; 2.0],
-//!     period: 0.1,
-//! };
-//! let observer = SampledLinearObserver::new(gains)?;
+//! let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+//! let observer = DiscreteLinearObserver::new(plant, dmatrix![0.9; 2.0], 0.1)?;
 //! let names = Names::numbered(2, 1, 1);
 //! let export = Export::new("cart", Program::Linear(observer), Scalar::Binary32, &[0.0, 0.0], names)?;
 //! let files = export.c()?;
@@ -51,6 +46,15 @@ pub use program::{Program, Scalar};
 
 use nalgebra::DMatrix;
 use sha2::{Digest, Sha256};
+
+/// The SHA-256 of some bytes, in hexadecimal digits.
+pub fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
 
 /// A file of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,7 +136,7 @@ impl Export {
         for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
             hash.update(x.to_bits().to_le_bytes());
         }
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(&hash.finalize())
     }
 
     /// The matrices as they are stored on the target, by the names they have in the emitted code.

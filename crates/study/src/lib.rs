@@ -11,11 +11,13 @@
 //! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | [`design`] | design of each observer, or why it is not applicable |
+//! | [`deployment`] | observers of a study as they run on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
 //! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
 #![deny(missing_docs)]
 
+pub mod deployment;
 pub mod design;
 pub mod diagnostic;
 pub mod error;
@@ -32,7 +34,7 @@ pub mod template;
 
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
-pub use execute::{Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, run};
+pub use execute::{Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, run, write_folder};
 pub use luenberger_expression::nearest;
 pub use read::Format;
 pub use results::Results;

@@ -182,6 +182,7 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("Kalman: I + K H", Sign, "order) - &gain * &h", "order) + &gain * &h"),
             mutant("Kalman: no K V K'", Dropped, " + &gain * v * gain.transpose()", ""),
             mutant("Kalman: (I - K H) P + K V K'", Dropped, "&keep * p * keep.transpose()", "&keep * p"),
+            mutant("Kalman: a gate of variances", Dropped, "gate * gate * self", "gate * self"),
             mutant("Kalman: V of a silent output", Dropped, "v[(i, i)] = T::one();", ""),
             mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
             mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + &self.noises.w", "fp.transpose() + fp"),

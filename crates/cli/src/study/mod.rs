@@ -2,6 +2,7 @@
 //! `sweep`.
 
 mod cost;
+mod export;
 mod interrupt;
 mod new;
 mod text_log;
@@ -17,6 +18,7 @@ use luenberger_study::{Format, RunOptions, Step, Study, execute};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+pub(crate) use export::export;
 pub(crate) use new::new;
 
 /// Executes one step of a study, or all.
@@ -36,19 +38,24 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     bar.finish();
     let results = executed?;
     if let Some(folder) = &options.output {
-        for (name, other) in &results.renamed {
-            let (path, other) = (folder.join(name), folder.join(other));
-            _ = writeln!(
-                std::io::stderr(),
-                "note: {} was not written by luenberger, or was changed since; it is now {}",
-                path.display(),
-                other.display()
-            );
-        }
+        renamed(folder, &results.renamed);
     }
     let failures = results.failures();
     let text = text_report::results(step, &results, &failures, options.output.as_deref());
     Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
+}
+
+/// Tells which files of others, or changed ones, had to make way.
+fn renamed(folder: &Path, files: &[(String, String)]) {
+    for (name, other) in files {
+        let (path, other) = (folder.join(name), folder.join(other));
+        _ = writeln!(
+            std::io::stderr(),
+            "note: {} was not written by luenberger, or was changed since; it is now {}",
+            path.display(),
+            other.display()
+        );
+    }
 }
 
 /// The study in a file or on standard input, where a text that begins with `{` is JSON.

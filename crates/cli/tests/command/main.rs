@@ -1,9 +1,11 @@
 //! End-to-end tests of the built binary: streams and exit codes.
 
 mod examples;
+mod export;
 mod from_matlab;
 mod manners;
 mod matrix;
+mod messages;
 mod mistakes;
 mod pages;
 mod results;

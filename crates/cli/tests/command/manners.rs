@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 const COMMANDS: &[&str] = &[
     "new", "run", "observe", "design", "certify", "simulate", "compare", "sweep", "lyap", "dlyap", "sylv", "care",
-    "dare", "place", "obsv", "eig", "import", "verify", "sdp",
+    "dare", "place", "obsv", "eig", "c2d", "d2c", "noise", "poles", "import", "verify", "sdp",
 ];
 
 #[test]

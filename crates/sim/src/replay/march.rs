@@ -263,7 +263,9 @@ impl<'r> March<'r> {
         self.predict_outputs(t, &state[..n])?;
         let rejected: Vec<usize> =
             (0..self.y.len()).filter(|&j| self.measured[j] && filter.rejects(t, state, &self.u, &self.y, j)).collect();
-        rejected.iter().for_each(|&j| self.measured[j] = false);
+        for &j in &rejected {
+            self.measured[j] = false;
+        }
         let nis: Option<NormalisedSquare> = if self.measured.contains(&true) {
             filter.update(t, state, &self.u, &self.y, &self.measured)
         } else {

@@ -51,8 +51,11 @@ pub(super) fn consistency(
         let at = simulation.hold.map_or(t, |hold| (t + 0.5 * hold.min(period)).min(simulation.duration));
         let u = DVector::from_vec(trajectory.input_at(at)?);
         let y = DVector::from_vec(trajectory.measured_at(t)?);
+        let degrees = (0..y.len()).filter(|&j| !filter.rejects(t, &belief, &u, &y, j)).count();
         let Some(innovation) = filter.update(t, &mut belief, &u, &y) else { continue };
-        nis.push(NormalisedSquare { square: innovation.normalized_square, degrees: y.len() });
+        if degrees > 0 {
+            nis.push(NormalisedSquare { square: innovation.normalized_square, degrees });
+        }
         let e = DVector::from_column_slice(&x) - belief.estimate();
         if let Some(factor) = belief.covariance().cholesky() {
             nees.push(NormalisedSquare { square: e.dot(&factor.solve(&e)), degrees: n });

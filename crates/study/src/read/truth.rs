@@ -79,7 +79,7 @@ fn varied(plant_node: &Node, parameters: &Node, reader: &mut Reader) -> Option<P
             }
         }
     }
-    let mut inner = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone() };
+    let mut inner = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone(), dt: reader.dt };
     let plant = plant::plant(&tree, &mut inner);
     if plant.is_none() {
         let why = inner.mistakes.into_iter().chain(inner.absences).next();

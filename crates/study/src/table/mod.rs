@@ -117,7 +117,7 @@ impl Table {
             Ok(text) => Self::parse(text),
             Err(error) => {
                 let before = &bytes[..error.valid_up_to()];
-                let line = 1 + before.iter().filter(|byte| **byte == b'\n').count() as u64;
+                let line = before.split(|byte| *byte == b'\n').count() as u64;
                 Err(TableError::Encoding { line, byte: bytes[error.valid_up_to()] })
             }
         }

@@ -1,0 +1,154 @@
+//! `luenberger export`: an observer of a study as source code for the target.
+
+use super::read;
+use crate::answer::Answer;
+use crate::arguments::{ExportInput, Language, Precision};
+use crate::failure::Failure;
+use crate::input::Source;
+use luenberger_export::{Export, Names, Program, Scalar, names};
+use luenberger_proof::statement::Format;
+use luenberger_study::deployment::{Evidence, SampledDesign, evidence, sampled};
+use luenberger_study::study::ObserverSpec;
+use luenberger_study::{Study, StudyError, write_folder};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+#[derive(Serialize)]
+struct Written {
+    observer: String,
+    folder: String,
+    files: Vec<String>,
+    period: f64,
+    operations: usize,
+    bytes: usize,
+    proved: bool,
+    statement: Vec<String>,
+    digest: String,
+}
+
+pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
+    let study = read(&input.study)?;
+    let observer = chosen(&study, input.observer.as_deref())?;
+    let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
+    // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
+    let period = if observer.kind.period().is_some() { input.period } else { period };
+    let design = sampled(&study, observer, period).map_err(|why| Failure::NotExported {
+        observer: observer.name.clone(),
+        why: why.hypothesis,
+        instead: why.alternatives,
+    })?;
+    let (scalar, format) = match input.format {
+        Precision::F32 => (Scalar::Binary32, Format::Binary32),
+        Precision::F64 => (Scalar::Binary64, Format::Binary64),
+    };
+    let evidence = evidence(&study, observer, &design, format);
+    if !evidence.is_proved() && !input.unproved {
+        return Err(Failure::NotExported {
+            observer: observer.name.clone(),
+            why: "it has no stability certificate".to_owned(),
+            instead: vec!["--unproved exports it all the same, and the header says so".to_owned()],
+        });
+    }
+    let proved = evidence.is_proved();
+    let digest = study_digest(&study);
+    let export = prepared(&study, observer, design, scalar, &evidence, &digest)
+        .map_err(|error| Failure::Export { observer: observer.name.clone(), error })?;
+    let files = match input.to {
+        Language::C => export.c(),
+        Language::Rust => export.rust(),
+    }
+    .map_err(|error| Failure::Export { observer: observer.name.clone(), error })?;
+    let mut files: Vec<(String, Vec<u8>)> = files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect();
+    files.extend(evidence.file.map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes())));
+    let folder = folder(input, observer);
+    let renamed = write_folder(&folder, input.force, "export", &study, &files)?;
+    super::renamed(&folder, &renamed);
+
+    let names: Vec<String> = files.iter().map(|(name, _)| name.clone()).collect();
+    let mut text = format!("{} in {}:\n", observer.name, folder.display());
+    for name in &names {
+        _ = writeln!(text, "  {name}");
+    }
+    let written = Written {
+        observer: observer.name.clone(),
+        folder: folder.display().to_string(),
+        files: names,
+        period: export.program().period(),
+        operations: export.operations(),
+        bytes: export.bytes(),
+        proved,
+        statement: evidence.sentences.clone(),
+        digest: export.digest(),
+    };
+    let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    _ = writeln!(
+        text,
+        "one step every {}{unit}: {} floating-point operations, {} bytes of constants and state ({})",
+        written.period,
+        written.operations,
+        written.bytes,
+        scalar.name()
+    );
+    for sentence in &evidence.sentences {
+        text.extend([sentence.as_str(), "\n"]);
+    }
+    Ok(Answer::new(text, &written)?)
+}
+
+/// The observer of that name; without a name the only one.
+fn chosen<'a>(study: &'a Study, name: Option<&str>) -> Result<&'a ObserverSpec, Failure> {
+    let names = || study.observers.iter().map(|observer| observer.name.clone()).collect::<Vec<_>>().join(", ");
+    match (name, &study.observers[..]) {
+        (_, []) => Err(StudyError::Missing { step: "export", needs: "an [[observer]]" }.into()),
+        (Some(name), _) => {
+            let unknown = || Failure::UnknownObserver { name: name.to_owned(), known: names() };
+            study.observer(name).ok_or_else(unknown)
+        }
+        (None, [only]) => Ok(only),
+        (None, _) => Err(Failure::SeveralObservers { known: names() }),
+    }
+}
+
+fn prepared(
+    study: &Study,
+    observer: &ObserverSpec,
+    design: SampledDesign,
+    scalar: Scalar,
+    evidence: &Evidence,
+    digest: &str,
+) -> Result<Export, luenberger_export::ExportError> {
+    let program = match design {
+        SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
+        SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
+    };
+    let plant = &study.plant;
+    let columns = Names {
+        states: plant.states.clone(),
+        inputs: plant.inputs.clone(),
+        outputs: plant.outputs.clone(),
+        units: plant.units.clone(),
+        time_unit: plant.time_unit.clone().unwrap_or_default(),
+    };
+    let export = Export::new(&names::identifier(&observer.name), program, scalar, &observer.initial, columns)?;
+    Ok(export.statement(&evidence.sentences).source(digest))
+}
+
+fn study_digest(study: &Study) -> String {
+    luenberger_export::sha256(study.source.text().as_bytes())
+}
+
+/// The folder given, or by default `study-NAME-c`.
+fn folder(input: &ExportInput, observer: &ObserverSpec) -> PathBuf {
+    let stem = match &input.study {
+        Source::File(path) => path.file_stem().map(|stem| stem.to_string_lossy().into_owned()),
+        Source::Standard => None,
+    };
+    let language = match input.to {
+        Language::C => "c",
+        Language::Rust => "rust",
+    };
+    let name = names::identifier(&observer.name);
+    let beside = || PathBuf::from(format!("{}-{name}-{language}", stem.unwrap_or_else(|| "study".to_owned())));
+    input.output.clone().unwrap_or_else(beside)
+}

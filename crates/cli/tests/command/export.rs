@@ -1,0 +1,114 @@
+//! `luenberger export`: the files, compiled where a C compiler is there, and what cannot be exported.
+
+use crate::terminal::{folder, luenberger};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn study(name: &str, text: Option<&str>) -> (PathBuf, String) {
+    let folder = folder(name);
+    let file = folder.join("study.toml").to_str().unwrap().to_owned();
+    match text {
+        Some(text) => std::fs::write(&file, text).unwrap(),
+        None => assert_eq!(luenberger(&["new", "-o", &file], "").code, Some(0)),
+    }
+    (folder, file)
+}
+
+/// Compiles and runs the golden test of an export.
+#[track_caller]
+fn golden(folder: &Path, name: &str) {
+    let sources = [format!("{name}.c"), format!("test_{name}.c")];
+    let mut compiler = Command::new("cc");
+    compiler.current_dir(folder).args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror"]);
+    match compiler.args(&sources).args(["-lm", "-o", "golden"]).output() {
+        Err(_) => eprintln!("SKIPPED: no C compiler"),
+        Ok(built) => {
+            assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+            let ran = Command::new(folder.join("golden")).output().unwrap();
+            assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stdout));
+        }
+    }
+}
+
+#[test]
+fn every_observer_of_the_template_becomes_c_that_agrees_with_its_design() {
+    let (folder, file) = study("export-template", None);
+    for (observer, options) in [
+        ("linear", &["--period", "0.05"][..]),
+        ("cubic", &["--format", "f32"]),
+        ("sampled", &[]),
+        ("sampled", &["--format", "f32"]),
+    ] {
+        let out = folder.join(observer);
+        let mut arguments = vec!["export", &file, "--observer", observer, "--to", "c", "-o", out.to_str().unwrap()];
+        arguments.extend(options);
+        let ran = luenberger(&arguments, "");
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{observer}");
+        assert!(
+            ran.stdout.contains("Proved (certificate.json)") && ran.stdout.contains("the error in the end is at most")
+        );
+        golden(&out, observer);
+        let verified = luenberger(&["verify", out.join("certificate.json").to_str().unwrap()], "");
+        assert_eq!(verified.code, Some(0), "{}", verified.stdout);
+        let header = std::fs::read_to_string(out.join(format!("{observer}.h"))).unwrap();
+        assert!(header.contains("States:  position (m), velocity (m/s)") && header.contains("SHA-256 of the study"));
+    }
+    // The same command again replaces its files; those of others stay.
+    let out = folder.join("sampled");
+    std::fs::write(out.join("notes.txt"), "mine").unwrap();
+    let arguments = ["export", &file, "--observer", "sampled", "--to", "rust", "-o", out.to_str().unwrap(), "--json"];
+    let written = luenberger(&arguments, "").json();
+    assert_eq!(written["proved"], true);
+    assert!(out.join("src/lib.rs").is_file() && !out.join("sampled.c").exists() && out.join("notes.txt").is_file());
+}
+
+/// A Kalman filter with two outputs, one input in the output, and names that are no identifiers.
+#[test]
+fn a_kalman_filter_with_feedthrough_becomes_c() {
+    let text = r#"
+[plant]
+a = [[0, 1], [-2, -3]]
+b = [[0], [1]]
+c = [[1, 0], [-2, -3]]
+d = [[0], [1]]
+states = ["lage */", "für"]
+[[observer]]
+name = "for"
+kind = "kalman"
+w = [0.1, 1]
+v = [0.01, 0.1]
+"#;
+    let (folder, file) = study("export-kalman", Some(text));
+    let out = folder.join("c");
+    let ran = luenberger(&["export", &file, "--to", "c", "--period", "0.1", "-o", out.to_str().unwrap()], "");
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    assert!(ran.stdout.contains("Rounding to binary64 on the target is not covered."), "{}", ran.stdout);
+    golden(&out, "observer_for");
+}
+
+#[test]
+fn what_cannot_be_exported_says_why() {
+    let (folder, file) = study("export-refused", None);
+    let out = folder.join("out");
+    let out = out.to_str().unwrap();
+    let refused = |file: &str, more: &[&str], code: i32, says: &str| {
+        let mut arguments = vec!["export", file, "--to", "c", "-o", out];
+        arguments.extend(more);
+        let ran = luenberger(&arguments, "");
+        assert_eq!(ran.code, Some(code), "{more:?}: {}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(says), "{more:?}: {}", ran.stderr);
+        assert!(!Path::new(out).exists(), "{more:?}");
+    };
+    refused(&file, &[], 2, "several observers: choose one with --observer NAME, of linear, cubic, sampled");
+    refused(&file, &["--observer", "liner"], 2, "the study has no observer \"liner\"; it has linear, cubic, sampled");
+    refused(&file, &["--observer", "sampled", "--period", "0.5"], 1, "has the period 0.02 in the study, not 0.5");
+    refused(&file, &["--observer", "linear", "--period", "0"], 2, "a positive finite number is expected");
+    let (_, other) = study("export-reactor", Some(&luenberger(&["new", "--plant", "cuk", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "filter"], 1, "the kind extended-kalman has no export");
+    let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
+    let (_, still) = study("export-no-period", Some(plant));
+    refused(&still, &[], 1, "no period is given\n  instead: --period, or simulation.hold in the study");
+    let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
+    let (_, large) = study("export-large", Some(&large));
+    refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");
+}

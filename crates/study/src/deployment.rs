@@ -1,0 +1,251 @@
+//! Observers of a study as they run on a target: the sampled design of an observer, and what is proved of its stored
+//! numbers in the arithmetic of the target.
+
+use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, SampledCubicDesign, deployed_linear};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::CertificateFile;
+use luenberger_proof::statement::{Deployed, Format, Operation, Step};
+use luenberger_proof::wording::at_most;
+use luenberger_sim::Trajectory;
+
+use crate::design;
+use crate::execute;
+use crate::results::FailureReport;
+use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+
+/// A sampled design with its certificate.
+#[derive(Debug, Clone)]
+pub enum SampledDesign {
+    /// Linear.
+    Linear(Box<DiscreteDesign>),
+    /// Cubic.
+    Cubic(Box<SampledCubicDesign>),
+}
+
+impl SampledDesign {
+    /// The certificate: the gains as designed, in exact arithmetic.
+    pub fn certificate(&self) -> &Certificate {
+        match self {
+            Self::Linear(design) => &design.certificate,
+            Self::Cubic(design) => &design.certificate,
+        }
+    }
+}
+
+/// The sampled design of an observer: the plant with its input held over the period, and a gain for that. Observers in
+/// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled
+/// noises; a cubic observer keeps theta and the strength of its cubic term. `period` is required for observers in
+/// continuous time, and that of a sampled observer cannot be changed.
+///
+/// # Errors
+/// [`FailureReport`]: a kind without a sampled design, a plant that is not linear, a period that is missing, not
+/// positive or conflicts, and the errors of the design.
+pub fn sampled(study: &Study, observer: &ObserverSpec, period: Option<f64>) -> Result<SampledDesign, FailureReport> {
+    let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
+        hypothesis,
+        alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
+        line: observer.place.line,
+    };
+    let kind = observer.kind.name();
+    let (ObserverKind::Luenberger(gain)
+    | ObserverKind::Kalman(gain)
+    | ObserverKind::Cubic { linear: gain, .. }
+    | ObserverKind::SampledCubic { linear: gain, .. }) = &observer.kind
+    else {
+        let kinds = "luenberger, kalman, cubic and sampled-cubic";
+        return Err(failure(format!("the kind {kind} has no export; those of {kinds} have"), &[]));
+    };
+    let Some(plant) = study.plant.model.linear() else {
+        return Err(failure("the plant is nonlinear; observers of linear plants can be exported".to_owned(), &[]));
+    };
+    let own = match &observer.kind {
+        ObserverKind::SampledCubic { period, .. } => Some(*period),
+        _ => study.plant.dt,
+    };
+    let period = match (own, period) {
+        (Some(own), Some(period)) if own != period => {
+            return Err(failure(format!("{} has the period {own} in the study, not {period}", observer.name), &[]));
+        }
+        (Some(period), _) | (None, Some(period)) => period,
+        (None, None) => {
+            let hypothesis = format!("{} is an observer in continuous time, and no period is given", observer.name);
+            return Err(failure(hypothesis, &["--period, or simulation.hold in the study"]));
+        }
+    };
+    let design = study.plant.names().with(|| match study.plant.dt {
+        Some(dt) => in_discrete_time(study, observer, &plant, gain, dt),
+        None => held(study, observer, &plant, gain, period).map_err(|error| error.to_string()),
+    });
+    design.map_err(|why| failure(why, &[]))
+}
+
+/// The design of the study itself, of a plant in discrete time.
+fn in_discrete_time(
+    study: &Study,
+    observer: &ObserverSpec,
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    dt: f64,
+) -> Result<SampledDesign, String> {
+    let linear = design::discrete_design(study, plant, gain, dt, observer)?;
+    match &observer.kind {
+        ObserverKind::SampledCubic { theta, strength, .. } => {
+            let design =
+                SampledCubicDesign::of_discrete(&linear, theta, *strength).map_err(|error| error.to_string())?;
+            Ok(SampledDesign::Cubic(Box::new(design)))
+        }
+        ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
+        _ => Ok(SampledDesign::Linear(Box::new(linear))),
+    }
+}
+
+/// The design for a plant whose input is held over the period.
+
+fn held(
+    study: &Study,
+    observer: &ObserverSpec,
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    period: f64,
+) -> Result<SampledDesign, DesignError> {
+    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver))?;
+    let cubic = |design| SampledDesign::Cubic(Box::new(design));
+    match &observer.kind {
+        ObserverKind::Cubic { theta, correction, .. } => {
+            let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
+            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
+        }
+        ObserverKind::SampledCubic { theta, strength, .. } => {
+            SampledCubicDesign::new(&linear, theta, *strength, period).map(cubic)
+        }
+        _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
+    }
+}
+
+fn sampled_linear(linear: &LinearDesign, gain: &LinearSpec, period: f64) -> Result<DiscreteDesign, DesignError> {
+    match &gain.gain {
+        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(linear, w, v, period),
+        _ => DiscreteDesign::sampled(linear, period),
+    }
+}
+
+/// What is proved of an observer on its target.
+#[derive(Debug, Clone)]
+pub struct Evidence {
+    /// Sentences.
+    pub sentences: Vec<String>,
+    /// The certificate file; none if nothing is proved.
+    pub file: Option<CertificateFile>,
+}
+
+impl Evidence {
+    /// Whether something is proved.
+    pub fn is_proved(&self) -> bool {
+        self.file.is_some()
+    }
+}
+
+/// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `format`: with the
+/// bounds that states, inputs and noise have in the simulation of the study, the ball to which the error shrinks, all
+/// rounding counted; without a simulation, the convergence for the gains as designed.
+pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, format: Format) -> Evidence {
+    // The subtraction of D u is not among the operations that the certificate bounds.
+    let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
+    let on_target = operation(study, observer).filter(|_| !fed).and_then(|operation| {
+        let (deployed, file) = deployed(&observer.name, design, format, &operation)?;
+        Some((deployed, operation, file))
+    });
+    let mut sentences = Vec::new();
+    let file = match on_target {
+        Some((deployed, operation, file)) => {
+            sentences.push(format!(
+                "Proved (certificate.json): with the gains as stored in {format}, in exact arithmetic, the estimation error tends to 0 exponentially from every first error."
+            ));
+            sentences.extend(rounding(study, &deployed, &operation, format));
+            Some(file)
+        }
+        None => design.certificate().file(&observer.name).ok().inspect(|_| {
+            sentences.push(
+                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every first error."
+                    .to_owned(),
+            );
+            sentences.push(format!("Rounding to {format} on the target is not covered."));
+        }),
+    };
+    if file.is_none() {
+        sentences.push("No stability certificate.".to_owned());
+    } else if fed {
+        sentences.push("In the certificate y is the measured output minus D u.".to_owned());
+    }
+    Evidence { sentences, file }
+}
+
+/// The observer in the arithmetic of the target, with its certificate file; none if that is not proved.
+fn deployed(
+    title: &str,
+    design: &SampledDesign,
+    format: Format,
+    operation: &Operation,
+) -> Option<(Deployed, CertificateFile)> {
+    match design {
+        SampledDesign::Linear(design) => {
+            let (plant, l) = (design.observer.plant(), design.observer.l());
+            let found = deployed_linear(plant, l, Step::Innovation, format.into(), operation).ok()?;
+            let file = found.certificate.file(title).ok()?;
+            Some((found.deployed.clone(), file))
+        }
+        SampledDesign::Cubic(design) => {
+            let file = design.deployed_certificate_file(title, format.into(), operation).ok()?;
+            Some((design.deployed(format.into(), operation).ok()?, file))
+        }
+    }
+}
+
+/// The bound of the error with all rounding counted, under its bounds of operation.
+fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: Format) -> Vec<String> {
+    let Some(ball) = deployed.ball() else {
+        return vec![format!("Rounding to {format} on the target: no bound is proved.")];
+    };
+    let plant = &study.plant;
+    let list = |names: &[String], values: &[f64], units: &[String]| {
+        let one = |(i, (name, value)): (usize, (&String, &f64))| {
+            let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
+            format!("{name} {}{unit}", at_most(*value, 3))
+        };
+        names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
+    };
+    let mut bounds = vec![("states", list(&plant.states, &operation.state, &plant.units))];
+    if !plant.inputs.is_empty() {
+        bounds.push(("inputs", list(&plant.inputs, &operation.input, &[])));
+    }
+    bounds.push(("measurement noise", list(&plant.outputs, &operation.noise, &[])));
+    bounds.push(("first error", list(&plant.states, &operation.error, &plant.units)));
+    let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
+    vec![
+        format!(
+            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}.",
+            bounds.join(", "),
+            list(&plant.states, &ball.entries, &plant.units)
+        ),
+        "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."
+            .to_owned(),
+    ]
+}
+
+/// The bounds of the study's simulation; none without a simulation, with feedback, or if the plant cannot be simulated.
+fn operation(study: &Study, observer: &ObserverSpec) -> Option<Operation> {
+    const MARGIN: f64 = 1.2;
+    let simulation = study.simulation.as_ref()?;
+    let run: Trajectory = execute::plant_run(study, simulation)?;
+    let largest = |m: &nalgebra::DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+    let outputs = study.plant.outputs.len();
+    let noise = simulation.noise.as_ref().map_or_else(
+        || vec![0.0; outputs],
+        |noise| {
+            let factor = MARGIN * if noise.gaussian { 4.0 } else { 1.0 };
+            noise.amplitude.iter().map(|amplitude| factor * amplitude).collect()
+        },
+    );
+    let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
+    Some(Operation { state: largest(&run.x), input: largest(&run.u), noise, error })
+}
