@@ -230,8 +230,7 @@ fn a_plant_in_discrete_time_is_its_recursion() {
         .run()
         .unwrap();
     let (mut x, mut xhat): (Vector2<f64>, Vector2<f64>) = (Vector2::new(1.0, -1.0), Vector2::zeros());
-    for k in 0..=20 {
-        let t = times[k];
+    for (k, &t) in times.iter().enumerate() {
         let u = Vector1::new(input(t));
         assert!((run.x[(k, 0)] - x[0]).abs() < 1e-14 && (run.x[(k, 1)] - x[1]).abs() < 1e-14, "{k}");
         assert!((run.u[(k, 0)] - u[0]).abs() < 1e-14 && (run.y[(k, 0)] - x[0] - 0.5 * u[0]).abs() < 1e-14, "{k}");
