@@ -21,7 +21,7 @@ pub(super) fn truth(
     let process_noise = match node.get("process_noise") {
         None => None,
         Some(noise) => {
-            let amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "states")?;
+            let amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "state")?;
             let (period, seed) =
                 (noise.get("period")?.number()?, noise.get("seed").map_or(Some(0), Node::count)? as u64);
             let uniform = noise.get("distribution").and_then(Node::text) == Some("uniform");
@@ -31,7 +31,7 @@ pub(super) fn truth(
     };
     let delay = |key: &str| node.get(key).map_or(Some(0.0), Node::number);
     let quantisation = match node.get("quantisation") {
-        Some(list) => reader.numbers(list, "quantisation", p, "outputs")?,
+        Some(list) => reader.numbers(list, "quantisation", p, "output")?,
         None => Vec::new(),
     };
     let disturbances = Disturbances {
@@ -118,7 +118,7 @@ fn channel(node: &Node, outputs: usize, simulation: &Simulation, reader: &mut Re
     let dropout = probability(dropout, "dropout")?;
     let outlier = probability(outliers.and_then(|table| table.get("probability")), "probability")?;
     let outlier_size = match outliers {
-        Some(table) => reader.numbers(table.get("size")?, "size", outputs, "outputs")?,
+        Some(table) => reader.numbers(table.get("size")?, "size", outputs, "output")?,
         None => vec![0.0; outputs],
     };
     let period = match (node.get("period"), &simulation.noise) {
