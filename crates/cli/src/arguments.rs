@@ -294,7 +294,7 @@ pub(crate) struct ConversionInput {
     #[arg(value_name = "FILE")]
     pub(crate) file: Source,
     /// Sampling period
-    #[arg(short, long, value_name = "H")]
+    #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
     /// Method, by its name in MATLAB's c2d
     #[arg(short, long, value_enum, default_value_t = Method::Zoh)]
@@ -324,7 +324,7 @@ pub(crate) struct NoiseInput {
     #[arg(value_name = "FILE")]
     pub(crate) file: Option<Source>,
     /// Sampling period
-    #[arg(short, long, value_name = "H")]
+    #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
     /// Standard deviations of the samples of the sensors, in place of r
     #[arg(short, long, value_name = "S", value_delimiter = ',')]
@@ -337,7 +337,7 @@ pub(crate) struct PolesInput {
     #[arg(short = 'n', long, value_name = "N")]
     pub(crate) order: usize,
     /// Settling time
-    #[arg(short, long, value_name = "T")]
+    #[arg(short, long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) settling: f64,
     /// Band of the settling time
     #[arg(long, value_name = "FRACTION", default_value_t = 0.02)]

@@ -62,6 +62,20 @@ pub enum DesignError {
         /// The pole.
         pole: Complex<f64>,
     },
+    /// A specified pole for which an observer in discrete time would not converge.
+    #[error("the observer pole {pole} is not inside the unit circle", pole = complex(*.pole))]
+    PoleOutside {
+        /// The pole.
+        pole: Complex<f64>,
+    },
+    /// A gain does not stabilise in discrete time.
+    #[error("{what} has an eigenvalue that is not inside the unit circle: its spectral radius is {radius}", radius = short(*.radius))]
+    NotSchur {
+        /// Which matrix.
+        what: &'static str,
+        /// Its largest modulus of an eigenvalue.
+        radius: f64,
+    },
     /// A gain does not stabilise.
     #[error(
         "{what} is not Hurwitz: its spectral abscissa is {abscissa}",

@@ -9,6 +9,7 @@
 
 use luenberger_linalg::eigenvalues;
 use luenberger_plants::{Differentiable, Dual64, Plant, PlantError, Size, StateSpace, linearize};
+use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OVector, U1};
 use thiserror::Error;
 
@@ -52,7 +53,7 @@ pub enum OperatingPointError {
     #[error(transparent)]
     Design(#[from] DesignError),
     /// f has no value on the way.
-    #[error("{}' = {value} at the state {x:?}: the plant is not defined there", names::state(*row))]
+    #[error("{}' = {value} at the state {}: the plant is not defined there", names::state(*row), short(x))]
     Undefined {
         /// Which entry of f, from 0.
         row: usize,
@@ -63,7 +64,8 @@ pub enum OperatingPointError {
     },
     /// df/dx is singular: the operating point is not isolated, or there is none nearby.
     #[error(
-        "df/dx is singular at the state {x:?} (condition {condition:.1e}): for this input there is no operating point, or not a single one"
+        "df/dx is singular at the state {} (condition {condition:.1e}): for this input there is no operating point, or not a single one",
+        short(x)
     )]
     Singular {
         /// Where.
@@ -73,7 +75,7 @@ pub enum OperatingPointError {
     },
     /// Newton's method does not converge.
     #[error(
-        "no operating point was found in {steps} steps: at the state {x:?} the largest |f| is {residual:e}, and the next correction is {correction:e} of the state"
+        "no operating point was found in {steps} Newton steps: at the state {} the largest |f| is {}, and the next correction is {} times the state", short(x), significant(*residual, 3), significant(*correction, 3)
     )]
     NotConverged {
         /// How many steps.
@@ -85,6 +87,11 @@ pub enum OperatingPointError {
         /// The length of the next correction, relative to the state.
         correction: f64,
     },
+}
+
+/// A state with five digits.
+fn short(x: &[f64]) -> String {
+    format!("[{}]", x.iter().map(|x| significant(*x, 5)).collect::<Vec<_>>().join(", "))
 }
 
 impl From<PlantError> for OperatingPointError {

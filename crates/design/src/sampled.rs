@@ -11,15 +11,17 @@
 //! prove convergence in exact arithmetic. The effect of f32 or fixed point is analysed by
 //! [`SampledCubicDesign::deployed`].
 
-use luenberger_linalg::{SteinEquation, discrete_kalman_gain, place_observer, zero_order_hold};
+use luenberger_linalg::{SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver};
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use crate::certificate::{certified, plant};
+use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
+use crate::discrete::DiscreteDesign;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
 
@@ -68,7 +70,7 @@ impl SampledCubicDesign {
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let wish: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
         let placement = place_observer(&held.ad, &o.c, &wish)?;
-        Self::with_gain(linear, (held.ad, held.bd), placement.gain, theta, w, h)
+        Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, w, h)
     }
 
     /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for
@@ -89,7 +91,7 @@ impl SampledCubicDesign {
         let measurement = check::positive_definite("V", measurement, o.c.nrows())?;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement)?.l;
-        Self::with_gain(linear, (held.ad, held.bd), ld, theta, w, h)
+        Self::with_gain(&held_plant(linear, held)?, ld, theta, w, h)
     }
 
     /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of
@@ -102,29 +104,47 @@ impl SampledCubicDesign {
         Self::new(linear, &o.theta, luenberger_observers::cubic::rate(&o.c, &o.n), h)
     }
 
+    /// The observer of a plant in discrete time with the gain of `linear`, weight `theta` and strength `w`.
+    ///
+    /// ```
+    /// use luenberger_design::{DiscreteDesign, SampledCubicDesign};
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+    /// let linear = DiscreteDesign::with_poles(&plant, 0.1, &[0.5, 0.6])?;
+    /// let design = SampledCubicDesign::of_discrete(&linear, &dmatrix![1.0], 10.0)?;
+    /// assert!(design.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_discrete(linear: &DiscreteDesign, theta: &DMatrix<f64>, w: f64) -> Result<Self, DesignError> {
+        let o = &linear.observer;
+        Self::with_gain(o.plant(), o.l().clone(), theta, w, luenberger_observers::SampledObserver::period(o))
+    }
+
     fn with_gain(
-        linear: &LinearDesign,
-        (ad, bd): (DMatrix<f64>, DMatrix<f64>),
+        plant: &StateSpace,
         ld: DMatrix<f64>,
         theta: &DMatrix<f64>,
         w: f64,
         h: f64,
     ) -> Result<Self, DesignError> {
         check::positive("w", w)?;
-        let o = &linear.observer;
-        let (n, outputs) = (o.a.nrows(), o.c.nrows());
+        let StateSpace { a: ad, b: bd, c, d } = plant.clone();
+        let (n, outputs) = (ad.nrows(), c.nrows());
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
-        check::independent_outputs(&o.c)?;
-        let f = &ad - &ld * &o.c;
+        check::independent_outputs(&c)?;
+        let f = &ad - &ld * &c;
         let mut equation = SteinEquation::new(&f)?;
         // The scale of Q is that of the continuous equation over one period.
         let p = equation.solve(&(DMatrix::identity(n, n) * h))?.p;
         let poles = equation.eigenvalues();
-        let p_inverse_ct = check::solve_definite("P", &p, &o.c.transpose())?;
-        let s = radial_s(&o.c, &p_inverse_ct, w)?;
+        let p_inverse_ct = check::solve_definite("P", &p, &c.transpose())?;
+        let s = radial_s(&c, &p_inverse_ct, w)?;
         let gain = -(p_inverse_ct * &s);
         let theorem = certificate::SampledCubicConvergence {
-            plant: plant((&ad, &bd, &o.c)),
+            plant: matrices((&ad, &bd, &c)),
             l: proof_matrix(&ld),
             n: proof_matrix(&gain),
             theta: proof_matrix(theta),
@@ -136,15 +156,15 @@ impl SampledCubicDesign {
         let observer = SampledCubicObserver::new(SampledCubicGains {
             ad,
             bd,
-            c: o.c.clone(),
+            c,
             ld,
             n: gain,
             theta: theta.clone(),
             w,
             period: h,
         })?;
-        let observer = match &o.d {
-            Some(d) => observer.with_feedthrough(d.clone())?,
+        let observer = match d {
+            Some(d) => observer.with_feedthrough(d)?,
             None => observer,
         };
         Ok(Self { observer, poles, p, s, certificate })
@@ -157,10 +177,17 @@ impl SampledCubicDesign {
     pub fn linear_certificate_file(&self, title: &str) -> Result<CertificateFile, DesignError> {
         let o = &self.observer;
         let theorem = DiscreteConvergence {
-            plant: plant((o.ad(), o.bd(), o.c())),
+            plant: matrices((o.ad(), o.bd(), o.c())),
             l: proof_matrix(o.ld()),
             p: proof_matrix(&self.p),
         };
         Ok(CertificateFile::prove(title, theorem)?)
     }
+}
+
+/// The plant of a continuous design, with its input held.
+fn held_plant(linear: &LinearDesign, held: ZeroOrderHold) -> Result<StateSpace, DesignError> {
+    let o = &linear.observer;
+    let plant = StateSpace::new(held.ad, held.bd, o.c.clone())?;
+    Ok(StateSpace { d: o.d.clone(), ..plant })
 }

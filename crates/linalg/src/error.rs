@@ -149,7 +149,7 @@ pub enum LinalgError {
     },
     /// A matrix that has to be regular is not, to working precision.
     #[error(
-        "{what} is singular to working precision: its condition is {condition}",
+        "{what} is singular to working precision (condition {condition})",
         condition = short(*.condition)
     )]
     Singular {

@@ -35,8 +35,9 @@ pub enum PolePattern {
     Itae,
 }
 
-/// The largest order of a Bessel and of a Butterworth filter.
+/// The largest order of a Bessel and of a Butterworth filter, and of a dominant pair with the others.
 const LARGEST: usize = 20;
+const LARGEST_DOMINANT: usize = 1000;
 
 /// Coefficients of the ITAE polynomials of order 2 to 6, without the first and the last, which are 1; the highest power
 /// first (Dorf, Bishop, Modern Control Systems, table 5.6).
@@ -83,7 +84,7 @@ pub fn poles_from(pattern: PolePattern, order: usize, settling_time: f64, band: 
     let settling_time = within("the settling time", settling_time, 0.0, f64::INFINITY)?;
     let band = within("the band", band, 0.0, 1.0)?;
     let largest = match pattern {
-        PolePattern::Dominant { .. } => usize::MAX,
+        PolePattern::Dominant { .. } => LARGEST_DOMINANT,
         PolePattern::Bessel | PolePattern::Butterworth => LARGEST,
         PolePattern::Itae => ITAE.len() + 1,
     };

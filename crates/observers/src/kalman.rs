@@ -115,7 +115,8 @@ where
     plant: S,
     noises: NoiseModel<T, N, P>,
     h: T,
-    substeps: usize,
+    /// Runge-Kutta steps between two samples; none for a plant in discrete time.
+    substeps: Option<usize>,
     gate: Option<T>,
     inputs: PhantomData<M>,
 }
@@ -166,7 +167,16 @@ where
         if substeps == 0 {
             return Err(ObserverError::Substeps);
         }
-        Ok(Self { plant, noises, h, substeps, gate: None, inputs: PhantomData })
+        Ok(Self { plant, noises, h, substeps: Some(substeps), gate: None, inputs: PhantomData })
+    }
+
+    /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
+    /// covariance per sample, and between samples `xhat <- f(xhat, u)`, `P <- F P F' + W`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn discrete(plant: S, noises: NoiseModel<T, N, P>, h: T) -> Result<Self, ObserverError> {
+        Ok(Self { substeps: None, ..Self::new(plant, noises, h, 1)? })
     }
 
     /// The filter that rejects outliers: an output whose innovation is beyond `gate` standard deviations, by the
@@ -205,6 +215,11 @@ where
         let Some(gate) = self.gate else { return false };
         let innovation = y[output] - self.plant.output(t, &belief.estimate(), u)[output];
         innovation * innovation > gate * gate * self.innovation_covariance(t, belief, u)[(output, output)]
+    }
+
+    /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
+    pub fn substeps(&self) -> Option<usize> {
+        self.substeps
     }
 
     /// The plant.
@@ -260,7 +275,8 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
-    /// From time t to `t + duration`, the input held: `xhat' = f(xhat, u)`, `P' = F P + P F' + W`.
+    /// From time t to `t + duration`, the input held: `xhat' = f(xhat, u)`, `P' = F P + P F' + W`. For a plant in
+    /// [discrete time](Self::discrete) to the next sample, whatever the duration.
     ///
     /// The duration is nonnegative and need not be the period: a sample that comes late is waited for, one that is
     /// missed is passed. So many Runge-Kutta steps are taken as between two samples, whatever the duration: cut a long
@@ -282,8 +298,15 @@ where
     /// ```
     pub fn predict(&self, t: T, belief: &mut GaussianEstimate<T, N>, u: &OVector<T, M>, duration: T) {
         let (mut xhat, mut p) = (belief.estimate(), belief.covariance());
-        let tau = duration / convert::<f64, T>(self.substeps as f64);
-        for k in 0..self.substeps {
+        let Some(substeps) = self.substeps else {
+            let f = self.plant.state_jacobian(t, &xhat, u);
+            let mut p = &f * p * f.transpose() + &self.noises.w;
+            symmetrise(&mut p);
+            *belief = GaussianEstimate::new(&self.plant.derivative(t, &xhat, u), &p);
+            return;
+        };
+        let tau = duration / convert::<f64, T>(substeps as f64);
+        for k in 0..substeps {
             self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
         }
         *belief = GaussianEstimate::new(&xhat, &p);

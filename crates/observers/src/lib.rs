@@ -11,10 +11,10 @@
 //! |---|---|
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
-//! | [`sampled_linear`] | the sampled-data linear observer, a predictor |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
@@ -41,6 +41,7 @@ pub mod cubic_sampled;
 pub mod deviation;
 pub mod diagnosis;
 pub mod discrete_kalman;
+pub mod discrete_linear;
 pub mod error;
 pub mod estimator;
 mod feedthrough;
@@ -57,7 +58,6 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
-pub mod sampled_linear;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
@@ -67,6 +67,7 @@ pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCu
 pub use deviation::DeviationObserver;
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
+pub use discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
 pub use error::{ObserverError, Point};
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
@@ -81,7 +82,6 @@ pub use mean_value::{
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use pebo::{PeboObserver, Regression};
-pub use sampled_linear::{SampledLinearGains, SampledLinearObserver, StaticSampledLinearObserver};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

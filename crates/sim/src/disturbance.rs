@@ -1,7 +1,8 @@
 //! What happens to the plant and its sensors that the observers do not know: process noise, delays, faults of actuators
 //! and sensors, quantisation, dropouts and outliers.
 //!
-//! The plant gets `gain u(t - d) + bias` and process noise in its derivative; of its output the observers read
+//! The plant gets `gain u(t - d) + bias` and process noise in its derivative (in discrete time, in its next state); of its
+//! output the observers read
 //! `gain y(t - d) + bias` with the measurement noise, rounded to the quantisation, with outliers, and held where a value
 //! does not arrive. The observers themselves are given the input u as it is commanded.
 //!
@@ -61,7 +62,8 @@ pub struct Channel {
 /// All that the observers do not know of the plant they observe.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disturbances {
-    /// Added to the derivative of the plant, one entry for each state; held over its period.
+    /// Added to the derivative of the plant, or to the next state of one in discrete time; one entry for each state, held
+    /// over its period.
     pub process_noise: Option<Noise>,
     /// The input reaches the plant this much later.
     pub input_delay: f64,

@@ -89,6 +89,12 @@ pub enum SimError {
         /// How many there are.
         count: usize,
     },
+    /// An observer in continuous time of a plant in discrete time.
+    #[error("observer {name:?} is in continuous time, and the plant in discrete time")]
+    ContinuousObserver {
+        /// The observer.
+        name: String,
+    },
     /// A feedback from an estimate, or of an output, that itself depends on the input.
     #[error(
         "the input depends on itself through an estimate or an output: evaluated again with the input found it moves by {change:e}"

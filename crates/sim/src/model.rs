@@ -26,6 +26,8 @@ pub(crate) struct Model<'a> {
     pub(crate) times: Vec<f64>,
     pub(crate) input: Signal<'a>,
     pub(crate) hold: Option<f64>,
+    /// The period of a plant in discrete time.
+    pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
     pub(crate) disturbances: Disturbances,
     pub(crate) names: Vec<String>,
@@ -79,6 +81,9 @@ impl<'a> Model<'a> {
     pub(crate) fn new(scenario: Scenario<'a>) -> Result<Self, SimError> {
         scenario.plant.check()?;
         let size = scenario.plant.dimensions();
+        if let Some(step) = scenario.step {
+            check_positive("the period of the plant", step)?;
+        }
         let x0 = scenario.x0.unwrap_or_else(|| vec![0.0; size.states]);
         check("the initial state", &x0, size.states)?;
         if let Some(noise) = &scenario.noise {
@@ -103,8 +108,10 @@ impl<'a> Model<'a> {
                 return Err(SimError::Index { what: "plant state", index, count: size.states });
             }
             let period = observer.period();
-            if let Some(period) = period {
-                check_positive("the period of a sampled-data observer", period)?;
+            match period {
+                Some(period) => check_positive("the period of a sampled-data observer", period)?,
+                None if scenario.step.is_some() => return Err(SimError::ContinuousObserver { name }),
+                None => {}
             }
             let length = own.state;
             observers.push(ObserverSlot { observer, initial, states, length, period, offset });
@@ -140,6 +147,7 @@ impl<'a> Model<'a> {
             times: scenario.times,
             input: scenario.input,
             hold: scenario.hold,
+            step: scenario.step,
             noise: scenario.noise,
             disturbances,
             names,
@@ -233,9 +241,14 @@ impl<'a> Model<'a> {
     pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
         self.evaluate(t, stacked, still, now);
         let (x, n) = (&stacked[..self.size.states], self.size.states);
-        self.plant.derivative(t, x, &now.applied, &mut slope[..n]);
-        for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
-            *slope += disturbance;
+        match self.step {
+            Some(_) => slope[..n].fill(0.0),
+            None => {
+                self.plant.derivative(t, x, &now.applied, &mut slope[..n]);
+                for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
+                    *slope += disturbance;
+                }
+            }
         }
         let mut end = n;
         for (k, ObserverSlot { observer, length, period, .. }) in self.observers.iter().enumerate() {

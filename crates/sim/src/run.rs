@@ -52,6 +52,9 @@ pub(crate) struct Runner<'m, 'a> {
     process_clock: Option<Periodic>,
     channel_clock: Option<Periodic>,
     hold_clock: Option<Periodic>,
+    plant_clock: Option<Periodic>,
+    /// The next state of a plant in discrete time.
+    next: Vec<f64>,
     sample_clocks: Vec<Option<Periodic>>,
 }
 
@@ -148,16 +151,21 @@ impl<'m, 'a> Runner<'m, 'a> {
             process_clock: process.map(|noise| clock(noise.period())),
             channel_clock: channel.map(|channel| clock(channel.period)),
             hold_clock: model.hold.map(clock),
+            plant_clock: model.step.map(clock),
+            next: model.x0.clone(),
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
         };
         let everybody = vec![true; model.observers.len()];
-        runner.jump(t, model.hold.is_some(), &everybody)?;
+        runner.jump(t, model.hold.is_some(), model.step.is_some(), &everybody)?;
         Ok(runner)
     }
 
-    /// New held input, new samples.
-    fn jump(&mut self, t: f64, hold: bool, sample: &[bool]) -> Result<(), SimError> {
+    /// New state of a plant in discrete time, new held input, new samples.
+    fn jump(&mut self, t: f64, hold: bool, plant: bool, sample: &[bool]) -> Result<(), SimError> {
         let model = self.model;
+        if plant {
+            self.stacked[..self.next.len()].copy_from_slice(&self.next);
+        }
         for (k, _) in sample.iter().enumerate().filter(|(_, due)| **due) {
             self.still.sampled[k].clone_from(&self.pending[k]);
         }
@@ -167,8 +175,15 @@ impl<'m, 'a> Runner<'m, 'a> {
             model.evaluate(t, &self.stacked, &self.still, now);
             self.still.held = Some(now.u.clone());
         }
-        if sample.contains(&true) {
+        if plant || sample.contains(&true) {
             model.evaluate(t, &self.stacked, &self.still, now);
+        }
+        if plant {
+            model.plant.derivative(t, &self.stacked[..model.size.states], &now.applied, &mut self.next);
+            for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
+                *next += disturbance;
+            }
+            check_finite(&format!("the next state of the plant after t = {t}"), &self.next)?;
         }
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
@@ -212,15 +227,16 @@ impl<'m, 'a> Runner<'m, 'a> {
         let hold = self.hold_clock.as_mut().is_some_and(|clock| clock.happens(t));
         let sample: Vec<bool> =
             self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))).collect();
-        if hold || sample.contains(&true) {
-            self.jump(t, hold, &sample)?;
+        let plant = self.plant_clock.as_mut().is_some_and(|clock| clock.happens(t));
+        if hold || plant || sample.contains(&true) {
+            self.jump(t, hold, plant, &sample)?;
         }
         Ok(())
     }
 
     /// When something jumps next after `t`, `end` at the latest.
     fn next_jump(&self, t: f64, end: f64) -> f64 {
-        let own = [&self.noise_clock, &self.process_clock, &self.channel_clock, &self.hold_clock];
+        let own = [&self.noise_clock, &self.process_clock, &self.channel_clock, &self.hold_clock, &self.plant_clock];
         let clocks = own.into_iter().chain(&self.sample_clocks).flatten();
         // They are sorted, and a table of samples has many.
         let breakpoints = &self.model.breakpoints;

@@ -29,6 +29,7 @@ pub struct Scenario<'a> {
     span: Option<(f64, usize)>,
     pub(crate) input: Signal<'a>,
     pub(crate) hold: Option<f64>,
+    pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
     pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
@@ -57,6 +58,7 @@ impl<'a> Scenario<'a> {
             span: None,
             input: Signal::zero(),
             hold: None,
+            step: None,
             noise: None,
             disturbances: Disturbances::default(),
             observers: Vec::new(),
@@ -105,6 +107,25 @@ impl<'a> Scenario<'a> {
     #[must_use]
     pub fn hold_input(mut self, period: f64) -> Self {
         self.hold = Some(period);
+        self
+    }
+
+    /// The plant is in discrete time with this period: its `derivative` is the next state, `x+ = f(t, x, u)`, the input is
+    /// evaluated at the samples and held, and observers are sampled ones.
+    ///
+    /// ```
+    /// use luenberger_plants::StaticPlant;
+    /// use luenberger_sim::Scenario;
+    /// use nalgebra::{Matrix1, SMatrix};
+    /// // x+ = x/2 every 0.1.
+    /// let plant = StaticPlant::new(Matrix1::new(0.5), SMatrix::<f64, 1, 0>::zeros(), Matrix1::new(1.0))?;
+    /// let run = Scenario::new(plant).discrete_time(0.1).initial_state(&[8.0]).times(&[0.0, 0.1, 0.25, 0.3]).run()?;
+    /// assert_eq!(run.x.as_slice(), [8.0, 4.0, 2.0, 1.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn discrete_time(mut self, period: f64) -> Self {
+        (self.step, self.hold) = (Some(period), Some(period));
         self
     }
 

@@ -26,6 +26,8 @@ pub struct PlantModel {
     pub parameters: Parameters,
     /// Unit of the time, if the study names one.
     pub time_unit: Option<String>,
+    /// The period of a plant in discrete time, `x+ = f(x, u)`; none in continuous time.
+    pub dt: Option<f64>,
 }
 
 impl PlantModel {

@@ -108,7 +108,7 @@ impl<'de> Visitor<'de> for Matrix {
                 columns = length;
             } else if length != columns {
                 return Err(S::Error::custom(format!(
-                    "row {count} of the matrix {name:?} has {length} entries, and row 0 has {columns}"
+                    "row {count} of the matrix {name:?} has length {length}, and row 0 has length {columns}"
                 )));
             }
             count += 1;

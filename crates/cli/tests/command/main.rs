@@ -5,6 +5,7 @@ mod export;
 mod from_matlab;
 mod manners;
 mod matrix;
+mod messages;
 mod mistakes;
 mod pages;
 mod results;

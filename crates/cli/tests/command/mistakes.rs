@@ -5,7 +5,7 @@ use crate::terminal::{Ran, folder, luenberger};
 const SHORT: &str = r#"{"a": [[0, 1], [-2, -3]]}"#;
 
 /// Command, input, exit code, and the message after `error: standard input: `.
-const MISTAKES: &[(&str, &str, i32, &str)] = &[
+pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
     ("eig", "", 2, "line 1, column 1: the input is empty, and a JSON object is expected"),
     ("eig", "[[1]]", 2, "line 1, column 1: invalid type: sequence, expected an object with the keys \"a\""),
     ("eig", "{'a': [[1]]}", 2, "line 1, column 2: key must be a string"),
@@ -40,7 +40,7 @@ const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "eig",
         r#"{"a": [[1, 2], [3]]}"#,
         2,
-        "line 1, column 19: row 1 of the matrix \"a\" has 1 entries, and row 0 has 2",
+        "line 1, column 19: row 1 of the matrix \"a\" has length 1, and row 0 has length 2",
     ),
     ("eig", r#"{"a": []}"#, 2, "line 1, column 8: the matrix \"a\" is empty (0 x 0)"),
     ("eig", r#"{"a": [[], []]}"#, 2, "line 1, column 14: the matrix \"a\" is empty (2 x 0)"),
@@ -72,7 +72,7 @@ const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "lyap",
         r#"{"a": [[-1, 0], [0, -2]], "q": [[1, 2], [3, 4]]}"#,
         2,
-        "q is not symmetric: entries [1, 0] and [0, 1] differ by 1e0, allowed is ",
+        "q is not symmetric: entries [1, 0] and [0, 1] differ by 1 (limit ",
     ),
     ("sylv", r#"{"a": [[1]], "b": [[1, 0], [0, 1]], "q": [[1]]}"#, 2, "q must be 1 x 2, and is 1 x 1"),
     ("care", r#"{"a": [[1]], "b": [[1], [2]], "q": [[1]], "r": [[1]]}"#, 2, "b must be 1 x 1, and is 2 x 1"),
@@ -80,21 +80,21 @@ const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "care",
         r#"{"a": [[1]], "b": [[1]], "q": [[1]], "r": [[-1]]}"#,
         2,
-        "r is not positive definite: its smallest eigenvalue is -1e0",
+        "r is not positive definite: its smallest eigenvalue is -1",
     ),
     (
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[-1]], "r": [[1]]}"#,
         2,
-        "q is not positive semidefinite: its smallest eigenvalue is -1e0",
+        "q is not positive semidefinite: its smallest eigenvalue is -1",
     ),
     ("obsv", r#"{"a": [[1]], "c": [[1, 2]]}"#, 2, "C must be 1 x 1, and is 1 x 2"),
-    ("place", r#"{"a": [[1]], "b": [[1]], "poles": [-1, -2]}"#, 2, "a plant of order 1 takes 1 poles, and 2 are given"),
+    ("place", r#"{"a": [[1]], "b": [[1]], "poles": [-1, -2]}"#, 2, "a plant of order 1 needs 1 poles, and 2 are given"),
     (
         "place",
         r#"{"a": [[1]], "b": [[1]], "poles": [[-1, 2]]}"#,
         2,
-        "the poles are not closed under conjugation: -1+2i is there without its conjugate",
+        "the poles are not closed under conjugation: -1 + 2i has no conjugate",
     ),
     (
         "place",
@@ -126,32 +126,32 @@ const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "lyap",
         r#"{"a": [[1, 0], [0, -1]], "q": [[1, 0], [0, 1]]}"#,
         1,
-        "the Lyapunov equation is singular for the numbers as stored: the eigenvalues 1+0i and -1+0i meet",
+        "the Lyapunov equation is singular for the data as stored: eigenvalues 1 and -1",
     ),
-    ("dlyap", r#"{"a": [[1]], "q": [[1]]}"#, 1, "the Stein equation is singular for the numbers as stored"),
+    ("dlyap", r#"{"a": [[1]], "q": [[1]]}"#, 1, "the Stein equation is singular for the data as stored"),
     (
         "sylv",
         r#"{"a": [[1]], "b": [[-1]], "q": [[1]]}"#,
         1,
-        "the Sylvester equation is singular for the numbers as stored",
+        "the Sylvester equation is singular for the data as stored",
     ),
     (
         "care",
         r#"{"a": [[1]], "b": [[0]], "q": [[1]], "r": [[1]]}"#,
         1,
-        "the pair (A, B) is not stabilizable: no input moves the eigenvalue 1",
+        "the pair (A, B) is not stabilizable: uncontrollable eigenvalue 1",
     ),
     (
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[0]], "r": [[1]]}"#,
         1,
-        "the pair (A, C) is not detectable: no output sees the eigenvalue 1",
+        "the pair (A, C) is not detectable: unobservable eigenvalue 1",
     ),
     (
         "place",
         r#"{"a": [[1]], "b": [[0]], "poles": [-1]}"#,
         1,
-        "the pair (A, B) is not controllable: no input moves the eigenvalue 1",
+        "the pair (A, B) is not controllable: uncontrollable eigenvalue 1",
     ),
 ];
 

@@ -96,11 +96,11 @@ impl fmt::Display for HiddenMode {
         let direction: Vec<String> = self.direction.iter().map(|z| complex(*z)).collect();
         write!(
             f,
-            "decay rates above {} are infeasible on the polytope: at {} the mode along ({}) is unobservable and changes like exp({} t)",
+            "LMI infeasible at decay rate {}: at {} the mode {} along ({}) is unobservable",
             short(self.rate),
             self.place,
-            direction.join(", "),
-            complex(self.eigenvalue)
+            complex(self.eigenvalue),
+            direction.join(", ")
         )
     }
 }

@@ -12,6 +12,7 @@ use crate::enclosure::Entry;
 use crate::error::{DesignError, NearlyHidden};
 use crate::gain_lmi::{self, decrease_at};
 use crate::gain_options::Checked;
+use crate::number::short;
 
 /// How many pairs of vertices are examined for one that is infeasible by itself.
 const PAIRS: usize = 200;
@@ -29,10 +30,10 @@ pub(super) fn explain(
         let inside = |(a, c): (DMatrix<f64>, DMatrix<f64>)| {
             let at = |entry: &Entry| {
                 let matrix = if entry.of_output { &c } else { &a };
-                format!("{entry} = {:.6}", matrix[(entry.row, entry.column)])
+                format!("{entry} = {}", short(matrix[(entry.row, entry.column)]))
             };
             let entries: Vec<String> = polytope.varying.0.iter().map(at).collect();
-            (format!("the point inside the polytope with {}", entries.join(", ")), a, c)
+            (format!("the interior point {}", entries.join(", ")), a, c)
         };
         let mut pairs: Vec<_> = vertices.collect();
         pairs.push(inside(polytope.inner(false)));

@@ -64,7 +64,7 @@ pub enum NumericalKklError {
         upper: f64,
     },
     /// A grid larger than is computed.
-    #[error("a grid of {points} points; at most {most} are computed")]
+    #[error("a grid of {points} points (limit {most})")]
     GridTooLarge {
         /// The requested number of points.
         points: f64,
@@ -83,7 +83,7 @@ pub enum NumericalKklError {
         most: f64,
     },
     /// f or h is NaN or infinite somewhere.
-    #[error("the plant is not finite {time} before {from:?}")]
+    #[error("the plant, integrated backward by {time} from {from:?}, is not finite")]
     NotFinite {
         /// Where the trajectory began.
         from: Vec<f64>,

@@ -45,7 +45,11 @@ pub fn c2d_matched(system: &Realization, h: f64) -> Result<ZerosPolesGain> {
     let h = period(h)?;
     let Realization { a, b, c, d } = system;
     if (c.nrows(), b.ncols()) != (1, 1) {
-        return Err(LinalgError::DimensionMismatch { what: "D", expected: (1, 1), found: d.shape() });
+        return Err(LinalgError::DimensionMismatch {
+            what: "D (one input and one output)",
+            expected: (1, 1),
+            found: d.shape(),
+        });
     }
     let (poles, zeros) = (eigenvalues(a)?, invariant_zeros(a, b, c, d)?);
     if zeros.normal_rank == 0 {

@@ -125,9 +125,16 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Prints, and does not mind a reader that has gone.
+/// Prints. A reader that has gone is no error; a full disk is, and ends the program.
 fn print(text: &str) {
-    let _ = io::stdout().lock().write_all(text.as_bytes());
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            let _ = writeln!(io::stderr(), "luenberger-verify: standard output cannot be written: {error}");
+            std::process::exit(1);
+        }
+        _ => {}
+    }
 }
 
 fn usage(problem: &str) -> ExitCode {

@@ -1,13 +1,11 @@
 //! Diagnosis of an observer that is not applicable: the violated hypothesis with its numbers, and applicable
 //! alternatives.
 
-use std::fmt::Write;
-
 use luenberger_design::{DesignError, EnclosureError, LpvError, NumericalKklError};
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Plant, PlantError};
-use luenberger_proof::wording::shortest;
+use luenberger_proof::wording::{counted, shortest, significant};
 use nalgebra::DVector;
 
 use super::runnable::Chains;
@@ -69,7 +67,7 @@ impl From<ObserverError> for Misfit {
     }
 }
 
-fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
+pub(super) fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
     FailureReport { hypothesis, alternatives, line: wish.place.line }
 }
 
@@ -202,14 +200,18 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
         .linear()
         .and_then(|plant| Some((observability(&plant.a, &plant.c).ok()?, detectability(&plant.a, &plant.c).ok()?)));
     if let Some((seen, detectable)) = found {
+        let mut modes = Vec::new();
         for mode in &seen.unobservable {
             let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
-            let _ = write!(
-                hypothesis,
-                "; the mode {} along {} is unobservable",
+            modes.push(format!(
+                "{} along {} (margin {})",
                 eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
-                in_words(study, &direction)
-            );
+                in_words(study, &direction),
+                significant(mode.margin, 2)
+            ));
+        }
+        if !modes.is_empty() {
+            hypothesis = format!("the plant is not observable: unobservable modes {}", modes.join(", "));
         }
         if seen.unobservable.is_empty() {
             alternatives.push(
@@ -263,8 +265,11 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Resul
     }
     measured_first(&study.plant.model).map_err(|(k, found, expected)| {
         let hypothesis = format!(
-            "the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {} is {found} where {} is {expected}",
-            study.plant.outputs[k], study.plant.states[k]
+            "the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {} is {} where {} is {}",
+            study.plant.outputs[k],
+            significant(found, 6),
+            study.plant.states[k],
+            significant(expected, 6)
         );
         failure(wish, hypothesis, for_nonlinear(study, kind))
     })
@@ -323,11 +328,11 @@ pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverSpec) -> Result
     let size = study.plant.model.size();
     let kind = wish.kind.name();
     let what = if size.inputs > 0 {
-        format!("it has {} inputs, on which T would depend", size.inputs)
+        format!("this plant has {}", counted(size.inputs, "input"))
     } else if size.outputs != 1 {
-        format!("it has {} outputs", size.outputs)
+        format!("this plant has {}", counted(size.outputs, "output"))
     } else if !(2..=3).contains(&size.states) {
-        format!("it has {} states, and the table of T would have points^{} entries", size.states, size.states)
+        format!("this plant has {}", counted(size.states, "state"))
     } else {
         return Ok(());
     };

@@ -28,7 +28,7 @@ pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -
 }
 
 /// What the observers measure, which is what a certificate calls y.
-fn measurement(plant: &StateSpace) -> &'static str {
+pub(super) fn measurement(plant: &StateSpace) -> &'static str {
     if plant.d.is_some() { " The output depends on the input: the observer uses y - D u = C x." } else { "" }
 }
 
@@ -130,6 +130,11 @@ pub(super) fn sampled(
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
     let design = SampledCubicDesign::new(&linear, theta, strength, period)?;
+    Ok(sampled_report(&design, plant, period))
+}
+
+/// A sampled cubic observer in numbers and words.
+pub(super) fn sampled_report(design: &SampledCubicDesign, plant: &StateSpace, period: f64) -> Designed {
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
@@ -145,9 +150,9 @@ pub(super) fn sampled(
         evidence: None,
         noise_deviation: Vec::new(),
     };
-    Ok(Designed {
+    Designed {
         runnable: Runnable::SampledCubic(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    }
 }

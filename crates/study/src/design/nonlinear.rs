@@ -154,8 +154,8 @@ fn fastest(
 fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &str) -> Result<Designed, Misfit> {
     let count = design.plant.sectors().len();
     let who = match count {
-        1 => "the nonlinearity does within its sector".to_owned(),
-        count => format!("the {count} nonlinearities do within their sectors"),
+        1 => "every nonlinearity within its sector".to_owned(),
+        count => format!("all {count} nonlinearities within their sectors"),
     };
     let box_ = match region.to_string().as_str() {
         "everywhere" => "From every x(0) and xhat(0)".to_owned(),
@@ -163,14 +163,14 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
     };
     let decays = match design.rate {
         0.0 => "tends to 0".to_owned(),
-        rate => format!("decays at least like {}", decay(rate)),
+        rate => format!("decays at least as fast as {}", decay(rate)),
     };
     let centre = design.plant.centre();
     let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l);
     let mut numbers = vec![number("rate", design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!("{box_}, the error {decays}, whatever {who}. {whose}"),
+        statement: format!("{box_}, the error {decays}, for {who}. {whose}"),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: Vec::new(),
         numbers,
@@ -271,7 +271,16 @@ pub(super) fn extended_kalman(
     gate: Option<f64>,
 ) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let mut filter = ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?;
+    extended_report(ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?, (w, v, p0), period, gate)
+}
+
+/// An extended Kalman filter with its gate, in numbers and words.
+pub(super) fn extended_report(
+    mut filter: ExtendedKalmanFilter<Model, f64, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn>,
+    (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    period: f64,
+    gate: Option<f64>,
+) -> Result<Designed, Misfit> {
     let gated =
         gate.map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
     if let Some(gate) = gate {

@@ -2,8 +2,8 @@
 
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
-    CubicObserver, DeviationObserver, ExtendedKalmanFilter, HighGainObserver, Integral, LinearObserver,
-    MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver,
+    CubicObserver, DeviationObserver, DiscreteLinearObserver, ExtendedKalmanFilter, HighGainObserver, Integral,
+    LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver,
     SampledObserver,
 };
 use luenberger_plants::{Plant, state_jacobian};
@@ -25,6 +25,8 @@ pub enum Runnable {
     Cubic(Box<CubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Luenberger observer, or stationary Kalman predictor, in discrete time.
+    DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer of the linearisation at an operating point.
     LinearAt(Box<At<LinearObserver<f64, Dyn, Dyn, Dyn>>>),
     /// Cubic observer, likewise.
@@ -62,6 +64,7 @@ macro_rules! each {
             },
             Runnable::SampledCubic($sampled) => $step,
             Runnable::SampledCubicAt($sampled) => $step,
+            Runnable::DiscreteLinear($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
         }
     };

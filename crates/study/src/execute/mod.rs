@@ -351,7 +351,9 @@ fn summary(study: &Study) -> PlantSummary {
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),
         Model::Expressions(expressions) => {
-            let f = plant.states.iter().zip(expressions.f()).map(|(name, row)| format!("{name}' = {}", row.text()));
+            let mark = if plant.dt.is_some() { "+" } else { "'" };
+            let f =
+                plant.states.iter().zip(expressions.f()).map(|(name, row)| format!("{name}{mark} = {}", row.text()));
             let h = plant.outputs.iter().zip(expressions.h()).enumerate().map(|(k, (name, row))| match row.text() {
                 // An output with the same name as the state it measures: `v2 = v2` carries no information.
                 text if text == name => format!("y{} = {text}", k + 1),
@@ -362,10 +364,11 @@ fn summary(study: &Study) -> PlantSummary {
         Model::Builtin(builtin) => (builtin.name().to_owned(), Vec::new()),
     };
     let linear = plant.model.linear();
-    let motion = if plant.inputs.is_empty() { "x' = A x" } else { "x' = A x + B u" };
+    let mark = if plant.dt.is_some() { "+" } else { "'" };
+    let motion = format!("x{mark} = A x{}", if plant.inputs.is_empty() { "" } else { " + B u" });
     if let Some(linear) = &linear {
         let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
-        equations.extend([motion.to_owned(), output.to_owned()]);
+        equations.extend([motion, output.to_owned()]);
     }
     let matrices = linear.as_ref().map(matrices).unwrap_or_default();
     PlantSummary {
@@ -373,6 +376,7 @@ fn summary(study: &Study) -> PlantSummary {
         states: plant.states.clone(),
         units: plant.units.clone(),
         time_unit: plant.time_unit.clone(),
+        dt: plant.dt,
         parameters: plant.parameters.iter().map(|(name, value)| number(name, *value)).collect(),
         inputs: plant.inputs.clone(),
         outputs: plant.outputs.clone(),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use luenberger_design::OperatingPoint;
 use luenberger_design::nonlinear_observability::{Instant, LieSettings, direction_in_words, lie_observability};
-use luenberger_linalg::{Mode, detectability, observability as of_pair};
+use luenberger_linalg::{Mode, detectability, discrete_detectability, observability as of_pair};
 use luenberger_plants::Differentiable;
 use luenberger_sim::{GramianSettings, empirical_gramian};
 use nalgebra::{DMatrix, DVector};
@@ -51,6 +51,8 @@ pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<Obs
     };
     let rank = points.iter().map(|point| point.rank).min().unwrap_or(0);
     let nonlinear = match study.plant.model.linear() {
+        // Lie derivatives are of plants in continuous time.
+        _ if study.plant.dt.is_some() => None,
         Some(_) => None,
         None => nonlinear(study, members)?,
     };
@@ -142,7 +144,11 @@ fn at(
     place: Option<(f64, &[f64])>,
 ) -> Result<ObservabilityAt, StudyError> {
     let seen = of_pair(a, c)?;
-    let detectable = seen.is_observable() || detectability(a, c)?.is_detectable();
+    let detects = |a: &DMatrix<f64>, c: &DMatrix<f64>| match study.plant.dt {
+        Some(_) => discrete_detectability(a, c),
+        None => detectability(a, c),
+    };
+    let detectable = seen.is_observable() || detects(a, c)?.is_detectable();
     let reports = |modes: &[Mode]| modes.iter().map(|mode| report(study, mode)).collect();
     Ok(ObservabilityAt {
         t: place.map(|(t, _)| t),

@@ -98,6 +98,9 @@ pub(super) fn trajectory(
     if let Some(truth) = truth {
         scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
     }
+    if let Some(dt) = study.plant.dt {
+        scenario = scenario.discrete_time(dt);
+    }
     if let Some(noise) = &simulation.noise {
         scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
     }

@@ -24,6 +24,8 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
             ));
         }
     }
+    // Modes that are the same to the digits printed.
+    warnings.dedup();
     for observer in &results.observers {
         let Some(design) = &observer.design else { continue };
         warnings.extend(amplification(study, &observer.name, design));

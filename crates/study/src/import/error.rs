@@ -136,10 +136,8 @@ pub enum ImportError {
         /// The entry.
         value: f64,
     },
-    /// The model is discrete.
-    #[error(
-        "the model is discrete ({name} = {value}), and the plant of a study is x' = A x + B u: convert it first, with d2c for example"
-    )]
+    /// A sampling time that is no number.
+    #[error("the sampling time {name} is {value}, and must be a number: 0 for a model in continuous time")]
     Discrete {
         /// The name of the sampling time.
         name: String,

@@ -7,8 +7,7 @@
 //! | JSON | `json.dump({"A": sys.A.tolist(), ...}, file)` |
 //!
 //! Names may be in upper or lower case. `A` (n x n) and `C` (p x n) are required; `B` (n x m) and `D`
-//! (p x m) are optional. `E` must be the identity, and the sampling time (`dt`, `Ts`) absent or zero, since the plant of
-//! a study is `x' = A x + B u`, `y = C x + D u`. Sparse matrices are converted to dense ones. All other variables are ignored, and listed.
+//! (p x m) are optional. `E` must be the identity. A sampling time (`dt`, `Ts`) above zero makes the plant one in discrete time. Sparse matrices are converted to dense ones. All other variables are ignored, and listed.
 //!
 //! The format is recognized from the first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
 //! [`INFLATED`]: a file that declares more is rejected before memory is allocated, and no input makes the reader panic.

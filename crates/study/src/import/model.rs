@@ -15,6 +15,8 @@ pub struct Model {
     pub c: DMatrix<f64>,
     /// D, p x m; `None` where it is zero or absent.
     pub d: Option<DMatrix<f64>>,
+    /// The period of a model in discrete time; none in continuous time.
+    pub dt: Option<f64>,
     /// The names of the other variables in the file.
     pub ignored: Vec<String>,
 }
@@ -48,12 +50,13 @@ impl Model {
         if let Some(e) = take.matrix("E")?.filter(|e| !e.is_empty()) {
             descriptor(&e, n)?;
         }
-        for name in ["dt", "Ts"] {
-            take.sampling_time(name)?;
-        }
+        let dt = match take.sampling_time("dt")? {
+            Some(dt) => Some(dt),
+            None => take.sampling_time("Ts")?,
+        };
         ignored.extend(take.variables.into_iter().map(|variable| variable.name));
         ignored.sort();
-        Ok(Self { a, b, c, d, ignored })
+        Ok(Self { a, b, c, d, dt, ignored })
     }
 }
 
@@ -123,12 +126,13 @@ impl Take {
     }
 
     /// Rejects a model with a sampling time; 0, an empty matrix and `None` mean continuous time.
-    fn sampling_time(&mut self, name: &str) -> Result<(), ImportError> {
-        let Some(Variable { name, value }) = self.variable(name)? else { return Ok(()) };
+    fn sampling_time(&mut self, name: &str) -> Result<Option<f64>, ImportError> {
+        let Some(Variable { name, value }) = self.variable(name)? else { return Ok(None) };
         let value = match value {
-            Value::Matrix(m) if m.iter().all(|x| *x == 0.0) => return Ok(()),
+            Value::Matrix(m) if m.iter().all(|x| *x == 0.0) => return Ok(None),
+            Value::Matrix(m) if m.len() == 1 && m[(0, 0)] > 0.0 && m[(0, 0)].is_finite() => return Ok(Some(m[(0, 0)])),
             Value::Matrix(m) => m[(0, 0)].to_string(),
-            Value::Other(found) if found == "null" || found == "false" => return Ok(()),
+            Value::Other(found) if found == "null" || found == "false" => return Ok(None),
             Value::Other(found) => found,
             Value::Structure(_) => "a structure".to_owned(),
         };

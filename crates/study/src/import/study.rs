@@ -19,18 +19,32 @@ impl Model {
         if let Some(d) = &self.d {
             matrix(&mut text, "d", d);
         }
+        if let Some(dt) = self.dt {
+            text.push_str("# In discrete time, x+ = A x + B u.\n");
+            _ = writeln!(text, "dt = {dt:?}");
+        }
         text.push_str("\n[simulation]\n# The state at t = 0; each observer begins with zeros.\n");
         list(&mut text, "x0", &vec![1.0; n]);
         text.push_str("# In the unit of time of A.\n");
         _ = writeln!(text, "duration = {:?}", self.duration());
         text.push_str("\n[[observer]]\nname = \"kalman\"\nkind = \"kalman\"\n");
-        text.push_str("# Intensities of the noise on the state and on the outputs: what matters is their ratio.\nw = 1.0\nv = 1.0\n");
+        let noise = if self.dt.is_some() { "Covariances per sample" } else { "Intensities" };
+        _ = writeln!(
+            text,
+            "# {noise} of the noise on the state and on the outputs: what matters is their ratio.\nw = 1.0\nv = 1.0"
+        );
         text
     }
 
     /// A power of ten, about ten times the slowest nonzero time constant.
     fn duration(&self) -> f64 {
-        let rates: Vec<f64> = eigenvalues(&self.a).unwrap_or_default().iter().map(|lambda| lambda.norm()).collect();
+        let rate = |lambda: &nalgebra::Complex<f64>| match self.dt {
+            Some(dt) => lambda.ln().norm() / dt,
+            None => lambda.norm(),
+        };
+        let poles = eigenvalues(&self.a).unwrap_or_default();
+        // A pole at 0 in discrete time is gone after one sample.
+        let rates: Vec<f64> = poles.iter().map(rate).filter(|rate| rate.is_finite()).collect();
         // Eigenvalues six decades below the fastest count as zero, since the simulation would take too long.
         let rest = 1e-6 * rates.iter().copied().fold(0.0, f64::max);
         let slowest = rates.into_iter().filter(|&rate| rate > rest).fold(f64::INFINITY, f64::min);

@@ -290,8 +290,8 @@ fn rows(node: &Node, name: &str, expected: &str, mistakes: &mut Vec<Diagnostic>)
             let message = format!("row {} of `{name}` is empty", i + 1);
             mistakes.push(Diagnostic::new(row.span.clone(), message, format!("expected {expected}")));
         } else if numbers.len() != first {
-            let message = format!("row {} of `{name}` has {} entries, row 1 has {first}", i + 1, numbers.len());
-            mistakes.push(Diagnostic::new(row.span.clone(), message, format!("expected {first} entries")));
+            let message = format!("row {} of `{name}` has length {}, row 1 has length {first}", i + 1, numbers.len());
+            mistakes.push(Diagnostic::new(row.span.clone(), message, format!("expected length {first}")));
         }
     }
 }

@@ -22,6 +22,7 @@ use std::sync::Arc;
 
 use luenberger_expression::nearest;
 use luenberger_lmi::Solver;
+use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
@@ -53,7 +54,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
     // After a syntax error the rest of the tree is unreliable.
     if mistakes.is_empty() {
         check::table(&root, &STUDY, &mut mistakes);
-        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned() };
+        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned(), dt: None };
         let study = assemble(&root, &source, &mut reader);
         // A key that is missing where another is unknown is most likely misspelt.
         let starts = starts(&root);
@@ -167,6 +168,8 @@ struct Reader {
     /// Mistakes about missing keys.
     absences: Vec<Diagnostic>,
     folder: std::path::PathBuf,
+    /// The period of a plant in discrete time.
+    dt: Option<f64>,
 }
 
 impl Reader {
@@ -182,8 +185,8 @@ impl Reader {
     fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
         let numbers = node.numbers()?;
         if numbers.len() != length {
-            let message = format!("`{name}` has {} entries, and the plant has {length} {of}", numbers.len());
-            self.wrong(node.span.clone(), message, format!("expected {length} entries"));
+            let message = format!("`{name}` has length {}, and the plant has {}", numbers.len(), counted(length, of));
+            self.wrong(node.span.clone(), message, format!("expected length {length}"));
             return None;
         }
         Some(numbers)
@@ -218,8 +221,8 @@ impl Reader {
         match node.numbers() {
             Some(diagonal) if diagonal.len() == order => Some(DMatrix::from_diagonal(&diagonal.into())),
             Some(diagonal) => {
-                let message = format!("the diagonal `{name}` has {} entries", diagonal.len());
-                self.wrong(node.span.clone(), message, format!("expected {order} entries: {why}"));
+                let message = format!("the diagonal `{name}` has length {}", diagonal.len());
+                self.wrong(node.span.clone(), message, format!("expected length {order}: {why}"));
                 None
             }
             None => self.matrix(node, name, (Some(order), Some(order)), why),

@@ -2,6 +2,7 @@
 
 use luenberger_design::{CubicGain, LyapunovWeight, Region, Sector};
 use luenberger_plants::Dimensions;
+use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
@@ -46,8 +47,8 @@ fn names(observers: &[ObserverSpec], list: &Node, root: &Node, reader: &mut Read
                 reader.wrong(span, message, "expected different names");
             }
             Some(other) => {
-                let message = format!("the files of {name:?} would have the names of those of {other:?}");
-                let expected = "expected names that differ in ASCII letters, whatever their case, or in digits";
+                let message = format!("{other:?} and {name:?} give the same file names");
+                let expected = "expected names that differ in more than case and punctuation";
                 reader.wrong(span, message, expected);
             }
             None if file_name(name).is_empty() => {
@@ -92,7 +93,7 @@ fn observer(
     let kind_name = node.get("kind")?.text()?;
     let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
     let initial = match node.get("initial") {
-        Some(initial) => reader.numbers(initial, "initial", size.states, "states"),
+        Some(initial) => reader.numbers(initial, "initial", size.states, "state"),
         None => Some(start.to_vec()),
     };
     let kind = kind(node, kind_name, size, reader);
@@ -111,7 +112,12 @@ fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimi
         return None;
     }
     let noise = match node.get("noise") {
-        Some(v) => Some(reader.weight(v, "noise", size.outputs, &format!("the plant has {} outputs", size.outputs))?),
+        Some(v) => Some(reader.weight(
+            v,
+            "noise",
+            size.outputs,
+            &format!("the plant has {}", counted(size.outputs, "output")),
+        )?),
         None => None,
     };
     Some(GainLimits { max_gain: node.get("max_gain").and_then(Node::number), noise })
@@ -124,8 +130,8 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         Some(value) => value.number(),
         None => Some(otherwise),
     };
-    let of_states = format!("the plant has {n} states");
-    let of_outputs = format!("the plant has {p} outputs");
+    let of_states = format!("the plant has {}", counted(n, "state"));
+    let of_outputs = format!("the plant has {}", counted(p, "output"));
     Some(match name {
         "luenberger" => ObserverKind::Luenberger(linear(node, size, reader)?),
         "kalman" => ObserverKind::Kalman(linear(node, size, reader)?),
@@ -180,7 +186,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         "mean-value" => {
             let region = region(node, size, reader);
             let internal_error = match node.get("internal_error") {
-                Some(error) => reader.numbers(error, "internal_error", n, "states"),
+                Some(error) => reader.numbers(error, "internal_error", n, "state"),
                 None => Some(vec![0.0; n]),
             };
             ObserverKind::MeanValue {
@@ -206,7 +212,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps, gate }
         }
         "kkl-numerical" => {
-            let domain = bounds(node.get("domain")?, "domain", n, "states", reader)?;
+            let domain = bounds(node.get("domain")?, "domain", n, "state", reader)?;
             if let Some(k) = domain.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high))
             {
                 let message = format!("pair {} of `domain` is from {} to {}", k + 1, domain[k].0, domain[k].1);
@@ -250,8 +256,8 @@ fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -
 
 fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
     let (n, p) = (size.states, size.outputs);
-    let of_states = format!("the plant has {n} states");
-    let of_outputs = format!("the plant has {p} outputs");
+    let of_states = format!("the plant has {}", counted(n, "state"));
+    let of_outputs = format!("the plant has {}", counted(p, "output"));
     let intensities = |node: &Node, reader: &mut Reader| {
         let w = reader.weight(node.get("w")?, "w", n, &of_states);
         let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
@@ -307,14 +313,18 @@ fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
     let list = node.list()?;
     let poles: Vec<Complex<f64>> = list.iter().map(pole).collect::<Option<_>>()?;
     if poles.len() != n {
-        let message = format!("`poles` has {} entries, and the plant has {n} states", poles.len());
-        reader.wrong(node.span.clone(), message, format!("expected {n} poles"));
+        let message = format!("`poles` has length {}, and the plant has {}", poles.len(), counted(n, "state"));
+        reader.wrong(node.span.clone(), message, format!("expected {}", counted(n, "pole")));
         return None;
     }
     let mut sound = true;
     for (pole, entry) in poles.iter().zip(list) {
         let times = |wanted: Complex<f64>| poles.iter().filter(|pole| **pole == wanted).count();
-        if pole.re >= 0.0 {
+        if reader.dt.is_some() && pole.norm() >= 1.0 {
+            let message = format!("the pole {} is not inside the unit circle", shown(*pole));
+            reader.wrong(entry.span.clone(), message, "expected a modulus below 1: the plant is in discrete time");
+            sound = false;
+        } else if reader.dt.is_none() && pole.re >= 0.0 {
             let message = format!("the pole {} is not in the open left half plane", shown(*pole));
             reader.wrong(entry.span.clone(), message, "expected a negative real part");
             sound = false;
@@ -334,13 +344,13 @@ fn shown(pole: Complex<f64>) -> String {
 
 fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
     let (n, p) = (size.states, size.outputs);
-    let why = format!("the plant has {n} states and {p} outputs");
+    let why = format!("the plant has {} and {}", counted(n, "state"), counted(p, "output"));
     reader.matrix(node, "gain", (Some(n), Some(p)), &why)
 }
 
 fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
     match node.get("theta") {
-        Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {p} outputs")),
+        Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {}", counted(p, "output"))),
         None => Some(DMatrix::identity(p, p)),
     }
 }
@@ -353,18 +363,19 @@ fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
     if let Some(w) = node.get("radial") {
         return Some(CubicGain::Radial(w.number()?));
     }
-    let s = reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &format!("the plant has {p} outputs"))?;
+    let s =
+        reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &format!("the plant has {}", counted(p, "output")))?;
     Some(CubicGain::General(s))
 }
 
 fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
     let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
     let mut region = match table.get("states") {
-        Some(states) => Region::new(&bounds(states, "states", size.states, "states", reader)?),
+        Some(states) => Region::new(&bounds(states, "states", size.states, "state", reader)?),
         None => Region::everywhere(size.states),
     };
     if let Some(inputs) = table.get("inputs") {
-        region = region.inputs(&bounds(inputs, "inputs", size.inputs, "inputs", reader)?);
+        region = region.inputs(&bounds(inputs, "inputs", size.inputs, "input", reader)?);
     }
     if let Some(time) = table.get("time") {
         let (from, to) = bound(time)?;
@@ -383,15 +394,16 @@ fn bound(node: &Node) -> Option<(f64, f64)> {
 fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
     let bounds: Vec<(f64, f64)> = node.list()?.iter().map(bound).collect::<Option<_>>()?;
     if bounds.len() != length {
-        let message = format!("`{name}` has {} pairs, and the plant has {length} {of}", bounds.len());
-        reader.wrong(node.span.clone(), message, format!("expected {length} pairs"));
+        let message =
+            format!("`{name}` has {}, and the plant has {}", counted(bounds.len(), "pair"), counted(length, of));
+        reader.wrong(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
         return None;
     }
     Some(bounds)
 }
 
 fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
-    let why = format!("the plant has {n} states");
+    let why = format!("the plant has {}", counted(n, "state"));
     let g = reader.matrix(node.get("g")?, "g", (Some(n), None), &why);
     let h = reader.matrix(node.get("h")?, "h", (None, Some(n)), &why);
     let (low, high) = (node.get("low")?.number()?, node.get("high")?.number()?);
@@ -406,9 +418,9 @@ fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Obser
     let (n, p) = (size.states, size.outputs);
     let chains = match node.entry("chains") {
         Some(entry) => {
-            let lengths = reader.numbers(&entry.node, "chains", p, "outputs")?;
+            let lengths = reader.numbers(&entry.node, "chains", p, "output")?;
             if lengths.iter().any(|length| length.fract() != 0.0) || lengths.iter().sum::<f64>() != n as f64 {
-                let message = format!("`chains` has the lengths {lengths:?}, and the plant has {n} states");
+                let message = format!("`chains` is {}, and the plant has {}", listed(&lengths), counted(n, "state"));
                 reader.wrong(entry.node.span.clone(), message, format!("expected whole numbers that add to {n}"));
                 return None;
             }
@@ -416,16 +428,22 @@ fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Obser
         }
         None if p == 1 => vec![n],
         None => {
-            let message = format!("the plant has {p} outputs, and `chains` does not assign the states to them");
+            let message =
+                format!("the plant has {}, and `chains` does not assign the states to them", counted(p, "output"));
             reader.absent(check::head(node), message, format!("expected `chains`, {p} lengths that add to {n}"));
             return None;
         }
     };
     let alpha = match node.get("alpha") {
-        Some(alpha) => reader.numbers(alpha, "alpha", n, "states")?,
+        Some(alpha) => reader.numbers(alpha, "alpha", n, "state")?,
         None => chains.iter().flat_map(|length| binomials(*length)).collect(),
     };
     Some(ObserverKind::HighGain { r: node.get("r")?.number()?, chains, alpha })
+}
+
+/// `[1, 2.5]`.
+fn listed(numbers: &[f64]) -> String {
+    format!("[{}]", numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
 }
 
 /// The coefficients of `(s + 1)^length` after the first.

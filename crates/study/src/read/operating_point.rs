@@ -14,8 +14,13 @@ pub(super) fn operating_point(node: &Node, plant: &PlantModel, reader: &mut Read
         None => Some(vec![0.0; count]),
         Some(list) => reader.numbers(list, key, count, what),
     };
-    let (x, u) = (column("x", size.states, "states"), column("u", size.inputs, "inputs"));
+    let (x, u) = (column("x", size.states, "state"), column("u", size.inputs, "input"));
     let (x, u) = (DVector::from_vec(x?), DVector::from_vec(u?));
+    if plant.dt.is_some() {
+        let message = "[operating_point] is for plants in continuous time, and `dt` makes this one discrete";
+        reader.wrong(check::head(node), message, "expected no operating point");
+        return None;
+    }
     if let Some(row) = plant.model.explicit_time() {
         let message = format!("{row} depends on the time t");
         reader.wrong(check::head(node), message, "expected a plant x' = f(x, u) for an operating point");

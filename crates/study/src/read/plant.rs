@@ -9,6 +9,7 @@ use luenberger_expression::{
     ParameterError, Parameters, Scope, Table, TableError, Tables, derived,
 };
 use luenberger_plants::{Dimensions, StateSpace};
+use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use super::tree::{Node, Value};
@@ -54,15 +55,26 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
         Some(list) => {
             let units: Option<Vec<String>> = list.texts().map(|units| units.into_iter().map(str::to_owned).collect());
             if let Some(units) = units.as_ref().filter(|units| units.len() != size.states) {
-                let message = format!("`units` has {} entries, and the plant has {} states", units.len(), size.states);
-                reader.wrong(list.span.clone(), message, format!("expected {} entries", size.states));
+                let message =
+                    format!("`units` has length {}, and the plant has {}", units.len(), counted(size.states, "state"));
+                reader.wrong(list.span.clone(), message, format!("expected length {}", size.states));
             }
             units
         }
     };
     let time_unit = node.get("time_unit").and_then(Node::text).map(str::to_owned);
     let Names { states, inputs, outputs } = names;
-    Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit })
+    let dt = match node.entry("dt") {
+        None => None,
+        Some(entry) => Some(entry.node.number().filter(|dt| *dt > 0.0 && dt.is_finite())?),
+    };
+    if let (Some(entry), Model::Builtin(_)) = (node.entry("dt"), &model) {
+        let message = "`dt` conflicts with `builtin`: the plants of the library are in continuous time";
+        reader.wrong(entry.span.clone(), message, "expected matrices or expressions for a plant in discrete time");
+        return None;
+    }
+    reader.dt = dt;
+    Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit, dt })
 }
 
 /// Names of states, inputs and outputs.
@@ -88,8 +100,9 @@ fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
         };
         let names: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
         if names.len() != count {
-            let message = format!("`{key}` has {} names, and the plant has {count} {what}", names.len());
-            reader.wrong(list.span.clone(), message, format!("expected {count} names"));
+            let message =
+                format!("`{key}` has {}, and the plant has {}", counted(names.len(), "name"), counted(count, what));
+            reader.wrong(list.span.clone(), message, format!("expected {}", counted(count, "name")));
             return None;
         }
         if let Some(i) = (0..count).find(|i| names[..*i].contains(&names[*i])) {
@@ -100,9 +113,9 @@ fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
         Some(names)
     };
     let (states, inputs, outputs) = (
-        list("states", size.states, 'x', "states"),
-        list("inputs", size.inputs, 'u', "inputs"),
-        list("outputs", size.outputs, 'y', "outputs"),
+        list("states", size.states, 'x', "state"),
+        list("inputs", size.inputs, 'u', "input"),
+        list("outputs", size.outputs, 'y', "output"),
     );
     Some(Names { states: states?, inputs: inputs?, outputs: outputs? })
 }
@@ -115,7 +128,7 @@ fn entry_of(node: &Node, index: usize) -> Range<usize> {
 fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
     let mut missing = |key: &str, what: &str| {
         if node.get(key).is_none() {
-            let message = format!("[plant] has matrices, and no `{key}`");
+            let message = format!("[plant] has matrices but no `{key}`");
             reader.absent(check::head(node), message, format!("expected `{key}`, {what}"));
         }
     };
@@ -162,7 +175,7 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
 fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     for (key, what) in [("f", "one expression for each state"), ("h", "one expression for each output")] {
         if node.get(key).is_none() {
-            let message = format!("[plant] has expressions, and no `{key}`");
+            let message = format!("[plant] has expressions but no `{key}`");
             reader.absent(check::head(node), message, format!("expected `{key}`, {what}"));
         }
     }

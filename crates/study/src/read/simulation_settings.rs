@@ -1,6 +1,7 @@
 //! The tables around plant and observers: [input], [simulation], [log], [plot], [sweep].
 
 use luenberger_expression::Scope;
+use luenberger_proof::wording::counted;
 use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
@@ -20,12 +21,12 @@ pub(super) fn input(
     let Some(node) = node else { return Some(Input::Zero) };
     let inputs = plant.inputs.len();
     if inputs == 0 {
-        reader.absent(check::head(node), "[input], and the plant has no inputs", "expected no [input]");
+        reader.absent(check::head(node), "[input], but the plant has no inputs", "expected no [input]");
         return None;
     }
     if node.entries().is_empty() {
         let expected = "expected `expressions`, `table` or `feedback`";
-        reader.absent(node.span.clone(), "[input] has no input", expected);
+        reader.absent(node.span.clone(), "[input] is empty", expected);
         return None;
     }
     let signal = match (node.entry("expressions"), node.entry("table")) {
@@ -41,8 +42,13 @@ pub(super) fn input(
                 let scope = Scope::time().named(&plant.states, &plant.inputs).unwrap_or_else(|_| Scope::time());
                 plant::list(&entry.node, &scope, reader).map(|list| Some(Program::Expressions(list)))
             } else {
-                let message = format!("`expressions` has {count} entries, and the plant has {inputs} inputs");
-                reader.wrong(entry.node.span.clone(), message, format!("expected {inputs} expressions of t"));
+                let message =
+                    format!("`expressions` has length {count}, and the plant has {}", counted(inputs, "input"));
+                reader.wrong(
+                    entry.node.span.clone(),
+                    message,
+                    format!("expected {} of t", counted(inputs, "expression")),
+                );
                 None
             }
         }
@@ -83,7 +89,7 @@ fn feedback(
     reader: &mut Reader,
 ) -> Option<(DMatrix<f64>, String)> {
     let (n, m) = (plant.states.len(), plant.inputs.len());
-    let why = format!("the plant has {m} inputs and {n} states");
+    let why = format!("the plant has {} and {}", counted(m, "input"), counted(n, "state"));
     let k = reader.matrix(node.get("k")?, "k", (Some(m), Some(n)), &why);
     let name = node.get("observer")?;
     // Observers with mistakes are reported elsewhere; references to their names are not reported again.
@@ -95,7 +101,7 @@ fn feedback(
 pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Simulation> {
     let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
     let at = node.get("x0")?;
-    let x0 = reader.numbers(at, "x0", plant.states.len(), "states")?;
+    let x0 = reader.numbers(at, "x0", plant.states.len(), "state")?;
     // An invalid duration is reported elsewhere; checks that depend on it are skipped.
     let duration = node.get("duration")?.number().filter(|duration| *duration > 0.0 && duration.is_finite())?;
     if let Model::Expressions(expressions) = &plant.model
@@ -103,6 +109,13 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     {
         let message = format!("the plant is not defined at x0: {error}");
         reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
+        return None;
+    }
+    if let (Some(dt), Some(entry)) = (plant.dt, node.entry("hold"))
+        && entry.node.number() != Some(dt)
+    {
+        let message = format!("`hold` differs from `dt` = {dt}: the input of a plant in discrete time is held for dt");
+        reader.wrong(entry.span.clone(), message, "expected no `hold`, or `dt`");
         return None;
     }
     let integrator = match node.get("integrator").and_then(Node::text) {
@@ -116,7 +129,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         None => None,
         Some(noise) => Some(NoiseSpec {
             gaussian: noise.get("distribution").and_then(Node::text) != Some("uniform"),
-            amplitude: reader.numbers(noise.get("amplitude")?, "amplitude", plant.outputs.len(), "outputs")?,
+            amplitude: reader.numbers(noise.get("amplitude")?, "amplitude", plant.outputs.len(), "output")?,
             period: noise.get("period")?.number()?,
             seed: noise.get("seed").map_or(Some(0), Node::count)? as u64,
         }),
@@ -128,7 +141,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         settings,
         hold: match node.get("hold") {
             Some(hold) => Some(hold.number()?),
-            None => None,
+            None => plant.dt,
         },
         band: number("band", 0.05)?,
         score_period: match node.get("score_period") {
@@ -136,7 +149,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
             None => None,
         },
         scale: match node.get("scale") {
-            Some(scale) => Some(reader.numbers(scale, "scale", plant.states.len(), "states")?),
+            Some(scale) => Some(reader.numbers(scale, "scale", plant.states.len(), "state")?),
             None => None,
         },
         noise,
@@ -167,16 +180,20 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         let Some(list) = node.get(key) else { return Some(names.to_vec()) };
         let given: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
         if given.len() != names.len() {
-            let message = format!("`{key}` has {} columns, and the plant has {} {what}", given.len(), names.len());
-            reader.wrong(list.span.clone(), message, format!("expected {} columns", names.len()));
+            let message = format!(
+                "`{key}` has {}, and the plant has {}",
+                counted(given.len(), "column"),
+                counted(names.len(), what)
+            );
+            reader.wrong(list.span.clone(), message, format!("expected {}", counted(names.len(), "column")));
             return None;
         }
         Some(given)
     };
-    let (inputs, outputs) = (columns("inputs", &plant.inputs, "inputs"), columns("outputs", &plant.outputs, "outputs"));
+    let (inputs, outputs) = (columns("inputs", &plant.inputs, "input"), columns("outputs", &plant.outputs, "output"));
     let states = match node.get("states") {
         None => None,
-        Some(_) => Some(columns("states", &plant.states, "states")?),
+        Some(_) => Some(columns("states", &plant.states, "state")?),
     };
     let known = |name: String| (name != "-").then_some(name);
     let columns = super::csv::Columns {

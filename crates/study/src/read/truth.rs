@@ -21,7 +21,7 @@ pub(super) fn truth(
     let process_noise = match node.get("process_noise") {
         None => None,
         Some(noise) => {
-            let amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "states")?;
+            let amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "state")?;
             let (period, seed) =
                 (noise.get("period")?.number()?, noise.get("seed").map_or(Some(0), Node::count)? as u64);
             let uniform = noise.get("distribution").and_then(Node::text) == Some("uniform");
@@ -31,15 +31,15 @@ pub(super) fn truth(
     };
     let delay = |key: &str| node.get(key).map_or(Some(0.0), Node::number);
     let quantisation = match node.get("quantisation") {
-        Some(list) => reader.numbers(list, "quantisation", p, "outputs")?,
+        Some(list) => reader.numbers(list, "quantisation", p, "output")?,
         None => Vec::new(),
     };
     let disturbances = Disturbances {
         process_noise,
         input_delay: delay("input_delay")?,
         output_delay: delay("measurement_delay")?,
-        actuator: fault(node, "actuator", (m, "inputs"), reader)?,
-        sensor: fault(node, "sensor", (p, "outputs"), reader)?,
+        actuator: fault(node, "actuator", (m, "input"), reader)?,
+        sensor: fault(node, "sensor", (p, "output"), reader)?,
         quantisation,
         channel: channel(node, p, simulation, reader)?,
     };
@@ -79,7 +79,7 @@ fn varied(plant_node: &Node, parameters: &Node, reader: &mut Reader) -> Option<P
             }
         }
     }
-    let mut inner = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone() };
+    let mut inner = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone(), dt: reader.dt };
     let plant = plant::plant(&tree, &mut inner);
     if plant.is_none() {
         let why = inner.mistakes.into_iter().chain(inner.absences).next();
@@ -118,7 +118,7 @@ fn channel(node: &Node, outputs: usize, simulation: &Simulation, reader: &mut Re
     let dropout = probability(dropout, "dropout")?;
     let outlier = probability(outliers.and_then(|table| table.get("probability")), "probability")?;
     let outlier_size = match outliers {
-        Some(table) => reader.numbers(table.get("size")?, "size", outputs, "outputs")?,
+        Some(table) => reader.numbers(table.get("size")?, "size", outputs, "output")?,
         None => vec![0.0; outputs],
     };
     let period = match (node.get("period"), &simulation.noise) {

@@ -71,6 +71,9 @@ pub struct PlantSummary {
     /// Unit of the time, if the file gives one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
+    /// The period of a plant in discrete time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dt: Option<f64>,
     /// Names of the inputs.
     pub inputs: Vec<String>,
     /// Names of the outputs.
@@ -274,9 +277,9 @@ pub struct FailureReport {
 
 impl DesignReport {
     /// The facts to print: those that are not verified and the five smallest margins, and how many others there are.
-    /// Up to twelve are not folded.
+    /// Up to six are not folded.
     pub fn leading_facts(&self) -> (&[FactReport], usize) {
-        const ALL: usize = 12;
+        const ALL: usize = 6;
         const LEADING: usize = 5;
         let open = self.facts.iter().filter(|fact| fact.verdict != "proved").count();
         let shown = if self.facts.len() > ALL { (open + LEADING).min(self.facts.len()) } else { self.facts.len() };

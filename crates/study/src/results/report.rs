@@ -79,6 +79,7 @@ fn plant(results: &Results) -> Section {
         facts.push(("parameters", plant.parameters.iter().map(one).collect::<Vec<_>>().join(", ")));
     }
     facts.extend(plant.time_unit.iter().map(|unit| ("time in", unit.clone())));
+    facts.extend(plant.dt.iter().map(|dt| ("period dt", short(*dt))));
     let mut section = Section::new("Plant").facts(facts);
     if !plant.equations.is_empty() {
         section = section.verbatim(plant.equations.join("\n"));

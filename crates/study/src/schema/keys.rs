@@ -70,11 +70,15 @@ const PLANT: Table = Table {
     about: "The plant: matrices (a, b, c, d) for a linear one, expressions (f, h) for a nonlinear one, or the name of a built-in plant (builtin).",
     variants: None,
     keys: &[
-        optional("a", Kind::Rows, "A of x' = A x + B u, n x n, as a list of rows."),
+        optional("a", Kind::Rows, "A of x' = A x + B u, or of x+ = A x + B u with `dt`, n x n, as a list of rows."),
         optional("b", Kind::Rows, "B, n x m (default: no inputs)."),
         optional("c", Kind::Rows, "C of y = C x + D u, p x n."),
         optional("d", Kind::Rows, "D, p x m (default 0)."),
-        optional("f", Kind::Texts, "The right-hand sides of x' = f(t, x, u), one expression for each state."),
+        optional(
+            "f",
+            Kind::Texts,
+            "The right-hand sides of x' = f(t, x, u), one expression for each state; with `dt` the next states, x+ = f(t, x, u).",
+        ),
         optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each output."),
         optional(
             "parameters",
@@ -85,6 +89,11 @@ const PLANT: Table = Table {
             "tables",
             Kind::NamedTables(&LOOKUP),
             "Lookup tables, used in expressions as functions: torque(x1) for [plant.tables.torque].",
+        ),
+        optional(
+            "dt",
+            Kind::Number(Range::Positive),
+            "The period of a plant in discrete time; without it the plant is in continuous time.",
         ),
         optional("builtin", Kind::Choice(BUILTIN), "A built-in plant."),
         optional(

@@ -146,7 +146,13 @@ pub(crate) fn kinds_of_values() {
             ("kind = \"luenberger\"", "kind = 3", 14, "`kind` is a number", "\"luenberger\""),
             ("title = \"t\"", "title = \" \"", 1, "`title` is empty", "a text"),
             ("show = [\"states\"]", "show = [\"stats\"]", 22, "\"stats\"", "the nearest is `states`"),
-            ("[[0, 1], [0, 0]]", "[[0, 1], [0]]", 3, "row 2 of `a` has 1 entries, row 1 has 2", "expected 2 entries"),
+            (
+                "[[0, 1], [0, 0]]",
+                "[[0, 1], [0]]",
+                3,
+                "row 2 of `a` has length 1, row 1 has length 2",
+                "expected length 2",
+            ),
             ("[[0, 1], [0, 0]]", "[[0, 1], 3]", 3, "row 2 of `a` is 3", "a matrix as a list of rows"),
             ("[[0, 1], [0, 0]]", "[[0, 1], []]", 3, "row 2 of `a` is empty", "rows"),
             ("[[0, 1], [0, 0]]", "[[0, 1], [0, inf]]", 3, "entry (2, 2) of `a` is inf", "finite number"),
@@ -167,14 +173,20 @@ pub(crate) fn dimensions() {
             ("a = [[0, 1], [0, 0]]", "a = [[0, 1]]", 3, "`a` is 1 x 2", "a square matrix"),
             ("b = [[0], [1]]", "b = [[0]]", 4, "`b` is 1 x 1", "expected 2 x 1: `a` is 2 x 2"),
             ("c = [[1, 0]]", "c = [[1]]", 5, "`c` is 1 x 1", "expected 1 x 2: `a` is 2 x 2"),
-            ("x0 = [1, 1]", "x0 = [1]", 9, "`x0` has 1 entries, and the plant has 2 states", "expected 2"),
-            ("[\"sin(t)\"]", "[\"0\", \"0\"]", 7, "2 entries, and the plant has 1 inputs", "expected 1 expressions"),
-            ("amplitude = [0.1]", "amplitude = [0.1, 1]", 11, "2 entries, and the plant has 1 outputs", "expected 1"),
+            ("x0 = [1, 1]", "x0 = [1]", 9, "`x0` has length 1, and the plant has 2 states", "expected length 2"),
+            ("[\"sin(t)\"]", "[\"0\", \"0\"]", 7, "length 2, and the plant has 1 input", "expected 1 expression"),
+            (
+                "amplitude = [0.1]",
+                "amplitude = [0.1, 1]",
+                11,
+                "length 2, and the plant has 1 output",
+                "expected length 1",
+            ),
             (
                 "poles = [-2, -5]",
                 "poles = [-2]",
                 15,
-                "`poles` has 1 entries, and the plant has 2 states",
+                "`poles` has length 1, and the plant has 2 states",
                 "expected 2 poles",
             ),
             (
@@ -182,16 +194,16 @@ pub(crate) fn dimensions() {
                 "gain = [[1, 2]]",
                 15,
                 "`gain` is 1 x 2",
-                "expected 2 x 1: the plant has 2 states and 1 outputs",
+                "expected 2 x 1: the plant has 2 states and 1 output",
             ),
             ("poles = [-2, -5]", "poles = [-2, -5]\nq = [[1]]", 16, "`q` is 1 x 1", "expected 2 x 2"),
-            ("gamma = 2", "gamma = 2\ntheta = [1, 2]", 21, "the diagonal `theta` has 2 entries", "expected 1"),
-            ("name = \"one\"", "name = \"one\"\ninitial = [0]", 14, "`initial` has 1 entries", "expected 2"),
+            ("gamma = 2", "gamma = 2\ntheta = [1, 2]", 21, "the diagonal `theta` has length 2", "expected length 1"),
+            ("name = \"one\"", "name = \"one\"\ninitial = [0]", 14, "`initial` has length 1", "expected length 2"),
             (
                 "c = [[1, 0]]",
                 "c = [[1, 0]]\nstates = [\"p\"]",
                 6,
-                "`states` has 1 names, and the plant has 2 states",
+                "`states` has 1 name, and the plant has 2 states",
                 "expected 2",
             ),
             ("c = [[1, 0]]", "c = [[1, 0]]\nstates = [\"p\", \"p\"]", 6, "\"p\" occurs twice", "different"),
@@ -199,8 +211,8 @@ pub(crate) fn dimensions() {
                 "c = [[1, 0]]",
                 "c = [[1, 0]]\nunits = [\"m\"]",
                 6,
-                "`units` has 1 entries, and the plant has 2 states",
-                "expected 2",
+                "`units` has length 1, and the plant has 2 states",
+                "expected length 2",
             ),
         ],
     );
@@ -211,7 +223,7 @@ pub(crate) fn what_joins_keys() {
     one(
         STUDY,
         &[
-            ("c = [[1, 0]]\n", "", 2, "and no `c`", "p x n"),
+            ("c = [[1, 0]]\n", "", 2, "but no `c`", "p x n"),
             ("c = [[1, 0]]", "c = [[1, 0]]\nf = [\"x1\"]", 6, "`f` conflicts with `a`", "expected only a, b, c"),
             (
                 "a = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]",
@@ -242,11 +254,11 @@ pub(crate) fn what_joins_keys() {
             ("name = \"two\"", "name = \"?!\"", 17, "\"?!\" cannot be part of a file name", "a letter"),
             ("name = \"two\"", "name = \"con\"", 17, "Windows reserves it for a device", "another name"),
             ("name = \"two\"", "name = \"LPT3\"", 17, "Windows reserves it for a device", "another name"),
-            ("name = \"two\"", "name = \"One\"", 17, "would have the names of those of \"one\"", "whatever their case"),
-            ("name = \"two\"", "name = \"/one\"", 17, "would have the names of those of \"one\"", "ASCII letters"),
+            ("name = \"two\"", "name = \"One\"", 17, "give the same file names", "case and punctuation"),
+            ("name = \"two\"", "name = \"/one\"", 17, "give the same file names", "case and punctuation"),
             ("name = \"two\"", "name = \"a\\u0000b\"", 17, "`name` has the control character U+0000", "without"),
-            ("b = [[0], [1]]\n", "", 5, "[input], and the plant has no inputs", "no [input]"),
-            ("expressions = [\"sin(t)\"]\n", "", 6, "[input] has no input", "`expressions`"),
+            ("b = [[0], [1]]\n", "", 5, "[input], but the plant has no inputs", "no [input]"),
+            ("expressions = [\"sin(t)\"]\n", "", 6, "[input] is empty", "`expressions`"),
             (
                 "expressions = [\"sin(t)\"]",
                 "interpolation = \"hold\"\nexpressions = [\"0\"]",
@@ -331,7 +343,7 @@ pub(crate) fn names_in_expressions() {
             (states, &called("x2"), 4, "`x2` cannot be the name of a state: it is a state", "no other meaning"),
             (states, &called("u1"), 4, "`u1` cannot be the name of a state: it is an input", "no other meaning"),
             (states, &called("speed"), 4, "the name \"speed\" occurs twice", "different names"),
-            (states, "states = [\"angle\"]", 4, "`states` has 1 names, and the plant has 2 states", "2 names"),
+            (states, "states = [\"angle\"]", 4, "`states` has 1 name, and the plant has 2 states", "2 names"),
             (
                 "[\"torque\"]",
                 "[\"angle\"]",
@@ -387,7 +399,7 @@ pub(crate) fn expressions() {
             ("h = [\"x1\"]", "h = [\"x1 + x3\"]", 3, "there is no `x3`: there are 2 states", "cannot be read"),
             ("h = [\"x1\"]", "h = [\" \"]", 3, "entry 1 of `h` is empty", "a text"),
             ("h = [\"x1\"]", "h = [3]", 3, "entry 1 of `h` is 3", "a text"),
-            ("h = [\"x1\"]\n", "", 1, "and no `h`", "one expression for each output"),
+            ("h = [\"x1\"]\n", "", 1, "but no `h`", "one expression for each output"),
             ("k = 2.0", "k = 2.0, x1 = 3", 4, "`x1` cannot be the name of a parameter: it is a state", "another name"),
             ("k = 2.0", "k = nan", 4, "the parameter `k` is NaN", "finite"),
             ("\"x2\"", "\"1/(x2 - 1)\"", 6, "the plant is not defined at x0", "finite"),
@@ -396,7 +408,7 @@ pub(crate) fn expressions() {
                 "decay_rate = 1",
                 "region = { states = [[0, 1]] }",
                 10,
-                "`states` has 1 pairs, and the plant has 2 states",
+                "`states` has 1 pair, and the plant has 2 states",
                 "expected 2",
             ),
             ("decay_rate = 1", "region = { states = [[0, 1], [1, 0]] }", 10, "from 1 to 0", "lower <= upper"),
@@ -430,18 +442,14 @@ pub(crate) fn kinds_of_observers() {
             "the sector goes from 2 to 1",
             "low <= high",
         ),
-        ("kind = \"mean-value\"\ninternal_error = [1]", "`internal_error` has 1 entries", "expected 2"),
-        (
-            "kind = \"high-gain\"\nr = 0.1\nchains = [1]",
-            "`chains` has the lengths [1.0], and the plant has 2 states",
-            "add to 2",
-        ),
-        ("kind = \"high-gain\"\nr = 0.1\nalpha = [1]", "`alpha` has 1 entries", "expected 2"),
+        ("kind = \"mean-value\"\ninternal_error = [1]", "`internal_error` has length 1", "expected length 2"),
+        ("kind = \"high-gain\"\nr = 0.1\nchains = [1]", "`chains` is [1], and the plant has 2 states", "add to 2"),
+        ("kind = \"high-gain\"\nr = 0.1\nalpha = [1]", "`alpha` has length 1", "expected length 2"),
         ("kind = \"high-gain\"", "has no `r`", "positive"),
         (
             "kind = \"extended-kalman\"\nw = 1\nv = [1, 2]\nperiod = 0.1",
-            "the diagonal `v` has 2 entries",
-            "expected 1 entries: the plant has 1 outputs",
+            "the diagonal `v` has length 2",
+            "expected length 1: the plant has 1 output",
         ),
         ("kind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0", "`period` is 0", "positive"),
         (
@@ -471,11 +479,11 @@ pub(crate) fn files_that_a_study_names() {
     assert!(said(&log("measured-log.csv", "outputs = [\"angel\"]")).contains("did you mean `angle`?"));
     assert!(
         said(&log("measured-log.csv", "inputs = [\"voltage\", \"t\"]"))
-            .contains("2 columns, and the plant has 1 inputs")
+            .contains("2 columns, and the plant has 1 input")
     );
     assert!(said(&log("double-integrator.toml", "")).contains("double-integrator.toml: "));
     let states = |states: &str| said(&log("measured-log.csv", &format!("states = {states}")));
-    assert!(states("[\"-\", \"-\"]").contains("`states` has 2 columns, and the plant has 1 states"));
+    assert!(states("[\"-\", \"-\"]").contains("`states` has 2 columns, and the plant has 1 state"));
     assert!(states("[\"sped\"]").contains("there is no column `sped`; the columns are t, voltage, angle"));
     assert!(read(&log("measured-log.csv", "states = [\"angle\"]"), Format::Toml).is_ok());
     assert!(
@@ -542,7 +550,7 @@ pub(crate) fn long_names() {
     // The log of one observer and the simulation of another would be written to one file.
     let both = STUDY.replace("name = \"two\"", "name = \"log-one\"") + "[log]\nfile = \"measured-log.csv\"\n";
     let both = both.replace("b = [[0], [1]]", "b = [[0], [1]]\ninputs = [\"voltage\"]\noutputs = [\"angle\"]");
-    assert!(mistakes(&both)[0].message.contains("\"log-one\" would have the names of those of \"one\""));
+    assert!(mistakes(&both)[0].message.contains("\"one\" and \"log-one\" give the same file names"));
 }
 
 #[test]
@@ -615,12 +623,12 @@ pub(crate) fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what
                 "a = [[-1, 0], [0, 0]]\nc = [[1, 0]]\nstates = [\"seen\", \"bias\"]",
                 "kind = \"luenberger\"\npoles = [-1, -2]",
             ),
-            "along bias is unobservable",
+            "unobservable modes 0 along bias",
             "no observer exists",
         ),
         (
             linear("a = [[-1, 0], [0, -3]]\nc = [[1, 0]]", "kind = \"luenberger\"\npoles = [-1, -2]"),
-            "is unobservable",
+            "unobservable modes -3 along x2",
             "the plant is detectable",
         ),
         (
@@ -628,13 +636,17 @@ pub(crate) fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what
             "is not Hurwitz",
             "in place of a given gain",
         ),
-        (nonlinear("kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[-1, 1], [-1, 1]]"), "it has 1 inputs", "lpv"),
+        (
+            nonlinear("kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[-1, 1], [-1, 1]]"),
+            "this plant has 1 input",
+            "lpv",
+        ),
         (
             linear(
                 "builtin = \"chaotic\"",
                 "kind = \"kkl-numerical\"\ncutoff = 1\ndomain = [[-1, 1], [-1, 1], [-1, 1]]",
             ),
-            "it has 2 outputs",
+            "this plant has 2 outputs",
             "lpv",
         ),
         (
@@ -699,8 +711,8 @@ pub(crate) fn scores() {
                 "scale = [1, 2]",
                 "scale = [1]",
                 11,
-                "`scale` has 1 entries, and the plant has 2 states",
-                "expected 2 entries",
+                "`scale` has length 1, and the plant has 2 states",
+                "expected length 2",
             ),
             ("scale = [1, 2]", "scale = [1, 0]", 11, "entry 2 of `scale` is 0", "positive"),
             (
@@ -727,7 +739,7 @@ pub(crate) fn scores() {
 
 /// Numbers of a study that a sweep varies: their names, and values with which the study is no study.
 #[test]
-fn swept_numbers() {
+pub(crate) fn swept_numbers() {
     let text = format!("{NONLINEAR}[sweep]\nparameter = \"plant.k\"\nvalues = [1, 2]\n");
     one(
         &text,
@@ -766,7 +778,7 @@ fn swept_numbers() {
 }
 
 #[test]
-fn truth() {
+pub(crate) fn truth() {
     let text = format!(
         "{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\ndropout = 0.1\nperiod = 0.1\nsensor = {{ bias = [1] }}\n"
     );
@@ -776,13 +788,7 @@ fn truth() {
             ("{ k = 3 }", "{ kk = 3 }", 12, "the plant has no parameter `kk`", "expected one of k"),
             ("dropout = 0.1", "dropout = 1.1", 13, "`dropout` is 1.1", "a probability from 0 to 1"),
             ("period = 0.1\n", "", 11, "`dropout` and `outliers` are drawn every period", "simulation.noise"),
-            (
-                "bias = [1]",
-                "bias = [1, 2]",
-                15,
-                "`bias` has 2 entries, and the plant has 1 outputs",
-                "expected 1 entries",
-            ),
+            ("bias = [1]", "bias = [1, 2]", 15, "`bias` has length 2, and the plant has 1 output", "expected length 1"),
             ("dropout = 0.1", "input_delay = -1", 13, "`input_delay` is -1", "not negative"),
             (
                 "dropout = 0.1",

@@ -1,0 +1,182 @@
+//! The linear observer of a plant in discrete time, `x+ = A x + B u`, `y = C x + D u`: a gain by poles, by noise
+//! covariances, or given, with the Lyapunov matrix that certifies it.
+//!
+//! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`.
+
+use luenberger_linalg::{
+    Kalman, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
+    sampled_measurement_covariance, zero_order_hold,
+};
+use luenberger_lmi::proof_matrix;
+use luenberger_observers::DiscreteLinearObserver;
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::{self, Certificate};
+use nalgebra::{Complex, DMatrix, Dyn};
+
+use crate::certificate::{certified, plant as matrices};
+use crate::check;
+use crate::error::DesignError;
+use crate::linear::LinearDesign;
+
+certified!(DiscreteDesign);
+
+/// A linear observer in discrete time with its certificate.
+#[readonly::make]
+#[derive(Debug, Clone)]
+pub struct DiscreteDesign {
+    /// The observer, ready to run.
+    pub observer: DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>,
+    /// Eigenvalues of `A - L C`.
+    pub poles: Vec<Complex<f64>>,
+    /// `P > 0` of the Lyapunov equation in discrete time.
+    pub p: DMatrix<f64>,
+    /// The certificate.
+    pub certificate: Certificate,
+    covariance: Option<DMatrix<f64>>,
+}
+
+/// The plant of a design with its input held over the period h.
+fn held(linear: &LinearDesign, h: f64) -> Result<StateSpace, DesignError> {
+    let o = &linear.observer;
+    let sampled = zero_order_hold(&o.a, &o.b, h)?;
+    let plant = StateSpace::new(sampled.ad, sampled.bd, o.c.clone())?;
+    Ok(match &o.d {
+        Some(d) => plant.with_feedthrough(d.clone())?,
+        None => plant,
+    })
+}
+
+impl DiscreteDesign {
+    /// The observer whose error has the given `poles`, n numbers closed under conjugation inside the unit circle; 0 is
+    /// one of them (a deadbeat observer).
+    ///
+    /// ```
+    /// use luenberger_design::DiscreteDesign;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// // The double integrator every 0.1 s.
+    /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+    /// let design = DiscreteDesign::with_poles(&plant, 0.1, &[0.5, 0.6])?;
+    /// assert!((design.observer.l() - dmatrix![0.9; 2.0]).amax() < 1e-13);
+    /// assert!(design.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::PoleOutside`] for a pole that is not inside the unit circle; [`DesignError::Linalg`] names the mode
+    /// that no gain can move; [`DesignError::Observer`] for the period.
+    pub fn with_poles<Z: Into<Complex<f64>> + Copy>(
+        plant: &StateSpace,
+        period: f64,
+        poles: &[Z],
+    ) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
+        if let Some(&pole) = poles.iter().find(|pole| pole.norm() >= 1.0) {
+            return Err(DesignError::PoleOutside { pole });
+        }
+        let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
+        Self::certified(plant, period, l, None)
+    }
+
+    /// The stationary Kalman predictor for process noise of covariance `w` (n x n, positive semidefinite) and
+    /// measurement noise of covariance `v` (p x p, positive definite), per sample.
+    ///
+    /// # Errors
+    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
+    pub fn kalman(plant: &StateSpace, period: f64, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
+        let v = check::positive_definite("V", v, plant.c.nrows())?;
+        let Kalman { l, p, .. } = discrete_kalman_gain(&plant.a, &plant.c, &w, &v)?;
+        Self::certified(plant, period, l, Some(p))
+    }
+
+    /// The observer with the poles of `linear` for its plant with the input held over the period h: `exp(h s)` for each
+    /// pole s, and A, B of the zero-order hold.
+    ///
+    /// The gain is designed for the sampled plant, not by discretising the continuous observer, whose estimate would lag
+    /// by the motion of the output within a period. Exists whenever the sampled pair is observable, which sampling can
+    /// spoil only at special periods (Kalman, Ho and Narendra 1963).
+    ///
+    /// ```
+    /// use luenberger_design::{DiscreteDesign, LinearDesign};
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let design = DiscreteDesign::sampled(&LinearDesign::with_poles(&plant, &[-2.0, -5.0])?, 0.1)?;
+    /// assert!((design.spectral_radius() - (-0.2f64).exp()).abs() < 1e-12 && design.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2.
+    ///
+    /// # Errors
+    /// [`DesignError::NotPositive`] for h; the errors of placement when the period hides a mode.
+    pub fn sampled(linear: &LinearDesign, h: f64) -> Result<Self, DesignError> {
+        check::positive("the sampling period h", h)?;
+        let plant = held(linear, h)?;
+        let poles: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+        let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
+        Self::certified(&plant, h, l, None)
+    }
+
+    /// The stationary Kalman predictor of the plant of `linear` with the input held over the period h, for the
+    /// intensities `w` (n x n) and `v` (p x p) of the continuous noises: `Qd = int_0^h e^(As) W e^(A's) ds`, `Rd = V/h`.
+    ///
+    /// # Errors
+    /// As [`kalman`](Self::kalman); [`DesignError::NotPositive`] for h.
+    pub fn sampled_kalman(
+        linear: &LinearDesign,
+        w: &DMatrix<f64>,
+        v: &DMatrix<f64>,
+        h: f64,
+    ) -> Result<Self, DesignError> {
+        check::positive("the sampling period h", h)?;
+        let o = &linear.observer;
+        let w = check::positive_semidefinite("W", w, o.a.nrows())?;
+        let v = check::positive_definite("V", v, o.c.nrows())?;
+        let (noise, measurement) = (discrete_process_noise(&o.a, &w, h)?, sampled_measurement_covariance(&v, h)?);
+        Self::kalman(&held(linear, h)?, h, &noise, &measurement)
+    }
+
+    /// A given gain `l`, n x p.
+    ///
+    /// # Errors
+    /// [`DesignError::NotSchur`] if `A - L C` has an eigenvalue that is not inside the unit circle.
+    pub fn with_gain(plant: &StateSpace, period: f64, l: DMatrix<f64>) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
+        Self::certified(plant, period, l, None)
+    }
+
+    /// The stationary covariance of the prediction error, of a design by [`kalman`](Self::kalman).
+    pub fn covariance(&self) -> Option<&DMatrix<f64>> {
+        self.covariance.as_ref()
+    }
+
+    /// The largest modulus of an eigenvalue of `A - L C`: in the end errors fall by this factor at each step.
+    pub fn spectral_radius(&self) -> f64 {
+        self.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max)
+    }
+
+    fn certified(
+        plant: &StateSpace,
+        period: f64,
+        l: DMatrix<f64>,
+        covariance: Option<DMatrix<f64>>,
+    ) -> Result<Self, DesignError> {
+        let (n, f) = (plant.a.nrows(), &plant.a - &l * &plant.c);
+        let radius = eigenvalues(&f)?.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        if radius >= 1.0 {
+            return Err(DesignError::NotSchur { what: "A - L C", radius });
+        }
+        let mut equation = SteinEquation::new(&f)?;
+        let p = equation.solve(&DMatrix::identity(n, n))?.p;
+        let theorem = certificate::DiscreteConvergence {
+            plant: matrices((&plant.a, &plant.b, &plant.c)),
+            l: proof_matrix(&l),
+            p: proof_matrix(&p),
+        };
+        let certificate = Certificate::of([theorem])?;
+        let poles = equation.eigenvalues();
+        Ok(Self { observer: DiscreteLinearObserver::new(plant.clone(), l, period)?, poles, p, certificate, covariance })
+    }
+}

@@ -1,0 +1,101 @@
+//! The linear observer of a plant in discrete time: `xhat+ = A xhat + B u + L (y - C xhat - D u)`.
+//!
+//! Its error obeys `e+ = (A - L C) e`. It is a predictor: the estimate at a sample is that before its measurement.
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{LinearPlant, Size};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::error::ObserverError;
+use crate::feedthrough;
+use crate::observer::{ObserverDimensions, SampledObserver};
+
+/// `xhat+ = A xhat + B u + L (y - C xhat - D u)` for `x+ = A x + B u`, `y = C x + D u`, with N states, M inputs and P
+/// outputs.
+///
+/// Fields are read through methods, because the constructor has checked them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiscreteLinearObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant: LinearPlant<T, N, M, P>,
+    l: OMatrix<T, N, P>,
+    period: T,
+}
+
+/// A linear observer in discrete time whose sizes are known at compile time.
+pub type StaticDiscreteLinearObserver<T, const N: usize, const M: usize, const P: usize> =
+    DiscreteLinearObserver<T, Const<N>, Const<M>, Const<P>>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> DiscreteLinearObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The observer with gain L (n x p) of the plant `x+ = A x + B u`, `y = C x + D u` of this period.
+    ///
+    /// ```
+    /// use luenberger_observers::{DiscreteLinearObserver, SampledObserver};
+    /// use luenberger_plants::StaticPlant;
+    /// use nalgebra::{Matrix2, RowVector2, Vector1, Vector2};
+    /// let plant = StaticPlant::new(Matrix2::new(1.0, 0.5, 0.0, 1.0), Vector2::new(0.0, 0.5), RowVector2::new(1.0, 0.0))?;
+    /// let observer = DiscreteLinearObserver::new(plant, Vector2::new(1.0, 0.5), 0.5)?;
+    /// let mut xhat = Vector2::new(0.0, 2.0);
+    /// observer.step(0.0, &mut xhat, &Vector1::new(2.0), &Vector1::new(1.0));
+    /// assert_eq!(xhat, Vector2::new(1.0 + 1.0, 2.0 + 1.0 + 0.5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Period`].
+    pub fn new(plant: LinearPlant<T, N, M, P>, l: OMatrix<T, N, P>, period: T) -> Result<Self, ObserverError> {
+        let plant = plant.checked()?;
+        check_matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
+        if !(period.is_finite() && period > T::zero()) {
+            return Err(ObserverError::Period { period: period.to_subset_unchecked() });
+        }
+        Ok(Self { plant, l, period })
+    }
+
+    /// The plant, `x+ = A x + B u`, `y = C x + D u`.
+    pub fn plant(&self) -> &LinearPlant<T, N, M, P> {
+        &self.plant
+    }
+
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for DiscreteLinearObserver<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let LinearPlant { a, b, c, .. } = &self.plant;
+        ObserverDimensions { state: a.nrows(), inputs: b.ncols(), outputs: c.nrows(), estimate: a.nrows() }
+    }
+
+    fn period(&self) -> T {
+        self.period
+    }
+
+    fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        let LinearPlant { a, b, c, d } = &self.plant;
+        let innovation = feedthrough::without(d.as_ref(), u, y - c * &*xhat);
+        *xhat = a * &*xhat + b * u + &self.l * innovation;
+    }
+
+    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
+        xhat.clone()
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        estimate.clone()
+    }
+}

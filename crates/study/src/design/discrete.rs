@@ -1,0 +1,127 @@
+//! Designs for plants in discrete time, `x+ = f(x, u)`.
+
+use luenberger_design::{DesignError, DiscreteDesign, SampledCubicDesign};
+use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
+use luenberger_plants::StateSpace;
+use luenberger_proof::wording::significant;
+use nalgebra::DMatrix;
+
+use super::explain::{self, Misfit};
+use super::runnable::Runnable;
+use super::{Designed, NoDesign, facts, matrix, number, poles, verdict};
+use crate::results::{DesignReport, FailureReport};
+use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+
+/// The kinds that there are.
+const KINDS: &str = "luenberger, kalman, sampled-cubic and extended-kalman";
+
+pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Designed, NoDesign> {
+    let kind = wish.kind.name();
+    let linear = || study.plant.model.linear().ok_or_else(|| explain::not_linear(study, wish));
+    let explained = |misfit| explain::misfit(study, wish, &misfit);
+    let same = |period: f64| {
+        if (period - dt).abs() <= 1e-9 * dt {
+            return Ok(());
+        }
+        let hypothesis = format!("period = {period}, and the plant is in discrete time with dt = {dt}");
+        Err(explain::failure(wish, hypothesis, vec![format!("period = {dt}")]))
+    };
+    Ok(match &wish.kind {
+        ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
+            self::linear(&linear()?, gain, dt, wish)?.map_err(explained)?
+        }
+        ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
+            same(*period)?;
+            let gain = gain_of(&linear()?, gain, dt, wish)?.map_err(explained)?;
+            cubic(&gain, theta, *strength, dt).map_err(explained)?
+        }
+        ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
+            same(*period)?;
+            extended(study, (w, v, p0), dt, *gate).map_err(explained)?
+        }
+        _ => {
+            let hypothesis = format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}");
+            return Err(
+                explain::failure(wish, hypothesis, vec![format!("{KINDS} are for discrete time as well")]).into()
+            );
+        }
+    })
+}
+
+/// The gain; a failure for a specification that is of continuous time.
+pub(super) fn gain_of(
+    plant: &StateSpace,
+    spec: &LinearSpec,
+    dt: f64,
+    wish: &ObserverSpec,
+) -> Result<Result<DiscreteDesign, Misfit>, FailureReport> {
+    let instead = || vec!["`poles` inside the unit circle, `w` and `v` per sample, or `gain`".to_owned()];
+    if spec.weight.is_some() {
+        let hypothesis = "`rho` and `q` are for plants in continuous time".to_owned();
+        return Err(explain::failure(wish, hypothesis, instead()));
+    }
+    let design = match &spec.gain {
+        GainSpec::Poles(poles) => DiscreteDesign::with_poles(plant, dt, poles),
+        GainSpec::Kalman { w, v } => DiscreteDesign::kalman(plant, dt, w, v),
+        GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l.clone()),
+        GainSpec::DecayRate(_) | GainSpec::Lmi => {
+            let hypothesis = "`decay_rate` and `lmi` are for plants in continuous time".to_owned();
+            return Err(explain::failure(wish, hypothesis, instead()));
+        }
+    };
+    Ok(design.map_err(Misfit::from))
+}
+
+fn linear(
+    plant: &StateSpace,
+    spec: &LinearSpec,
+    dt: f64,
+    wish: &ObserverSpec,
+) -> Result<Result<Designed, Misfit>, FailureReport> {
+    Ok(gain_of(plant, spec, dt, wish)?.map(|design| {
+        let radius = design.spectral_radius();
+        let mut matrices = vec![matrix("L", design.observer.l())];
+        match design.covariance() {
+            Some(covariance) => {
+                matrices.push(matrix("P (stationary covariance of the prediction error)", covariance));
+                matrices.push(matrix("Lyapunov matrix", &design.p));
+            }
+            None => matrices.push(matrix("P", &design.p)),
+        }
+        let report = DesignReport {
+            statement: format!(
+                "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0; asymptotically by the factor {} at each sample.{}",
+                significant(radius, 5),
+                super::linear::measurement(plant)
+            ),
+            matrices,
+            poles: poles(&design.poles),
+            numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
+            facts: facts(&design.certificate, &[]),
+            verdict: verdict(&design.certificate),
+            evidence: None,
+            noise_deviation: Vec::new(),
+        };
+        Designed {
+            runnable: Runnable::DiscreteLinear(Box::new(design.observer.clone())),
+            report,
+            certificate: Some(design.certificate.clone()),
+        }
+    }))
+}
+
+fn cubic(linear: &DiscreteDesign, theta: &DMatrix<f64>, strength: f64, dt: f64) -> Result<Designed, Misfit> {
+    let design = SampledCubicDesign::of_discrete(linear, theta, strength)?;
+    Ok(super::linear::sampled_report(&design, linear.observer.plant(), dt))
+}
+
+fn extended(
+    study: &Study,
+    (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    dt: f64,
+    gate: Option<f64>,
+) -> Result<Designed, Misfit> {
+    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let filter = ExtendedKalmanFilter::discrete(study.plant.model.clone(), noises, dt).map_err(DesignError::from)?;
+    Ok(super::nonlinear::extended_report(filter, (w, v, p0), dt, gate)?)
+}
