@@ -794,8 +794,8 @@ pub(crate) fn truth() {
                 "dropout = 0.1",
                 "process_noise = { amplitude = [1], period = 1 }",
                 13,
-                "`amplitude` has 1 entries, and the plant has 2 states",
-                "expected 2",
+                "`amplitude` has length 1, and the plant has 2 states",
+                "expected length 2",
             ),
         ],
     );
