@@ -217,6 +217,11 @@ where
         innovation * innovation > gate * gate * self.innovation_covariance(t, belief, u)[(output, output)]
     }
 
+    /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
+    pub fn substeps(&self) -> Option<usize> {
+        self.substeps
+    }
+
     /// The plant.
     pub fn plant(&self) -> &S {
         &self.plant
