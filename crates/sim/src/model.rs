@@ -242,6 +242,7 @@ impl<'a> Model<'a> {
         self.evaluate(t, stacked, still, now);
         let (x, n) = (&stacked[..self.size.states], self.size.states);
         if self.step.is_some() {
+            // A plant in discrete time stands still between its steps.
             slope[..n].fill(0.0);
         } else {
             self.plant.derivative(t, x, &now.applied, &mut slope[..n]);

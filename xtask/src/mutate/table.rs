@@ -202,7 +202,7 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,
-                "duration / convert::<f64, T>(self.substeps as f64)",
+                "duration / convert::<f64, T>(substeps as f64)",
                 "duration",
             ),
         ],

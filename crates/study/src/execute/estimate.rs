@@ -7,7 +7,7 @@ use super::limits::{Excess, Limits};
 use super::simulate::{self, Variation};
 use super::{Step, sweep};
 use crate::signal::Input;
-use crate::study::{ObserverKind, Simulation, Study};
+use crate::study::{GainSpec, ObserverKind, Simulation, Study};
 
 /// Estimated cost of an execution.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,7 +103,14 @@ fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
         ObserverKind::KklNumerical(kkl) => ((kkl.points as f64).powf(n) + BESIDES) * ONE_T + kkl.samples as f64 * 1e-5,
         // The factorisations of the Schur complement.
         kind if kind.poses_inequality() => 3e-9 * unknowns(study).powi(3),
-        _ => 1e-6 * n * n * n,
+        ObserverKind::Luenberger(linear)
+        | ObserverKind::Cubic { linear, .. }
+        | ObserverKind::SampledCubic { linear, .. }
+            if matches!(linear.gain, GainSpec::Poles(_)) =>
+        {
+            1e-6 * n * n * n
+        }
+        _ => 2e-7 * n * n * n,
     }
 }
 
@@ -115,7 +122,10 @@ fn unknowns(study: &Study) -> f64 {
 
 /// Estimated memory of a step.
 pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
-    let mut parts = vec![(0.0, "the results")];
+    // Matrices of the order of the plant, in all steps.
+    const MATRICES: f64 = 60.0;
+    let n = study.plant.states.len() as f64;
+    let mut parts = vec![(MATRICES * NUMBER * n * n, "matrices of the order of the plant")];
     if step != Step::Observe {
         let design = |kind: &ObserverKind| match kind {
             ObserverKind::KklNumerical(kkl) => {
@@ -145,7 +155,7 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
         parts.push((kept + running, "the trajectories (reduce simulation.samples)"));
     }
     let bytes = parts.iter().map(|part| part.0).sum();
-    let mostly = parts.into_iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or("the results", |part| part.1);
+    let mostly = parts.into_iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or("", |part| part.1);
     Memory { bytes, mostly }
 }
 
