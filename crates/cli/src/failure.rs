@@ -48,7 +48,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Study(#[from] StudyError),
     /// An observer without an exported form.
-    #[error("{observer} cannot be exported: {why}{}", instead.iter().map(|text| format!("\n  instead: {text}")).collect::<String>())]
+    #[error("{observer} cannot be exported: {why}{}", instead.iter().map(|text| format!("\n  alternative: {text}")).collect::<String>())]
     NotExported { observer: String, why: String, instead: Vec<String> },
     /// Numbers or names that the target does not take.
     #[error("{observer} cannot be exported: {error}")]

@@ -58,7 +58,7 @@ fn direction<T: Scalar>(t: &DMatrix<f64>, c: &DMatrix<f64>, lambda: T) -> Option
             v = better;
         }
     }
-    v.iter().all(|x| x.is_finite()).then(|| DVector::from_vec(v))
+    v.iter().all(ComplexField::is_finite).then(|| DVector::from_vec(v))
 }
 
 /// An upper triangular matrix.
@@ -234,18 +234,27 @@ fn norm<T: Scalar>(x: &[T]) -> f64 {
 }
 
 fn scale<T: Scalar>(x: &mut [T], factor: f64) {
-    x.iter_mut().for_each(|x| *x = x.scale(factor));
+    for x in x {
+        *x = x.scale(factor);
+    }
+}
+
+/// A reciprocal in place of the division would overflow for the smallest numbers.
+fn divide<T: Scalar>(x: &mut [T], by: f64) {
+    for x in x {
+        *x = x.unscale(by);
+    }
 }
 
 /// The same direction with length 1; false if it has none.
 fn normalise<T: Scalar>(x: &mut [T]) -> bool {
     let largest = x.iter().map(|x| x.norm1()).fold(0.0, f64::max);
-    if !(largest > 0.0 && largest.is_finite() && x.iter().all(|x| x.is_finite())) {
+    if !(largest > 0.0 && largest.is_finite() && x.iter().all(ComplexField::is_finite)) {
         return false;
     }
-    x.iter_mut().for_each(|x| *x = x.unscale(largest));
+    divide(x, largest);
     let length = norm(x);
-    x.iter_mut().for_each(|x| *x = x.unscale(length));
+    divide(x, length);
     true
 }
 

@@ -139,7 +139,7 @@ fn dominant(order: usize, settling: f64, band: f64, damping: f64, ratio: f64) ->
 /// The pair with real poles left of it, each 10 % further than the one before.
 fn with_others(mut pair: Vec<Complex<f64>>, order: usize, ratio: f64) -> Vec<Complex<f64>> {
     let real = pair[0].re;
-    pair.extend((0..order - 2).map(|k| Complex::from(real * ratio * 1.1f64.powi(k as i32))));
+    pair.extend((0..order - 2).map(|k| Complex::from(real * ratio * 1.1f64.powf(k as f64))));
     pair
 }
 
@@ -154,7 +154,7 @@ fn bessel(order: usize) -> Vec<f64> {
         coefficients.push(last * (2.0 * n - k + 1.0) * k / (2.0 * (n - k + 1.0)));
     }
     let scale = coefficients[order].powf(1.0 / n);
-    coefficients.iter().enumerate().map(|(k, a)| a / scale.powi(k as i32)).collect()
+    coefficients.iter().enumerate().map(|(k, a)| a / scale.powf(k as f64)).collect()
 }
 
 fn butterworth(order: usize, settling: f64, band: f64) -> Result<Vec<Complex<f64>>> {

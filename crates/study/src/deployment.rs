@@ -159,14 +159,14 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
     let file = match on_target {
         Some((deployed, operation, file)) => {
             sentences.push(format!(
-                "Proved (certificate.json): with the gains as stored in {format}, in exact arithmetic, the estimation error tends to 0 exponentially from every first error."
+                "Proved (certificate.json): with the gains as stored in {format}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
             ));
             sentences.extend(rounding(study, &deployed, &operation, format));
             Some(file)
         }
         None => design.certificate().file(&observer.name).ok().inspect(|_| {
             sentences.push(
-                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every first error."
+                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
                     .to_owned(),
             );
             sentences.push(format!("Rounding to {format} on the target is not covered."));

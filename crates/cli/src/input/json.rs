@@ -22,11 +22,14 @@ pub(crate) fn some_matrices<const N: usize>(
     Ok(document(source, Document { keys, required, poles: None })?.0)
 }
 
+/// Matrices, and the numbers under the key `poles`.
+pub(crate) type WithPoles<const N: usize> = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+
 /// The matrices with these keys, and the numbers under the key `poles`.
 pub(crate) fn matrices_and_poles<const N: usize>(
     source: &Source,
     keys: [&'static str; N],
-) -> Result<([DMatrix<f64>; N], Vec<Complex<f64>>), Failure> {
+) -> Result<WithPoles<N>, Failure> {
     let (matrices, poles) = document(source, Document { keys, required: N, poles: Some("poles") })?;
     Ok((matrices.map(Option::unwrap_or_default), poles))
 }

@@ -65,7 +65,7 @@ pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
         text += &numbers::matrix("V = R h, intensity of the measurement noise", &v);
         text += &numbers::matrix("R, covariance of a sample", &r);
         let listed: Vec<String> = sigma.iter().map(|s| numbers::number(*s)).collect();
-        text += &format!("standard deviations of the samples: {}\n", listed.join(", "));
+        text.extend(["standard deviations of the samples: ", &listed.join(", "), "\n"]);
         answer = Noise { r: Some(json_output::rows(&r)), v: Some(json_output::rows(&v)), sigma: Some(sigma), ..answer };
     }
     let process = match (a, w, qd) {

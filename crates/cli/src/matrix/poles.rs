@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use serde::Serialize;
 
 #[derive(Serialize)]
-struct Poles {
+struct Answered {
     poles: Vec<[f64; 2]>,
     settling_time: f64,
     band: f64,
@@ -44,7 +44,7 @@ pub(crate) fn poles(input: &PolesInput) -> Result<Answer, Failure> {
     let band = numbers::number(100.0 * input.band);
     let mut text = format!("settling time {} (to {band} %)\n", numbers::number(input.settling));
     if let Some(damping) = damping {
-        text += &format!("damping ratio {}\n", numbers::number(damping));
+        text.extend(["damping ratio ", &numbers::number(damping), "\n"]);
     }
     text += &numbers::list("poles", &found);
     let mut discrete = None;
@@ -54,5 +54,5 @@ pub(crate) fn poles(input: &PolesInput) -> Result<Answer, Failure> {
         discrete = Some(json_output::pairs(&images));
     }
     let (poles, settling_time) = (json_output::pairs(&found), input.settling);
-    Ok(Answer::new(text, &Poles { poles, settling_time, band: input.band, damping, discrete })?)
+    Ok(Answer::new(text, &Answered { poles, settling_time, band: input.band, damping, discrete })?)
 }

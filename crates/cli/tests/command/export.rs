@@ -107,7 +107,7 @@ fn what_cannot_be_exported_says_why() {
     refused(&other, &["--observer", "filter"], 1, "the kind extended-kalman has no export");
     let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
     let (_, still) = study("export-no-period", Some(plant));
-    refused(&still, &[], 1, "no period is given\n  instead: --period, or simulation.hold in the study");
+    refused(&still, &[], 1, "no period is given\n  alternative: --period, or simulation.hold in the study");
     let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");

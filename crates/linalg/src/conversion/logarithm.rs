@@ -22,7 +22,7 @@ const RULE: [(f64, f64); 4] = [
 const NEAR: f64 = 0.25;
 
 /// Most square roots, and most steps of the iteration for one.
-const ROOTS: usize = 100;
+const ROOTS: i32 = 100;
 const STEPS: usize = 60;
 
 /// Principal logarithm of `A`: the real `X` with `e^X = A` whose eigenvalues have imaginary parts in (-pi, pi).
@@ -74,13 +74,13 @@ pub fn logm<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<DMatrix<f64>> {
         let shifted = &identity + &e * f64::midpoint(1.0, node);
         log += &e * inverse("I + x (A^(1/2^k) - I)", &shifted)? * (weight / 2.0);
     }
-    log *= 2f64.powi(roots as i32);
+    log *= 2f64.powi(roots);
     let allowed = 1e-9 * norm(&a);
     let remaining = norm(&(expm(&log)? - a));
     if remaining <= allowed {
         return Ok(log);
     }
-    Err(LinalgError::NotConverged { method: "the matrix logarithm", iterations: roots, remaining, allowed })
+    Err(LinalgError::NotConverged { method: "the matrix logarithm", iterations: roots as usize, remaining, allowed })
 }
 
 /// The square root with eigenvalues in the right half plane.

@@ -130,10 +130,9 @@ pub(super) fn timed<T>(
 
 /// A size in binary units with two digits: `1.5 GiB`.
 pub fn bytes(count: f64) -> String {
-    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
-    let power = UNITS.len() - 1;
-    let power = if count > 1.0 { ((count.log2() / 10.0) as usize).min(power) } else { 0 };
-    format!("{} {}", significant(count / 1024f64.powi(power as i32), 2), UNITS[power])
+    const UNITS: [(f64, &str); 4] = [(1024.0 * GIB, "TiB"), (GIB, "GiB"), (1_048_576.0, "MiB"), (1024.0, "KiB")];
+    let (unit, name) = UNITS.into_iter().find(|(unit, _)| count >= *unit).unwrap_or((1.0, "B"));
+    format!("{} {name}", significant(count / unit, 2))
 }
 
 /// A time with its unit: `1.5 h`, `30 s`.

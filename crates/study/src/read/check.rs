@@ -112,12 +112,11 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
         },
         Kind::Names => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             let what = format!("entry {} of `{name}`", i + 1);
-            match x.text() {
-                Some(text) => named(x, &what, text, mistakes),
-                None => {
-                    let message = format!("{what} is {}", shown(x));
-                    mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
-                }
+            if let Some(text) = x.text() {
+                named(x, &what, text, mistakes);
+            } else {
+                let message = format!("{what} is {}", shown(x));
+                mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
             }
         }),
         Kind::Choice(choices) => choice(node, name, choices, mistakes),

@@ -93,7 +93,7 @@ const PLANT: Table = Table {
         optional(
             "dt",
             Kind::Number(Range::Positive),
-            "The period of a plant in discrete time; without it the plant is in continuous time.",
+            "Sampling period of a plant in discrete time (default: continuous time).",
         ),
         optional("builtin", Kind::Choice(BUILTIN), "A built-in plant."),
         optional(

@@ -86,7 +86,7 @@ impl Folder {
         // The name alone: results do not depend on where the study is.
         let name = Path::new(name).file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into());
         let new = Manifest::new(command, Entry::of(&name, text.as_bytes()), self.entries().clone());
-        replace::replace(root, aside, before.clone(), &new)
+        replace::replace(root, aside, before.as_ref(), &new)
     }
 
     /// A table as CSV and npz: `NAME.csv`, `NAME.npz`.

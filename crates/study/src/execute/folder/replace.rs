@@ -17,10 +17,15 @@ pub(super) type Renamed = Vec<(String, String)>;
 ///
 /// While files are moved, the manifest lists both: a process that is killed here leaves a folder whose files are known
 /// to the next run.
-pub(super) fn replace(root: &Path, aside: &Path, old: Option<Manifest>, new: &Manifest) -> Result<Renamed, StudyError> {
+pub(super) fn replace(
+    root: &Path,
+    aside: &Path,
+    old: Option<&Manifest>,
+    new: &Manifest,
+) -> Result<Renamed, StudyError> {
     let mut renamed = Renamed::new();
     let json = |manifest: &Manifest| manifest.text().map_err(StudyError::from);
-    let before = old.as_ref().map_or(&[][..], |manifest| &manifest.files);
+    let before = old.map_or(&[][..], |manifest| &manifest.files);
     let both = Manifest::new(&new.command, new.study.clone(), before.iter().chain(&new.files).cloned().collect());
     if old.is_none() {
         put_aside(root, MANIFEST, &[], &mut renamed)?;
@@ -68,6 +73,9 @@ fn ancestors(name: &str) -> Vec<&str> {
     name.match_indices('/').map(|(end, _)| &name[..end]).collect()
 }
 
+/// The largest number of renamed files of one name.
+const MOST: usize = 10_000;
+
 /// Renames what is at `name`, unless it has the content of one of `own`.
 fn put_aside(root: &Path, name: &str, own: &[&Entry], renamed: &mut Renamed) -> Result<(), StudyError> {
     let path = root.join(name);
@@ -83,7 +91,8 @@ fn put_aside(root: &Path, name: &str, own: &[&Entry], renamed: &mut Renamed) -> 
         }
     }
     let free = |number: usize| if number == 1 { format!("{name}.old") } else { format!("{name}.old{number}") };
-    let other = (1..).map(free).find(|other| root.join(other).symlink_metadata().is_err()).unwrap_or_default();
+    let other = (1..=MOST).map(free).find(|other| root.join(other).symlink_metadata().is_err());
+    let other = other.ok_or_else(|| failed(io::Error::from(io::ErrorKind::AlreadyExists)))?;
     let to: PathBuf = root.join(&other);
     rename(&path, &to)?;
     renamed.push((name.to_owned(), other));
