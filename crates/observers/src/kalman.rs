@@ -1,7 +1,7 @@
 //! The continuous-discrete extended Kalman filter: plant in continuous time, measurements in samples.
 //!
-//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of
-//! covariance V (p x p). At a sample, with `H = Dh(xhat, u)`:
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k
+//! of covariance V (p x p). At a sample, with `H = Dh(xhat, u)`:
 //!
 //! ```text
 //! S = H P H' + V,  K = P H' S^-1                                    innovation covariance, gain
