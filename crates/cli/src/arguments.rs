@@ -164,10 +164,10 @@ pub(crate) enum Command {
     Poles(PolesInput),
     /// Create a study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
     ///
-    /// The file has matrices A and C, and B if there are inputs. The names may be in upper or lower case. The matrices
-    /// are variables of the file or fields of one structure: save('model.mat', 'A', 'B', 'C', '-v7');
-    /// np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file). D must be zero and
-    /// the model in continuous time. Output {"study", "states", "inputs", "outputs", "ignored"}.
+    /// The file has matrices A and C, and optionally B, D, a sampling time dt and names of the columns (StateName or
+    /// state_labels, likewise inputs and outputs); upper or lower case. They are variables of the file or fields of one
+    /// structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C);
+    /// json.dump({'A': sys.A.tolist(), ..}, file). Output {"study", "states", "inputs", "outputs", "ignored"}.
     #[command(after_help = IMPORT)]
     Import(ImportInput),
     /// Verify certificate files: every claim is rederived in exact or interval arithmetic

@@ -3,7 +3,10 @@
 //!
 //! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`.
 
-use luenberger_linalg::{Kalman, SteinEquation, discrete_kalman_gain, eigenvalues, place_observer};
+use luenberger_linalg::{
+    Kalman, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
+    sampled_measurement_covariance, zero_order_hold,
+};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::DiscreteLinearObserver;
 use luenberger_plants::StateSpace;
@@ -13,6 +16,7 @@ use nalgebra::{Complex, DMatrix, Dyn};
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::DesignError;
+use crate::linear::LinearDesign;
 
 certified!(DiscreteDesign);
 
@@ -29,6 +33,17 @@ pub struct DiscreteDesign {
     /// The certificate.
     pub certificate: Certificate,
     covariance: Option<DMatrix<f64>>,
+}
+
+/// The plant of a design with its input held over the period h.
+fn held(linear: &LinearDesign, h: f64) -> Result<StateSpace, DesignError> {
+    let o = &linear.observer;
+    let sampled = zero_order_hold(&o.a, &o.b, h)?;
+    let plant = StateSpace::new(sampled.ad, sampled.bd, o.c.clone())?;
+    Ok(match &o.d {
+        Some(d) => plant.with_feedthrough(d.clone())?,
+        None => plant,
+    })
 }
 
 impl DiscreteDesign {
@@ -74,6 +89,52 @@ impl DiscreteDesign {
         let v = check::positive_definite("V", v, plant.c.nrows())?;
         let Kalman { l, p, .. } = discrete_kalman_gain(&plant.a, &plant.c, &w, &v)?;
         Self::certified(plant, period, l, Some(p))
+    }
+
+    /// The observer with the poles of `linear` for its plant with the input held over the period h: `exp(h s)` for each
+    /// pole s, and A, B of the zero-order hold.
+    ///
+    /// The gain is designed for the sampled plant, not by discretising the continuous observer, whose estimate would lag
+    /// by the motion of the output within a period. Exists whenever the sampled pair is observable, which sampling can
+    /// spoil only at special periods (Kalman, Ho and Narendra 1963).
+    ///
+    /// ```
+    /// use luenberger_design::{DiscreteDesign, LinearDesign};
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let design = DiscreteDesign::sampled(&LinearDesign::with_poles(&plant, &[-2.0, -5.0])?, 0.1)?;
+    /// assert!((design.spectral_radius() - (-0.2f64).exp()).abs() < 1e-12 && design.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2.
+    ///
+    /// # Errors
+    /// [`DesignError::NotPositive`] for h; the errors of placement when the period hides a mode.
+    pub fn sampled(linear: &LinearDesign, h: f64) -> Result<Self, DesignError> {
+        check::positive("the sampling period h", h)?;
+        let plant = held(linear, h)?;
+        let poles: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+        let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
+        Self::certified(&plant, h, l, None)
+    }
+
+    /// The stationary Kalman predictor of the plant of `linear` with the input held over the period h, for the
+    /// intensities `w` (n x n) and `v` (p x p) of the continuous noises: `Qd = int_0^h e^(As) W e^(A's) ds`, `Rd = V/h`.
+    ///
+    /// # Errors
+    /// As [`kalman`](Self::kalman); [`DesignError::NotPositive`] for h.
+    pub fn sampled_kalman(
+        linear: &LinearDesign,
+        w: &DMatrix<f64>,
+        v: &DMatrix<f64>,
+        h: f64,
+    ) -> Result<Self, DesignError> {
+        check::positive("the sampling period h", h)?;
+        let o = &linear.observer;
+        let w = check::positive_semidefinite("W", w, o.a.nrows())?;
+        let v = check::positive_definite("V", v, o.c.nrows())?;
+        let (noise, measurement) = (discrete_process_noise(&o.a, &w, h)?, sampled_measurement_covariance(&v, h)?);
+        Self::kalman(&held(linear, h)?, h, &noise, &measurement)
     }
 
     /// A given gain `l`, n x p.

@@ -11,7 +11,7 @@ use crate::mean_value::{ContractingCoordinates, MeanValueDesign};
 use crate::robust::{GainCertificate, PolytopicDesign};
 use crate::{
     CubicDesign, DeployedLinear, DiscreteDesign, FeedbackDesign, KklDesign, KklPebDesign, LinearDesign,
-    LipschitzDesign, NumericalKklDesign, SampledCubicDesign, SampledLinearDesign,
+    LipschitzDesign, NumericalKklDesign, SampledCubicDesign,
 };
 
 /// Significant digits: for people, nothing is claimed with them.
@@ -56,7 +56,6 @@ macro_rules! displayed {
 displayed! {
     LinearDesign: |d| ["L" = &d.observer.l], &d.poles;
     CubicDesign: |d| ["L" = &d.observer.l, "N" = &d.observer.n, "theta" = &d.observer.theta];
-    SampledLinearDesign: |d| ["L" = &d.observer.gains().ld], &d.poles;
     DiscreteDesign: |d| ["L" = d.observer.l()], &d.poles;
     SampledCubicDesign: |d| ["L" = d.observer.ld(), "N" = d.observer.n(), "theta" = d.observer.theta()], &d.poles;
     FeedbackDesign: |d| ["K" = &d.k], &d.poles;

@@ -49,7 +49,6 @@ pub mod operating_point;
 mod real_field;
 pub mod robust;
 pub mod sampled;
-pub mod sampled_linear;
 mod separation;
 mod symbolic_polynomial;
 pub mod weights;
@@ -77,7 +76,6 @@ pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use sampled::SampledCubicDesign;
-pub use sampled_linear::SampledLinearDesign;
 pub use symbolic_polynomial::SymbolicPolynomial;
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 

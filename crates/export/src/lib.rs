@@ -10,16 +10,11 @@
 //!
 //! ```
 //! use luenberger_export::{Export, Names, Program, Scalar};
-//! use luenberger_observers::{SampledLinearGains, SampledLinearObserver};
+//! use luenberger_observers::DiscreteLinearObserver;
+//! use luenberger_plants::StateSpace;
 //! use nalgebra::dmatrix;
-//! let gains = SampledLinearGains {
-//!     ad: dmatrix![1.0, 0.1; 0.0, 1.0],
-//!     bd: dmatrix![0.005; 0.1],
-//!     c: dmatrix![1.0, 0.0],
-//!     ld: dmatrix![0.9; 2.0],
-//!     period: 0.1,
-//! };
-//! let observer = SampledLinearObserver::new(gains)?;
+//! let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+//! let observer = DiscreteLinearObserver::new(plant, dmatrix![0.9; 2.0], 0.1)?;
 //! let names = Names::numbered(2, 1, 1);
 //! let export = Export::new("cart", Program::Linear(observer), Scalar::Binary32, &[0.0, 0.0], names)?;
 //! let files = export.c()?;

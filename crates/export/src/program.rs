@@ -1,9 +1,9 @@
 //! The observers that can be exported, and their steps in the format of the target.
 
 use luenberger_observers::{
-    ObserverDimensions, ObserverError, SampledCubicGains, SampledCubicObserver, SampledLinearGains,
-    SampledLinearObserver, SampledObserver,
+    DiscreteLinearObserver, ObserverDimensions, ObserverError, SampledCubicGains, SampledCubicObserver, SampledObserver,
 };
+use luenberger_plants::LinearPlant;
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::error::ExportError;
@@ -47,7 +47,7 @@ impl Scalar {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Program {
     /// `xhat+ = Ad xhat + Bd u + Ld (y - C xhat)`.
-    Linear(SampledLinearObserver<f64, Dyn, Dyn, Dyn>),
+    Linear(DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer.
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
 }
@@ -73,8 +73,8 @@ impl Program {
     pub fn matrices(&self) -> Vec<(&'static str, &DMatrix<f64>)> {
         let mut all = match self {
             Self::Linear(observer) => {
-                let gains = observer.gains();
-                vec![("A", &gains.ad), ("B", &gains.bd), ("C", &gains.c), ("L", &gains.ld)]
+                let plant = observer.plant();
+                vec![("A", &plant.a), ("B", &plant.b), ("C", &plant.c), ("L", observer.l())]
             }
             Self::Cubic(observer) => vec![
                 ("A", observer.ad()),
@@ -92,7 +92,7 @@ impl Program {
     /// Feedthrough, if there is one.
     pub fn feedthrough(&self) -> Option<&DMatrix<f64>> {
         match self {
-            Self::Linear(observer) => observer.d(),
+            Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
         }
     }
@@ -131,18 +131,14 @@ impl Program {
         let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
         Ok(match self {
             Self::Linear(observer) => {
-                let gains = observer.gains();
-                let same = SampledLinearObserver::new(SampledLinearGains {
-                    ad: cast(&gains.ad),
-                    bd: cast(&gains.bd),
-                    c: cast(&gains.c),
-                    ld: cast(&gains.ld),
-                    period: nalgebra::convert(gains.period),
-                })?;
-                Cast::Linear(match observer.d() {
-                    Some(d) => same.with_feedthrough(cast(d))?,
-                    None => same,
-                })
+                let LinearPlant { a, b, c, d } = observer.plant();
+                let plant = LinearPlant::new(cast(a), cast(b), cast(c))?;
+                let plant = match d {
+                    Some(d) => plant.with_feedthrough(cast(d))?,
+                    None => plant,
+                };
+                let period = nalgebra::convert(observer.period());
+                Cast::Linear(DiscreteLinearObserver::new(plant, cast(observer.l()), period)?)
             }
             Self::Cubic(observer) => {
                 let same = SampledCubicObserver::new(SampledCubicGains {
@@ -180,7 +176,7 @@ impl Program {
 /// An observer over the scalar of the target.
 #[derive(Debug, Clone)]
 pub(crate) enum Cast<T: RealField + Copy> {
-    Linear(SampledLinearObserver<T, Dyn, Dyn, Dyn>),
+    Linear(DiscreteLinearObserver<T, Dyn, Dyn, Dyn>),
     Cubic(SampledCubicObserver<T, Dyn, Dyn, Dyn>),
 }
 

@@ -51,8 +51,8 @@ fn library(export: &Export) -> String {
     let scalar = export.scalar.name();
     let size = export.program.dimensions();
     let (n, m, p) = (size.state, size.inputs, size.outputs);
-    let (kind, gains) = match export.program {
-        Program::Linear(_) => ("StaticSampledLinearObserver", "SampledLinearGains"),
+    let (kind, data) = match export.program {
+        Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
         Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
     };
     let mut text = format!(
@@ -73,7 +73,7 @@ fn library(export: &Export) -> String {
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{{SMatrix, SVector}};
-use luenberger_observers::{{{gains}, {kind}, ObserverError}};
+use luenberger_observers::{{{data}, {kind}, ObserverError}};
 
 /// The observer, with its sizes and its scalar.
 pub type Observer = {kind}<{scalar}, {n}, {m}, {p}>;
@@ -88,26 +88,53 @@ pub fn initial() -> SVector<{scalar}, {n}> {{
 /// # Errors
 /// None: the numbers were checked when they were written.
 pub fn observer() -> Result<Observer, ObserverError> {{
-    {kind}::new({gains} {{
 ",
         export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", ")
     );
-    let fields = [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")];
-    for (name, values) in export.matrices() {
-        if let Some((_, field)) = fields.iter().find(|(short, _)| *short == name) {
-            _ = writeln!(text, "        {field}: {},", matrix(export, &values));
-        }
+    match export.program {
+        Program::Linear(_) => linear(&mut text, export, kind),
+        Program::Cubic(_) => cubic(&mut text, export, kind),
+    }
+    text.push_str("}\n");
+    text
+}
+
+/// A matrix of the export by its name, as an expression of Rust.
+fn named(export: &Export, wanted: &str) -> Option<String> {
+    export.matrices().iter().find(|(name, _)| *name == wanted).map(|(_, values)| matrix(export, values))
+}
+
+fn linear(text: &mut String, export: &Export, kind: &str) {
+    let of = |name: &str| named(export, name).unwrap_or_default();
+    let feedthrough = named(export, "D").map_or_else(String::new, |d| format!(".with_feedthrough({d})?"));
+    let period = export.scalar.round(export.program.period());
+    _ = write!(
+        text,
+        "    let a = {};
+    let b = {};
+    let c = {};
+    let plant = LinearPlant::new(a, b, c)?{feedthrough};
+    {kind}::new(plant, {}, {})
+",
+        of("A"),
+        of("B"),
+        of("C"),
+        of("L"),
+        number::rust(period, export.scalar)
+    );
+}
+
+fn cubic(text: &mut String, export: &Export, kind: &str) {
+    _ = writeln!(text, "    {kind}::new(SampledCubicGains {{");
+    for (name, field) in [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")] {
+        _ = writeln!(text, "        {field}: {},", named(export, name).unwrap_or_default());
     }
     for (name, x) in export.scalars() {
         let field = if name == "W" { "w" } else { "period" };
         _ = writeln!(text, "        {field}: {},", number::rust(x, export.scalar));
     }
-    text.push_str("    })");
-    if let Some((_, d)) = export.matrices().iter().find(|(name, _)| *name == "D") {
-        _ = write!(text, "?\n    .with_feedthrough({})", matrix(export, d));
-    }
-    text.push_str("\n}\n");
-    text
+    let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
+    _ = writeln!(text, "    }}){feedthrough}");
 }
 
 fn test(export: &Export, steps: &[Step]) -> String {

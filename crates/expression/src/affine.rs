@@ -21,7 +21,10 @@ pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
     for (index, node) in tree.nodes().enumerate() {
         // A condition that is no constant is `Affine`: it only matters that it varies.
         let form = match node {
-            Node::Number(_) | Node::Symbol(Symbol::Pi | Symbol::E | Symbol::Parameter(_), _) => Constant,
+            Node::Number(_)
+            | Node::Symbol(Symbol::Pi | Symbol::E | Symbol::Parameter(_), _)
+            | Node::Then
+            | Node::Else => Constant,
             Node::Symbol(Symbol::State(_) | Symbol::Input(_), _) => Affine,
             Node::Symbol(Symbol::Time, _) => Not(index),
             Node::Unary(unary, x) => match forms[*x] {
@@ -36,7 +39,6 @@ pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
                 | (Binary::Multiply | Binary::Divide, _, Constant) => Affine,
                 _ => Not(index),
             },
-            Node::Then | Node::Else => Constant,
             Node::Table(_, _, x) => match forms[*x] {
                 Affine => Not(index),
                 form => form,

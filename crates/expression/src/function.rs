@@ -90,7 +90,7 @@ impl Comparison {
         }
     }
 
-    pub(crate) fn at<T: PartialOrd>(self, x: T, y: T) -> bool {
+    pub(crate) fn at<T: PartialOrd + Copy>(self, x: T, y: T) -> bool {
         match self {
             Self::Less => x < y,
             Self::LessOrEqual => x <= y,

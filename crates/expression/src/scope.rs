@@ -281,7 +281,7 @@ impl Scope {
                 Reads::Constants => unavailable(CONSTANT),
                 Reads::Nothing => unavailable("this is a function of the time t alone"),
                 _ if (1..=self.states).contains(&k) => Ok(Symbol::State(k - 1)),
-                _ => out_of_range(Family::States, self.states),
+                Reads::StatesAndInputs => out_of_range(Family::States, self.states),
             },
             (_, _, Some(k)) => match self.reads {
                 Reads::Constants => unavailable(CONSTANT),

@@ -150,7 +150,7 @@ impl Tape {
             match instruction {
                 Instruction::Compare(_) => conditions += 1,
                 Instruction::And | Instruction::Or | Instruction::Unless(_) => {
-                    conditions = conditions.saturating_sub(1)
+                    conditions = conditions.saturating_sub(1);
                 }
                 _ => {}
             }

@@ -11,7 +11,6 @@
 //! |---|---|
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
-//! | [`sampled_linear`] | the sampled-data linear observer, a predictor |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -59,7 +58,6 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod pebo;
 pub mod pseudo_inverse;
-pub mod sampled_linear;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
@@ -84,7 +82,6 @@ pub use mean_value::{
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use pebo::{PeboObserver, Regression};
-pub use sampled_linear::{SampledLinearGains, SampledLinearObserver, StaticSampledLinearObserver};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -23,10 +23,10 @@ use nalgebra::{DMatrix, Dyn, RealField, SMatrix};
 use crate::cubic::{CubicObserver, StaticCubicObserver};
 use crate::cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 use crate::discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
+use crate::discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
 use crate::error::ObserverError;
 use crate::linear::{LinearObserver, StaticLinearObserver};
 use crate::observer::SampledObserver;
-use crate::sampled_linear::{SampledLinearGains, SampledLinearObserver, StaticSampledLinearObserver};
 
 /// The same matrix with sizes known at compile time, over `T`.
 ///
@@ -81,7 +81,7 @@ impl CubicObserver<f64, Dyn, Dyn, Dyn> {
     }
 }
 
-impl SampledLinearObserver<f64, Dyn, Dyn, Dyn> {
+impl DiscreteLinearObserver<f64, Dyn, Dyn, Dyn> {
     /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
     /// [module](crate::static_size).
     ///
@@ -89,19 +89,9 @@ impl SampledLinearObserver<f64, Dyn, Dyn, Dyn> {
     /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
         &self,
-    ) -> Result<StaticSampledLinearObserver<T, N, M, P>, ObserverError> {
-        let gains = self.gains();
-        let observer = SampledLinearObserver::new(SampledLinearGains {
-            ad: fixed("Ad", &gains.ad)?,
-            bd: fixed("Bd", &gains.bd)?,
-            c: fixed("C", &gains.c)?,
-            ld: fixed("Ld", &gains.ld)?,
-            period: nalgebra::convert(gains.period),
-        })?;
-        match self.d() {
-            Some(d) => observer.with_feedthrough(fixed("D", d)?),
-            None => Ok(observer),
-        }
+    ) -> Result<StaticDiscreteLinearObserver<T, N, M, P>, ObserverError> {
+        let period = nalgebra::convert(self.period());
+        DiscreteLinearObserver::new(fixed_plant(self.plant().clone())?, fixed("L", self.l())?, period)
     }
 }
 

@@ -241,13 +241,13 @@ impl<'a> Model<'a> {
     pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
         self.evaluate(t, stacked, still, now);
         let (x, n) = (&stacked[..self.size.states], self.size.states);
-        match self.step {
-            Some(_) => slope[..n].fill(0.0),
-            None => {
-                self.plant.derivative(t, x, &now.applied, &mut slope[..n]);
-                for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
-                    *slope += disturbance;
-                }
+        if self.step.is_some() {
+            // A plant in discrete time stands still between its steps.
+            slope[..n].fill(0.0);
+        } else {
+            self.plant.derivative(t, x, &now.applied, &mut slope[..n]);
+            for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
+                *slope += disturbance;
             }
         }
         let mut end = n;

@@ -1,9 +1,7 @@
 //! Observers of a study as they run on a target: the sampled design of an observer, and what is proved of its stored
 //! numbers in the arithmetic of the target.
 
-use luenberger_design::{
-    Certificate, DesignError, LinearDesign, SampledCubicDesign, SampledLinearDesign, deployed_linear,
-};
+use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::{Deployed, Format, Operation, Step};
@@ -19,7 +17,7 @@ use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
 #[derive(Debug, Clone)]
 pub enum SampledDesign {
     /// Linear.
-    Linear(Box<SampledLinearDesign>),
+    Linear(Box<DiscreteDesign>),
     /// Cubic.
     Cubic(Box<SampledCubicDesign>),
 }
@@ -62,7 +60,7 @@ pub fn sampled(study: &Study, observer: &ObserverSpec, period: Option<f64>) -> R
     };
     let own = match &observer.kind {
         ObserverKind::SampledCubic { period, .. } => Some(*period),
-        _ => None,
+        _ => study.plant.dt,
     };
     let period = match (own, period) {
         (Some(own), Some(period)) if own != period => {
@@ -74,11 +72,36 @@ pub fn sampled(study: &Study, observer: &ObserverSpec, period: Option<f64>) -> R
             return Err(failure(hypothesis, &["--period, or simulation.hold in the study"]));
         }
     };
-    let design = study.plant.names().with(|| design_at(study, observer, &plant, gain, period));
-    design.map_err(|error| failure(error.to_string(), &[]))
+    let design = study.plant.names().with(|| match study.plant.dt {
+        Some(dt) => in_discrete_time(study, observer, &plant, gain, dt),
+        None => held(study, observer, &plant, gain, period).map_err(|error| error.to_string()),
+    });
+    design.map_err(|why| failure(why, &[]))
 }
 
-fn design_at(
+/// The design of the study itself, of a plant in discrete time.
+fn in_discrete_time(
+    study: &Study,
+    observer: &ObserverSpec,
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    dt: f64,
+) -> Result<SampledDesign, String> {
+    let linear = design::discrete_design(study, plant, gain, dt, observer)?;
+    match &observer.kind {
+        ObserverKind::SampledCubic { theta, strength, .. } => {
+            let design =
+                SampledCubicDesign::of_discrete(&linear, theta, *strength).map_err(|error| error.to_string())?;
+            Ok(SampledDesign::Cubic(Box::new(design)))
+        }
+        ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
+        _ => Ok(SampledDesign::Linear(Box::new(linear))),
+    }
+}
+
+/// The design for a plant whose input is held over the period.
+
+fn held(
     study: &Study,
     observer: &ObserverSpec,
     plant: &StateSpace,
@@ -99,10 +122,10 @@ fn design_at(
     }
 }
 
-fn sampled_linear(linear: &LinearDesign, gain: &LinearSpec, period: f64) -> Result<SampledLinearDesign, DesignError> {
+fn sampled_linear(linear: &LinearDesign, gain: &LinearSpec, period: f64) -> Result<DiscreteDesign, DesignError> {
     match &gain.gain {
-        GainSpec::Kalman { w, v } => SampledLinearDesign::kalman(linear, w, v, period),
-        _ => SampledLinearDesign::new(linear, period),
+        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(linear, w, v, period),
+        _ => DiscreteDesign::sampled(linear, period),
     }
 }
 
@@ -166,9 +189,8 @@ fn deployed(
 ) -> Option<(Deployed, CertificateFile)> {
     match design {
         SampledDesign::Linear(design) => {
-            let gains = design.observer.gains();
-            let plant = StateSpace::new(gains.ad.clone(), gains.bd.clone(), gains.c.clone()).ok()?;
-            let found = deployed_linear(&plant, &gains.ld, Step::Innovation, format.into(), operation).ok()?;
+            let (plant, l) = (design.observer.plant(), design.observer.l());
+            let found = deployed_linear(plant, l, Step::Innovation, format.into(), operation).ok()?;
             let file = found.certificate.file(title).ok()?;
             Some((found.deployed.clone(), file))
         }

@@ -290,7 +290,7 @@ impl LieObservability {
         });
         let Some(worst) = self.worst() else { return lines.join("\n") };
         lines.push(format!(
-            "worst at t = {}: rank {} of {n}, margin {}, condition {}, decided by a factor of {}",
+            "worst at t = {}: rank {} of {n}, margin {}, condition {}, singular-value gap {}",
             shortest(worst.t),
             worst.rank,
             significant(worst.margin(), 3),

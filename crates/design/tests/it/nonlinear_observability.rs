@@ -81,7 +81,7 @@ fn the_worst_point_of_the_reverse_duffing_oscillator_is_where_it_turns() {
     assert_eq!(seen.worst().unwrap().x, [1.0, 0.0]);
     assert_eq!(seen.points.iter().filter(|point| point.rank < 2).count(), 1);
     let text = seen.to_string();
-    assert!(text.contains("not full at 1 of 41") && text.ends_with("x2 is not seen there"), "{text}");
+    assert!(text.contains("not full at 1 of 41") && text.ends_with("unobservable there: x2"), "{text}");
     // O = [1 0; 0 3 x2^2], and the unit of time makes 3 one.
     for (point, x) in seen.points.iter().zip(&points) {
         assert!((point.margin() - x[1] * x[1]).abs() <= 8.0 * f64::EPSILON, "{} at {x:?}", point.margin());
@@ -100,7 +100,7 @@ fn a_symmetry_is_a_direction_that_nothing_sees() {
     // The state is measured in units of its largest value; the direction is that of the units given all the same.
     let settings = LieSettings { scales: Some(vec![1.0, 1.0]), ..LieSettings::default() };
     let seen = lie_observability(&Relative, &[Instant::new(0.0, &[0.3, 0.1])], &settings).unwrap();
-    assert!(seen.in_words(&["p", "q"]).ends_with("p + q is not seen there"), "{seen}");
+    assert!(seen.in_words(&["p", "q"]).ends_with("unobservable there: p + q"), "{seen}");
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn the_rank_drops_where_the_output_is_stationary() {
     // y = x1^3 + x2 at x1 = 0: injective, but the rank of the derivatives is deficient.
     let seen = at(&Cube, &[[1.0, 1.0], [0.0, 1.0]], 5);
     assert_eq!(seen.points.iter().map(|point| point.rank).collect::<Vec<_>>(), [2, 1]);
-    assert!(seen.to_string().ends_with("x1 is not seen there"), "{seen}");
+    assert!(seen.to_string().ends_with("unobservable there: x1"), "{seen}");
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn the_converter_is_observable_while_it_switches() {
     // With w = 1 - u = 0 the input inductor is cut off.
     let seen = at(1.0);
     assert_eq!(seen.points[0].rank, 3);
-    assert!(seen.in_words(&["i1", "v2", "i3", "v4"]).ends_with("i1 is not seen there"), "{seen}");
+    assert!(seen.in_words(&["i1", "v2", "i3", "v4"]).ends_with("unobservable there: i1"), "{seen}");
 }
 
 /// A pair whose observable part has order r, in coordinates that mix everything: the rank is r by construction.
@@ -338,7 +338,7 @@ fn a_linear_pair_in_words() {
         lines.iter().any(|line| line.starts_with("mode -3: margin") && line.contains(", hidden, least along x3")),
         "{text}"
     );
-    assert_eq!(lines[lines.len() - 2..], ["x3 is not seen", "what is not seen decays by itself in continuous time"]);
+    assert_eq!(lines[lines.len() - 2..], ["x3 is unobservable", "the unobservable part is stable in continuous time"]);
     let all = observability(&a, &DMatrix::from_row_slice(1, 3, &[0.0, 0.0, 1.0])).unwrap();
     assert!(InWords { seen: &all, names: &[] }.to_string().ends_with("observable"));
 }

@@ -83,28 +83,32 @@ fn a_reactor_at_its_unstable_point() {
     assert!(far.residual < 1e-10);
 }
 
+/// A linear plant over every scalar, as that of a study.
+struct Spring(StateSpace);
+
+impl ByDual for Spring {}
+
+impl Shape for Spring {
+    fn dimensions(&self) -> Dimensions {
+        self.0.dimensions()
+    }
+}
+
+impl<T: RealField + Copy> Plant<T> for Spring {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+    fn derivative(&self, _t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        self.0.a.map(number::<T>) * x + self.0.b.map(number::<T>) * u
+    }
+    fn output(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
+        self.0.c.map(number::<T>) * x
+    }
+}
+
 #[test]
 fn a_linear_plant_has_the_point_of_its_equations() {
     let plant = StateSpace::new(dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
-    // The plant of a study is one over every scalar; this one is of one scalar, so that it goes through expressions there.
-    struct Spring(StateSpace);
-    impl Shape for Spring {
-        fn dimensions(&self) -> Dimensions {
-            self.0.dimensions()
-        }
-    }
-    impl<T: RealField + Copy> Plant<T> for Spring {
-        type State = DVector<T>;
-        type Input = DVector<T>;
-        type Output = DVector<T>;
-        fn derivative(&self, _t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
-            self.0.a.map(number::<T>) * x + self.0.b.map(number::<T>) * u
-        }
-        fn output(&self, _t: T, x: &DVector<T>, _u: &DVector<T>) -> DVector<T> {
-            self.0.c.map(number::<T>) * x
-        }
-    }
-    impl ByDual for Spring {}
     let point = operating_point(&Spring(plant.clone()), &dvector![0.0, 0.0], &dvector![4.0]).unwrap();
     assert!((point.x - dvector![2.0, 0.0]).amax() < 1e-15 && point.steps <= 2);
     assert_eq!(point.linear, plant);

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use luenberger_export::{Export, Names, Program, Scalar, golden};
-use luenberger_observers::{
-    SampledCubicGains, SampledCubicObserver, SampledLinearGains, SampledLinearObserver, SampledObserver, cubic,
-};
+use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
+use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector, SVector, dmatrix};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -88,8 +87,9 @@ fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: boo
         let observer = SampledCubicObserver::new(gains).unwrap();
         return Program::Cubic(if fed { observer.with_feedthrough(d).unwrap() } else { observer });
     }
-    let observer = SampledLinearObserver::new(SampledLinearGains { ad, bd, c, ld, period: 0.05 }).unwrap();
-    Program::Linear(if fed { observer.with_feedthrough(d).unwrap() } else { observer })
+    let plant = StateSpace::new(ad, bd, c).unwrap();
+    let plant = if fed { plant.with_feedthrough(d).unwrap() } else { plant };
+    Program::Linear(DiscreteLinearObserver::new(plant, ld, 0.05).unwrap())
 }
 
 fn export(program: Program, scalar: Scalar) -> Export {
@@ -190,15 +190,14 @@ fn what_cannot_be_exported_is_an_error() {
     assert_eq!(error.to_string(), "entry 0 of the first estimate is beyond the range of f32");
 
     let (ad, bd, c) = (dmatrix![0.5, 0.0; 0.0, 0.5], dmatrix![0.0; 1e39], dmatrix![1.0, 0.0]);
-    let gains = SampledLinearGains { ad, bd, c, ld: dmatrix![0.1; 0.1], period: 0.1 };
-    let program = Program::Linear(SampledLinearObserver::new(gains).unwrap());
+    let plant = StateSpace::new(ad, bd, c).unwrap();
+    let program = Program::Linear(DiscreteLinearObserver::new(plant, dmatrix![0.1; 0.1], 0.1).unwrap());
     let error = Export::new("a", program, Scalar::Binary32, &[0.0, 0.0], names()).unwrap_err();
     assert!(error.to_string().ends_with("is beyond the range of f32"), "{error}");
 
     // Ad - Ld C has the eigenvalue 3e5: the golden vectors leave the range of binary32.
-    let gains =
-        SampledLinearGains { ad: dmatrix![3e5], bd: dmatrix![1.0], c: dmatrix![1.0], ld: dmatrix![0.0], period: 0.1 };
-    let program = Program::Linear(SampledLinearObserver::new(gains).unwrap());
+    let plant = StateSpace::new(dmatrix![3e5], dmatrix![1.0], dmatrix![1.0]).unwrap();
+    let program = Program::Linear(DiscreteLinearObserver::new(plant, dmatrix![0.0], 0.1).unwrap());
     let unstable = Export::new("a", program, Scalar::Binary32, &[1.0], Names::numbered(1, 1, 1)).unwrap();
     assert!(unstable.c().unwrap_err().to_string().contains("the observer is unstable"));
     assert!(unstable.rust().is_err());

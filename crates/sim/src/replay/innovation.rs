@@ -1,5 +1,5 @@
-//! What innovations `y - h(xhat)` say of an observer: their size, whether they are white, whether a filter believes in
-//! the right covariance (NIS); and, where the truth is known, whether its errors have the covariance it says (NEES).
+//! What innovations `y - h(xhat)` say of an observer: their size, whether they are white, whether they
+//! have the covariance that a filter computes (NIS); and, where the truth is known, whether its errors have the covariance it says (NEES).
 //!
 //! Where plant, noise and filter agree, the innovations of a Kalman filter are white, of mean 0, and of the covariance
 //! S that the filter computes. An observer with a constant gain has white innovations only by luck; their spectrum then
@@ -50,11 +50,11 @@ pub struct NormalisedSquare {
     pub degrees: usize,
 }
 
-/// Whether the innovations of a filter, or its errors, have the covariance that it believes in: the test of NIS or NEES.
+/// Whether the innovations of a filter, or its errors, have the covariance that it computes: the test of NIS or NEES.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Consistency {
     /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^-1 e` for NEES. Above the region, the filter
-    /// trusts itself too much; below, too little.
+    /// is overconfident; below, conservative.
     pub mean: f64,
     /// What it is on average where everything agrees: the degrees of freedom of one sample.
     pub expected: f64,

@@ -36,7 +36,7 @@ pub struct ReplayedObserver {
     pub steps: usize,
 }
 
-/// What a filter believes along a recording.
+/// What a filter computes along a recording besides its estimate: covariances, and normalised innovations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
     /// `nu' S^-1 nu` of each time (normalised innovation squared); none where nothing was measured.
@@ -93,7 +93,7 @@ impl ReplayedObserver {
         Ok((0..used.ncols()).map(|j| innovation::statistics(&of(j))).collect())
     }
 
-    /// Whether the innovations of a filter have, from the time `from` on, the covariance that it believes in (NIS);
+    /// Whether the innovations of a filter have, from the time `from` on, the covariance that it computes (NIS);
     /// none for other observers.
     ///
     /// # Errors
@@ -118,7 +118,7 @@ impl ReplayedObserver {
         Ok(DMatrix::from_fn(self.t.len(), expected, error))
     }
 
-    /// Whether the errors of a filter have, from the time `from` on, the covariance that it believes in (NEES); none
+    /// Whether the errors of a filter have, from the time `from` on, the covariance that it computes (NEES); none
     /// for other observers. Where only some true states are known, it is that of these.
     ///
     /// # Errors

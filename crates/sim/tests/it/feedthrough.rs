@@ -5,8 +5,8 @@
 //! A = [0 1; -2 -0.5], B = [0; 1], C = [1 0], D = 0.5 from x(0) = (1, -1), xhat(0) = 0 with u = sin 2t.
 
 use luenberger_observers::{
-    CubicObserver, ExtendedKalmanFilter, KalmanFilter, KalmanModel, LinearObserver, NoiseModel, SampledCubicGains,
-    SampledCubicObserver, SampledObserver,
+    CubicObserver, DiscreteLinearObserver, ExtendedKalmanFilter, KalmanFilter, KalmanModel, LinearObserver, NoiseModel,
+    SampledCubicGains, SampledCubicObserver, SampledObserver,
 };
 use luenberger_plants::{ByDual, Dimensions, Plant, Shape, StaticPlant};
 use luenberger_sim::{Comparison, Scenario, Signal, SimError, Trajectory};
@@ -212,4 +212,39 @@ fn an_observer_without_d_is_wrong() {
     let f = plant.a - l * plant.c;
     let stays: SVector<f64, 2> = f.try_inverse().unwrap() * l * 0.5;
     assert!((last("wrong") - stays.norm()).abs() < 1e-8, "{} {}", last("wrong"), stays.norm());
+}
+
+/// A plant in discrete time: the recursion itself, the input held, and observers in continuous time refused.
+#[test]
+fn a_plant_in_discrete_time_is_its_recursion() {
+    let (ad, bd) = held();
+    let discrete = StaticPlant { a: ad, b: bd, ..plant() };
+    let observer = DiscreteLinearObserver::new(discrete.clone(), Vector2::new(0.5, 0.8), 0.1).unwrap();
+    let times: Vec<f64> = (0..=20).map(|k| 0.1 * f64::from(k)).collect();
+    let run = Scenario::new(discrete.clone())
+        .discrete_time(0.1)
+        .initial_state(&[1.0, -1.0])
+        .input(Signal::scalar(input))
+        .sampled_observer("linear", &observer, &[0.0, 0.0])
+        .times(&times)
+        .run()
+        .unwrap();
+    let (mut x, mut xhat): (Vector2<f64>, Vector2<f64>) = (Vector2::new(1.0, -1.0), Vector2::zeros());
+    for (k, &t) in times.iter().enumerate() {
+        let u = Vector1::new(input(t));
+        assert!((run.x[(k, 0)] - x[0]).abs() < 1e-14 && (run.x[(k, 1)] - x[1]).abs() < 1e-14, "{k}");
+        assert!((run.u[(k, 0)] - u[0]).abs() < 1e-14 && (run.y[(k, 0)] - x[0] - 0.5 * u[0]).abs() < 1e-14, "{k}");
+        assert!((run.observers[0].estimate[(k, 0)] - xhat[0]).abs() < 1e-14, "{k}");
+        let y = discrete.output(t, &x, &u);
+        observer.step(t, &mut xhat, &u, &y);
+        x = ad * x + bd * u;
+    }
+    // As scipy's recursion of the held plant.
+    let at_end = Vector2::new(run.x[(20, 0)], run.x[(20, 1)]);
+    assert!((at_end - Vector2::new(-0.219559077046171, 0.052056776492248)).amax() < 1e-12);
+    let continuous = LinearObserver::of(discrete.clone(), Vector2::new(0.5, 0.8)).unwrap();
+    let refused =
+        Scenario::new(discrete.clone()).discrete_time(0.1).observer("one", continuous, &[0.0, 0.0]).until(1.0, 2).run();
+    assert_eq!(refused.unwrap_err(), SimError::ContinuousObserver { name: "one".to_owned() });
+    assert!(Scenario::new(discrete).discrete_time(0.0).until(1.0, 2).run().is_err());
 }

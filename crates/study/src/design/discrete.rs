@@ -49,7 +49,7 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Desi
 }
 
 /// The gain; a failure for a specification that is of continuous time.
-fn gain_of(
+pub(super) fn gain_of(
     plant: &StateSpace,
     spec: &LinearSpec,
     dt: f64,
@@ -123,5 +123,5 @@ fn extended(
 ) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let filter = ExtendedKalmanFilter::discrete(study.plant.model.clone(), noises, dt).map_err(DesignError::from)?;
-    Ok(super::nonlinear::extended_report(filter, (w, v, p0), dt, gate)?)
+    super::nonlinear::extended_report(filter, (w, v, p0), dt, gate)
 }

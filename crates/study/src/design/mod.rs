@@ -16,7 +16,7 @@ pub use runnable::{At, Chains, Runnable};
 use std::sync::atomic::AtomicBool;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{Certificate, DesignError, Fact, GainOptions, LinearDesign, ProvedTheorem};
+use luenberger_design::{Certificate, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem};
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
@@ -117,6 +117,20 @@ fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<D
             explain::small_and_autonomous(study, wish)?;
             kkl::design(model, kkl, cancel).map_err(explained)
         }
+    }
+}
+
+/// The linear design of a specification, for a plant in discrete time; why there is none.
+pub(crate) fn discrete_design(
+    study: &Study,
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    dt: f64,
+    observer: &ObserverSpec,
+) -> Result<DiscreteDesign, String> {
+    match discrete::gain_of(plant, gain, dt, observer) {
+        Ok(design) => design.map_err(|misfit| explain::misfit(study, observer, &misfit).hypothesis),
+        Err(failure) => Err(failure.hypothesis),
     }
 }
 

@@ -105,7 +105,7 @@ fn locked_out(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Vec<Stri
             (belief.rejected.iter().filter(|(_, of)| *of == j).count(), log.recording.outputs().count(j));
         (rejected as f64 > REJECTED * all as f64).then(|| {
             format!(
-                "{}: the gate rejects {rejected} of {all} measurements of {output}: the filter trusts itself too much, or the model is wrong; increase p0, w or gate",
+                "{}: the gate rejects {rejected} of {all} measurements of {output}: the filter is overconfident, or the model is wrong; increase p0, w or gate",
                 replayed.name
             )
         })

@@ -60,20 +60,20 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Option<(String, Figu
 fn panels(study: &Study, scoring: &ScoringReport, points: &[Point<'_>]) -> Vec<Panel> {
     let time = |text: &str| with_unit(text, study.plant.time_unit.as_ref());
     if scoring.scale.is_some() {
-        let norm = points.iter().map(|point| (point.observer, point.norm)).collect();
-        return vec![panel(time("settling time"), "steady-state rms of |e|".to_owned(), norm)];
+        let norm: Vec<_> = points.iter().map(|point| (point.observer, point.norm)).collect();
+        return vec![panel(&time("settling time"), "steady-state rms of |e|", &norm)];
     }
     let all: Vec<usize> = (0..study.plant.states.len()).collect();
     let of = |i: &usize| {
         let name = &study.plant.states[*i];
         let error = with_unit(&format!("steady-state RMSE of {name}"), study.plant.units.get(*i));
-        let state = points.iter().filter_map(|point| Some((point.observer, *point.states.get(*i)?))).collect();
-        panel(time(&format!("settling time of {name}")), error, state)
+        let states = points.iter().filter_map(|point| Some((point.observer, *point.states.get(*i)?)));
+        panel(&time(&format!("settling time of {name}")), &error, &states.collect::<Vec<_>>())
     };
     study.plot.states.as_ref().unwrap_or(&all).iter().map(of).collect()
 }
 
-fn panel(speed: String, error: String, points: Vec<(&str, Speed)>) -> Panel {
+fn panel(speed: &str, error: &str, points: &[(&str, Speed)]) -> Panel {
     let mut names: Vec<&str> = points.iter().map(|point| point.0).collect();
     names.dedup();
     let mut panel = Panel::new(speed, error).log_y();

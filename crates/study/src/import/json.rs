@@ -1,7 +1,7 @@
 //! A JSON object of lists, as `json.dump` writes it.
 
 use super::model::unread;
-use super::variable::{Value, Variable, is_known};
+use super::variable::{Value, Variable, is_known, names_of};
 use super::{ImportError, LARGEST_MATRIX};
 use nalgebra::DMatrix;
 use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -47,7 +47,8 @@ impl<'de> Visitor<'de> for Fields {
             }
             // An unknown key may be a structure that contains the model.
             let is_known = is_known(&name);
-            let value = map.next_value_seed(Field { is_outer: self.is_outer && !is_known, is_known })?;
+            let is_list = names_of(&name).is_some();
+            let value = map.next_value_seed(Field { is_outer: self.is_outer && !is_known, is_known, is_list })?;
             variables.push(match value {
                 Value::Other(_) if !is_known => unread(name),
                 value => Variable { name, value },
@@ -61,8 +62,10 @@ impl<'de> Visitor<'de> for Fields {
 struct Field {
     /// Whether a structure may be the model.
     is_outer: bool,
-    /// Whether a matrix is expected.
+    /// Whether a matrix is expected, or a list of names.
     is_known: bool,
+    /// Whether a list of names is expected.
+    is_list: bool,
 }
 
 impl<'de> DeserializeSeed<'de> for Field {
@@ -116,6 +119,16 @@ impl<'de> Visitor<'de> for Field {
         if !self.is_known {
             while rows.next_element::<IgnoredAny>()?.is_some() {}
             return Ok(Value::Other("a list".to_owned()));
+        }
+        if self.is_list {
+            let (mut names, mut is_text) = (Vec::new(), true);
+            while let Some(entry) = rows.next_element::<serde_json::Value>()? {
+                match entry.as_str() {
+                    Some(name) if names.len() < LARGEST_MATRIX => names.push(name.to_owned()),
+                    _ => is_text = false,
+                }
+            }
+            return Ok(if is_text { Value::Names(names) } else { Value::Other("a list".to_owned()) });
         }
         let (mut entries, mut columns, mut count) = (Vec::new(), 0, 0);
         while let Some(Row(row)) = rows.next_element()? {

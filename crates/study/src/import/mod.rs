@@ -7,7 +7,11 @@
 //! | JSON | `json.dump({"A": sys.A.tolist(), ...}, file)` |
 //!
 //! Names may be in upper or lower case. `A` (n x n) and `C` (p x n) are required; `B` (n x m) and `D`
-//! (p x m) are optional. `E` must be the identity. A sampling time (`dt`, `Ts`) above zero makes the plant one in discrete time. Sparse matrices are converted to dense ones. All other variables are ignored, and listed.
+//! (p x m) are optional. `E` must be the identity. A sampling time (`dt`, `Ts`) above zero makes the plant one in
+//! discrete time. Names of the columns are kept: lists of texts with MATLAB's names (`StateName`, `InputName`,
+//! `OutputName`), python-control's (`state_labels`, ..) or those of a study (`states`, ..), where they are distinct and
+//! as many as there are columns. Sparse matrices are converted to dense ones. All other variables are ignored, and
+//! listed.
 //!
 //! The format is recognized from the first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
 //! [`INFLATED`]: a file that declares more is rejected before memory is allocated, and no input makes the reader panic.

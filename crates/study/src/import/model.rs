@@ -1,7 +1,7 @@
 //! From the variables of a file to a plant.
 
 use super::ImportError;
-use super::variable::{UNREAD, Value, Variable, is_known};
+use super::variable::{Columns, UNREAD, Value, Variable, is_known, names_of};
 use nalgebra::DMatrix;
 
 /// A plant `x' = A x + B u`, `y = C x + D u`, every entry finite.
@@ -17,6 +17,12 @@ pub struct Model {
     pub d: Option<DMatrix<f64>>,
     /// The period of a model in discrete time; none in continuous time.
     pub dt: Option<f64>,
+    /// The names of the states; none if the file has none, or none that can be used.
+    pub states: Option<Vec<String>>,
+    /// The names of the inputs, likewise.
+    pub inputs: Option<Vec<String>>,
+    /// The names of the outputs, likewise.
+    pub outputs: Option<Vec<String>>,
     /// The names of the other variables in the file.
     pub ignored: Vec<String>,
 }
@@ -54,9 +60,12 @@ impl Model {
             Some(dt) => Some(dt),
             None => take.sampling_time("Ts")?,
         };
+        let states = take.names(Columns::States, n);
+        let inputs = take.names(Columns::Inputs, b.ncols());
+        let outputs = take.names(Columns::Outputs, c.nrows());
         ignored.extend(take.variables.into_iter().map(|variable| variable.name));
         ignored.sort();
-        Ok(Self { a, b, c, d, dt, ignored })
+        Ok(Self { a, b, c, d, dt, states, inputs, outputs, ignored })
     }
 }
 
@@ -112,6 +121,7 @@ impl Take {
         let m = match value {
             Value::Matrix(m) => m,
             Value::Structure(_) => return Err(ImportError::NotReal { name: given, found: "a structure".to_owned() }),
+            Value::Names(_) => return Err(ImportError::NotReal { name: given, found: "a list of texts".to_owned() }),
             Value::Other(found) => return Err(ImportError::NotReal { name: given, found }),
         };
         for column in 0..m.ncols() {
@@ -125,6 +135,25 @@ impl Take {
         Ok(Some(m))
     }
 
+    /// The names of these columns: as many as there are, distinct, and fit for a study. Others stay among the variables.
+    fn names(&mut self, columns: Columns, count: usize) -> Option<Vec<String>> {
+        let usable = |names: &Vec<String>| {
+            let fits = |(k, name): (usize, &String)| {
+                let length = name.chars().count();
+                (1..=100).contains(&length) && !name.contains(char::is_control) && !names[..k].contains(name)
+            };
+            names.len() == count && count > 0 && names.iter().enumerate().all(fits)
+        };
+        let place = self.variables.iter().position(|variable| {
+            let named = names_of(&variable.name) == Some(columns);
+            named && matches!(&variable.value, Value::Names(names) if usable(names))
+        })?;
+        match self.variables.remove(place).value {
+            Value::Names(names) => Some(names),
+            _ => None,
+        }
+    }
+
     /// Rejects a model with a sampling time; 0, an empty matrix and `None` mean continuous time.
     fn sampling_time(&mut self, name: &str) -> Result<Option<f64>, ImportError> {
         let Some(Variable { name, value }) = self.variable(name)? else { return Ok(None) };
@@ -135,6 +164,7 @@ impl Take {
             Value::Other(found) if found == "null" || found == "false" => return Ok(None),
             Value::Other(found) => found,
             Value::Structure(_) => "a structure".to_owned(),
+            Value::Names(_) => "a list of texts".to_owned(),
         };
         Err(ImportError::Discrete { name, value })
     }

@@ -7,7 +7,7 @@
 //! Source: NumPy Enhancement Proposal 1.
 
 use super::model::unread;
-use super::variable::{Value, Variable, entries, is_known};
+use super::variable::{Value, Variable, entries, is_known, names_of};
 use super::{INFLATED, ImportError, LARGEST_MATRIX};
 use nalgebra::DMatrix;
 use std::io::{Cursor, Read};
@@ -63,6 +63,9 @@ fn array(name: &str, data: &[u8]) -> Result<Value, ImportError> {
     let (header, numbers) = rest.split_at_checked(length).ok_or_else(cut)?;
     let header = std::str::from_utf8(header).map_err(|_| damaged("an array of the archive whose header is no text"))?;
     let header = Header::parse(header).ok_or_else(|| damaged("an array of the archive whose header is not numpy's"))?;
+    if names_of(name).is_some() {
+        return Ok(header.names(numbers));
+    }
     let (rows, columns) = match header.shape[..] {
         // One dimension: row or column is not specified; for one entry it does not matter.
         [] | [1] => (1, 1),
@@ -112,6 +115,25 @@ impl Header {
         let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
         let shape = sizes.map(|size| size.parse().ok()).collect::<Option<Vec<u64>>>()?;
         Some(Self { kind, is_fortran, shape })
+    }
+
+    /// The texts of an array of one dimension, `<U12`: characters of four bytes, padded with zeros.
+    fn names(&self, data: &[u8]) -> Value {
+        let other = || Value::Other(format!("of the type {:?}", self.kind));
+        let ([count], Some(width)) =
+            (&self.shape[..], self.kind.strip_prefix("<U").and_then(|n| n.parse::<usize>().ok()))
+        else {
+            return other();
+        };
+        let bytes = width.saturating_mul(4);
+        if bytes == 0 || data.len() != (*count as usize).saturating_mul(bytes) {
+            return other();
+        }
+        let text = |name: &[u8]| -> String {
+            let letters = name.as_chunks::<4>().0.iter().map(|letter| u32::from_le_bytes(*letter));
+            letters.take_while(|letter| *letter != 0).map(|letter| char::from_u32(letter).unwrap_or('?')).collect()
+        };
+        Value::Names(data.chunks_exact(bytes).map(text).collect())
     }
 
     /// The letter and the width, for kinds that are real numbers.

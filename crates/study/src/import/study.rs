@@ -19,6 +19,12 @@ impl Model {
         if let Some(d) = &self.d {
             matrix(&mut text, "d", d);
         }
+        for (key, names) in [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)] {
+            if let Some(names) = names {
+                let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+                _ = writeln!(text, "{key} = [{}]", names.join(", "));
+            }
+        }
         if let Some(dt) = self.dt {
             text.push_str("# In discrete time, x+ = A x + B u.\n");
             _ = writeln!(text, "dt = {dt:?}");

@@ -6,6 +6,28 @@ use nalgebra::DMatrix;
 /// The names that are used, in lower case.
 const KNOWN: [&str; 7] = ["a", "b", "c", "d", "e", "dt", "ts"];
 
+/// The names of lists of names, in lower case: MATLAB's, python-control's, and those of a study.
+const NAMES: [[&str; 3]; 3] = [
+    ["statename", "state_labels", "states"],
+    ["inputname", "input_labels", "inputs"],
+    ["outputname", "output_labels", "outputs"],
+];
+
+/// Which columns a list of names is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Columns {
+    States,
+    Inputs,
+    Outputs,
+}
+
+/// Which columns a variable of this name names, if any.
+pub(super) fn names_of(name: &str) -> Option<Columns> {
+    let all = [Columns::States, Columns::Inputs, Columns::Outputs];
+    let is_of = |list: &&[&str; 3]| list.iter().any(|known| known.eq_ignore_ascii_case(name));
+    NAMES.iter().zip(all).find(|(list, _)| is_of(list)).map(|(_, columns)| columns)
+}
+
 /// One variable of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Variable {
@@ -20,6 +42,8 @@ pub(super) enum Value {
     Matrix(DMatrix<f64>),
     /// A structure, with its fields.
     Structure(Vec<Variable>),
+    /// A list of texts.
+    Names(Vec<String>),
     /// Anything else, with a description.
     Other(String),
 }
@@ -29,6 +53,7 @@ impl Variable {
     pub(super) fn described(&self) -> String {
         match &self.value {
             Value::Other(what) if what != UNREAD => format!("{} ({what})", self.name),
+            Value::Names(_) => format!("{} (a list of texts)", self.name),
             _ => self.name.clone(),
         }
     }
@@ -39,7 +64,7 @@ pub(super) const UNREAD: &str = "not read";
 
 /// Whether a variable of this name is read; of all others only the names are kept.
 pub(super) fn is_known(name: &str) -> bool {
-    KNOWN.iter().any(|known| known.eq_ignore_ascii_case(name))
+    KNOWN.iter().any(|known| known.eq_ignore_ascii_case(name)) || names_of(name).is_some()
 }
 
 /// The number of entries of a matrix, if it is within the limit.

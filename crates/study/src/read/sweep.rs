@@ -89,7 +89,7 @@ fn numbers(root: &Node) -> Vec<(String, Vec<Step>)> {
     let mut found = Vec::new();
     for table in ["plant", "truth", "simulation"] {
         let Some(node) = root.get(table) else { continue };
-        let start = vec![Step::Key(table.to_owned())];
+        let start = [Step::Key(table.to_owned())];
         // Parameters of a plant need no further name.
         if let Some(parameters) = node.get("parameters") {
             let inner = start.iter().cloned().chain([Step::Key("parameters".to_owned())]).collect();
@@ -172,6 +172,8 @@ fn variants(
     Some(variants)
 }
 
+const FACTOR: &str = "expected a positive finite number";
+
 fn values(node: &Node, parameter: &Swept, reader: &mut Reader) -> Option<Vec<f64>> {
     let factor = !matches!(parameter, Swept::Number(_));
     let log = node.get("spacing").and_then(Node::text) != Some("linear");
@@ -183,7 +185,6 @@ fn values(node: &Node, parameter: &Swept, reader: &mut Reader) -> Option<Vec<f64
         reader.wrong(at.span.clone(), format!("{what} is {x}"), expected);
         None
     };
-    const FACTOR: &str = "expected a positive finite number";
     match (node.entry("values"), node.get("from"), node.get("to")) {
         (Some(values), None, None) => {
             let list = values.node.list()?;

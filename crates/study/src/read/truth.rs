@@ -3,7 +3,7 @@
 use luenberger_sim::{Channel, Disturbances, Fault, Noise};
 
 use super::tree::{Entry, Node, Value};
-use super::{Reader, check, plant};
+use super::{Reader, Reported, check, plant};
 use crate::model::PlantModel;
 use crate::study::{Simulation, Truth};
 
@@ -38,10 +38,10 @@ pub(super) fn truth(
         process_noise,
         input_delay: delay("input_delay")?,
         output_delay: delay("measurement_delay")?,
-        actuator: fault(node, "actuator", (m, "inputs"), reader)?,
-        sensor: fault(node, "sensor", (p, "outputs"), reader)?,
+        actuator: fault(node, "actuator", (m, "input"), reader).ok()?,
+        sensor: fault(node, "sensor", (p, "output"), reader).ok()?,
         quantisation,
-        channel: channel(node, p, simulation, reader)?,
+        channel: channel(node, p, simulation, reader).ok()?,
     };
     let words = words(node);
     Some(Truth { model, disturbances, words })
@@ -89,49 +89,58 @@ fn varied(plant_node: &Node, parameters: &Node, reader: &mut Reader) -> Option<P
     plant
 }
 
-/// Gain and bias of actuators or sensors; 1 and 0 where not given.
-fn fault(node: &Node, key: &str, (count, of): (usize, &str), reader: &mut Reader) -> Option<Option<Fault>> {
-    let Some(table) = node.get(key) else { return Some(None) };
+/// Gain and bias of actuators or sensors, if there is a fault; 1 and 0 where not given.
+fn fault(node: &Node, key: &str, (count, of): (usize, &str), reader: &mut Reader) -> Result<Option<Fault>, Reported> {
+    let Some(table) = node.get(key) else { return Ok(None) };
     let mut entries = |key: &str, otherwise: f64| match table.get(key) {
-        Some(list) => reader.numbers(list, key, count, of),
-        None => Some(vec![otherwise; count]),
+        Some(list) => reader.numbers(list, key, count, of).ok_or(Reported),
+        None => Ok(vec![otherwise; count]),
     };
     let (gain, bias) = (entries("gain", 1.0)?, entries("bias", 0.0)?);
-    Some(Some(Fault { gain, bias, from: table.get("from").map_or(Some(0.0), Node::number)? }))
+    let from = table.get("from").map_or(Some(0.0), Node::number).ok_or(Reported)?;
+    Ok(Some(Fault { gain, bias, from }))
 }
 
 /// Dropouts and outliers, if there are any.
-fn channel(node: &Node, outputs: usize, simulation: &Simulation, reader: &mut Reader) -> Option<Option<Channel>> {
+fn channel(
+    node: &Node,
+    outputs: usize,
+    simulation: &Simulation,
+    reader: &mut Reader,
+) -> Result<Option<Channel>, Reported> {
     let (dropout, outliers) = (node.get("dropout"), node.get("outliers"));
     if dropout.is_none() && outliers.is_none() {
-        return Some(None);
+        return Ok(None);
     }
     let mut probability = |at: Option<&Node>, name: &str| {
-        let Some(at) = at else { return Some(0.0) };
-        let value = at.number()?;
+        let Some(at) = at else { return Ok(0.0) };
+        let value = at.number().ok_or(Reported)?;
         if (0.0..=1.0).contains(&value) {
-            return Some(value);
+            return Ok(value);
         }
         reader.wrong(at.span.clone(), format!("`{name}` is {value}"), "expected a probability from 0 to 1");
-        None
+        Err(Reported)
     };
     let dropout = probability(dropout, "dropout")?;
     let outlier = probability(outliers.and_then(|table| table.get("probability")), "probability")?;
     let outlier_size = match outliers {
-        Some(table) => reader.numbers(table.get("size")?, "size", outputs, "output")?,
+        Some(table) => {
+            let size = table.get("size").and_then(|size| reader.numbers(size, "size", outputs, "output"));
+            size.ok_or(Reported)?
+        }
         None => vec![0.0; outputs],
     };
     let period = match (node.get("period"), &simulation.noise) {
-        (Some(period), _) => period.number()?,
+        (Some(period), _) => period.number().ok_or(Reported)?,
         (None, Some(noise)) => noise.period,
         (None, None) => {
             let message = "`dropout` and `outliers` are drawn every period, and there is none";
             reader.absent(check::head(node), message, "expected `period`, or simulation.noise with its period");
-            return None;
+            return Err(Reported);
         }
     };
-    let seed = node.get("seed").map_or(Some(0), Node::count)? as u64;
-    Some(Some(Channel { dropout, outlier, outlier_size, period, seed }))
+    let seed = node.get("seed").map_or(Some(0), Node::count).ok_or(Reported)? as u64;
+    Ok(Some(Channel { dropout, outlier, outlier_size, period, seed }))
 }
 
 /// The table as a sentence.

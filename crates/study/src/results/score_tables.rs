@@ -169,10 +169,10 @@ impl SimulationReport {
 }
 
 /// A median with the percentiles beside it.
-fn spread(median: Option<f64>, percentiles: Vec<Option<f64>>) -> ScoreCell {
+fn spread(median: Option<f64>, percentiles: impl Iterator<Item = Option<f64>>) -> ScoreCell {
     let Some(median) = median else { return ScoreCell::text("-") };
-    let ends: Vec<String> =
-        percentiles.iter().map(|x| x.map_or_else(|| "never".to_owned(), |x| significant(x, 3))).collect();
+    let end = |x: Option<f64>| x.map_or_else(|| "never".to_owned(), |x| significant(x, 3));
+    let ends: Vec<String> = percentiles.map(end).collect();
     if ends.is_empty() {
         return ScoreCell::number(median);
     }
@@ -195,7 +195,7 @@ impl SweepReport {
             columns.extend(head(&[&timed("settling time"), "peak |e|", "rms |e|", "|e| at the end"]));
             let scores = |row: &SweepRow| {
                 let of = |median: Option<f64>, score: fn(&PercentileReport) -> Option<f64>| {
-                    spread(median, row.percentiles.iter().map(score).collect())
+                    spread(median, row.percentiles.iter().map(score))
                 };
                 [
                     of(row.settling, |p| p.settling),
@@ -213,7 +213,7 @@ impl SweepReport {
         for row in finished() {
             for (i, state) in row.states.iter().take(most).enumerate() {
                 let of = |score: fn(&StateReport) -> Option<f64>| {
-                    spread(score(state), row.percentiles.iter().map(|p| score(&p.states[i])).collect())
+                    spread(score(state), row.percentiles.iter().map(|p| score(&p.states[i])))
                 };
                 let scores = [
                     of(|s| Some(s.rmse)),

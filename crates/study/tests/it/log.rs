@@ -309,7 +309,7 @@ fn a_gate_that_locks_a_filter_out_is_named() {
         (results.warnings.into_iter().find(|warning| warning.contains("gate")), row.outputs[0].rejected)
     };
     let (warning, _) = warned(1e-4);
-    let expected = "filter: the gate rejects 22 of 22 measurements of position: the filter trusts itself too much, or the model is wrong; increase p0, w or gate";
+    let expected = "filter: the gate rejects 22 of 22 measurements of position: the filter is overconfident, or the model is wrong; increase p0, w or gate";
     assert_eq!(warning.as_deref(), Some(expected));
     // With P(0) that covers the first error, only the rows after the sensor has moved by 100 are rejected.
     let (warning, rejected) = warned(900.0);

@@ -2,6 +2,7 @@
 
 mod battery;
 mod choices;
+mod discrete_time;
 mod feedthrough;
 mod folder;
 mod gain_limits;

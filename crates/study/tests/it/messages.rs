@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_study::diagnostic::Located;
 use luenberger_study::results::FailureReport;
+use luenberger_study::table::Table;
 use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
 
 use crate::mistakes;
@@ -129,6 +130,22 @@ fn studies() -> Vec<(&'static str, Step, String)> {
         ("outside of the domain", Step::Compare, with("[plant]\nf = [\"-1 - 0*sqrt(x1)\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),
         ("a log with a gap and a blank cell", Step::Compare, with(INTEGRATORS, &format!("{quick}[log]\nfile = \"log.csv\"\n"))),
         (
+            "observers of a fixed period on a log",
+            Step::Compare,
+            with(INTEGRATORS, "[log]\nfile = \"log.csv\"\ninterpolation = \"linear\"\n")
+                + &[("slow", 2.0), ("fast", 0.25), ("never", 1000.0)].map(|(name, period)| {
+                    format!("[[observer]]\nname = \"{name}\"\nkind = \"sampled-cubic\"\npoles = [-0.2, -0.5]\ngamma = 0.1\nperiod = {period}\n")
+                }).concat(),
+        ),
+        (
+            "a filter on a log that rejects too much",
+            Step::Compare,
+            with(
+                INTEGRATORS,
+                "[log]\nfile = \"log.csv\"\nstates = [\"y1\", \"-\"]\n[[observer]]\nkind = \"extended-kalman\"\nw = 0\nv = 1e-6\np0 = 1e-6\nperiod = 1\ngate = 5\n",
+            ),
+        ),
+        (
             "feedback of an observer without a design",
             Step::Compare,
             with(
@@ -181,6 +198,9 @@ fn said(text: &str, step: Step) -> String {
     for sentence in scorings.flat_map(|scoring| &scoring.words) {
         _ = writeln!(said, "{sentence}");
     }
+    if let Some(log) = &results.log {
+        _ = writeln!(said, "{}", luenberger_study::results::log_data(log, None));
+    }
     for warning in &results.warnings {
         _ = writeln!(said, "warning: {warning}");
     }
@@ -188,6 +208,35 @@ fn said(text: &str, step: Step) -> String {
         _ = writeln!(said, "failed: {failure}");
     }
     said
+}
+
+/// Mistakes of CSV files.
+fn tables() -> Vec<String> {
+    let texts = [
+        "",
+        "0,1\n1,2\n",
+        "t,y,t\n",
+        "t,y\n0,1\n1\n",
+        "t,y\n0,1\n1,1,5\n",
+        "t,y\n0,1.5V\n1,2\n",
+        "t,y\n2024-05-01 12:00:00,1\n2024-05-01 12:00:01,2\n",
+        "t;y\n0;1.5\n1;1,5\n",
+        "t;y\n0;1,5\n1;1.5\n",
+        "t,y\n0,\"1,500\"\n1,2\n",
+        "t,y\n0,inf\n1,2\n",
+        "t,y\n0,1\n,2\n",
+        "t,y\n0,1\n",
+        "t,y\n0,1\n0,2\n",
+        "t,y\n1,1\n0,2\n",
+        "time,y\n0,1\n1,2\n",
+        "t,Y\n0,1\n1,2\n",
+    ];
+    let mistake = |text: &&str| {
+        let log = Table::parse(text).and_then(|table| table.recording("t", &[], &["y"]));
+        log.map_or_else(|error| error.to_string(), |_| panic!("{text}"))
+    };
+    let encoding = Table::from_bytes(b"t,T [\xb0C]\n").map_or_else(|error| error.to_string(), |_| panic!("encoding"));
+    texts.iter().map(mistake).chain([encoding]).collect()
 }
 
 /// Errors that are hard to cause.
@@ -251,6 +300,8 @@ fn every_message_stands_in_the_reviewed_file() {
         mistakes::grammar,
         mistakes::long_names,
         mistakes::scores,
+        mistakes::swept_numbers,
+        mistakes::truth,
         mistakes::an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit,
     ] {
         test();
@@ -262,6 +313,8 @@ fn every_message_stands_in_the_reviewed_file() {
     for (title, step, study) in studies() {
         _ = write!(text, "\n# {} of {title}\n\n{}", step.name(), said(&study, step));
     }
+    text.push_str("\n# Mistakes in a CSV file\n\n");
+    text.extend(tables().iter().flat_map(|error| [error, "\n"]));
     text.push_str("\n# Errors\n\n");
     text.extend(errors().iter().flat_map(|error| [error, "\n"]));
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/messages.txt");

@@ -483,7 +483,7 @@ pub(crate) fn files_that_a_study_names() {
     );
     assert!(said(&log("double-integrator.toml", "")).contains("double-integrator.toml: "));
     let states = |states: &str| said(&log("measured-log.csv", &format!("states = {states}")));
-    assert!(states("[\"-\", \"-\"]").contains("`states` has 2 columns, and the plant has 1 states"));
+    assert!(states("[\"-\", \"-\"]").contains("`states` has 2 columns, and the plant has 1 state"));
     assert!(states("[\"sped\"]").contains("there is no column `sped`; the columns are t, voltage, angle"));
     assert!(read(&log("measured-log.csv", "states = [\"angle\"]"), Format::Toml).is_ok());
     assert!(
@@ -739,7 +739,7 @@ pub(crate) fn scores() {
 
 /// Numbers of a study that a sweep varies: their names, and values with which the study is no study.
 #[test]
-fn swept_numbers() {
+pub(crate) fn swept_numbers() {
     let text = format!("{NONLINEAR}[sweep]\nparameter = \"plant.k\"\nvalues = [1, 2]\n");
     one(
         &text,
@@ -778,7 +778,7 @@ fn swept_numbers() {
 }
 
 #[test]
-fn truth() {
+pub(crate) fn truth() {
     let text = format!(
         "{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\ndropout = 0.1\nperiod = 0.1\nsensor = {{ bias = [1] }}\n"
     );
@@ -788,20 +788,14 @@ fn truth() {
             ("{ k = 3 }", "{ kk = 3 }", 12, "the plant has no parameter `kk`", "expected one of k"),
             ("dropout = 0.1", "dropout = 1.1", 13, "`dropout` is 1.1", "a probability from 0 to 1"),
             ("period = 0.1\n", "", 11, "`dropout` and `outliers` are drawn every period", "simulation.noise"),
-            (
-                "bias = [1]",
-                "bias = [1, 2]",
-                15,
-                "`bias` has length 2, and the plant has 1 output",
-                "expected 1 entries",
-            ),
+            ("bias = [1]", "bias = [1, 2]", 15, "`bias` has length 2, and the plant has 1 output", "expected length 1"),
             ("dropout = 0.1", "input_delay = -1", 13, "`input_delay` is -1", "not negative"),
             (
                 "dropout = 0.1",
                 "process_noise = { amplitude = [1], period = 1 }",
                 13,
                 "`amplitude` has length 1, and the plant has 2 states",
-                "expected 2",
+                "expected length 2",
             ),
         ],
     );

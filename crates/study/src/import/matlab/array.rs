@@ -3,7 +3,7 @@
 use super::element::{Element, Elements, MATRIX, Order};
 use crate::import::ImportError;
 use crate::import::model::unread;
-use crate::import::variable::{Value, Variable, entries, is_known};
+use crate::import::variable::{Value, Variable, entries, is_known, names_of};
 use nalgebra::DMatrix;
 
 const CELL: u32 = 1;
@@ -18,6 +18,9 @@ const LAST_NUMERIC: u32 = 15;
 const OPAQUE: u32 = 17;
 
 const COMPLEX: u32 = 1 << 11;
+
+/// Text in UTF-8, the kind of an element.
+const UTF8: u32 = 16;
 
 /// The maximal number of fields of a structure.
 const FIELDS: usize = 4096;
@@ -67,6 +70,7 @@ fn matrix(name: &str, header: &Header, parts: &mut Elements) -> Result<Value, Im
     match header.class {
         SPARSE | FIRST_NUMERIC..=LAST_NUMERIC => {}
         TEXT => return other("text"),
+        CELL if names_of(name).is_some() => return names(header, parts),
         CELL => return other("a cell array"),
         _ => return other("neither numbers nor text"),
     }
@@ -115,6 +119,34 @@ fn matrix(name: &str, header: &Header, parts: &mut Elements) -> Result<Value, Im
         }
     }
     Ok(Value::Matrix(m))
+}
+
+/// The texts of a cell array; of one with anything else a description.
+fn names(header: &Header, parts: &mut Elements) -> Result<Value, ImportError> {
+    let mut names = Vec::new();
+    while let Some(cell) = parts.next_element()? {
+        if cell.kind != MATRIX {
+            return Err(parts.damaged("a cell that is no variable"));
+        }
+        let mut inside = Elements::of(cell, header.order, false);
+        let flags = inside.expect("a cell without flags")?;
+        let Some(word) = flags.data.first_chunk::<4>() else { return Err(parts.damaged("flags cut short")) };
+        if header.order.u32(*word) & 0xff != TEXT {
+            return Ok(Value::Other("a cell array".to_owned()));
+        }
+        inside.expect("a cell without dimensions")?;
+        inside.expect("a cell without a name")?;
+        let text = match inside.next_element()? {
+            Some(text) if text.kind == UTF8 => String::from_utf8_lossy(text.data).into_owned(),
+            Some(text) => {
+                let units: Vec<u16> = text.numbers(header.order)?.into_iter().map(|unit| unit as u16).collect();
+                String::from_utf16_lossy(&units)
+            }
+            None => String::new(),
+        };
+        names.push(text);
+    }
+    Ok(Value::Names(names))
 }
 
 /// The fields of a structure; arrays of structures are not read.

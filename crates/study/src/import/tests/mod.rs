@@ -18,7 +18,17 @@ fn assert_is_plant(bytes: &[u8], ignored: &[&str]) {
     let (a, b, c) = plant();
     assert_eq!(
         read(bytes),
-        Ok(Model { a, b, c, d: None, dt: None, ignored: ignored.iter().map(|name| (*name).to_owned()).collect() })
+        Ok(Model {
+            a,
+            b,
+            c,
+            d: None,
+            dt: None,
+            states: None,
+            inputs: None,
+            outputs: None,
+            ignored: ignored.iter().map(|name| (*name).to_owned()).collect()
+        })
     );
 }
 
@@ -101,6 +111,61 @@ fn a_feedthrough_is_taken_and_a_zero_one_is_none() {
     }
 }
 
+#[test]
+fn a_model_in_discrete_time_keeps_its_period() {
+    let model = read(br#"{"A": [[0.5, 1], [0, 0]], "C": [[1, 0]], "Ts": 0.25}"#).unwrap();
+    assert_eq!(model.dt, Some(0.25));
+    let study = model.study("t");
+    assert!(study.contains("# In discrete time, x+ = A x + B u.\ndt = 0.25\n"), "{study}");
+    assert!(study.contains("# Covariances per sample of the noise"), "{study}");
+    // The slowest time constant is 0.25/ln 2.
+    assert!(study.contains("duration = 10.0\n"), "{study}");
+}
+
+/// MATLAB's names, python-control's labels and those of a study are kept where they fit.
+#[test]
+fn names_of_columns_are_kept() {
+    let json = r#"{"A": [[0, 1], [-1, -1]], "B": [[0], [1]], "C": [[1, 0]],
+        "state_labels": ["angle", "speed"], "InputName": ["torque"], "outputs": ["encoder"]}"#;
+    let model = read(json.as_bytes()).unwrap();
+    let list = |names: &[&str]| Some(names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+    assert_eq!(model.states, list(&["angle", "speed"]));
+    assert_eq!((model.inputs.clone(), model.outputs.clone()), (list(&["torque"]), list(&["encoder"])));
+    assert!(model.ignored.is_empty());
+    assert!(
+        model.study("t").contains("states = [\"angle\", \"speed\"]\ninputs = [\"torque\"]\noutputs = [\"encoder\"]\n")
+    );
+    // Empty names, as MATLAB's defaults, too few and equal ones are no names; they are listed.
+    for names in ["[\"\", \"\"]", "[\"angle\"]", "[\"a\", \"a\"]", "[1, 2]", "3"] {
+        let model = read(json.replace("[\"angle\", \"speed\"]", names).as_bytes()).unwrap();
+        assert_eq!((model.states, model.ignored), (None, vec!["state_labels".to_owned()]), "{names}");
+    }
+    let (a, b, c) = plant();
+    for kind in kinds() {
+        let texts = ["q", "v\u{e4}", "z"];
+        let cells: Vec<Vec<u8>> = texts.iter().map(|text| kind.text(text)).collect();
+        let state_names = kind.array(1, &[3, 1], "", &cells);
+        let unnamed = |m: &DMatrix<f64>| kind.full("", m);
+        let fields = [("A", unnamed(&a)), ("B", unnamed(&b)), ("C", unnamed(&c)), ("StateName", state_names)];
+        let model = read(&kind.file(&[kind.structure("sys", &fields)])).unwrap();
+        assert_eq!(model.states, list(&texts), "{kind:?}");
+    }
+    let letters: Vec<u8> = ["on", "off"]
+        .iter()
+        .flat_map(|name| {
+            name.chars().chain(['\0'; 3]).take(3).flat_map(|letter| (letter as u32).to_le_bytes()).collect::<Vec<_>>()
+        })
+        .collect();
+    let header = "{'descr': '<U3', 'fortran_order': False, 'shape': (2,), }";
+    let one = |m: &DMatrix<f64>| writer::npy(m, false, "<f8");
+    let arrays = [
+        ("A", one(&dmatrix![0.0, 1.0; -1.0, -1.0])),
+        ("C", one(&dmatrix![1.0, 0.0])),
+        ("states", npy_of(header, &letters)),
+    ];
+    assert_eq!(read(&npz(&arrays, false)).unwrap().states, list(&["on", "off"]));
+}
+
 #[track_caller]
 fn refused(bytes: &[u8]) -> String {
     read(bytes).unwrap_err().to_string()
@@ -112,8 +177,11 @@ fn what_is_no_plant_is_refused_in_words() {
         refused(format!("{{\"A\": [[0, 1], [2, 3]], \"B\": [[0], [1]], \"C\": [[1, 0]]{more}}}").as_bytes())
     };
     assert_eq!(with(", \"D\": [[0, 0]]"), "D is 1 x 2, and must be 1 x 1 (C is 1 x n, B is n x 1)");
-    assert!(with(", \"dt\": 0.1").starts_with("the model is discrete (dt = 0.1)"));
-    assert!(with(", \"TS\": true").starts_with("the model is discrete (TS = true)"));
+    assert_eq!(
+        with(", \"TS\": true"),
+        "the sampling time TS is true, and must be a number: 0 for a model in continuous time"
+    );
+    assert!(with(", \"dt\": -1").starts_with("the sampling time dt is -1, and must be a number"));
     assert!(with(", \"E\": [[1, 0], [0, 2]]").starts_with("E(1, 1) is 2, and the plant of a study is x' = A x + B u"));
     assert_eq!(with(", \"a\": [[1]]"), "A and a could both be meant: leave one of them in the file");
     assert_eq!(with(", \"D\": \"none\""), "D is text, and must be a matrix of real numbers");
@@ -215,7 +283,7 @@ fn damage_is_located() {
 #[test]
 fn a_study_has_every_digit() {
     let (a, b, c) = plant();
-    let model = Model { a, b, c, d: None, dt: None, ignored: vec![] };
+    let model = Model { a, b, c, d: None, dt: None, states: None, inputs: None, outputs: None, ignored: vec![] };
     let study = model.study("a \"quoted\" \\ title\n");
     let parts = [
         "title = \"a \\\"quoted\\\" \\\\ title\\u000A\"\n\n[plant]\n",
@@ -288,7 +356,7 @@ proptest! {
         let a = DMatrix::from_column_slice(n, n, &entries[..n * n]);
         let b = DMatrix::from_column_slice(n, m, &entries[n * n..n * n + n * m]);
         let c = DMatrix::from_column_slice(1, n, &entries[n * n + n * m..]);
-        let expected = Model { a: a.clone(), b: b.clone(), c: c.clone(), d: None, dt: None, ignored: vec![] };
+        let expected = Model { a: a.clone(), b: b.clone(), c: c.clone(), d: None, dt: None, states: None, inputs: None, outputs: None, ignored: vec![] };
         let mat = Mat { is_little, is_compressed };
         let write = |name, m| if is_sparse { mat.sparse(name, m) } else { mat.full(name, m) };
         let file = mat.file(&[write("A", &a), write("B", &b), write("C", &c)]);

@@ -85,6 +85,12 @@ impl Mat {
         self.array(6, &[m.nrows() as u32, m.ncols() as u32], name, &[self.numbers(m.as_slice())])
     }
 
+    /// A text without a name, in characters of two bytes.
+    pub(super) fn text(self, text: &str) -> Vec<u8> {
+        let units: Vec<u8> = text.encode_utf16().flat_map(|unit| self.i16(unit as i16)).collect();
+        self.array(4, &[1, text.encode_utf16().count() as u32], "", &[self.element(4, &units)])
+    }
+
     pub(super) fn sparse(self, name: &str, m: &DMatrix<f64>) -> Vec<u8> {
         let (mut rows, mut starts, mut values) = (Vec::new(), vec![0], Vec::new());
         for column in m.column_iter() {

@@ -9,7 +9,7 @@ use super::{number, with_unit};
 use crate::results::{ConsistencyReport, FilterReport, LogReport, PlantSummary};
 
 /// What the regions of NIS and NEES are.
-const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter trusts itself too much, below it too little. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
+const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter is overconfident, below it conservative. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
 
 fn test(report: Option<&ConsistencyReport>) -> Cell {
     Cell::from(report.map_or_else(|| "-".to_owned(), ConsistencyReport::in_words).as_str())

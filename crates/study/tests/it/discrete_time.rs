@@ -1,0 +1,191 @@
+//! Plants in discrete time, `x+ = f(x, u)` with `dt`: gains, certificates, runs, logs of other kinds, and mistakes.
+//!
+//! Expected numbers: scipy 1.17.1 (`solve_discrete_are`), python-control 0.10.2 (`place`), filterpy 2.0.0
+//! (`ExtendedKalmanFilter`), and the recursions of plant and predictor written out in numpy.
+
+use std::path::Path;
+
+use luenberger_study::diagnostic::Located;
+use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+
+const LINEAR: &str = r#"[plant]
+a = [[0.9, 0.2], [-0.1, 0.8]]
+b = [[0], [0.5]]
+c = [[1, 0]]
+d = [[0.3]]
+dt = 0.1
+[input]
+expressions = ["sin(4*t)"]
+[simulation]
+x0 = [1, -1]
+duration = 2
+[[observer]]
+name = "kalman"
+kind = "kalman"
+w = [[0.01, 0], [0, 0.02]]
+v = 0.05
+[[observer]]
+name = "poles"
+kind = "luenberger"
+poles = [0.3, 0.4]
+[[observer]]
+name = "cubic"
+kind = "sampled-cubic"
+poles = [0.3, 0.4]
+gamma = 1
+period = 0.1
+[[observer]]
+name = "filter"
+kind = "extended-kalman"
+w = [[0.01, 0], [0, 0.02]]
+v = 0.05
+period = 0.1
+"#;
+
+fn study(text: &str) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn results(text: &str, step: Step) -> Results {
+    execute(&study(text), step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn mistake(text: &str) -> Located {
+    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
+        Err(StudyError::File(diagnostics)) => diagnostics.located()[0].clone(),
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("the mistake was not found in\n{text}"),
+    }
+}
+
+/// Errors at the end of the run of an observer, one for each state.
+fn last(results: &Results, observer: &str) -> Vec<f64> {
+    let rows = &results.simulation.as_ref().unwrap().rows;
+    let row = rows.iter().find(|row| row.observer == observer).unwrap();
+    row.merits.as_ref().unwrap_or_else(|| panic!("{row:?}")).states.iter().map(|state| state.last).collect()
+}
+
+#[test]
+fn linear_kinds_in_discrete_time() {
+    let results = results(LINEAR, Step::Run);
+    assert_eq!(results.failures(), Vec::<String>::new());
+    assert_eq!(results.plant.equations, ["x+ = A x + B u", "y = C x + D u"]);
+    assert_eq!(results.observability.as_ref().unwrap().rank, 2);
+    let gain = |name: &str| {
+        let observer = results.observers.iter().find(|observer| observer.name == name).unwrap();
+        let design = observer.design.as_ref().unwrap();
+        assert_eq!(design.verdict, "proved", "{name}");
+        design.matrices.iter().find(|matrix| matrix.name == "L").unwrap().rows.concat()
+    };
+    for (name, expected) in [("kalman", KALMAN), ("poles", [1.0, 0.9])] {
+        for (found, expected) in gain(name).iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{name}: {found}, expected {expected}");
+        }
+    }
+    for (name, expected) in [("kalman", KALMAN_LAST), ("poles", POLES_LAST)] {
+        for (found, expected) in last(&results, name).iter().zip(expected) {
+            assert!((found.abs() - expected.abs()).abs() < 1e-12, "{name}: {found}, expected {expected}");
+        }
+    }
+    assert!(last(&results, "cubic").iter().all(|error| error.abs() < 1e-6));
+    assert!(last(&results, "filter").iter().all(|error| error.abs() < 0.1));
+    assert!(results.warnings.iter().all(|warning| !warning.contains("zero-order hold")), "{:?}", results.warnings);
+}
+
+const KALMAN: [f64; 2] = [0.361_225_279_609_857_5, 0.073_416_536_244_710_3];
+const KALMAN_LAST: [f64; 2] = [0.000_492_198_221_457_2, 0.001_111_287_774_005_4];
+const POLES_LAST: [f64; 2] = [-6.572_662_28e-8, -1.644_385_945e-7];
+
+#[test]
+fn an_extended_kalman_filter_of_a_map() {
+    let text = r#"[plant]
+f = ["x1 + 0.1*x2", "x2 - 0.981*sin(x1) + 0.1*u1"]
+h = ["sin(x1)"]
+dt = 0.1
+[input]
+expressions = ["cos(3*t)"]
+[simulation]
+x0 = [0.3, 0.1]
+duration = 2.5
+[[observer]]
+name = "ekf"
+kind = "extended-kalman"
+w = [1e-3, 1e-2]
+v = 0.01
+period = 0.1
+"#;
+    let results = results(text, Step::Run);
+    assert_eq!(results.plant.equations[0], "x1+ = x1 + 0.1*x2");
+    for (found, expected) in last(&results, "ekf").iter().zip(EKF_LAST) {
+        assert!((found.abs() - expected.abs()).abs() < 1e-12, "{found}, expected {expected}");
+    }
+}
+
+const EKF_LAST: [f64; 2] = [5.876_228_554_93e-5, -1.533_059_718_29e-5];
+
+/// Every other kind says that it is for continuous time.
+#[test]
+fn other_kinds_say_so() {
+    let plant = "[plant]\nf = [\"x1 + 0.1*x2\", \"x2 - 0.1*sin(x1)\"]\nh = [\"x1\"]\ndt = 0.1\n[simulation]\nx0 = [1, 0]\nduration = 1\n";
+    for kind in [
+        "kind = \"lpv\"\ndecay_rate = 1",
+        "kind = \"lipschitz\"\ndecay_rate = 1",
+        "kind = \"mean-value\"\nregion = { states = [[-2, 2], [-2, 2]] }",
+        "kind = \"high-gain\"\nr = 0.1\nchains = [2]",
+        "kind = \"kkl-numerical\"\ndomain = [[-2, 2], [-2, 2]]\ncutoff = 1",
+        "kind = \"cubic\"\ngain = [[0.5], [0.5]]\ngamma = 1",
+    ] {
+        let results = results(&format!("{plant}[[observer]]\n{kind}\n"), Step::Design);
+        let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{kind} fits"));
+        assert!(
+            failure.hypothesis.contains("is for plants in continuous time, and this one has dt = 0.1"),
+            "{}",
+            failure.hypothesis
+        );
+        assert!(failure.alternatives[0].contains("extended-kalman"), "{failure:?}");
+    }
+    for (old, new, words) in [
+        (
+            "poles = [0.3, 0.4]\n[[observer]]",
+            "decay_rate = 1\n[[observer]]",
+            "`decay_rate` and `lmi` are for plants in continuous time",
+        ),
+        (
+            "poles = [0.3, 0.4]\n[[observer]]",
+            "gain = [[0], [0]]\nrho = 2\n[[observer]]",
+            "`rho` and `q` are for plants in continuous time",
+        ),
+        (
+            "poles = [0.3, 0.4]\n[[observer]]",
+            "gain = [[3], [0]]\n[[observer]]",
+            "A - L C has an eigenvalue that is not inside the unit circle",
+        ),
+        (
+            "gamma = 1\nperiod = 0.1",
+            "gamma = 1\nperiod = 0.2",
+            "period = 0.2, and the plant is in discrete time with dt = 0.1",
+        ),
+    ] {
+        let text = LINEAR.replace(old, new);
+        assert!(text != LINEAR, "{old}");
+        let results = results(&text, Step::Design);
+        let failures: Vec<_> = results.observers.iter().filter_map(|observer| observer.failure.clone()).collect();
+        assert!(failures.iter().any(|failure| failure.hypothesis.contains(words)), "{new}: {failures:?}");
+    }
+}
+
+#[test]
+fn mistakes_have_their_place() {
+    for (old, new, line, message) in [
+        ("dt = 0.1", "dt = 0", 6, "`dt` is 0"),
+        ("poles = [0.3, 0.4]", "poles = [0.3, -1]", 20, "the pole -1 is not inside the unit circle"),
+        ("duration = 2\n", "duration = 2\nhold = 0.05\n", 12, "`hold` differs from `dt` = 0.1"),
+        ("[input]", "[operating_point]\n[input]", 7, "[operating_point] is for plants in continuous time"),
+    ] {
+        let found = mistake(&LINEAR.replacen(old, new, 1));
+        assert!(found.message.contains(message), "{new}: {found:?}");
+        assert_eq!(found.line, line, "{new}: {found:?}");
+    }
+    let builtin = mistake("[plant]\nbuiltin = \"cuk\"\ndt = 0.1\n");
+    assert!(builtin.message.contains("the plants of the library are in continuous time"), "{builtin:?}");
+}
