@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
@@ -221,8 +222,12 @@ fn of_templates() -> Vec<CertificateFile> {
     files
 }
 
-fn all() -> Vec<CertificateFile> {
-    [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_templates()].concat()
+/// Made once: the tests run beside each other, and templates are read from files.
+fn all() -> &'static [CertificateFile] {
+    static ALL: OnceLock<Vec<CertificateFile>> = OnceLock::new();
+    ALL.get_or_init(|| {
+        [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_templates()].concat()
+    })
 }
 
 fn write(folder: &Path, texts: &[String]) -> Vec<PathBuf> {
