@@ -131,7 +131,7 @@ fn only_what_is_singular_is_called_so() {
     for a in [a, nilpotent] {
         let found = lyapunov(&a, &identity(4));
         let Err(error @ LinalgError::SingularEquation { gap, .. }) = &found else { panic!("{found:?}") };
-        assert!(*gap <= 1e-2 && error.to_string().contains("for the numbers as stored"), "{error}");
+        assert!(*gap <= 1e-2 && error.to_string().contains("for the data as stored"), "{error}");
         let found = sylvester(&a.transpose(), &a, &identity(4));
         assert!(matches!(found, Err(LinalgError::SingularEquation { .. })), "{found:?}");
         // Of the next matrix a solution exists. It is given with a bound that holds, with none, or not at all.
