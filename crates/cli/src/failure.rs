@@ -48,11 +48,11 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Study(#[from] StudyError),
     /// An observer without an exported form.
-    #[error("{observer} cannot be exported: {why}{}", instead.iter().map(|text| format!("\n  alternative: {text}")).collect::<String>())]
+    #[error("{observer} cannot be exported: {why}{}", alternatives(instead))]
     NotExported { observer: String, why: String, instead: Vec<String> },
     /// Numbers or names that the target does not take.
     #[error("{observer} cannot be exported: {error}")]
-    Export { observer: String, error: luenberger_export::ExportError },
+    Export { observer: String, error: Box<luenberger_export::ExportError> },
     /// An observer that the study does not have.
     #[error("the study has no observer {name:?}; it has {known}")]
     UnknownObserver { name: String, known: String },
@@ -68,6 +68,11 @@ pub(crate) enum Failure {
     /// The answer cannot be written as JSON.
     #[error("the answer cannot be written as JSON: {0}")]
     Unwritable(#[from] serde_json::Error),
+}
+
+/// One line for each alternative.
+fn alternatives(texts: &[String]) -> String {
+    texts.iter().fold(String::new(), |lines, text| lines + "\n  alternative: " + text)
 }
 
 impl Failure {

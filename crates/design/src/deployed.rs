@@ -57,7 +57,8 @@ pub struct DeployedLinear {
 /// # Ok::<(), luenberger_design::DesignError>(())
 /// ```
 /// # Errors
-/// [`DesignError::Proof`]: shapes that do not fit, entries that are not finite or that the format cannot store, bounds that are negative. [`DesignError::Matrix`] for the plant.
+/// [`DesignError::Proof`]: shapes that do not fit, entries that are not finite or that the format cannot store, bounds
+/// that are negative. [`DesignError::Matrix`] for the plant.
 pub fn deployed_linear(
     plant: &StateSpace,
     l: &DMatrix<f64>,

@@ -62,8 +62,8 @@ impl DiscreteDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::PoleOutside`] for a pole that is not inside the unit circle; [`DesignError::Linalg`] names the mode
-    /// that no gain can move; [`DesignError::Observer`] for the period.
+    /// [`DesignError::PoleOutside`] for a pole that is not inside the unit circle; [`DesignError::Linalg`] names the
+    /// mode that no gain can move; [`DesignError::Observer`] for the period.
     pub fn with_poles<Z: Into<Complex<f64>> + Copy>(
         plant: &StateSpace,
         period: f64,
@@ -94,9 +94,9 @@ impl DiscreteDesign {
     /// The observer with the poles of `linear` for its plant with the input held over the period h: `exp(h s)` for each
     /// pole s, and A, B of the zero-order hold.
     ///
-    /// The gain is designed for the sampled plant, not by discretising the continuous observer, whose estimate would lag
-    /// by the motion of the output within a period. Exists whenever the sampled pair is observable, which sampling can
-    /// spoil only at special periods (Kalman, Ho and Narendra 1963).
+    /// The gain is designed for the sampled plant, not by discretising the continuous observer, whose estimate would
+    /// lag by the motion of the output within a period. Exists whenever the sampled pair is observable, which sampling
+    /// can spoil only at special periods (Kalman, Ho and Narendra 1963).
     ///
     /// ```
     /// use luenberger_design::{DiscreteDesign, LinearDesign};
@@ -119,7 +119,8 @@ impl DiscreteDesign {
     }
 
     /// The stationary Kalman predictor of the plant of `linear` with the input held over the period h, for the
-    /// intensities `w` (n x n) and `v` (p x p) of the continuous noises: `Qd = int_0^h e^(As) W e^(A's) ds`, `Rd = V/h`.
+    /// intensities `w` (n x n) and `v` (p x p) of the continuous noises: `Qd = int_0^h e^(As) W e^(A's) ds`,
+    /// `Rd = V/h`.
     ///
     /// # Errors
     /// As [`kalman`](Self::kalman); [`DesignError::NotPositive`] for h.

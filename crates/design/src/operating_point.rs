@@ -2,8 +2,9 @@
 //!
 //! Method: Newton's method with the exact Jacobian, damped by the natural monotonicity test: a step is shortened until
 //! the next correction, with the same Jacobian, is shorter. The test does not depend on the units of f, and lengths are
-//! relative to the units of the states, `max(|x_i|, |guess_i|)`, or 1 where both are zero. It has converged when the
-//! correction is below `sqrt(EPSILON)` of them; the next one, which is made, is of the order of its square.
+//! relative to the units of the states, the largest magnitude that a state has had, or 1 where it was always zero. It has
+//! converged when the correction is below `sqrt(EPSILON)` of them; the next one, which is made, is of the order of its
+//! square. Whether the Jacobian is singular is decided with its columns and rows scaled to the length 1.
 //!
 //! Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3 (NLEQ-ERR).
 
@@ -22,8 +23,7 @@ const STEPS: usize = 50;
 /// A step is halved at most so often.
 const HALVINGS: usize = 20;
 
-/// A Jacobian with columns in the units of the states and rows of length 1 is singular to working precision beyond this
-/// condition.
+/// A Jacobian with columns and rows of length 1 is singular to working precision beyond this condition.
 const SINGULAR: f64 = 1e13;
 
 /// An operating point with its linearisation.
@@ -113,9 +113,9 @@ impl From<PlantError> for OperatingPointError {
 /// use nalgebra::{Vector1, Vector4};
 /// // A constant torque holds the joint, whose angles then differ.
 /// let plant = flexible_joint::classical();
-/// let point = operating_point(&plant, &Vector4::zeros(), &Vector1::new(1.0))?;
+/// let point = operating_point(&plant, &Vector4::zeros(), &Vector1::new(0.1))?;
 /// assert!(point.residual < 1e-13 && point.x[1].abs() < 1e-15);
-/// assert!((48.6 * (point.x[0] - point.x[2]) - 21.6).abs() < 1e-12);
+/// assert!((48.6 * (point.x[0] - point.x[2]) - 2.16).abs() < 1e-12);
 /// // The slope of the sine there.
 /// assert!((point.linear.a[(3, 2)] + 19.5 + 3.33 * point.x[2].cos()).abs() < 1e-13);
 /// # Ok::<(), luenberger_design::OperatingPointError>(())
@@ -147,11 +147,13 @@ where
     };
     let guess = DVector::from_column_slice(guess.as_slice());
     let (mut x, mut f) = (guess.clone(), value(&guess)?);
+    let mut largest = guess.abs();
     let mut steps = 0;
     while f.iter().any(|entry| *entry != 0.0) {
         let jacobian = plant.state_jacobian(0.0, &at(&x), u);
         let jacobian = DMatrix::from_column_slice(jacobian.nrows(), jacobian.ncols(), jacobian.as_slice());
-        let units = units(&x, &guess);
+        largest = largest.sup(&x.abs());
+        let units = largest.map(|size| if size > 0.0 { size } else { 1.0 });
         let newton = Newton::new(&jacobian, &units, &x)?;
         let correction = newton.correction(&f);
         let length = correction.norm();
@@ -201,16 +203,10 @@ where
     })
 }
 
-/// The sizes of the states, by which corrections are measured.
-fn units(x: &DVector<f64>, guess: &DVector<f64>) -> DVector<f64> {
-    x.zip_map(guess, |x, guess| {
-        let size = x.abs().max(guess.abs());
-        if size > 0.0 { size } else { 1.0 }
-    })
-}
-
-/// The Jacobian at one state, factorised, with columns in the units of the states and rows of length 1.
+/// The Jacobian at one state, factorised, with columns and rows of length 1.
 struct Newton {
+    /// The factors that turn an entry of the solution into a correction in the units of the states.
+    columns: DVector<f64>,
     rows: DVector<f64>,
     factors: nalgebra::SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
 }
@@ -220,8 +216,12 @@ impl Newton {
         let singular = |condition| OperatingPointError::Singular { x: x.as_slice().to_vec(), condition };
         luenberger_plants::error::check_matrix("df/dx", jacobian, jacobian.shape())?;
         let mut scaled = jacobian.clone();
-        for (mut column, unit) in scaled.column_iter_mut().zip(units.iter()) {
-            column *= *unit;
+        let lengths = DVector::from_iterator(scaled.ncols(), scaled.column_iter().map(|column| column.norm()));
+        if lengths.iter().any(|length| *length == 0.0) {
+            return Err(singular(f64::INFINITY));
+        }
+        for (mut column, length) in scaled.column_iter_mut().zip(lengths.iter()) {
+            column /= *length;
         }
         let rows = DVector::from_iterator(scaled.nrows(), scaled.row_iter().map(|row| row.norm()));
         if rows.iter().any(|length| *length == 0.0) {
@@ -235,13 +235,15 @@ impl Newton {
         if condition.is_nan() || condition > SINGULAR {
             return Err(singular(if condition.is_nan() { f64::INFINITY } else { condition }));
         }
-        Ok(Self { rows, factors })
+        let columns = lengths.zip_map(units, |length, unit| 1.0 / length / unit);
+        Ok(Self { columns, rows, factors })
     }
 
     /// `J^-1 f` in the units of the states.
     fn correction(&self, f: &DVector<f64>) -> DVector<f64> {
         let scaled = f.component_div(&self.rows);
         // Both factors were computed.
-        self.factors.solve(&scaled, 0.0).unwrap_or_else(|_| DVector::repeat(f.len(), f64::NAN))
+        let solved = self.factors.solve(&scaled, 0.0).unwrap_or_else(|_| DVector::repeat(f.len(), f64::NAN));
+        solved.component_mul(&self.columns)
     }
 }

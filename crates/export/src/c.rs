@@ -408,7 +408,7 @@ add_test(NAME {name} COMMAND test_{name})
 
 fn readme(export: &Export) -> String {
     let (name, number) = (&export.identifier, scalar(export));
-    let statement: String = export.statement.iter().map(|sentence| format!("{sentence}\n")).collect();
+    let statement = export.statement.join("\n");
     let input = if export.names.inputs.is_empty() { "0" } else { "u" };
     format!(
         "# {name}
@@ -416,6 +416,7 @@ fn readme(export: &Export) -> String {
 {}, one step per sample; {} operations, {} bytes of constants and state, no allocation, no global state.
 
 {statement}
+
 ```c
 #include \"{name}.h\"
 

@@ -44,6 +44,8 @@ pub use error::ExportError;
 pub use names::Names;
 pub use program::{Program, Scalar};
 
+use std::fmt::Write;
+
 use nalgebra::DMatrix;
 use sha2::{Digest, Sha256};
 
@@ -53,7 +55,10 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        _ = write!(text, "{byte:02x}");
+        text
+    })
 }
 
 /// A file of an export.

@@ -15,7 +15,7 @@ pub(crate) fn c(x: f64, scalar: Scalar) -> String {
         return format!("{sign}0.0{suffix}");
     }
     let bits = magnitude.to_bits();
-    let (exponent, fraction) = ((bits >> 52) as i64, bits & ((1 << 52) - 1));
+    let (exponent, fraction) = ((bits >> 52).cast_signed(), bits & ((1 << 52) - 1));
     // A subnormal number has no leading one.
     let (lead, power) = if exponent == 0 { (0, -1022) } else { (1, exponent - 1023) };
     let digits = format!("{fraction:013x}");

@@ -65,13 +65,15 @@ fn circle(names: &[String]) -> String {
 
 /// The values of parameters, in whatever order they depend on each other.
 ///
-/// An expression may use the other parameters, `pi`, `e` and every function, but neither states nor inputs nor the time.
+/// An expression may use the other parameters, `pi`, `e` and every function, but neither states nor inputs nor the
+/// time.
 ///
 /// ```
 /// use luenberger_expression::{Definition, derived};
 /// let text = |text: &str| Definition::Text(text.to_owned());
-/// let definitions = [("J", text("m*l^2/3")), ("m", Definition::Number(0.6)), ("l", text("2*half")), ("half", text("0.5"))];
-/// let values = derived(&definitions.map(|(name, definition)| (name.to_owned(), definition)).into())?;
+/// let definitions = [("J", text("m*l^2/3")), ("m", Definition::Number(0.6)), ("l", text("2*half")), ("half", text("0.5"))]
+///     .map(|(name, definition)| (name.to_owned(), definition));
+/// let values = derived(&definitions.into())?;
 /// assert_eq!(values["J"], 0.6 / 3.0);
 /// # Ok::<(), luenberger_expression::DerivedError>(())
 /// ```

@@ -4,8 +4,8 @@
 //! the expression with the binary64 constants as written. A power with a small integer exponent becomes a product,
 //! defined and differentiable for every base, and `ln(a + exp(z))` one operation that does not overflow.
 //!
-//! Conditions have a stack of bits of their own. `if` is compiled to jumps, forward only, so that the branch that is not
-//! taken is not evaluated: it may be undefined there. Nothing is folded across the target of a jump.
+//! Conditions have a stack of bits of their own. `if` is compiled to jumps, forward only, so that the branch that is
+//! not taken is not evaluated: it may be undefined there. Nothing is folded across the target of a jump.
 
 use nalgebra::{RealField, convert};
 

@@ -1,8 +1,8 @@
 //! The cubic observer: eq. (5) of the cubic-observer paper.
 //!
-//! `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~` with the innovation `y~ = y - C xhat - D u`, so that the error obeys
-//! `e' = (A - L C) e + (y~' theta y~) N y~` (7). Every admissible gain is `N = -P^-1 C' S` with `S + S' >= 0`; the
-//! paper's is `S = gamma theta` (14).
+//! `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~` with the innovation `y~ = y - C xhat - D u`, so that the error
+//! obeys `e' = (A - L C) e + (y~' theta y~) N y~` (7). Every admissible gain is `N = -P^-1 C' S` with `S + S' >= 0`;
+//! the paper's is `S = gamma theta` (14).
 //!
 //! The cubic part alone, `e' = (y~' theta y~) N y~`, has a closed form when `C N = -w I`: always for one output (w = -C
 //! N), and for any number of outputs with `S = w (C P^-1 C')^-1`. [`flow`] evaluates it.

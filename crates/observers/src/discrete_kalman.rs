@@ -1,7 +1,7 @@
 //! The Kalman filter of a plant in discrete time.
 //!
-//! `x+ = Ad x + Bd u + w`, `y = C x + D u + v`, with w of covariance W (n x n) and v of covariance V (p x p), both white and
-//! *per sample*. At a sample
+//! `x+ = Ad x + Bd u + w`, `y = C x + D u + v`, with w of covariance W (n x n) and v of covariance V (p x p), both
+//! white and *per sample*. At a sample
 //!
 //! ```text
 //! S = C P C' + V,  K = P C' S^-1                                    innovation covariance, gain

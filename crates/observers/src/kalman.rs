@@ -1,7 +1,7 @@
 //! The continuous-discrete extended Kalman filter: plant in continuous time, measurements in samples.
 //!
-//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k of
-//! covariance V (p x p). At a sample, with `H = Dh(xhat, u)`:
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k`, with w white of intensity W (n x n, per unit of time) and v_k
+//! of covariance V (p x p). At a sample, with `H = Dh(xhat, u)`:
 //!
 //! ```text
 //! S = H P H' + V,  K = P H' S^-1                                    innovation covariance, gain
@@ -215,6 +215,11 @@ where
         let Some(gate) = self.gate else { return false };
         let innovation = y[output] - self.plant.output(t, &belief.estimate(), u)[output];
         innovation * innovation > gate * gate * self.innovation_covariance(t, belief, u)[(output, output)]
+    }
+
+    /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
+    pub fn substeps(&self) -> Option<usize> {
+        self.substeps
     }
 
     /// The plant.

@@ -65,8 +65,8 @@ where
     /// rounding, which is what [`output`](Plant::output) then returns, exactly.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`PlantError::OutputNotCoordinate`] when h(T z, u) differs by more than the rounding of
-    /// T and of its inverse (tested at two states and inputs).
+    /// As [`new`](Self::new), and [`PlantError::OutputNotCoordinate`] when h(T z, u) differs by more than the rounding
+    /// of T and of its inverse (tested at two states and inputs).
     pub fn measured_first<M: Dim>(plant: S, t: OMatrix<T, N, N>) -> Result<Self, PlantError>
     where
         S: Plant<T, Input = OVector<T, M>>,

@@ -100,7 +100,6 @@ fn in_discrete_time(
 }
 
 /// The design for a plant whose input is held over the period.
-
 fn held(
     study: &Study,
     observer: &ObserverSpec,

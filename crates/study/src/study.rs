@@ -173,7 +173,7 @@ pub struct ObserverSpec {
 }
 
 /// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see
-/// [`GainOptions`](luenberger_design::GainOptions).
+/// [`GainOptions`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GainLimits {
     /// An upper bound of the spectral norm of L.

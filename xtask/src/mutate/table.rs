@@ -202,7 +202,7 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,
-                "duration / convert::<f64, T>(self.substeps as f64)",
+                "duration / convert::<f64, T>(substeps as f64)",
                 "duration",
             ),
         ],
@@ -621,7 +621,7 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[DESIGNS, CUBIC],
         mutants: &[
             mutant("sampled design: z = h s", WrongOperand, "(s * h).exp()", "s * h"),
-            mutant("sampled design: Fd = Ad + Ld C", Sign, "&ad - &ld * &o.c", "&ad + &ld * &o.c"),
+            mutant("sampled design: Fd = Ad + Ld C", Sign, "&ad - &ld * &c", "&ad + &ld * &c"),
             mutant(
                 "sampled design: Fd P Fd' - P",
                 Transpose,
@@ -814,10 +814,15 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "cubic observer: the diagonal of theta alone",
                 OffDiagonal,
-                "v.dot(&(theta * v))",
-                "v.iter().enumerate().fold(T::zero(), |sum, (i, &x)| sum + theta[(i, i)] * x * x)",
+                "let weighted = theta * v;",
+                "let weighted = v.map_with_location(|i, _, x| theta[(i, i)] * x);",
             ),
-            mutant("cubic observer: theta11 I", OffDiagonal, "v.dot(&(theta * v))", "v.dot(v) * theta[(0, 0)]"),
+            mutant(
+                "cubic observer: theta11 I",
+                OffDiagonal,
+                "let weighted = theta * v;",
+                "let weighted = v * theta[(0, 0)];",
+            ),
         ],
     },
     Source {

@@ -53,12 +53,12 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let proved = evidence.is_proved();
     let digest = study_digest(&study);
     let export = prepared(&study, observer, design, scalar, &evidence, &digest)
-        .map_err(|error| Failure::Export { observer: observer.name.clone(), error })?;
+        .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
     let files = match input.to {
         Language::C => export.c(),
         Language::Rust => export.rust(),
     }
-    .map_err(|error| Failure::Export { observer: observer.name.clone(), error })?;
+    .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
     let mut files: Vec<(String, Vec<u8>)> = files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect();
     files.extend(evidence.file.map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes())));
     let folder = folder(input, observer);

@@ -345,7 +345,7 @@ impl fmt::Display for LieObservability {
 /// assert_eq!(duffing.points[0].index, Some(3));
 /// let first = LieSettings { order: Some(1), ..LieSettings::default() };
 /// let duffing = lie_observability(&ReverseDuffing, &points, &first)?;
-/// assert!(duffing.to_string().ends_with("x2 is not seen there"));
+/// assert!(duffing.to_string().ends_with("unobservable there: x2"));
 /// # Ok::<(), luenberger_design::nonlinear_observability::ObservabilityError>(())
 /// ```
 pub fn lie_observability<S: Plant<Jet>>(

@@ -4,6 +4,7 @@ mod bad_input;
 mod deployed;
 mod designs;
 mod enclosure;
+mod feedthrough;
 mod gain_options;
 mod kkl;
 mod kkl_adversary;

@@ -141,7 +141,10 @@ fn only_what_is_singular_is_called_so() {
             Ok(found) => assert!(found.forward_error() > 1e-2, "{found:?}"),
             Err(error @ LinalgError::UndecidedEquation { regular: true, separation, condition, digits, .. }) => {
                 let text = error.to_string();
-                assert!(text.contains("has one solution, of which double precision gives no digit"), "{text}");
+                assert!(
+                    text.contains("has a unique solution, of which no digit is certain in double precision"),
+                    "{text}"
+                );
                 assert!(separation * condition <= 4.0 * a.norm() && condition >= 1e14, "{text}");
                 assert!(digits.is_none_or(|digits| digits >= 17), "{text}");
             }

@@ -29,7 +29,7 @@ pub(super) trait AnyFilter {
     fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64);
 }
 
-/// The continuous-discrete extended Kalman filter: predicted over any time.
+/// The extended Kalman filter: predicted over any time, or from sample to sample of a plant in discrete time.
 pub(super) struct Extended<S, N: Dim, M: Dim, P: Dim>(pub(super) ExtendedKalmanFilter<S, f64, N, M, P>)
 where
     DefaultAllocator: Size<N, M, P>;
@@ -76,7 +76,7 @@ where
     }
 
     fn grid(&self) -> Option<f64> {
-        None
+        self.0.substeps().is_none().then(|| self.0.period())
     }
 
     fn initial(&self, _t: f64, estimate: &[f64], state: &mut [f64]) {

@@ -119,7 +119,8 @@ impl<'a> Replay<'a> {
     }
 
     /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has passed,
-    /// in steps no longer than its period. Its [`Belief`] is recorded.
+    /// in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
+    /// [`discrete_filter`](Self::discrete_filter). Its [`Belief`] is recorded.
     #[must_use]
     pub fn filter<S, N, M, P>(self, name: &str, filter: ExtendedKalmanFilter<S, f64, N, M, P>, initial: &[f64]) -> Self
     where

@@ -136,9 +136,16 @@ fn the_discrete_filter_passes_over_what_is_missing() {
     let u = DMatrix::from_element(t.len(), 1, 0.1);
     let y = DMatrix::from_fn(t.len(), 1, |i, _| (0.3 * t[i]).sin());
     let log = Recording::new(t, u, y).unwrap();
+    // The extended filter of a plant in discrete time, whose `derivative` is the next state.
+    let KalmanModel { ad, bd, c, w, v, p0, .. } = discrete.model().clone();
+    let next = LinearPlant::new(ad, bd, c).unwrap();
+    let extended = ExtendedKalmanFilter::discrete(next, NoiseModel { w, v, p0 }, 0.2).unwrap();
     let replay = Replay::new(double_integrator(), log).filter("continuous", filter(0.2), &[1.0, 0.0]);
-    let replayed = replay.discrete_filter("discrete", discrete, &[1.0, 0.0]).run().unwrap();
-    let [continuous, discrete] = &replayed.observers[..] else { panic!() };
+    let replay = replay.discrete_filter("discrete", discrete, &[1.0, 0.0]).filter("extended", extended, &[1.0, 0.0]);
+    let replayed = replay.run().unwrap();
+    let [continuous, discrete, extended] = &replayed.observers[..] else { panic!() };
+    assert_eq!((&extended.t, &extended.row), (&discrete.t, &discrete.row));
+    assert!((&extended.estimate - &discrete.estimate).amax() < 1e-12);
     assert_eq!((discrete.t.len(), discrete.rows_used()), (kept.last().unwrap() + 1, kept.len()));
     for (i, k) in kept.iter().enumerate() {
         assert_eq!(discrete.row[*k], Some(i));

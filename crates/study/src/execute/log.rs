@@ -77,8 +77,7 @@ fn errors(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Vec<S
 /// What limits the use of the log by an observer.
 fn warning(study: &Study, log: &Log, replayed: &ReplayedObserver, period: Option<f64>) -> Option<String> {
     let (rows, used, samples) = (log.recording.times().len(), replayed.rows_used(), replayed.t.len());
-    // Filters and observers in continuous time use every row.
-    let period = period.filter(|_| replayed.belief.is_none())?;
+    let period = period?;
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     let (name, period) = (&replayed.name, significant(period, 6));
     let median = significant(log.recording.median_period(), 6);

@@ -13,13 +13,13 @@ fn run(text: &str, step: Step) -> Results {
     execute(&study(text), step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-const MATRICES: &str = r#"
+const MATRICES: &str = r"
 [plant]
 a = [[0, 1], [-2, -0.5]]
 b = [[0], [1]]
 c = [[1, 0]]
 d = [[0.5]]
-"#;
+";
 
 const EXPRESSIONS: &str = r#"
 [plant]

@@ -32,7 +32,8 @@ pub(crate) fn mistake(located: &Located) {
 
 /// Notes an observer that does not apply.
 pub(crate) fn misfit(failure: &FailureReport) {
-    let alternatives: String = failure.alternatives.iter().map(|other| format!("    alternative: {other}\n")).collect();
+    let alternatives: String =
+        failure.alternatives.iter().fold(String::new(), |lines, other| lines + "    alternative: " + other + "\n");
     MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{alternatives}", failure.hypothesis)));
 }
 

@@ -87,7 +87,7 @@ impl Mat {
 
     /// A text without a name, in characters of two bytes.
     pub(super) fn text(self, text: &str) -> Vec<u8> {
-        let units: Vec<u8> = text.encode_utf16().flat_map(|unit| self.i16(unit as i16)).collect();
+        let units: Vec<u8> = text.encode_utf16().flat_map(|unit| self.i16(unit.cast_signed())).collect();
         self.array(4, &[1, text.encode_utf16().count() as u32], "", &[self.element(4, &units)])
     }
 
