@@ -195,7 +195,7 @@ pub enum DesignError {
     },
     /// Neither a solution nor a refutation was found.
     #[error(
-        "{what} stayed undecided: {why} (best margin {best}){}",
+        "{what} is undecided: {why} (best margin {best}){}",
         seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}")),
         best = short(*.best)
     )]
@@ -222,7 +222,7 @@ pub enum DesignError {
     },
     /// Floating point finds an unstable eigenvalue, and exact arithmetic does not confirm it.
     #[error(
-        "whether {what} is Hurwitz stayed undecided: its spectral abscissa is {abscissa}, up to rounding",
+        "whether {what} is Hurwitz is undecided: its spectral abscissa is {abscissa}, up to rounding",
         abscissa = short(*.abscissa)
     )]
     StabilityUndecided {
