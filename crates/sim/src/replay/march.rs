@@ -145,15 +145,15 @@ impl<'r> March<'r> {
             for hold in &mut holds {
                 hold.arrive(recording, k);
             }
-            let untils: Vec<f64> = holds.iter().map(|hold| hold.until(pair[0], pair[1])).collect();
-            let mut ends: Vec<f64> = untils.iter().copied().filter(|t| *t > pair[0] && *t < pair[1]).collect();
+            let held: Vec<f64> = holds.iter().map(|hold| hold.until(pair[0], pair[1])).collect();
+            let mut ends: Vec<f64> = held.iter().copied().filter(|t| *t > pair[0] && *t < pair[1]).collect();
             ends.push(pair[1]);
             ends.sort_by(f64::total_cmp);
             ends.dedup();
             let mut from = pair[0];
             for to in ends {
                 let sources: Vec<Source> =
-                    holds.iter().zip(&untils).map(|(hold, until)| hold.source(to, *until)).collect();
+                    holds.iter().zip(&held).map(|(hold, until)| hold.source(to, *until)).collect();
                 let (plant, last, whole) = (self.plant, &self.y, self.entry.whole);
                 let right_hand_side = |t: f64, state: &[f64], slope: &mut [f64]| {
                     let (mut u, mut y) = (vec![0.0; sizes.0], last.clone());
