@@ -164,7 +164,7 @@ fn product(text: &mut String, number: &str, (matrix, rows, columns): (&str, &str
         "    for (i = 0; i < {rows}; ++i) {{
         {number} sum = {matrix}[i][0] * {vector}[0];
         for (j = 1; j < {columns}; ++j) {{
-            sum = {matrix}[i][j] * {vector}[j] + sum;
+            sum = ({matrix}[i][j] * {vector}[j]) + sum;
         }}
         {after}
     }}
@@ -183,7 +183,7 @@ fn source(export: &Export) -> String {
     if cubic {
         text.push_str("#include <math.h>\n");
     }
-    text.push_str("\n#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)\n#error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"\n#endif\n\n");
+    text.push_str("#include <stddef.h>\n\n#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)\n#error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"\n#endif\n\n");
     for (matrix_name, values) in export.matrices() {
         if values.ncols() > 0 {
             matrix(&mut text, export, matrix_name, &values);
@@ -243,7 +243,7 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
         text,
         "    for (i = 0; i < {n}; ++i) {{
         state->xhat[i] = next[i];
-        if (xhat != 0) {{
+        if (xhat != NULL) {{
             xhat[i] = next[i];
         }}
     }}
@@ -272,18 +272,8 @@ fn flow(text: &mut String, export: &Export) {
  * that nothing overflows. */
 static void flow({number} *innovation, {number} *impulse)
 {{
-    {number} direction[{p}];
-    {number} weighted[{p}];
     {number} size = 0.0{suffix};
-    {number} q;
-    {number} drive;
-    {number} radical;
-    {number} reach;
-    {number} left;
-    {number} right;
-    {number} pull;
     int i;
-    int j;
 
     for (i = 0; i < {p}; ++i) {{
         const {number} entry = {magnitude}(innovation[i]);
@@ -293,26 +283,39 @@ static void flow({number} *innovation, {number} *impulse)
         for (i = 0; i < {p}; ++i) {{
             impulse[i] = innovation[i];
         }}
-        return;
-    }}
+    }} else {{
+"
+    );
+    let mut rest = format!(
+        "    {number} direction[{p}];
+    {number} weighted[{p}];
+    {number} q;
+    {number} drive;
+    {number} radical;
+    {number} reach;
+    {number} left;
+    {number} right;
+    {number} pull;
+    int j;
+
     for (i = 0; i < {p}; ++i) {{
         direction[i] = innovation[i] / size;
     }}
 "
     );
-    product(text, number, ("THETA", &p, &p), "direction", "weighted[i] = sum;");
+    product(&mut rest, number, ("THETA", &p, &p), "direction", "weighted[i] = sum;");
     _ = write!(
-        text,
+        rest,
         "    q = direction[0] * weighted[0];
     for (i = 1; i < {p}; ++i) {{
-        q = q + direction[i] * weighted[i];
+        q = q + (direction[i] * weighted[i]);
     }}
     q = (q > 0.0{suffix}) ? q : 0.0{suffix};
     drive = 2.0{suffix} * q * {period};
     radical = ({w} > 0.0{suffix}) ? {root}({w} * drive) : 0.0{suffix};
     reach = radical * size;
     if (reach <= {large}) {{
-        const {number} hypotenuse = {root}(1.0{suffix} + reach * reach);
+        const {number} hypotenuse = {root}(1.0{suffix} + (reach * reach));
         left = size / hypotenuse;
         right = size / (1.0{suffix} + hypotenuse);
     }} else {{
@@ -325,9 +328,12 @@ static void flow({number} *innovation, {number} *impulse)
         innovation[i] = direction[i] * left;
         impulse[i] = direction[i] * pull;
     }}
-}}
 "
     );
+    for line in rest.lines() {
+        _ = writeln!(text, "{}{line}", if line.is_empty() { "" } else { "    " });
+    }
+    text.push_str("    }\n}\n");
 }
 
 fn test(export: &Export, steps: &[Step]) -> String {
