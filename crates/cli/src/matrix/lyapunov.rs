@@ -21,7 +21,7 @@ pub(super) struct Solution {
 
 /// `A X + X A' + Q = 0`, with E `A X E' + E X A' + Q = 0`.
 pub(crate) fn lyap(source: &Source) -> Result<Answer, Failure> {
-    let (a, q, e) = data(source)?;
+    let Data { a, q, e } = data(source)?;
     let Some(e) = e else {
         let found = luenberger_linalg::lyapunov(&a, &q).map_err(from(source))?;
         return solution("A X + X A' + Q = 0", &found.p, found.residual, found.condition, found.forward_error());
@@ -33,7 +33,7 @@ pub(crate) fn lyap(source: &Source) -> Result<Answer, Failure> {
 
 /// `A X A' - X + Q = 0`, with E `A X A' - E X E' + Q = 0`.
 pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
-    let (a, q, e) = data(source)?;
+    let Data { a, q, e } = data(source)?;
     let Some(e) = e else {
         let found = luenberger_linalg::stein(&a, &q).map_err(from(source))?;
         return solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition, found.forward_error());
@@ -44,9 +44,15 @@ pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
 }
 
 /// `A'`, `Q` and, if it is given, `E'`.
-fn data(source: &Source) -> Result<(DMatrix<f64>, DMatrix<f64>, Option<DMatrix<f64>>), Failure> {
+struct Data {
+    a: DMatrix<f64>,
+    q: DMatrix<f64>,
+    e: Option<DMatrix<f64>>,
+}
+
+fn data(source: &Source) -> Result<Data, Failure> {
     let [a, q, e] = json::some_matrices(source, ["a", "q", "e"], 2)?;
-    Ok((a.unwrap_or_default().transpose(), q.unwrap_or_default(), e.map(|e| e.transpose())))
+    Ok(Data { a: a.unwrap_or_default().transpose(), q: q.unwrap_or_default(), e: e.map(|e| e.transpose()) })
 }
 
 /// Result of an equation with one unknown.
