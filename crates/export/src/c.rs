@@ -184,6 +184,7 @@ fn source(export: &Export) -> String {
         text.push_str("#include <math.h>\n");
     }
     text.push_str("\n#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)\n#error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"\n#endif\n\n");
+    text.push_str("#if defined(__clang__)\n#pragma STDC FP_CONTRACT OFF\n#endif\n\n");
     for (matrix_name, values) in export.matrices() {
         if values.ncols() > 0 {
             matrix(&mut text, export, matrix_name, &values);

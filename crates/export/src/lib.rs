@@ -29,10 +29,12 @@
 //! | [`names`] | names as identifiers |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
+//! | [`c_math`] | the elementary functions of libm as C |
 
 #![deny(missing_docs)]
 
 mod c;
+pub mod c_math;
 mod error;
 pub mod golden;
 pub mod names;
