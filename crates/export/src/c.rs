@@ -26,7 +26,7 @@ pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     ])
 }
 
-fn scalar(export: &Export) -> &'static str {
+pub(crate) fn scalar(export: &Export) -> &'static str {
     match export.scalar {
         Scalar::Binary32 => "float",
         Scalar::Binary64 => "double",
@@ -140,7 +140,7 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
     text
 }
 
-fn kind(export: &Export) -> &'static str {
+pub(crate) fn kind(export: &Export) -> &'static str {
     match export.program {
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
@@ -148,7 +148,7 @@ fn kind(export: &Export) -> &'static str {
 }
 
 /// A constant matrix, row by row.
-fn matrix(text: &mut String, export: &Export, name: &str, m: &DMatrix<f64>) {
+pub(crate) fn matrix(text: &mut String, export: &Export, name: &str, m: &DMatrix<f64>) {
     _ = writeln!(text, "static const {} {name}[{}][{}] = {{", scalar(export), m.nrows(), m.ncols());
     for row in m.row_iter() {
         let row: Vec<String> = row.iter().map(|x| number::c(*x, export.scalar)).collect();
@@ -158,7 +158,13 @@ fn matrix(text: &mut String, export: &Export, name: &str, m: &DMatrix<f64>) {
 }
 
 /// `target[i] = sum over j of matrix[i][j] vector[j]`, and then `after`, for the rows of the matrix.
-fn product(text: &mut String, number: &str, (matrix, rows, columns): (&str, &str, &str), vector: &str, after: &str) {
+pub(crate) fn product(
+    text: &mut String,
+    number: &str,
+    (matrix, rows, columns): (&str, &str, &str),
+    vector: &str,
+    after: &str,
+) {
     _ = write!(
         text,
         "    for (i = 0; i < {rows}; ++i) {{

@@ -1,4 +1,4 @@
-//! Designed observers as source code for the target: C99 or Rust, bit for bit what was simulated.
+//! Designed observers as source code for the target: C99, Rust or FMU, bit for bit what was simulated.
 //!
 //! An [`Export`] is a sampled observer with its names, units and the statement of its certificate. [`Export::c`] and
 //! [`Export::rust`] give the files of a small project: source, a test with golden vectors, a build file and a README.
@@ -29,6 +29,7 @@
 //! | [`names`] | names as identifiers |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
+//! | [`fmu`] | functional mock-up units |
 //! | [`c_math`] | the elementary functions of libm as C |
 
 #![deny(missing_docs)]
@@ -36,6 +37,7 @@
 mod c;
 pub mod c_math;
 mod error;
+pub mod fmu;
 pub mod golden;
 pub mod names;
 mod number;
@@ -82,6 +84,7 @@ pub struct Export {
     names: Names,
     statement: Vec<String>,
     source: Option<String>,
+    feedback: Option<DMatrix<f64>>,
 }
 
 impl Export {
@@ -115,7 +118,7 @@ impl Export {
             return Err(ExportError::Format { what, format: scalar.name() });
         }
         let identifier = identifier.to_owned();
-        Ok(Self { identifier, program, scalar, initial, names, statement: Vec::new(), source: None })
+        Ok(Self { identifier, program, scalar, initial, names, statement: Vec::new(), source: None, feedback: None })
     }
 
     /// With sentences that stand in the header: what is proved, or that nothing is.

@@ -63,7 +63,7 @@ pub(crate) fn has_haswell() -> bool {
 }
 
 /// An observer of these sizes with entries without pattern. `Ad - Ld C` is small, so that it is stable.
-fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> Program {
+pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> Program {
     let mut state = seed | 1;
     let mut next = |size: f64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -92,7 +92,7 @@ fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: boo
     Program::Linear(DiscreteLinearObserver::new(plant, ld, 0.05).unwrap())
 }
 
-fn export(program: Program, scalar: Scalar) -> Export {
+pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
     let names = Names::numbered(size.state, size.inputs, size.outputs);

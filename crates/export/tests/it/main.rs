@@ -2,3 +2,4 @@
 
 mod c_math;
 mod compiled;
+mod fmu;
