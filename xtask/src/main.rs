@@ -1,6 +1,7 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
-//! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`,
-//! `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask fmu`.
+//! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
+//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`,
+//! `cargo xtask fmu`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -46,7 +47,7 @@ enum Command {
         /// Only plants or matrices of at most this order (lmi, linalg)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into docs/bench-linalg.md as well (linalg)
+        /// Put the table into its page in docs as well (linalg, sim)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -101,6 +102,8 @@ enum Subject {
     Lmi,
     /// Proved bounds of semidefinite programs, beside the published optima
     Proof,
+    /// Trajectories, beside scipy and Rust crates
+    Sim,
 }
 
 fn main() -> ExitCode {
@@ -111,6 +114,7 @@ fn main() -> ExitCode {
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
+        Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Stress { what: Claimed::Proof, matrices, seed, .. } => stress::proof::run(matrices, seed),
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
