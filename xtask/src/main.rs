@@ -1,11 +1,13 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
-//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`.
+//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`,
+//! `cargo xtask fmu`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
 mod features;
+mod fmu;
 mod mutate;
 mod step;
 mod stress;
@@ -68,6 +70,9 @@ enum Command {
         #[arg(long, default_value_t = 2019)]
         seed: u64,
     },
+    /// Validate and simulate exported FMUs with fmpy: the golden vectors, bit for bit (needs python3, the network for
+    /// fmpy, and a C compiler)
+    Fmu,
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
@@ -114,6 +119,7 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
+        Command::Fmu => fmu::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {
