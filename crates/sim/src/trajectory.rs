@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use crate::dense::Dense;
 use crate::error::{SimError, check_positive};
 use crate::events::Trace;
+use crate::sensor::Sampling;
 use crate::scores::{Merits, ScoreGrid};
 use crate::view::View;
 
@@ -32,6 +33,11 @@ pub(crate) struct ObserverLayout {
 }
 
 impl Layout {
+    /// Where the outputs begin as the observers read them.
+    pub(crate) fn measured(&self) -> usize {
+        self.size.states + self.size.inputs + self.size.outputs
+    }
+
     /// The name of an entry of a row.
     pub(crate) fn name(&self, entry: usize) -> String {
         let Dimensions { states: n, inputs: m, outputs: p } = self.size;
@@ -66,7 +72,8 @@ pub struct Trajectory {
     pub u: DMatrix<f64>,
     /// Outputs, without noise.
     pub y: DMatrix<f64>,
-    /// Outputs as the observers read them, with noise and all else.
+    /// Outputs as the observers read them, with noise and all else: the measurement of a sensor with a period of its
+    /// own until the next one is due, NaN where nothing is known.
     pub measured: DMatrix<f64>,
     /// The observers, in the order they were added.
     pub observers: Vec<ObserverTrajectory>,
@@ -78,6 +85,7 @@ pub struct Trajectory {
     /// Everything at the end, after what happens there.
     last: Vec<f64>,
     layout: Layout,
+    sampling: Sampling,
 }
 
 /// What one observer did.
@@ -114,8 +122,7 @@ impl Trajectory {
         integrals: Vec<String>,
         layout: Layout,
         samples: &[f64],
-        dense: Dense,
-        steps: usize,
+        (dense, steps, sampling): (Dense, usize, Sampling),
     ) -> Self {
         let rows = times.len();
         let block = |offset: usize, columns: usize| {
@@ -137,7 +144,7 @@ impl Trajectory {
         let (u, y, measured) = (block(n, m), block(n + m, p), block(n + m + p, p));
         // The last requested time ends the run.
         let last = samples[samples.len().saturating_sub(layout.width)..].to_vec();
-        Self { t: times.to_vec(), x, u, y, measured, observers, integrals, steps, dense, last, layout }
+        Self { t: times.to_vec(), x, u, y, measured, observers, integrals, steps, dense, last, layout, sampling }
     }
 
     /// The observer of that name.
@@ -183,6 +190,12 @@ impl Trajectory {
     pub fn measured_at(&self, t: f64) -> Result<Vec<f64>, SimError> {
         let Dimensions { states: n, inputs: m, outputs: p } = self.layout.size;
         Ok(self.dense.at(t)?[n + m + p..n + m + 2 * p].to_vec())
+    }
+
+    /// Whether an output (from 0) is measured at t, and the measurement arrives: at the samples of a sensor with a period
+    /// of its own, otherwise at all times at which nothing is lost.
+    pub fn is_measured(&self, output: usize, t: f64) -> bool {
+        self.sampling.is_measured(output, t)
     }
 
     /// The own state of the observer of that name at any time of the run, by dense output; of a filter estimate and
