@@ -61,6 +61,15 @@ impl Dense {
         self.pieces.iter().map(|piece| (piece.start, piece.end))
     }
 
+    /// Calls `visit` with the time and the values at every point that is kept.
+    pub(crate) fn visit(&self, mut visit: impl FnMut(f64, &[f64])) {
+        for piece in &self.pieces {
+            for (i, row) in piece.values.chunks_exact(self.width.max(1)).enumerate() {
+                visit(piece.start + node(i) * (piece.end - piece.start), row);
+            }
+        }
+    }
+
     /// Number of steps.
     pub fn step_count(&self) -> usize {
         self.pieces.len()

@@ -136,8 +136,7 @@ impl<'a> Model<'a> {
         unique(&scenario.integrals.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
         let disturbances = scenario.disturbances;
         disturbances.check(size.states, size.inputs, size.outputs)?;
-        let sampling =
-            Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
+        let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
         let believed = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
         believed.check()?;
         if believed.dimensions() != size {
@@ -230,14 +229,7 @@ impl<'a> Model<'a> {
     }
 
     /// The outputs as an observer in continuous time takes them; none if all are known.
-    fn predicted_of(
-        &self,
-        k: usize,
-        t: f64,
-        stacked: &[f64],
-        still: &HeldValues,
-        now: &Instant,
-    ) -> Option<Vec<f64>> {
+    fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
         if !still.readings.contains(&Reading::Nothing) || self.observers[k].period.is_some() {
             return None;
         }

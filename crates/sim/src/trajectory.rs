@@ -6,8 +6,8 @@ use nalgebra::DMatrix;
 use crate::dense::Dense;
 use crate::error::{SimError, check_positive};
 use crate::events::Trace;
-use crate::sensor::Sampling;
 use crate::scores::{Merits, ScoreGrid};
+use crate::sensor::Sampling;
 use crate::view::View;
 
 /// Where things stand in a row.
@@ -219,6 +219,20 @@ impl Trajectory {
     /// The steps of the integrator that were accepted, each by its start and end.
     pub fn step_spans(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.dense.steps()
+    }
+
+    /// Calls `visit` at every point that is kept of every step of the integrator, eight for each with both of its ends,
+    /// with the time, x, u, and the estimate of an observer.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn visit(&self, observer: &str, mut visit: impl FnMut(f64, &[f64], &[f64], &[f64])) -> Result<(), SimError> {
+        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
+        let (n, m) = (self.layout.size.states, self.layout.size.inputs);
+        self.dense.visit(|t, row| {
+            visit(t, &row[..n], &row[n..n + m], &row[*estimate..estimate + states.len()]);
+        });
+        Ok(())
     }
 
     /// Any quantity as a function of time, from the dense output.
