@@ -9,18 +9,23 @@ use crate::error::SimError;
 /// Points kept per step.
 pub(crate) const NODES: usize = 8;
 
-/// The Chebyshev point `i` on [0, 1].
-pub(crate) fn node(i: usize) -> f64 {
-    if i + 1 == NODES { 1.0 } else { (1.0 - (std::f64::consts::PI * i as f64 / (NODES - 1) as f64).cos()) / 2.0 }
-}
+/// The Chebyshev points `(1 - cos(i pi/7))/2`, which divide [0, 1].
+pub(crate) const NODE: [f64; NODES] = [
+    0.0,
+    0.049515566048790434,
+    0.18825509907063323,
+    0.3887395330218428,
+    0.6112604669781572,
+    0.8117449009293668,
+    0.9504844339512095,
+    1.0,
+];
 
-/// One step.
-#[derive(Clone, Debug, PartialEq)]
+/// Start and end of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     start: f64,
     end: f64,
-    /// Values at the nodes, one node after the other.
-    values: Vec<f64>,
 }
 
 /// A vector-valued function of time, kept as one polynomial of degree 7 per step of the integrator.
@@ -30,17 +35,20 @@ struct Piece {
 pub struct Dense {
     width: usize,
     pieces: Vec<Piece>,
+    /// Values at the nodes, one node after the other, one step after the other.
+    values: Vec<f64>,
 }
 
 impl Dense {
     pub(crate) fn new(width: usize) -> Self {
-        Self { width, pieces: Vec::new() }
+        Self { width, pieces: Vec::new(), values: Vec::new() }
     }
 
     /// Appends a step, given its values at the nodes.
-    pub(crate) fn push(&mut self, start: f64, end: f64, values: Vec<f64>) {
+    pub(crate) fn push(&mut self, start: f64, end: f64, values: &[f64]) {
         debug_assert_eq!(values.len(), NODES * self.width);
-        self.pieces.push(Piece { start, end, values });
+        self.pieces.push(Piece { start, end });
+        self.values.extend_from_slice(values);
     }
 
     /// Number of components.
@@ -63,11 +71,9 @@ impl Dense {
 
     /// Calls `visit` with the time and the values at every point that is kept.
     pub(crate) fn visit(&self, mut visit: impl FnMut(f64, &[f64])) {
-        for piece in &self.pieces {
-            for (i, row) in piece.values.chunks_exact(self.width.max(1)).enumerate() {
-                visit(piece.start + node(i) * (piece.end - piece.start), row);
-            }
-        }
+        let rows = self.values.chunks_exact(self.width.max(1));
+        let times = self.pieces.iter().flat_map(|Piece { start, end }| NODE.map(|node| start + node * (end - start)));
+        times.zip(rows).for_each(|(t, row)| visit(t, row));
     }
 
     /// Number of steps.
@@ -102,14 +108,15 @@ impl Dense {
 
     /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.
     pub(crate) fn on_step(&self, index: usize, t: f64, offset: usize, value: &mut [f64]) {
-        let piece = &self.pieces[index];
+        let piece = self.pieces[index];
+        let values = &self.values[index * NODES * self.width..][..NODES * self.width];
         let s = (t - piece.start) / (piece.end - piece.start);
         // Barycentric weights of Chebyshev points: alternating signs, halved at the ends.
         let mut total = 0.0;
         value.fill(0.0);
         for i in 0..NODES {
-            let row = &piece.values[i * self.width + offset..][..value.len()];
-            let distance = s - node(i);
+            let row = &values[i * self.width + offset..][..value.len()];
+            let distance = s - NODE[i];
             if distance == 0.0 {
                 value.copy_from_slice(row);
                 return;
@@ -132,12 +139,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_nodes_are_chebyshev_points() {
+        for (i, node) in NODE.iter().enumerate() {
+            let cosine = (std::f64::consts::PI * i as f64 / (NODES - 1) as f64).cos();
+            assert!((node - (1.0 - cosine) / 2.0).abs() <= f64::EPSILON / 2.0, "{i}");
+        }
+    }
+
+    #[test]
     fn polynomials_of_degree_seven_are_kept_to_rounding() {
         let polynomial = |t: f64| [t.powi(7) - 3.0 * t.powi(4) + 1.0, 2.0 - t];
         let mut dense = Dense::new(2);
         for k in 0..4 {
             let (start, end) = (f64::from(k) * 0.5, f64::from(k + 1) * 0.5);
-            dense.push(start, end, (0..NODES).flat_map(|i| polynomial(start + node(i) * (end - start))).collect());
+            let values: Vec<f64> = NODE.iter().flat_map(|node| polynomial(start + node * (end - start))).collect();
+            dense.push(start, end, &values);
         }
         for k in 0..=100 {
             let t = 0.02 * f64::from(k);

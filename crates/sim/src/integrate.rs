@@ -13,7 +13,7 @@
 
 use std::cell::RefCell;
 
-use crate::dense::{Dense, NODES, node};
+use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;
 use crate::error::{SimError, check_finite, check_positive};
 use crate::radau::Radau;
@@ -93,9 +93,12 @@ pub fn solve(
     check_finite("the initial state", x0)?;
     let mut dense = Dense::new(x0.len());
     let mut x = x0.to_vec();
+    let mut values = vec![0.0; NODES * x.len()];
     Stepper::new(*settings).advance(&f, start, end, &mut x, &mut |step| {
-        let values = (0..NODES).flat_map(|i| step.at(step.start + node(i) * (step.end - step.start))).collect();
-        dense.push(step.start, step.end, values);
+        for (node, value) in NODE.iter().zip(values.chunks_exact_mut(x0.len().max(1))) {
+            step.at(step.start + node * (step.end - step.start), value);
+        }
+        dense.push(step.start, step.end, &values);
         Ok(())
     })?;
     Ok(dense)
@@ -125,9 +128,9 @@ pub(crate) struct Accepted<'m> {
 }
 
 impl Accepted<'_> {
-    /// The solution at `t` within the step.
-    pub(crate) fn at(&self, t: f64) -> Vec<f64> {
-        self.method.interpolate(t)
+    /// Writes the solution at `t` within the step.
+    pub(crate) fn at(&self, t: f64, value: &mut [f64]) {
+        self.method.interpolate(t, value);
     }
 }
 
@@ -177,10 +180,10 @@ impl Method {
         matches!(self, Self::Explicit(method) if method.stiff())
     }
 
-    fn interpolate(&self, t: f64) -> Vec<f64> {
+    fn interpolate(&self, t: f64, value: &mut [f64]) {
         match self {
-            Self::Explicit(method) => method.interpolate(t),
-            Self::Implicit(method) => method.interpolate(t),
+            Self::Explicit(method) => method.interpolate(t, value),
+            Self::Implicit(method) => method.interpolate(t, value),
         }
     }
 }
@@ -194,11 +197,15 @@ pub(crate) struct Stepper {
     steps: usize,
     /// The largest entry and the largest derivative at the start of the first interval.
     first: Option<(f64, f64)>,
+    /// The explicit method of the last interval, whose memory the next one works in.
+    explicit: Option<Box<Dop853>>,
+    slope: Vec<f64>,
 }
 
 impl Stepper {
     pub(crate) fn new(settings: Settings) -> Self {
-        Self { settings, h: None, implicit: settings.integrator == Integrator::Implicit, steps: 0, first: None }
+        let implicit = settings.integrator == Integrator::Implicit;
+        Self { settings, h: None, implicit, steps: 0, first: None, explicit: None, slope: Vec::new() }
     }
 
     /// Steps attempted so far.
@@ -212,7 +219,7 @@ impl Stepper {
         f: &Rhs<'_>,
         start: f64,
         end: f64,
-        y: &mut Vec<f64>,
+        y: &mut [f64],
         on_step: &mut dyn FnMut(&Accepted<'_>) -> Result<(), SimError>,
     ) -> Result<(), SimError> {
         let tolerance = self.settings.tolerance();
@@ -228,7 +235,8 @@ impl Stepper {
             }
         };
         let f: &Rhs<'_> = &watched;
-        let mut slope = vec![0.0; y.len()];
+        let mut slope = std::mem::take(&mut self.slope);
+        slope.resize(y.len(), 0.0);
         f(start, y, &mut slope);
         if let Some(error) = undefined.take() {
             return Err(error);
@@ -267,8 +275,11 @@ impl Stepper {
                     let step_end = if last { end } else { method.t() };
                     on_step(&Accepted { start: t, end: step_end, method: &method })?;
                     if last {
-                        y.clear();
-                        y.extend_from_slice(method.y());
+                        y.copy_from_slice(method.y());
+                        self.slope = slope;
+                        if let Method::Explicit(method) = method {
+                            self.explicit = Some(method);
+                        }
                         return Ok(());
                     }
                 }
@@ -282,12 +293,17 @@ impl Stepper {
         }
     }
 
-    fn begin(&self, t: f64, y: &[f64], slope: &[f64], h: f64) -> Method {
+    fn begin(&mut self, t: f64, y: &[f64], slope: &[f64], h: f64) -> Method {
         if self.implicit {
-            Method::Implicit(Box::new(Radau::new(t, y, h)))
-        } else {
-            Method::Explicit(Box::new(Dop853::new(t, y, slope, h)))
+            return Method::Implicit(Box::new(Radau::new(t, y, h)));
         }
+        Method::Explicit(match self.explicit.take() {
+            Some(mut method) if method.y().len() == y.len() => {
+                method.restart(t, y, slope, h);
+                method
+            }
+            _ => Box::new(Dop853::new(t, y, slope, h)),
+        })
     }
 }
 

@@ -39,6 +39,8 @@ pub(crate) struct Model<'a> {
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
     pub(crate) breakpoints: Vec<f64>,
     pub(crate) settings: Settings,
+    /// The input zero.
+    no_input: Vec<f64>,
 }
 
 pub(crate) struct ObserverSlot<'a> {
@@ -173,6 +175,7 @@ impl<'a> Model<'a> {
             integrals: scenario.integrals,
             breakpoints,
             settings: Settings { max_step, ..scenario.settings },
+            no_input: vec![0.0; size.inputs],
         })
     }
 
@@ -290,8 +293,7 @@ impl<'a> Model<'a> {
     /// The input from the estimates there are.
     pub(crate) fn law(&self, t: f64, stacked: &[f64], now: &mut Instant) {
         let mut u = std::mem::take(&mut now.u);
-        let zero = vec![0.0; u.len()];
-        let view = View { u: &zero, ..self.view(t, &stacked[..self.size.states], now) };
+        let view = View { u: &self.no_input, ..self.view(t, &stacked[..self.size.states], now) };
         self.input.write(&view, &mut u);
         now.u = u;
     }

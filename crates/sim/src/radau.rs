@@ -82,8 +82,11 @@ impl Radau {
     }
 
     /// The dense output of the last accepted step.
-    pub(crate) fn interpolate(&self, t: f64) -> Vec<f64> {
-        self.last.as_ref().map_or_else(|| self.y.as_slice().to_vec(), |step| step.at(t).as_slice().to_vec())
+    pub(crate) fn interpolate(&self, t: f64, value: &mut [f64]) {
+        match &self.last {
+            Some(step) => value.copy_from_slice(step.at(t).as_slice()),
+            None => value.copy_from_slice(self.y.as_slice()),
+        }
     }
 
     /// One attempt at a step of the present size.
@@ -182,12 +185,12 @@ impl Radau {
         }
         let err = err.max(1e-10);
         let safety = 0.9 * (2 * NEWTON + 1) as f64 / (2 * NEWTON + iterations) as f64;
-        let mut factor = safety * err.powf(-0.25);
+        let mut factor = safety / err.sqrt().sqrt();
         if err >= 1.0 {
             return self.reject(factor.clamp(0.1, 0.9));
         }
         if let Some((h_last, err_last)) = self.memory {
-            factor = factor.min(0.9 * h / h_last * (err_last / (err * err)).powf(0.25));
+            factor = factor.min(0.9 * h / h_last * (err_last / (err * err)).sqrt().sqrt());
         }
         let mut factor = factor.clamp(0.2, 8.0);
         if self.rejected {

@@ -7,7 +7,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use crate::dense::{Dense, NODES, node};
+use crate::dense::{Dense, NODE};
 use crate::disturbance::History;
 use crate::error::{SimError, check_finite};
 use crate::integrate::Stepper;
@@ -331,6 +331,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         let mut samples = Vec::with_capacity(model.times.len() * layout.width);
         let mut waiting = model.times.iter().copied().peekable();
         let mut march = Stepper::new(model.settings);
+        let (mut at, mut rows) = (vec![0.0; self.stacked.len()], Vec::new());
         let mut t = model.start;
         while t < end {
             let next = self.next_jump(t, end);
@@ -346,26 +347,28 @@ impl<'m, 'a> Runner<'m, 'a> {
             let mut stacked = std::mem::take(&mut self.stacked);
             march.advance(&right_hand_side, t, next, &mut stacked, &mut |step| {
                 let mut now = now.borrow_mut();
-                let mut rows = Vec::with_capacity(NODES * layout.width);
-                for i in 0..NODES {
-                    let t = step.start + node(i) * (step.end - step.start);
-                    model.row(t, &step.at(t), still, &mut now, &mut rows);
+                rows.clear();
+                for node in NODE {
+                    let t = step.start + node * (step.end - step.start);
+                    step.at(t, &mut at);
+                    model.row(t, &at, still, &mut now, &mut rows);
                 }
                 // The output that nothing is known of is not a number.
                 let unknown = |entry: usize| {
                     let output = entry.checked_sub(layout.measured());
                     output.and_then(|j| still.readings.get(j)) == Some(&Reading::Nothing)
                 };
-                let bad = |(at, value): (usize, &f64)| !value.is_finite() && !unknown(at % layout.width);
-                if let Some(at) = rows.iter().enumerate().position(|(at, value)| bad((at, value))) {
-                    let time = step.start + node(at / layout.width) * (step.end - step.start);
-                    let what = layout.name(at % layout.width);
-                    return Err(SimError::QuantityNotFinite { time, what, value: rows[at] });
+                let bad = |(index, value): (usize, &f64)| !value.is_finite() && !unknown(index % layout.width);
+                if let Some(index) = rows.iter().enumerate().position(bad) {
+                    let time = step.start + NODE[index / layout.width] * (step.end - step.start);
+                    let what = layout.name(index % layout.width);
+                    return Err(SimError::QuantityNotFinite { time, what, value: rows[index] });
                 }
-                dense.borrow_mut().push(step.start, step.end, rows);
+                dense.borrow_mut().push(step.start, step.end, &rows);
                 // A time at the seam of two intervals, up to rounding, waits for what happens there.
                 while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
-                    model.row(t, &step.at(t), still, &mut now, &mut samples);
+                    step.at(t, &mut at);
+                    model.row(t, &at, still, &mut now, &mut samples);
                 }
                 Ok(())
             })?;

@@ -1,6 +1,6 @@
 //! `luenberger export`: an observer of a study as source code for the target.
 
-use super::read;
+use super::file::{read, renamed};
 use crate::answer::Answer;
 use crate::arguments::{ExportInput, Language, Precision};
 use crate::failure::Failure;
@@ -62,8 +62,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let mut files: Vec<(String, Vec<u8>)> = files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect();
     files.extend(evidence.file.map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes())));
     let folder = folder(input, observer);
-    let renamed = write_folder(&folder, input.force, "export", &study, &files)?;
-    super::renamed(&folder, &renamed);
+    let moved = write_folder(&folder, input.force, "export", &study, &files)?;
+    renamed(&folder, &moved);
 
     let names: Vec<String> = files.iter().map(|(name, _)| name.clone()).collect();
     let mut text = format!("{} in {}:\n", observer.name, folder.display());

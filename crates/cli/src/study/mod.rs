@@ -1,8 +1,10 @@
 //! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`,
 //! `sweep`.
 
+mod columns;
 mod cost;
 mod export;
+mod file;
 mod interrupt;
 mod new;
 mod text_log;
@@ -14,9 +16,9 @@ use crate::failure::Failure;
 use crate::input::Source;
 use crate::limit::limits;
 use crate::progress::Bar;
-use luenberger_study::{Format, RunOptions, Step, Study, execute};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use file::{read, renamed};
+use luenberger_study::{RunOptions, Step, execute};
+use std::path::PathBuf;
 
 pub(crate) use export::export;
 pub(crate) use new::new;
@@ -43,31 +45,6 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
     let failures = results.failures();
     let text = text_report::results(step, &results, &failures, options.output.as_deref());
     Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
-}
-
-/// Tells which files of others, or changed ones, had to make way.
-fn renamed(folder: &Path, files: &[(String, String)]) {
-    for (name, other) in files {
-        let (path, other) = (folder.join(name), folder.join(other));
-        _ = writeln!(
-            std::io::stderr(),
-            "note: {} was not written by luenberger, or was changed since; it is now {}",
-            path.display(),
-            other.display()
-        );
-    }
-}
-
-/// The study in a file or on standard input, where a text that begins with `{` is JSON.
-fn read(source: &Source) -> Result<Study, Failure> {
-    match source {
-        Source::File(path) => Ok(Study::from_path(path)?),
-        Source::Standard => {
-            let text = source.text()?;
-            let format = if text.trim_start().starts_with('{') { Format::Json } else { Format::Toml };
-            Ok(Study::from_text(&source.to_string(), &text, format, Path::new("."))?)
-        }
-    }
 }
 
 /// Results folder: the one given, or by default `study-results` for `study.toml` and for standard input, if the results

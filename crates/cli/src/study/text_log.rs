@@ -1,6 +1,6 @@
 //! Observers on a log, and the consistency of filters, as text.
 
-use super::text_report::table;
+use super::columns::table;
 use crate::numbers::{number, size};
 use luenberger_study::results::{ConsistencyReport, FilterReport, LogReport, PlantSummary, log_data};
 use std::fmt::Write;

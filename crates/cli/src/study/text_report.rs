@@ -1,5 +1,6 @@
 //! Results as text: values, failures, and the files written.
 
+use super::columns::table;
 use super::text_log;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
@@ -267,20 +268,5 @@ fn sweep(text: &mut String, results: &Results, report: &SweepReport) {
     }
     for ended in report.ended() {
         text.extend(["  ", &ended, "\n"]);
-    }
-}
-
-/// Rows of cells, left-aligned in columns.
-pub(super) fn table(text: &mut String, rows: &[Vec<String>]) {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
-    // A row that ends early holds an error message, which may be long and does not affect the column widths.
-    let width = |column: usize| {
-        let full = rows.iter().filter(|row| row.len() == columns);
-        full.filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or_default()
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    for row in rows {
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-        text.extend(["  ", cells.join("  ").trim_end(), "\n"]);
     }
 }
