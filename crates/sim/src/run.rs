@@ -255,7 +255,9 @@ impl<'m, 'a> Runner<'m, 'a> {
         let (now, HeldValues { readings, known, .. }) = (self.now.get_mut(), &mut self.still);
         let measured = readings.iter().map(|reading| *reading == Reading::Now).collect();
         for (j, reading) in readings.iter_mut().enumerate().filter(|(_, reading)| **reading == Reading::Now) {
-            known.iter_mut().for_each(|known| known[j] = now.seen[j]);
+            for known in &mut *known {
+                known[j] = now.seen[j];
+            }
             if self.sensor_clocks[j].is_some() {
                 *reading = Reading::Held(now.seen[j]);
             }
