@@ -385,9 +385,8 @@ fn sealed(mut file: Value) -> String {
 fn malformed(mut file: Value, random: &mut Random) -> String {
     let margins = file["margins"].as_array().unwrap().len();
     match random.next(7) {
-        0 => {
-            file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into();
-        }
+        // No statement begins with this letter.
+        0 => file["statement"] = file["statement"].as_str().unwrap().replacen(char::is_alphabetic, "Q", 1).into(),
         1 => file["statement"] = format!("{} ", file["statement"].as_str().unwrap()).into(),
         2 => file["margins"][random.next(margins)]["inequality"] = "1 > 0".into(),
         3 => drop(file["margins"].as_array_mut().unwrap().pop()),
