@@ -39,10 +39,12 @@
 pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
+mod dense;
 pub mod deviation;
 pub mod diagnosis;
 pub mod discrete_kalman;
 pub mod discrete_linear;
+pub mod discrete_luenberger;
 pub mod error;
 pub mod estimator;
 mod feedthrough;
@@ -70,6 +72,7 @@ pub use deviation::DeviationObserver;
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
+pub use discrete_luenberger::DiscreteNonlinearObserver;
 pub use error::{ObserverError, Point};
 pub use fixed_point::{
     FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, FixedPointState, StaticFixedPointObserver,
