@@ -38,7 +38,7 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
     let observer = export.program.cast::<T>().map_err(rounded)?;
     let convert = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)));
     let mut xhat: DVector<T> = convert(&export.initial);
-    let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+    let mut noise = Noise::start();
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
         let mut column = |length: usize| -> Vec<f64> {
@@ -57,10 +57,14 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
 }
 
 /// Numbers in [-2, 2) without pattern: xorshift64*, of Marsaglia and Vigna.
-struct Noise(u64);
+pub(crate) struct Noise(u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub(crate) fn start() -> Self {
+        Self(0x9e37_79b9_7f4a_7c15)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;

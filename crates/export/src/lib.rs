@@ -29,6 +29,7 @@
 //! | [`names`] | names as identifiers |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
+//! | `fixed_point` | linear observers in fixed point |
 //! | [`fmu`] | functional mock-up units |
 //! | [`c_math`] | the elementary functions of libm as C |
 
@@ -37,6 +38,7 @@
 mod c;
 pub mod c_math;
 mod error;
+mod fixed_point;
 pub mod fmu;
 pub mod golden;
 pub mod names;
@@ -45,6 +47,9 @@ pub mod program;
 mod rust;
 
 pub use error::ExportError;
+pub use fixed_point::FixedPointExport;
+/// The formats of [`Export::fixed_point`].
+pub use luenberger_observers::{FixedPointFormat, FixedPointFormats};
 pub use names::Names;
 pub use program::{Program, Scalar};
 

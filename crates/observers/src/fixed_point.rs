@@ -79,8 +79,6 @@ impl FixedPointFormat {
         if !(-4_294_967_296.0..=4_294_967_296.0).contains(&scaled) {
             return None;
         }
-        // The spacing of the numbers around 1.5 2^52 is 1: the sum is rounded to an integer, ties to even.
-        const INTEGERS: f64 = 6_755_399_441_055_744.0;
         let rounded = (scaled + INTEGERS) - INTEGERS;
         let fits = f64::from(self.smallest()) <= rounded && rounded <= f64::from(self.largest());
         fits.then_some(rounded as i32)
@@ -91,6 +89,9 @@ impl FixedPointFormat {
         f64::from(integer) / self.scale()
     }
 }
+
+/// `1.5 2^52`: the spacing of the numbers around it is 1, so that adding it rounds to an integer, ties to even.
+const INTEGERS: f64 = 6_755_399_441_055_744.0;
 
 /// The formats of an observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

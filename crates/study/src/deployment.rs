@@ -3,8 +3,8 @@
 
 use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_plants::StateSpace;
-use luenberger_proof::certificate::CertificateFile;
-use luenberger_proof::statement::{Deployed, Format, Operation, Step};
+use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
+use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
 use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
 
@@ -144,32 +144,55 @@ impl Evidence {
     }
 }
 
-/// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `format`: with the
+/// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `formats`: with the
 /// bounds that states, inputs and noise have in the simulation of the study, the ball to which the error shrinks, all
-/// rounding counted; without a simulation, the convergence for the gains as designed.
-pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, format: Format) -> Evidence {
+/// rounding counted; without a simulation, the convergence for the gains as stored, or in floating point as designed.
+///
+/// Fixed point is for linear designs, run by `luenberger_observers::FixedPointObserver`.
+pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, formats: Formats) -> Evidence {
+    let running = formats.running;
     // The subtraction of D u is not among the operations that the certificate bounds.
     let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
-    let on_target = operation(study, observer).filter(|_| !fed).and_then(|operation| {
-        let (deployed, file) = deployed(&observer.name, design, format, &operation)?;
-        Some((deployed, operation, file))
-    });
+    let operation = operation(study, observer).filter(|_| !fed);
+    let on_target = match &operation {
+        Some(operation) => deployed(&observer.name, design, formats, operation),
+        None => None,
+    };
     let mut sentences = Vec::new();
-    let file = match on_target {
-        Some((deployed, operation, file)) => {
-            sentences.push(format!(
-                "Proved (certificate.json): with the gains as stored in {format}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
-            ));
-            sentences.extend(rounding(study, &deployed, &operation, format));
+    let of_stored = format!(
+        "Proved (certificate.json): with the gains as stored in {}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error.",
+        formats.stored
+    );
+    let not_covered = || format!("Rounding to {running} on the target is not covered.");
+    let file = match (on_target, operation) {
+        (Some((found, file)), Some(operation)) => {
+            sentences.push(of_stored);
+            sentences.extend(rounding(study, &found, &operation, running));
+            if is_fixed(running) && operation.noise.iter().any(|bound| *bound > 0.0) {
+                let noiseless = Operation { noise: vec![0.0; operation.noise.len()], ..operation };
+                sentences.extend(
+                    deployed(&observer.name, design, formats, &noiseless)
+                        .and_then(|(found, _)| found.ball().map(|ball| without_noise(study, &ball.entries))),
+                );
+            }
             Some(file)
         }
-        None => design.certificate().file(&observer.name).ok().inspect(|_| {
-            sentences.push(
-                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
-                    .to_owned(),
-            );
-            sentences.push(format!("Rounding to {format} on the target is not covered."));
-        }),
+        _ => match stored(&observer.name, design, formats) {
+            Some(file) => {
+                sentences.push(of_stored);
+                sentences.push(not_covered());
+                Some(file)
+            }
+            // Coarse gains may not stabilise: of them the designed ones say nothing.
+            None if is_fixed(running) => None,
+            None => design.certificate().file(&observer.name).ok().inspect(|_| {
+                sentences.push(
+                    "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
+                        .to_owned(),
+                );
+                sentences.push(not_covered());
+            }),
+        },
     };
     if file.is_none() {
         sentences.push("No stability certificate.".to_owned());
@@ -179,52 +202,90 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
     Evidence { sentences, file }
 }
 
+fn is_fixed(format: Format) -> bool {
+    matches!(format, Format::Fixed { .. })
+}
+
 /// The observer in the arithmetic of the target, with its certificate file; none if that is not proved.
 fn deployed(
     title: &str,
     design: &SampledDesign,
-    format: Format,
+    formats: Formats,
     operation: &Operation,
 ) -> Option<(Deployed, CertificateFile)> {
     match design {
         SampledDesign::Linear(design) => {
             let (plant, l) = (design.observer.plant(), design.observer.l());
-            let found = deployed_linear(plant, l, Step::Innovation, format.into(), operation).ok()?;
+            let step = if is_fixed(formats.running) { Step::Accumulated } else { Step::Innovation };
+            let found = deployed_linear(plant, l, step, formats, operation).ok()?;
             let file = found.certificate.file(title).ok()?;
             Some((found.deployed.clone(), file))
         }
         SampledDesign::Cubic(design) => {
-            let file = design.deployed_certificate_file(title, format.into(), operation).ok()?;
-            Some((design.deployed(format.into(), operation).ok()?, file))
+            let file = design.deployed_certificate_file(title, formats, operation).ok()?;
+            Some((design.deployed(formats, operation).ok()?, file))
         }
     }
 }
 
+/// The certificate file of the stored numbers in exact arithmetic; none if that is not proved.
+fn stored(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
+    let (n, m, p) = match design {
+        SampledDesign::Linear(design) => {
+            let plant = design.observer.plant();
+            (plant.a.nrows(), plant.b.ncols(), plant.c.nrows())
+        }
+        SampledDesign::Cubic(design) => {
+            let o = &design.observer;
+            (o.ad().nrows(), o.bd().ncols(), o.c().nrows())
+        }
+    };
+    let nothing = Operation { state: vec![0.0; n], input: vec![0.0; m], noise: vec![0.0; p], error: vec![0.0; n] };
+    let (_, file) = deployed(title, design, formats, &nothing)?;
+    let Theorem::DeployedObserver(theorem) = file.theorem().clone() else { return None };
+    CertificateFile::prove(title, DeployedObserver { ball: None, ..theorem }).ok()
+}
+
+/// How much of the bound is due to rounding.
+fn without_noise(study: &Study, entries: &[f64]) -> String {
+    let plant = &study.plant;
+    format!("Without measurement noise it is at most {}.", listed(&plant.states, entries, &plant.units))
+}
+
+/// `position 0.1 m, velocity 0.2 m/s`, each rounded upwards.
+fn listed(names: &[String], values: &[f64], units: &[String]) -> String {
+    let one = |(i, (name, value)): (usize, (&String, &f64))| {
+        let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
+        format!("{name} {}{unit}", at_most(*value, 3))
+    };
+    names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
+}
+
 /// The bound of the error with all rounding counted, under its bounds of operation.
 fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: Format) -> Vec<String> {
-    let Some(ball) = deployed.ball() else {
-        return vec![format!("Rounding to {format} on the target: no bound is proved.")];
+    let ball = match &deployed.running {
+        Running::Within(ball) => ball,
+        Running::Unproved(why) if is_fixed(format) => {
+            return vec![format!(
+                "Rounding to {format} on the target: no bound is proved, and saturation is not excluded ({why})."
+            )];
+        }
+        Running::Unproved(_) => return vec![format!("Rounding to {format} on the target: no bound is proved.")],
     };
     let plant = &study.plant;
-    let list = |names: &[String], values: &[f64], units: &[String]| {
-        let one = |(i, (name, value)): (usize, (&String, &f64))| {
-            let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
-            format!("{name} {}{unit}", at_most(*value, 3))
-        };
-        names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
-    };
-    let mut bounds = vec![("states", list(&plant.states, &operation.state, &plant.units))];
+    let mut bounds = vec![("states", listed(&plant.states, &operation.state, &plant.units))];
     if !plant.inputs.is_empty() {
-        bounds.push(("inputs", list(&plant.inputs, &operation.input, &[])));
+        bounds.push(("inputs", listed(&plant.inputs, &operation.input, &[])));
     }
-    bounds.push(("measurement noise", list(&plant.outputs, &operation.noise, &[])));
-    bounds.push(("first error", list(&plant.states, &operation.error, &plant.units)));
+    bounds.push(("measurement noise", listed(&plant.outputs, &operation.noise, &[])));
+    bounds.push(("first error", listed(&plant.states, &operation.error, &plant.units)));
     let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
     vec![
         format!(
-            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}.",
+            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
             bounds.join(", "),
-            list(&plant.states, &ball.entries, &plant.units)
+            listed(&plant.states, &ball.entries, &plant.units),
+            if is_fixed(format) { ": nothing saturates" } else { "" }
         ),
         "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."
             .to_owned(),

@@ -1,14 +1,14 @@
 //! `luenberger export`: an observer of a study as source code for the target.
 
 use super::export_fmu;
+use super::export_numbers::Numbers;
 use super::file::{read, renamed};
 use crate::answer::Answer;
-use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
+use crate::arguments::{ExportInput, FmiVersion, Language};
 use crate::failure::Failure;
 use crate::input::Source;
 use luenberger_export::{Export, Names, Program, Scalar, names};
-use luenberger_proof::statement::Format;
-use luenberger_study::deployment::{Evidence, SampledDesign, evidence, sampled};
+use luenberger_study::deployment::{SampledDesign, evidence, sampled};
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
 use serde::Serialize;
@@ -33,6 +33,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     if input.fmi.is_some() && !matches!(input.to, Language::Fmu) {
         return Err(Failure::Usage("--fmi is for --to fmu"));
     }
+    let numbers = Numbers::of(input)?;
     let study = read(&input.study)?;
     let observer = chosen(&study, input.observer.as_deref())?;
     let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
@@ -43,29 +44,26 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         why: why.hypothesis,
         instead: why.alternatives,
     })?;
-    let (scalar, format) = match input.format {
-        Precision::F32 => (Scalar::Binary32, Format::Binary32),
-        Precision::F64 => (Scalar::Binary64, Format::Binary64),
-    };
-    let evidence = evidence(&study, observer, &design, format);
+    let failure = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
+    let export = prepared(&study, observer, design.clone(), numbers.scalar()).map_err(failure)?;
+    let cost = numbers.cost(&export).map_err(failure)?;
+    let evidence = evidence(&study, observer, &design, numbers.formats());
     if !evidence.is_proved() && !input.unproved {
         return Err(Failure::NotExported {
             observer: observer.name.clone(),
-            why: "it has no stability certificate".to_owned(),
+            why: numbers.unproved(),
             instead: vec!["--unproved exports it all the same, and the header says so".to_owned()],
         });
     }
     let proved = evidence.is_proved();
-    let digest = study_digest(&study);
-    let export = prepared(&study, observer, design, scalar, &evidence, &digest)
-        .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
+    let export = export.statement(&evidence.sentences).source(&study_digest(&study));
     let certificate = evidence.file.as_ref().map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes()));
     let bytes = |files: Vec<luenberger_export::File>| {
         files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()
     };
     let mut binaries = Vec::new();
     let files = match input.to {
-        Language::C => export.c().map(bytes),
+        Language::C => numbers.c(&export).map(bytes),
         Language::Rust => export.rust().map(bytes),
         Language::Fmu => {
             export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), certificate.as_ref()).map(|fmu| {
@@ -74,8 +72,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
             })
         }
     };
-    let mut files =
-        files.map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
+    let mut files = files.map_err(failure)?;
     files.extend(certificate);
     let folder = folder(input, observer);
     let moved = write_folder(&folder, input.force, "export", &study, &files)?;
@@ -95,20 +92,21 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         files: names,
         binaries,
         period: export.program().period(),
-        operations: export.operations(),
-        bytes: export.bytes(),
+        operations: cost.operations,
+        bytes: cost.bytes,
         proved,
         statement: evidence.sentences.clone(),
-        digest: export.digest(),
+        digest: cost.digest,
     };
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(
         text,
-        "one step every {}{unit}: {} floating-point operations, {} bytes of constants and state ({})",
+        "one step every {}{unit}: {} {}, {} bytes of constants and state ({})",
         written.period,
         written.operations,
+        cost.of,
         written.bytes,
-        scalar.name()
+        numbers.name()
     );
     for sentence in &evidence.sentences {
         text.extend([sentence.as_str(), "\n"]);
@@ -135,8 +133,6 @@ fn prepared(
     observer: &ObserverSpec,
     design: SampledDesign,
     scalar: Scalar,
-    evidence: &Evidence,
-    digest: &str,
 ) -> Result<Export, luenberger_export::ExportError> {
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
@@ -150,8 +146,7 @@ fn prepared(
         units: plant.units.clone(),
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
-    let export = Export::new(&names::identifier(&observer.name), program, scalar, &observer.initial, columns)?;
-    Ok(export.statement(&evidence.sentences).source(digest))
+    Export::new(&names::identifier(&observer.name), program, scalar, &observer.initial, columns)
 }
 
 fn study_digest(study: &Study) -> String {

@@ -9,15 +9,19 @@
 //! | `source` | the source: constants, start, step |
 //! | `linear` | the step of an observer of a linear plant |
 //! | `cubic` | the flow of the cubic part |
+//! | `fixed` | all files of a linear observer in fixed point |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
 mod cubic;
+mod fixed;
 mod header;
 mod linear;
 mod project;
 mod source;
 mod test;
+
+pub(crate) use fixed::fixed_files;
 
 use std::fmt::Write;
 

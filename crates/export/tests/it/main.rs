@@ -2,4 +2,5 @@
 
 mod c_math;
 mod compiled;
+mod fixed_point;
 mod fmu;
