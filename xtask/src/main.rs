@@ -1,11 +1,14 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
-//! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask stress proof`,
-//! `cargo xtask stress theorems`, `cargo xtask mutate`.
+//! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
+//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
+//! `cargo xtask fmu`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
 mod features;
+mod firmware;
+mod fmu;
 mod mutate;
 mod step;
 mod stress;
@@ -45,7 +48,7 @@ enum Command {
         /// Only plants or matrices of at most this order (lmi, linalg)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into docs/bench-linalg.md as well (linalg)
+        /// Put the table into its page in docs as well (linalg, sim)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -67,6 +70,17 @@ enum Command {
         /// Which cases
         #[arg(long, default_value_t = 2019)]
         seed: u64,
+    },
+    /// Validate and simulate exported FMUs with fmpy: the golden vectors, bit for bit (needs python3, the network for
+    /// fmpy, and a C compiler)
+    Fmu,
+    /// Run the observers on boards in QEMU and emitted C on the host: the same bits everywhere, nothing can panic
+    ///
+    /// Says what it leaves out for lack of a tool (QEMU, targets of rustc, arm-none-eabi-gcc, clang, cppcheck).
+    Firmware {
+        /// Write what a step costs to docs/bench-target.md
+        #[arg(long)]
+        document: bool,
     },
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
@@ -97,6 +111,8 @@ enum Subject {
     Lmi,
     /// Proved bounds of semidefinite programs, beside the published optima
     Proof,
+    /// Trajectories, beside scipy and Rust crates
+    Sim,
 }
 
 fn main() -> ExitCode {
@@ -107,10 +123,13 @@ fn main() -> ExitCode {
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
+        Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Stress { what: Claimed::Proof, matrices, seed, .. } => stress::proof::run(matrices, seed),
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
+        Command::Fmu => fmu::run(),
+        Command::Firmware { document } => firmware::run(document),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {

@@ -46,4 +46,30 @@ pub enum ExportError {
         /// The format.
         format: &'static str,
     },
+    /// Two columns of one name.
+    #[error("two columns are named {name:?}")]
+    Duplicate {
+        /// The name.
+        name: String,
+    },
+    /// A unit of time that is not a known multiple of the second, the unit of time of an FMU.
+    #[error("the time unit {unit:?} cannot be converted to seconds; s, ms, us, ns, min, h and d can")]
+    TimeUnit {
+        /// The unit.
+        unit: String,
+    },
+    /// A C compiler that fails.
+    #[error("{compiler} fails: {why}")]
+    Compiler {
+        /// The command.
+        compiler: String,
+        /// What it says.
+        why: String,
+    },
+    /// An archive that cannot be written.
+    #[error("the FMU cannot be written: {why}")]
+    Archive {
+        /// What is wrong.
+        why: String,
+    },
 }

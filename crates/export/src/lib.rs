@@ -1,4 +1,4 @@
-//! Designed observers as source code for the target: C99 or Rust, bit for bit what was simulated.
+//! Designed observers as source code for the target: C99, Rust or FMU, bit for bit what was simulated.
 //!
 //! An [`Export`] is a sampled observer with its names, units and the statement of its certificate. [`Export::c`] and
 //! [`Export::rust`] give the files of a small project: source, a test with golden vectors, a build file and a README.
@@ -29,11 +29,15 @@
 //! | [`names`] | names as identifiers |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
+//! | [`fmu`] | functional mock-up units |
+//! | [`c_math`] | the elementary functions of libm as C |
 
 #![deny(missing_docs)]
 
 mod c;
+pub mod c_math;
 mod error;
+pub mod fmu;
 pub mod golden;
 pub mod names;
 mod number;
@@ -80,6 +84,7 @@ pub struct Export {
     names: Names,
     statement: Vec<String>,
     source: Option<String>,
+    feedback: Option<DMatrix<f64>>,
 }
 
 impl Export {
@@ -113,7 +118,7 @@ impl Export {
             return Err(ExportError::Format { what, format: scalar.name() });
         }
         let identifier = identifier.to_owned();
-        Ok(Self { identifier, program, scalar, initial, names, statement: Vec::new(), source: None })
+        Ok(Self { identifier, program, scalar, initial, names, statement: Vec::new(), source: None, feedback: None })
     }
 
     /// With sentences that stand in the header: what is proved, or that nothing is.
@@ -153,6 +158,17 @@ impl Export {
     /// The scalars as they are stored on the target.
     pub fn scalars(&self) -> Vec<(&'static str, f64)> {
         self.program.scalars().into_iter().map(|(name, x)| (name, self.scalar.round(x))).collect()
+    }
+
+    /// The name in the emitted code.
+    pub fn identifier(&self) -> &str {
+        &self.identifier
+    }
+
+    /// The sampling period with its unit, `0.02 s`.
+    pub fn period_text(&self) -> String {
+        let unit = if self.names.time_unit.is_empty() { "time units" } else { &self.names.time_unit };
+        format!("{} {unit}", self.program.period())
     }
 
     /// The observer, with its numbers as designed.

@@ -6,11 +6,25 @@
 //! - `atan2(y, x)` near the axis x = 0 is `+-pi/2 - atan(x/y)`, whose derivative exists there;
 //! - `tanh` beyond 300 is `(1 - exp(-2x))/(1 + exp(-2x))`, where `sinh/cosh` is infinity by infinity;
 //! - `ln(a + exp(z))` for z > 1 is `z + ln(1 + a exp(-z))`, which does not overflow and loses less over an interval.
+//!
+//! Over numbers (f32, f64) every operation is one that emitted C has as well, with the same result to the last bit:
+//! integer powers are products in a fixed order, and `min` and `max` are one comparison each, which keeps a NaN in the
+//! first argument.
+
+use core::any::TypeId;
 
 use nalgebra::{RealField, convert};
 
+/// The largest exponent that becomes a product.
+pub(crate) const LARGEST_PRODUCT: f64 = 1000.0;
+
+/// Whether the scalar is a floating-point number, which has neither derivative nor width.
+pub(crate) fn is_number<T: 'static>() -> bool {
+    TypeId::of::<T>() == TypeId::of::<f64>() || TypeId::of::<T>() == TypeId::of::<f32>()
+}
+
 /// A function of one argument.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Unary {
     Negate,
     Reciprocal,
@@ -36,7 +50,7 @@ pub(crate) enum Unary {
 }
 
 /// An operation or a function of two arguments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Binary {
     Add,
     Subtract,
@@ -67,7 +81,7 @@ pub(crate) enum Function {
 }
 
 /// A comparison of two numbers. With NaN all are false but `!=`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Comparison {
     Less,
     LessOrEqual,
@@ -251,7 +265,12 @@ impl Binary {
             Self::Multiply => x * y,
             Self::Divide => x / y,
             Self::Power => power(x, y),
+            Self::Atan2 if is_number::<T>() => x.atan2(y),
             Self::Atan2 => atan2(x, y),
+            Self::Min | Self::Max if is_number::<T>() => {
+                let second = if self == Self::Max { y > x } else { y < x };
+                if second { y } else { x }
+            }
             Self::Min => x.min(y),
             Self::Max => x.max(y),
             Self::LnPlusExp => ln_plus_exp(x, y),
@@ -262,7 +281,27 @@ impl Binary {
 
 /// The nearest number to x between low and high.
 pub(crate) fn saturate<T: RealField + Copy>(x: T, low: T, high: T) -> T {
-    x.max(low).min(high)
+    Binary::Min.at(Binary::Max.at(x, low), high)
+}
+
+/// `x^n` as a product, n at most 1000.
+pub(crate) fn integer_power<T: RealField + Copy>(x: T, n: u32) -> T {
+    if is_number::<T>() { square_and_multiply(x, n, T::one(), |a, b| a * b) } else { x.powi(n.cast_signed()) }
+}
+
+/// `x^n` by the binary digits of n from the lowest: the squares `x^2, x^4, ..` are multiplied to the power as they come.
+pub(crate) fn square_and_multiply<X: Copy>(x: X, mut n: u32, one: X, mut multiply: impl FnMut(X, X) -> X) -> X {
+    let (mut square, mut power) = (x, None);
+    while n > 0 {
+        if n & 1 == 1 {
+            power = Some(power.map_or(square, |power| multiply(power, square)));
+        }
+        n >>= 1;
+        if n > 0 {
+            square = multiply(square, square);
+        }
+    }
+    power.unwrap_or(one)
 }
 
 fn tanh<T: RealField + Copy>(x: T) -> T {

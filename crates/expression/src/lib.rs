@@ -44,7 +44,9 @@
 //!
 //! A text is parsed into a syntax tree and compiled to a tape, a flat list of instructions, which is evaluated over any
 //! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
-//! An evaluation allocates no memory and does not recurse. Where an expression is undefined (`1/0`, `ln(-1)`) the
+//! Over numbers a plant is evaluated as a graph with each subexpression once, and so are its Jacobians, whose derivatives
+//! are symbolic; the same graph prints itself as C and Rust ([`Routine`]), with the same results to the last bit. The
+//! evaluation of a tape allocates no memory and does not recurse. Where an expression is undefined (`1/0`, `ln(-1)`) the
 //! value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`] reports the
 //! subexpression that causes it.
 //!
@@ -68,6 +70,7 @@
 //! |---|---|
 //! | `parse`, `tree`, `scope` | from a text to its syntax tree; the names in scope |
 //! | `tape`, `function`, `table` | the instructions, and their evaluation over any scalar |
+//! | `graph` | a plant over numbers: subexpressions once, symbolic derivatives, source code |
 //! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
 //! | `plant` | plants whose rows are expressions |
@@ -80,6 +83,7 @@ mod derived;
 mod error;
 mod expression;
 mod function;
+mod graph;
 mod nearest;
 mod parse;
 mod plant;
@@ -92,8 +96,9 @@ mod undefined;
 pub use derived::{Definition, DerivedError, derived};
 pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
 pub use expression::Expression;
+pub use graph::{Dialect, Language, Lookups, MathFunction, Routine};
 pub use nearest::nearest;
-pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Row};
+pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope};
 pub use table::{Extrapolation, Interpolation, Table, TableError, Tables};
 pub use undefined::Undefined;

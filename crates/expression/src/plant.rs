@@ -8,11 +8,13 @@
 //! [`ExpressionPlant::affine`].
 
 use core::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use luenberger_plants::{Dimensions, Plant, PlantError, Shape, StateSpace};
-use nalgebra::{DMatrix, DVector, RealField, SVector};
+use luenberger_plants::{Differentiable, Dimensions, Plant, PlantError, Shape, StateSpace};
+use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
+use crate::function::is_number;
+use crate::graph::{Graph, Routine};
 use crate::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
 
 /// A row of a plant.
@@ -154,11 +156,45 @@ impl AffinePlant {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 struct Rows {
     f: Vec<Expression>,
     h: Vec<Expression>,
     inputs: usize,
+    /// Made when they are first asked for.
+    values: OnceLock<Values>,
+    jacobians: OnceLock<Jacobians>,
+}
+
+impl PartialEq for Rows {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.f, &self.h, self.inputs) == (&other.f, &other.h, other.inputs)
+    }
+}
+
+#[derive(Debug)]
+struct Values {
+    f: Routine,
+    h: Routine,
+}
+
+#[derive(Debug)]
+struct Jacobians {
+    df: Routine,
+    dh: Routine,
+}
+
+/// The right-hand sides of a plant as straight-line code, with entries of Jacobians row by row.
+#[derive(Clone, Debug)]
+pub struct Routines {
+    /// f, n results.
+    pub f: Routine,
+    /// h, p results.
+    pub h: Routine,
+    /// f and Df = df/dx, n + n^2 results.
+    pub motion: Routine,
+    /// h and Dh = dh/dx, p + p n results.
+    pub measurement: Routine,
 }
 
 /// A plant `x' = f(t, x, u)`, `y = h(t, x, u)` whose rows are expressions. A copy shares them.
@@ -249,7 +285,7 @@ impl ExpressionPlant {
         };
         let f = parse(f, scope, Row::Derivative)?;
         let h = parse(h, scope, Row::Output)?;
-        Ok(Self(Arc::new(Rows { f, h, inputs })))
+        Ok(Self(Arc::new(Rows { f, h, inputs, values: OnceLock::new(), jacobians: OnceLock::new() })))
     }
 
     /// The rows of f.
@@ -260,6 +296,56 @@ impl ExpressionPlant {
     /// The rows of h.
     pub fn h(&self) -> &[Expression] {
         &self.0.h
+    }
+
+    /// The right-hand sides as straight-line code: what is evaluated over numbers, and what is exported.
+    pub fn routines(&self) -> Routines {
+        let mut graph = Graph::default();
+        let (f, h) = self.nodes(&mut graph);
+        let df = graph.jacobian(&f, self.f().len());
+        let dh = graph.jacobian(&h, self.f().len());
+        Routines {
+            f: graph.routine(&f),
+            h: graph.routine(&h),
+            motion: graph.routine(&[f, df].concat()),
+            measurement: graph.routine(&[h, dh].concat()),
+        }
+    }
+
+    fn nodes(&self, graph: &mut Graph) -> (Vec<u32>, Vec<u32>) {
+        let mut of = |rows: &[Expression]| rows.iter().map(|row| graph.expression(&row.tree)).collect();
+        (of(self.f()), of(self.h()))
+    }
+
+    fn values(&self) -> &Values {
+        self.0.values.get_or_init(|| {
+            let mut graph = Graph::default();
+            let (f, h) = self.nodes(&mut graph);
+            Values { f: graph.routine(&f), h: graph.routine(&h) }
+        })
+    }
+
+    fn jacobians(&self) -> &Jacobians {
+        self.0.jacobians.get_or_init(|| {
+            let mut graph = Graph::default();
+            let (f, h) = self.nodes(&mut graph);
+            let n = self.f().len();
+            let (df, dh) = (graph.jacobian(&f, n), graph.jacobian(&h, n));
+            Jacobians { df: graph.routine(&df), dh: graph.routine(&dh) }
+        })
+    }
+
+    /// The rows of f or h into `out`: over numbers by the graph, else by the tape of each row.
+    fn fill<T: RealField + Copy>(&self, family: Row, t: T, x: &[T], u: &[T], out: &mut [T]) {
+        let (rows, routine): (_, fn(&Values) -> &Routine) = match family {
+            Row::Derivative(_) => (self.f(), |values| &values.f),
+            Row::Output(_) => (self.h(), |values| &values.h),
+        };
+        if is_number::<T>() {
+            routine(self.values()).evaluate(t, x, u, |k, value| out[k] = value);
+        } else {
+            out.iter_mut().zip(rows).for_each(|(out, row)| *out = row.evaluate(t, x, u));
+        }
     }
 
     /// The first output whose expression uses an input, from 0, if there is one: then y depends on u at once.
@@ -375,8 +461,6 @@ impl ExpressionPlant {
     }
 }
 
-impl luenberger_plants::ByDual for ExpressionPlant {}
-
 impl Shape for ExpressionPlant {
     fn dimensions(&self) -> Dimensions {
         self.size()
@@ -389,13 +473,40 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
     type Output = DVector<T>;
 
     fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
-        let (rows, x, u) = (&self.0.f, x.as_slice(), u.as_slice());
-        DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, u)))
+        let mut slope = DVector::zeros(self.0.f.len());
+        self.fill(Row::Derivative(0), t, x.as_slice(), u.as_slice(), slope.as_mut_slice());
+        slope
     }
 
     fn output(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
-        let (rows, x, u) = (&self.0.h, x.as_slice(), u.as_slice());
-        DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, u)))
+        let mut y = DVector::zeros(self.0.h.len());
+        self.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
+        y
+    }
+}
+
+/// Derivatives are symbolic, so that a Jacobian is one evaluation.
+impl<T: RealField + Copy> Differentiable<T, Dyn, Dyn, Dyn> for ExpressionPlant {
+    fn directional(&self, t: T, x: &DVector<T>, u: &DVector<T>, v: &DVector<T>) -> (DVector<T>, DVector<T>) {
+        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
+    }
+
+    fn output_directional(&self, t: T, x: &DVector<T>, u: &DVector<T>, v: &DVector<T>) -> (DVector<T>, DVector<T>) {
+        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
+    }
+
+    fn state_jacobian(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DMatrix<T> {
+        let n = self.0.f.len();
+        let mut jacobian = DMatrix::zeros(n, n);
+        self.jacobians().df.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / n, k % n)] = value);
+        jacobian
+    }
+
+    fn output_jacobian(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DMatrix<T> {
+        let n = self.0.f.len();
+        let mut jacobian = DMatrix::zeros(self.0.h.len(), n);
+        self.jacobians().dh.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / n, k % n)] = value);
+        jacobian
     }
 }
 
@@ -422,8 +533,6 @@ impl<const N: usize, const M: usize, const P: usize> Fixed<N, M, P> {
     }
 }
 
-impl<const N: usize, const M: usize, const P: usize> luenberger_plants::ByDual for Fixed<N, M, P> {}
-
 impl<const N: usize, const M: usize, const P: usize> Shape for Fixed<N, M, P> {
     fn dimensions(&self) -> Dimensions {
         self.0.size()
@@ -436,12 +545,52 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<
     type Output = SVector<T, P>;
 
     fn derivative(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SVector<T, N> {
-        let rows = self.0.f();
-        SVector::from_fn(|k, _| rows[k].evaluate(t, x.as_slice(), u.as_slice()))
+        let mut slope = SVector::<T, N>::zeros();
+        self.0.fill(Row::Derivative(0), t, x.as_slice(), u.as_slice(), slope.as_mut_slice());
+        slope
     }
 
-    fn output(&self, t: T, x: &SVector<T, N>, _u: &Self::Input) -> SVector<T, P> {
-        let rows = self.0.h();
-        SVector::from_fn(|k, _| rows[k].evaluate(t, x.as_slice(), &[]))
+    fn output(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SVector<T, P> {
+        let mut y = SVector::<T, P>::zeros();
+        self.0.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
+        y
+    }
+}
+
+impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize>
+    Differentiable<T, Const<N>, Const<M>, Const<P>> for Fixed<N, M, P>
+{
+    fn directional(
+        &self,
+        t: T,
+        x: &SVector<T, N>,
+        u: &SVector<T, M>,
+        v: &SVector<T, N>,
+    ) -> (SVector<T, N>, SVector<T, N>) {
+        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
+    }
+
+    fn output_directional(
+        &self,
+        t: T,
+        x: &SVector<T, N>,
+        u: &SVector<T, M>,
+        v: &SVector<T, N>,
+    ) -> (SVector<T, P>, SVector<T, P>) {
+        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
+    }
+
+    fn state_jacobian(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SMatrix<T, N, N> {
+        let mut jacobian = SMatrix::zeros();
+        let df = &self.0.jacobians().df;
+        df.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / N, k % N)] = value);
+        jacobian
+    }
+
+    fn output_jacobian(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SMatrix<T, P, N> {
+        let mut jacobian = SMatrix::zeros();
+        let dh = &self.0.jacobians().dh;
+        dh.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / N, k % N)] = value);
+        jacobian
     }
 }

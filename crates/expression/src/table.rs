@@ -139,6 +139,15 @@ impl Table {
         Ok(Self { x: x.to_vec(), y: y.to_vec(), slopes, extrapolation })
     }
 
+    /// x, y and the slopes at the points of a monotone cubic.
+    pub fn points(&self) -> (&[f64], &[f64], Option<&[f64]>) {
+        (&self.x, &self.y, self.slopes.as_deref())
+    }
+
+    pub(crate) fn extrapolation(&self) -> Extrapolation {
+        self.extrapolation
+    }
+
     /// Its value over any scalar.
     pub fn at<T: RealField + Copy>(&self, x: T) -> T {
         let last = self.x.len() - 1;
@@ -149,12 +158,7 @@ impl Table {
         if x > number(self.x[last]) {
             return self.outside(x, last);
         }
-        // The piece k from x_k to x_(k+1).
-        let (mut k, mut end) = (0, last);
-        while end - k > 1 {
-            let middle = usize::midpoint(k, end);
-            if x < number(self.x[middle]) { end = middle } else { k = middle }
-        }
+        let k = self.piece(x);
         let (from, to) = (number(self.x[k]), number(self.x[k + 1]));
         let (low, high) = (number(self.y[k]), number(self.y[k + 1]));
         let (width, share) = (to - from, (x - from) / (to - from));
@@ -169,20 +173,57 @@ impl Table {
             + high * share * share * share
     }
 
+    /// The piece k from x_k to x_(k+1).
+    fn piece<T: RealField + Copy>(&self, x: T) -> usize {
+        let (mut k, mut end) = (0, self.x.len() - 1);
+        while end - k > 1 {
+            let middle = usize::midpoint(k, end);
+            if x < convert::<f64, T>(self.x[middle]) { end = middle } else { k = middle }
+        }
+        k
+    }
+
+    /// Its derivative over any scalar; at a point that of the piece after it.
+    pub(crate) fn slope<T: RealField + Copy>(&self, x: T) -> T {
+        let last = self.x.len() - 1;
+        let number = |value: f64| convert::<f64, T>(value);
+        if x < number(self.x[0]) {
+            return self.outer_slope(0);
+        }
+        if x > number(self.x[last]) {
+            return self.outer_slope(last);
+        }
+        let k = self.piece(x);
+        let (from, to) = (number(self.x[k]), number(self.x[k + 1]));
+        let (low, high) = (number(self.y[k]), number(self.y[k + 1]));
+        let secant = (high - low) / (to - from);
+        let Some(slopes) = &self.slopes else { return secant };
+        let share = (x - from) / (to - from);
+        let (first, second, six) = (number(slopes[k]), number(slopes[k + 1]), number(6.0));
+        let rest = T::one() - share;
+        let middle = six * secant - (first + first) - (second + second);
+        first * rest * rest + middle * rest * share + second * share * share
+    }
+
+    /// The slope beyond the first point or the last.
+    fn outer_slope<T: RealField + Copy>(&self, end: usize) -> T {
+        let number = |value: f64| convert::<f64, T>(value);
+        let k = end.min(self.x.len() - 2);
+        match (self.extrapolation, &self.slopes) {
+            (Extrapolation::Hold, _) => T::zero(),
+            (Extrapolation::Linear, Some(slopes)) => number(slopes[end]),
+            (Extrapolation::Linear, None) => {
+                (number(self.y[k + 1]) - number(self.y[k])) / (number(self.x[k + 1]) - number(self.x[k]))
+            }
+        }
+    }
+
     /// Beyond the first point or the last.
     fn outside<T: RealField + Copy>(&self, x: T, end: usize) -> T {
         let y: T = convert(self.y[end]);
         match self.extrapolation {
             Extrapolation::Hold => y,
-            Extrapolation::Linear => {
-                let k = end.min(self.x.len() - 2);
-                let number = |value: f64| convert::<f64, T>(value);
-                let slope = match &self.slopes {
-                    Some(slopes) => number(slopes[end]),
-                    None => (number(self.y[k + 1]) - number(self.y[k])) / (number(self.x[k + 1]) - number(self.x[k])),
-                };
-                y + slope * (x - number(self.x[end]))
-            }
+            Extrapolation::Linear => y + self.outer_slope::<T>(end) * (x - convert::<f64, T>(self.x[end])),
         }
     }
 }

@@ -12,13 +12,10 @@ use nalgebra::{RealField, convert};
 use crate::LIMITS;
 use std::sync::Arc;
 
-use crate::function::{Binary, Comparison, Unary, saturate};
+use crate::function::{Binary, Comparison, LARGEST_PRODUCT, Unary, integer_power, saturate};
 use crate::scope::Symbol;
 use crate::table::Table;
 use crate::tree::{Node, Tree};
-
-/// The largest exponent that becomes a product.
-const LARGEST_PRODUCT: f64 = 1000.0;
 
 /// A product of numbers of which both are above this loses nothing below the smallest number.
 const UNDERFLOW: f64 = 1e-140;
@@ -37,7 +34,7 @@ enum Instruction {
     Unary(Unary),
     Binary(Binary),
     /// `x^n` as a product.
-    Product(i32),
+    Product(u32),
     Saturate,
     /// The table of this index.
     Table(usize),
@@ -195,7 +192,7 @@ impl Tape {
                 Instruction::Input(k) => entry(u, k),
                 Instruction::Unary(unary) => unary.at(operands[0]),
                 Instruction::Binary(binary) => binary.at(operands[0], operands[1]),
-                Instruction::Product(n) => operands[0].powi(n),
+                Instruction::Product(n) => integer_power(operands[0], n),
                 Instruction::Saturate => saturate(operands[0], operands[1], operands[2]),
                 Instruction::Table(k) => self.tables[k].at(operands[0]),
                 Instruction::Compare(comparison) => {
@@ -304,7 +301,7 @@ fn raised(code: &mut Vec<(Instruction, usize)>, y: f64, node: usize) -> bool {
     if root {
         code.push((Instruction::Unary(Unary::Sqrt), node));
     } else if size != 1.0 {
-        code.push((Instruction::Product(size as i32), node));
+        code.push((Instruction::Product(size as u32), node));
     }
     if y < 0.0 {
         code.push((Instruction::Unary(Unary::Reciprocal), node));

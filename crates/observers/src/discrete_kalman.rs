@@ -25,6 +25,7 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
 
+use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::kalman::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
@@ -149,7 +150,7 @@ where
     pub fn predict(&self, belief: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
         let KalmanModel { ad, bd, w, .. } = &self.model;
         let xhat = ad * belief.estimate() + bd * u;
-        let mut p = ad * belief.covariance() * ad.transpose() + w;
+        let mut p = times_transpose(&times(ad, &belief.covariance()), ad) + w;
         symmetrise(&mut p);
         *belief = GaussianEstimate::new(&xhat, &p);
     }

@@ -16,7 +16,8 @@
 //! ```
 //!
 //! F and H come from the plant ([`Differentiable`]); nobody types them. Joseph's form keeps P positive semidefinite
-//! whatever rounding does to K, and P is made exactly symmetric after both stages. Runge-Kutta steps are not a
+//! whatever rounding does to K, and P is made exactly symmetric after both stages. Products and factorisation have one order
+//! of operations (`dense`), so that the filter gives the same bits with sizes of either kind. Runge-Kutta steps are not a
 //! congruence, so that sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
 //!
 //! What it is not: a proof. For a linear plant it is the Kalman filter, optimal and convergent when the plant is
@@ -30,10 +31,9 @@ use core::marker::PhantomData;
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{
-    Cholesky, ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert,
-};
+use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
+use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
 use crate::semidefinite::failing_pivot;
@@ -240,7 +240,7 @@ where
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
         let c = self.plant.output_jacobian(t, &belief.estimate(), u);
-        &c * belief.covariance() * c.transpose() + &self.noises.v
+        times_transpose(&times(&c, &belief.covariance()), &c) + &self.noises.v
     }
 
     /// `f(xhat)` and `F P + P F' + W`.
@@ -251,7 +251,7 @@ where
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
     ) -> (OVector<T, N>, OMatrix<T, N, N>) {
-        let fp = self.plant.state_jacobian(t, xhat, u) * p;
+        let fp = times(&self.plant.state_jacobian(t, xhat, u), p);
         let spread = fp.transpose() + fp + &self.noises.w;
         (self.plant.derivative(t, xhat, u), spread)
     }
@@ -300,7 +300,7 @@ where
         let (mut xhat, mut p) = (belief.estimate(), belief.covariance());
         let Some(substeps) = self.substeps else {
             let f = self.plant.state_jacobian(t, &xhat, u);
-            let mut p = &f * p * f.transpose() + &self.noises.w;
+            let mut p = times_transpose(&times(&f, &p), &f) + &self.noises.w;
             symmetrise(&mut p);
             *belief = GaussianEstimate::new(&self.plant.derivative(t, &xhat, u), &p);
             return;
@@ -430,18 +430,18 @@ where
         v[(i, i)] = T::one();
     }
     let (mut xhat, p) = (belief.estimate(), belief.covariance());
-    let hp = &h * &p;
-    let s = &hp * h.transpose() + &v;
+    let hp = times(&h, &p);
+    let s = times_transpose(&hp, &h) + &v;
     if !s.iter().all(ComplexField::is_finite) {
         return None;
     }
-    let factor = Cholesky::new(s.clone())?;
+    let factor = Factor::new(&s)?;
     // K' = S^-1 (H P).
     let gain = factor.solve(&hp).transpose();
     let order = xhat.shape_generic().0;
-    let keep = OMatrix::<T, N, N>::identity_generic(order, order) - &gain * &h;
-    xhat += &gain * &innovation;
-    let mut p = &keep * p * keep.transpose() + &gain * v * gain.transpose();
+    let keep = OMatrix::<T, N, N>::identity_generic(order, order) - times(&gain, &h);
+    xhat += times(&gain, &innovation);
+    let mut p = times_transpose(&times(&keep, &p), &keep) + times_transpose(&times(&gain, &v), &gain);
     symmetrise(&mut p);
     *belief = GaussianEstimate::new(&xhat, &p);
     let normalized_square = innovation.dot(&factor.solve(&innovation));

@@ -38,6 +38,7 @@
 pub mod cascade;
 pub mod cubic;
 pub mod cubic_sampled;
+mod dense;
 pub mod deviation;
 pub mod diagnosis;
 pub mod discrete_kalman;

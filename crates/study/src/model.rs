@@ -4,10 +4,11 @@
 use luenberger_design::Names;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
 use luenberger_plants::{
-    Chaotic, Column, CukConverter, Dimensions, ExponentialCascade, FlexibleJoint, Plant, ReverseDuffing, Shape,
-    StateSpace, VanDerPol, double_integrator, flexible_joint, state_jacobian, third_order,
+    Chaotic, Column, CukConverter, Differentiable, Dimensions, Dual64, ExponentialCascade, FlexibleJoint, Plant,
+    ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, state_jacobian,
+    third_order,
 };
-use nalgebra::{DMatrix, DVector, RealField, convert};
+use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 /// A plant with the names of its columns.
 #[derive(Debug, Clone)]
@@ -221,7 +222,60 @@ macro_rules! each {
     };
 }
 
-impl luenberger_plants::ByDual for Model {}
+/// Derivatives of expressions are those of their graph; of linear plants the matrices; of library plants dual numbers.
+impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
+    fn directional(
+        &self,
+        t: f64,
+        x: &DVector<f64>,
+        u: &DVector<f64>,
+        v: &DVector<f64>,
+    ) -> (DVector<f64>, DVector<f64>) {
+        match self {
+            Self::Expressions(plant) => plant.directional(t, x, u, v),
+            _ => jacobian::apart(&self.derivative(Dual64::from_re(t), &jacobian::along(x, v), &u.map(Dual64::from_re))),
+        }
+    }
+
+    fn output_directional(
+        &self,
+        t: f64,
+        x: &DVector<f64>,
+        u: &DVector<f64>,
+        v: &DVector<f64>,
+    ) -> (DVector<f64>, DVector<f64>) {
+        match self {
+            Self::Expressions(plant) => plant.output_directional(t, x, u, v),
+            _ => jacobian::apart(&self.output(Dual64::from_re(t), &jacobian::along(x, v), &u.map(Dual64::from_re))),
+        }
+    }
+
+    fn state_jacobian(&self, t: f64, x: &DVector<f64>, u: &DVector<f64>) -> DMatrix<f64> {
+        match self {
+            Self::Expressions(plant) => plant.state_jacobian(t, x, u),
+            _ => columns(x.len(), x.len(), |v| self.directional(t, x, u, v).1),
+        }
+    }
+
+    fn output_jacobian(&self, t: f64, x: &DVector<f64>, u: &DVector<f64>) -> DMatrix<f64> {
+        match self {
+            Self::Expressions(plant) => plant.output_jacobian(t, x, u),
+            _ => columns(self.size().outputs, x.len(), |v| self.output_directional(t, x, u, v).1),
+        }
+    }
+}
+
+/// The matrix of a linear map of n entries to `rows`.
+fn columns(rows: usize, n: usize, map: impl Fn(&DVector<f64>) -> DVector<f64>) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(rows, n);
+    let mut direction = DVector::zeros(n);
+    for j in 0..n {
+        direction[j] = 1.0;
+        matrix.set_column(j, &map(&direction));
+        direction[j] = 0.0;
+    }
+    matrix
+}
 
 impl Shape for Model {
     fn dimensions(&self) -> Dimensions {

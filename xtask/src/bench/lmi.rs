@@ -15,8 +15,6 @@ const PACKAGES: [&str; 4] = ["cvxpy==1.9.3", "clarabel==0.11.1", "scs==3.3.1", "
 pub(crate) fn run(largest: Option<usize>) -> Result<(), Failure> {
     let folder = root().join("target/bench");
     let plants = folder.join("plants");
-    let environment = root().join("target/bench-venv");
-    let python = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     let limit = largest.map(|n| ["--largest".to_owned(), n.to_string()]);
     let limit: Vec<&str> = limit.iter().flatten().map(String::as_str).collect();
     fs::create_dir_all(&plants).map_err(|source| Failure::io(&plants, source))?;
@@ -26,10 +24,7 @@ pub(crate) fn run(largest: Option<usize>) -> Result<(), Failure> {
         .argument(&plants)
         .arguments(&limit)
         .output("ours")?;
-    if !python.exists() {
-        program("python3").arguments(&["-m", "venv"]).argument(&environment).step("virtual environment")?;
-    }
-    program(&python).arguments(&["-m", "pip", "install", "--quiet"]).arguments(&PACKAGES).step("other tools")?;
+    let python = super::python("bench-venv", &PACKAGES)?;
     let theirs = program(&python)
         .argument(root().join("xtask/bench/lmi.py"))
         .argument(&plants)

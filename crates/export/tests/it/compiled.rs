@@ -12,12 +12,12 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 /// The C compilers of this machine.
-fn compilers() -> Vec<&'static str> {
+pub(crate) fn compilers() -> Vec<&'static str> {
     let there = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
     ["gcc", "clang"].into_iter().filter(there).collect()
 }
 
-fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("export-{name}"));
     _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
@@ -44,17 +44,17 @@ fn agrees(export: &Export, folder: &Path, compiler: &str, flags: &[&str]) {
     assert!(text.contains("64 of 64 steps agree to the last bit"), "{text}");
 }
 
-const SANITISERS: [&str; 3] = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"];
+pub(crate) const SANITISERS: [&str; 3] = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"];
 
 /// Whether the libraries of the sanitizers are there.
-fn can_sanitise(folder: &Path, compiler: &str) -> bool {
+pub(crate) fn can_sanitise(folder: &Path, compiler: &str) -> bool {
     std::fs::write(folder.join("empty.c"), "int main(void) { return 0; }\n").unwrap();
     let built = Command::new(compiler).current_dir(folder).args(SANITISERS).args(["empty.c", "-o", "empty"]).output();
     built.is_ok_and(|built| built.status.success())
 }
 
 /// Whether this processor runs code for Haswell, which has fused multiply-adds.
-fn has_haswell() -> bool {
+pub(crate) fn has_haswell() -> bool {
     #[cfg(target_arch = "x86_64")]
     let there = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
     #[cfg(not(target_arch = "x86_64"))]
@@ -63,7 +63,7 @@ fn has_haswell() -> bool {
 }
 
 /// An observer of these sizes with entries without pattern. `Ad - Ld C` is small, so that it is stable.
-fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> Program {
+pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> Program {
     let mut state = seed | 1;
     let mut next = |size: f64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -92,7 +92,7 @@ fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: boo
     Program::Linear(DiscreteLinearObserver::new(plant, ld, 0.05).unwrap())
 }
 
-fn export(program: Program, scalar: Scalar) -> Export {
+pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
     let names = Names::numbered(size.state, size.inputs, size.outputs);
@@ -116,7 +116,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
         {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
                 let export = export(program(7, sizes, is_cubic, fed), scalar);
-                for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell", "-ffp-contract=off"]] {
+                for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
                     if has_haswell() || !flags.contains(&"-march=haswell") {
                         agrees(&export, &folder, compiler, flags);
                     }

@@ -1,3 +1,5 @@
 //! One test binary, a module a subject.
 
+mod c_math;
 mod compiled;
+mod fmu;

@@ -1,3 +1,4 @@
 mod choice;
 mod expression;
+mod graph;
 mod plant;

@@ -1,0 +1,78 @@
+//! The header.
+
+use std::fmt::Write;
+
+use super::{columns, harmless, kind, lengths, scalar, wrapped};
+use crate::Export;
+
+pub(super) fn header(export: &Export) -> String {
+    let (name, number, names) = (&export.identifier, scalar(export), &export.names);
+    let (upper, lengths) = lengths(export);
+    let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", kind(export));
+    let period = export.program.period();
+    let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
+    _ = writeln!(text, " * Period:  {period}{unit}");
+    _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
+    _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &[]));
+    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
+    _ = writeln!(
+        text,
+        " *\n * Numbers: {number} ({}). One step takes {} floating-point operations.",
+        export.scalar.name(),
+        export.operations()
+    );
+    text.push_str(" *\n");
+    for sentence in &export.statement {
+        for line in wrapped(&harmless(sentence), 100) {
+            _ = writeln!(text, " * {line}");
+        }
+    }
+    _ = writeln!(text, " *\n * SHA-256 of the numbers: {}", export.digest());
+    if let Some(source) = &export.source {
+        _ = writeln!(text, " * SHA-256 of the study:   {source}");
+    }
+    text.push_str(
+        " *\n * The results are those of the design to the last bit if the compiler neither contracts nor reorders\n",
+    );
+    text.push_str(" * floating-point operations: -std=c99 or -ffp-contract=off, and not -ffast-math.\n");
+    text.push_str(" * This file belongs to whoever generated it.\n */\n");
+    _ = writeln!(text, "#ifndef {upper}_H\n#define {upper}_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n");
+    for (what, length) in lengths {
+        _ = writeln!(text, "#define {upper}_{what} {length}");
+    }
+    _ = write!(
+        text,
+        "
+/** State of the observer. */
+typedef struct {{
+    {number} xhat[{upper}_STATES]; /**< Estimate for the next sample. */
+}} {name}_state;
+
+/** Starts from a given estimate. */
+void {name}_init({name}_state *state, const {number} *xhat);
+
+/** Starts from the first estimate of the design. */
+void {name}_reset({name}_state *state);
+
+/**
+ * One step, from the sample at t to the estimate at t + period.
+ *
+ * @param state  State, read and written.
+ * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
+ * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
+ * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
+ *
+ * A value of u or y that is not finite makes the estimate not finite, for good: call {name}_reset or {name}_init.
+ */
+void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat);
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+",
+        if names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" }
+    );
+    text
+}

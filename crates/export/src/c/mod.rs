@@ -1,0 +1,122 @@
+//! The files of a C99 project.
+//!
+//! The order of operations is that of the Rust observer: a matrix times a vector sums its columns from the first to the
+//! last, and sums of vectors are formed from left to right.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `header` | the header |
+//! | `source` | the source: constants, start, step |
+//! | `linear` | the step of an observer of a linear plant |
+//! | `cubic` | the flow of the cubic part |
+//! | `test` | the test with golden vectors |
+//! | `project` | build file and README |
+
+mod cubic;
+mod header;
+mod linear;
+mod project;
+mod source;
+mod test;
+
+use std::fmt::Write;
+
+use nalgebra::DMatrix;
+
+use crate::error::ExportError;
+use crate::golden::{self, STEPS};
+use crate::program::{Program, Scalar};
+use crate::{Export, File, number};
+
+pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
+    let name = &export.identifier;
+    let steps = golden::steps(export, STEPS)?;
+    let file = |name: String, text: String| File { name, text };
+    Ok(vec![
+        file(format!("{name}.h"), header::header(export)),
+        file(format!("{name}.c"), source::source(export)),
+        file(format!("test_{name}.c"), test::test(export, &steps)),
+        file("CMakeLists.txt".to_owned(), project::cmake(name)),
+        file("README.md".to_owned(), project::readme(export)),
+    ])
+}
+
+pub(crate) fn scalar(export: &Export) -> &'static str {
+    match export.scalar {
+        Scalar::Binary32 => "float",
+        Scalar::Binary64 => "double",
+    }
+}
+
+/// Text that cannot end a comment.
+fn harmless(text: &str) -> String {
+    text.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '\r'], " ")
+}
+
+/// Lines of at most `width` characters, broken at spaces.
+pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => line.extend([" ", word]),
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// A list of columns for a comment: `position (m), velocity (m/s)`.
+fn columns(names: &[String], units: &[String]) -> String {
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    let one = |(i, name): (usize, &String)| match units.get(i) {
+        Some(unit) => format!("{name} ({unit})"),
+        None => name.clone(),
+    };
+    harmless(&names.iter().enumerate().map(one).collect::<Vec<_>>().join(", "))
+}
+
+fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
+    let size = export.program.dimensions();
+    let all = [("STATES", size.state), ("INPUTS", size.inputs), ("OUTPUTS", size.outputs)];
+    (export.identifier.to_uppercase(), all)
+}
+
+pub(crate) fn kind(export: &Export) -> &'static str {
+    match export.program {
+        Program::Linear(_) => "Sampled linear observer",
+        Program::Cubic(_) => "Sampled cubic observer",
+    }
+}
+
+/// A constant matrix, row by row.
+pub(crate) fn matrix(text: &mut String, export: &Export, name: &str, m: &DMatrix<f64>) {
+    _ = writeln!(text, "static const {} {name}[{}][{}] = {{", scalar(export), m.nrows(), m.ncols());
+    for row in m.row_iter() {
+        let row: Vec<String> = row.iter().map(|x| number::c(*x, export.scalar)).collect();
+        _ = writeln!(text, "    {{ {} }},", row.join(", "));
+    }
+    text.push_str("};\n");
+}
+
+/// `target[i] = sum over j of matrix[i][j] vector[j]`, and then `after`, for the rows of the matrix.
+pub(crate) fn product(
+    text: &mut String,
+    number: &str,
+    (matrix, rows, columns): (&str, &str, &str),
+    vector: &str,
+    after: &str,
+) {
+    _ = write!(
+        text,
+        "    for (i = 0; i < {rows}; ++i) {{
+        {number} sum = {matrix}[i][0] * {vector}[0];
+        for (j = 1; j < {columns}; ++j) {{
+            sum = ({matrix}[i][j] * {vector}[j]) + sum;
+        }}
+        {after}
+    }}
+"
+    );
+}

@@ -1,0 +1,69 @@
+//! Build file and README.
+
+use super::{kind, scalar};
+use crate::Export;
+use crate::golden::STEPS;
+
+pub(super) fn cmake(name: &str) -> String {
+    format!(
+        "cmake_minimum_required(VERSION 3.10)
+project({name} C)
+
+set(CMAKE_C_STANDARD 99)
+set(CMAKE_C_EXTENSIONS OFF)
+
+add_library({name} STATIC {name}.c)
+target_include_directories({name} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
+if(CMAKE_C_COMPILER_ID MATCHES \"GNU|Clang\")
+  # Operations are rounded one by one, as in the design.
+  target_compile_options({name} PRIVATE -ffp-contract=off)
+endif()
+if(UNIX)
+  target_link_libraries({name} PUBLIC m)
+endif()
+
+enable_testing()
+add_executable(test_{name} test_{name}.c)
+target_link_libraries(test_{name} PRIVATE {name})
+add_test(NAME {name} COMMAND test_{name})
+"
+    )
+}
+
+pub(super) fn readme(export: &Export) -> String {
+    let (name, number) = (&export.identifier, scalar(export));
+    let statement = export.statement.join("\n");
+    let input = if export.names.inputs.is_empty() { "0" } else { "u" };
+    format!(
+        "# {name}
+
+{}, one step per sample; {} operations, {} bytes of constants and state, no allocation, no global state.
+
+{statement}
+
+```c
+#include \"{name}.h\"
+
+{name}_state state;
+{name}_reset(&state);
+/* every {period} {unit}, with the measured outputs y and the inputs u held until the next sample */
+{number} xhat[{upper}_STATES];
+{name}_step(&state, {input}, y, xhat);
+```
+
+The test compares {STEPS} steps with the design, bit by bit:
+
+```console
+$ cc -std=c99 -O2 {name}.c test_{name}.c -lm -o test_{name} && ./test_{name}
+```
+
+Compilers must not contract or reorder floating-point operations: `-std=c99` or `-ffp-contract=off`, not `-ffast-math`.
+",
+        kind(export),
+        export.operations(),
+        export.bytes(),
+        period = export.program.period(),
+        unit = if export.names.time_unit.is_empty() { "time units" } else { &export.names.time_unit },
+        upper = name.to_uppercase(),
+    )
+}

@@ -1,0 +1,169 @@
+//! FMUs: the description, the archive, and the wrapper, driven by a small importer in C.
+
+use std::io::{Cursor, Read};
+use std::path::Path;
+use std::process::Command;
+
+use luenberger_export::fmu::{Version, compilers as libraries};
+use luenberger_export::{Export, Names, Scalar, golden};
+
+use crate::compiled::{self, SANITISERS, can_sanitise, export, folder, program};
+
+const VERSIONS: [Version; 2] = [Version::Two, Version::Three];
+
+/// An importer: instantiates, sets, steps, gets; compares with the golden vectors; saves, serializes and restores states.
+const IMPORTER_2: &str = include_str!("importer2.c");
+const IMPORTER_3: &str = include_str!("importer3.c");
+
+/// The golden vectors as a header of the importer.
+fn vectors(export: &Export, token: &str) -> String {
+    let steps = golden::steps(export, golden::STEPS).unwrap();
+    let table = |name: &str, of: fn(&golden::Step) -> &Vec<f64>| {
+        let rows: Vec<String> = steps
+            .iter()
+            .map(|step| {
+                let row: Vec<String> = of(step).iter().map(|x| format!("{x:e}")).collect();
+                format!("{{ {} }}", if row.is_empty() { "0".to_owned() } else { row.join(", ") })
+            })
+            .collect();
+        let width = of(&steps[0]).len().max(1);
+        format!("static const double {name}[{}][{width}] = {{\n{}\n}};\n", steps.len(), rows.join(",\n"))
+    };
+    format!(
+        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD 0.05\nenum {{ N = {}, M = {}, P = {} }};\n{}{}{}",
+        steps.len(),
+        steps[0].estimate.len(),
+        steps[0].u.len(),
+        steps[0].y.len(),
+        table("golden_u", |step| &step.u),
+        table("golden_y", |step| &step.y),
+        table("golden_xhat", |step| &step.estimate),
+    )
+}
+
+fn token(description: &str) -> String {
+    let start = description.find("=\"{").unwrap() + 2;
+    description[start..start + 38].to_owned()
+}
+
+fn read(archive: &[u8], name: &str) -> String {
+    let mut archive = zip::ZipArchive::new(Cursor::new(archive)).unwrap();
+    let mut text = String::new();
+    archive.by_name(name).unwrap().read_to_string(&mut text).unwrap();
+    text
+}
+
+/// Compiles the sources of the FMU with the importer and runs it.
+#[track_caller]
+fn runs(export: &Export, version: Version, folder: &Path, compiler: &str, flags: &[&str]) {
+    let fmu = export.fmu(version).unwrap();
+    fmu.write_sources(folder).unwrap();
+    let description = read(&fmu.archive().unwrap(), "modelDescription.xml");
+    std::fs::write(folder.join("vectors.h"), vectors(export, &token(&description))).unwrap();
+    let (wrapper, importer) = match version {
+        Version::Two => ("fmi2.c", IMPORTER_2),
+        Version::Three => ("fmi3.c", IMPORTER_3),
+    };
+    std::fs::write(folder.join("importer.c"), importer).unwrap();
+    let built = Command::new(compiler)
+        .current_dir(folder)
+        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"])
+        .args(flags)
+        .args(["plant.c", "model.c", wrapper, "importer.c", "-o", "importer", "-lm"])
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{compiler} {flags:?}: {}", String::from_utf8_lossy(&built.stderr));
+    let ran = Command::new(folder.join("importer")).output().unwrap();
+    let text = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success(), "{version:?} {flags:?}: {text}{}", String::from_utf8_lossy(&ran.stderr));
+    assert!(text.contains("64 of 64 steps agree"), "{text}");
+}
+
+#[test]
+fn an_importer_gets_the_golden_vectors() {
+    let compilers = compiled::compilers();
+    if compilers.is_empty() {
+        eprintln!("SKIPPED: no C compiler");
+    }
+    let folder = folder("fmu");
+    for compiler in compilers {
+        for version in VERSIONS {
+            for (sizes, is_cubic, fed) in [((2, 1, 1), false, false), ((3, 2, 2), true, true), ((2, 0, 1), true, false)]
+            {
+                for scalar in [Scalar::Binary32, Scalar::Binary64] {
+                    let export = export(program(11, sizes, is_cubic, fed), scalar);
+                    runs(&export, version, &folder, compiler, &["-O2"]);
+                    if can_sanitise(&folder, compiler) {
+                        runs(&export, version, &folder, compiler, &SANITISERS);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn archives_are_complete_and_the_same_each_time() {
+    let export = export(program(3, (2, 1, 1), false, false), Scalar::Binary32);
+    for version in VERSIONS {
+        let mut fmu = export.fmu(version).unwrap();
+        let archive = fmu.archive().unwrap();
+        assert_eq!(archive, export.fmu(version).unwrap().archive().unwrap());
+        let mut expected: Vec<&str> =
+            vec!["modelDescription.xml", "sources/plant.h", "sources/plant.c", "sources/model.h"];
+        expected.extend(["sources/model.c", "sources/instance.h"]);
+        match version {
+            Version::Two => expected.push("sources/fmi2.c"),
+            Version::Three => expected.extend(["sources/fmi3.c", "sources/buildDescription.xml"]),
+        }
+        expected.push("documentation/index.html");
+        assert_eq!(fmu.paths().collect::<Vec<_>>(), expected);
+        let Some(compiler) = libraries().into_iter().next() else {
+            eprintln!("SKIPPED: no C compiler");
+            continue;
+        };
+        let path = fmu.compile(&compiler, &folder("library")).unwrap();
+        assert!(path.starts_with("binaries/") && fmu.paths().any(|name| name == path), "{path}");
+    }
+}
+
+#[test]
+fn the_description_has_names_units_and_start_values() {
+    let mut names = Names::numbered(2, 1, 1);
+    names.states = vec!["position".to_owned(), "a < \"b\" & \u{3c9}".to_owned()];
+    names.units = vec!["m".to_owned(), "m/s".to_owned()];
+    names.time_unit = "ms".to_owned();
+    let program = program(3, (2, 1, 1), false, false);
+    let export = Export::new("plant", program.clone(), Scalar::Binary64, &[0.1, -0.5], names.clone()).unwrap();
+    for version in VERSIONS {
+        let text = read(&export.fmu(version).unwrap().archive().unwrap(), "modelDescription.xml");
+        for part in [
+            "name=\"xhat.position\"",
+            "name=\"initial.a &lt; &quot;b&quot; &amp; \u{3c9}\"",
+            "unit=\"m/s\" start=\"-0.5\"",
+            "<Unit name=\"m\"/>",
+            "variableNamingConvention=\"flat\"",
+            // 0.05 ms.
+            "stepSize=\"5e-5\"",
+        ] {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+        let other = Export::new("plant", program.clone(), Scalar::Binary64, &[0.2, -0.5], names.clone()).unwrap();
+        let other = read(&other.fmu(version).unwrap().archive().unwrap(), "modelDescription.xml");
+        assert_ne!(token(&text), token(&other));
+    }
+}
+
+#[test]
+fn what_cannot_be_an_fmu_is_an_error() {
+    let program = program(3, (2, 1, 1), false, false);
+    let mut names = Names::numbered(2, 1, 1);
+    names.time_unit = "fortnight".to_owned();
+    let export = Export::new("plant", program.clone(), Scalar::Binary64, &[0.0, 0.0], names.clone()).unwrap();
+    let error = export.fmu(Version::Three).unwrap_err().to_string();
+    assert_eq!(error, "the time unit \"fortnight\" cannot be converted to seconds; s, ms, us, ns, min, h and d can");
+    names.time_unit = "s".to_owned();
+    names.states[1] = "x1".to_owned();
+    let export = Export::new("plant", program, Scalar::Binary64, &[0.0, 0.0], names).unwrap();
+    assert_eq!(export.fmu(Version::Two).unwrap_err().to_string(), "two columns are named \"xhat.x1\"");
+}

@@ -1,0 +1,186 @@
+//! A routine: the operations that some results need, in order, and their evaluation over any scalar.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use nalgebra::{RealField, convert};
+
+use super::source::{self, Dialect, Lookups, MathFunction};
+use super::{Graph, Id, Node};
+use crate::function::{Binary, Unary};
+use crate::table::Table;
+
+/// Straight-line code for some functions of time, states and inputs, each operation once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Routine {
+    pub(super) code: Vec<Node>,
+    pub(super) results: Vec<Id>,
+    pub(super) tables: Vec<Arc<Table>>,
+}
+
+impl Graph {
+    /// The routine of these results.
+    pub(crate) fn routine(&self, results: &[Id]) -> Routine {
+        let needed = self.needed(results);
+        let mut number = vec![0; needed.len()];
+        let mut code = Vec::new();
+        for (id, node) in self.nodes.iter().enumerate() {
+            if needed[id] {
+                number[id] = code.len() as Id;
+                code.push(node.renumbered(|operand| number[operand as usize]));
+            }
+        }
+        let results = results.iter().map(|id| number[*id as usize]).collect();
+        Routine { code, results, tables: self.tables.clone() }
+    }
+}
+
+impl Routine {
+    /// The number of results.
+    pub fn len(&self) -> usize {
+        self.results.len()
+    }
+
+    /// Whether there are no results.
+    pub fn is_empty(&self) -> bool {
+        self.results.is_empty()
+    }
+
+    /// The results at the time t, the states x and the inputs u, one after the other. States and inputs that are not
+    /// there are NaN.
+    pub fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], result: impl FnMut(usize, T)) {
+        // Most plants are short; the stack of the others is not worth an allocation per call until they are long.
+        match self.code.len() {
+            0..=16 => self.run(&mut [T::zero(); 16], t, x, u, result),
+            17..=64 => self.run(&mut [T::zero(); 64], t, x, u, result),
+            65..=256 => self.run(&mut [T::zero(); 256], t, x, u, result),
+            length => self.run(&mut vec![T::zero(); length], t, x, u, result),
+        }
+    }
+
+    fn run<T: RealField + Copy>(&self, values: &mut [T], t: T, x: &[T], u: &[T], mut result: impl FnMut(usize, T)) {
+        let entry = |column: &[T], k: u32| column.get(k as usize).copied().unwrap_or_else(|| convert(f64::NAN));
+        // A condition is 1 or 0.
+        let truth = |condition: bool| if condition { T::one() } else { T::zero() };
+        for (k, node) in self.code.iter().enumerate() {
+            let at = |id: Id| values[id as usize];
+            let holds = |id: Id| at(id) != T::zero();
+            values[k] = match *node {
+                Node::Constant(bits) => convert(f64::from_bits(bits)),
+                Node::Truth(condition) => truth(condition),
+                Node::Time => t,
+                Node::State(k) => entry(x, k),
+                Node::Input(k) => entry(u, k),
+                Node::Unary(unary, x) => unary.at(at(x)),
+                Node::Binary(binary, x, y) => binary.at(at(x), at(y)),
+                Node::Table(table, x) => self.tables[table as usize].at(at(x)),
+                Node::Slope(table, x) => self.tables[table as usize].slope(at(x)),
+                Node::Compare(comparison, x, y) => truth(comparison.at(at(x), at(y))),
+                Node::And(x, y) => truth(holds(x) && holds(y)),
+                Node::Or(x, y) => truth(holds(x) || holds(y)),
+                Node::Not(x) => truth(!holds(x)),
+                Node::Select(condition, x, y) => {
+                    if holds(condition) {
+                        at(x)
+                    } else {
+                        at(y)
+                    }
+                }
+            };
+        }
+        for (k, id) in self.results.iter().enumerate() {
+            result(k, values[*id as usize]);
+        }
+    }
+
+    /// Whether the time occurs in it.
+    pub fn uses_time(&self) -> bool {
+        self.code.contains(&Node::Time)
+    }
+
+    /// Whether a state occurs in it.
+    pub fn uses_states(&self) -> bool {
+        self.code.iter().any(|node| matches!(node, Node::State(_)))
+    }
+
+    /// Whether an input occurs in it.
+    pub fn uses_inputs(&self) -> bool {
+        self.code.iter().any(|node| matches!(node, Node::Input(_)))
+    }
+
+    /// The result `k` if it is a constant.
+    pub fn constant(&self, k: usize) -> Option<f64> {
+        match self.code[self.results[k] as usize] {
+            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// The constants that it uses, in order; those of tables included.
+    pub fn constants(&self) -> impl Iterator<Item = f64> {
+        let own = self.code.iter().filter_map(|node| match node {
+            Node::Constant(bits) => Some(f64::from_bits(*bits)),
+            _ => None,
+        });
+        own.chain(self.used_tables().flat_map(|(_, table, _)| table.numbers().collect::<Vec<_>>()))
+    }
+
+    /// The tables that it uses, with their numbers, which are those of the plant, and what it uses of them.
+    pub fn used_tables(&self) -> impl Iterator<Item = (usize, &Table, Lookups)> {
+        let used = |k: usize| {
+            let mut used = Lookups::default();
+            for node in &self.code {
+                match node {
+                    Node::Table(table, _) if *table as usize == k => used.value = true,
+                    Node::Slope(table, _) if *table as usize == k => used.slope = true,
+                    _ => {}
+                }
+            }
+            used
+        };
+        let all = self.tables.iter().enumerate().map(move |(k, table)| (k, table.as_ref(), used(k)));
+        all.filter(|(_, _, used)| used.value || used.slope)
+    }
+
+    /// Operations on numbers: sums, products, quotients, comparisons and calls of functions, each counted once.
+    pub fn operations(&self) -> usize {
+        let counts = |node: &&Node| {
+            !matches!(
+                node,
+                Node::Constant(_)
+                    | Node::Truth(_)
+                    | Node::Time
+                    | Node::State(_)
+                    | Node::Input(_)
+                    | Node::Unary(Unary::Negate | Unary::Abs, _)
+                    | Node::And(..)
+                    | Node::Or(..)
+                    | Node::Not(_)
+                    | Node::Select(..)
+            )
+        };
+        self.code.iter().filter(counts).count()
+    }
+
+    /// The elementary functions that it calls.
+    pub fn functions(&self) -> BTreeSet<MathFunction> {
+        let mut all = BTreeSet::new();
+        for node in &self.code {
+            match node {
+                Node::Unary(unary, _) => all.extend(MathFunction::of(*unary)),
+                Node::Binary(Binary::Power, ..) => all.extend([MathFunction::Pow]),
+                Node::Binary(Binary::Atan2, ..) => all.extend([MathFunction::Atan2]),
+                Node::Binary(Binary::LnPlusExp | Binary::LnExpPlus, ..) => {
+                    all.extend([MathFunction::Exp, MathFunction::Log, MathFunction::Log1p]);
+                }
+                _ => {}
+            }
+        }
+        all
+    }
+
+    /// The body of a function that writes the results to `out[0]`, `out[1]`, ...; it reads `t`, `x` and `u`.
+    pub fn source(&self, dialect: &Dialect) -> String {
+        source::body(self, dialect)
+    }
+}

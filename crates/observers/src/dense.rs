@@ -1,0 +1,107 @@
+//! Products and the Cholesky factorisation of small matrices, with one order of operations for every size.
+//!
+//! nalgebra multiplies large matrices by blocks, with fused operations where the processor has them, and unrolls sums of
+//! fixed length, so that its last bits depend on the machine and on whether sizes are known at compile time. A filter
+//! that is simulated on a workstation, runs in Rust on a target and is exported as C needs the same bits in all three.
+//! Here a sum starts with its first term and adds the others in order.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
+
+/// `terms[0] + terms[1] + ..`, from left to right; 0 without terms.
+fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) -> T {
+    (0..count).map(term).reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
+}
+
+/// `A B`.
+pub(crate) fn times<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
+    a: &OMatrix<T, R, K>,
+    b: &OMatrix<T, K, C>,
+) -> OMatrix<T, R, C>
+where
+    DefaultAllocator: Allocator<R, K> + Allocator<K, C> + Allocator<R, C>,
+{
+    let (rows, columns, inner) = (a.shape_generic().0, b.shape_generic().1, a.ncols());
+    OMatrix::from_fn_generic(rows, columns, |i, j| sum(inner, |k| a[(i, k)] * b[(k, j)]))
+}
+
+/// `A B'`.
+pub(crate) fn times_transpose<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
+    a: &OMatrix<T, R, K>,
+    b: &OMatrix<T, C, K>,
+) -> OMatrix<T, R, C>
+where
+    DefaultAllocator: Allocator<R, K> + Allocator<C, K> + Allocator<R, C>,
+{
+    let (rows, columns, inner) = (a.shape_generic().0, b.shape_generic().0, a.ncols());
+    OMatrix::from_fn_generic(rows, columns, |i, j| sum(inner, |k| a[(i, k)] * b[(j, k)]))
+}
+
+/// The Cholesky factor of a symmetric positive definite matrix, `S = G G'`, of which the lower triangle is read.
+#[derive(Clone, Debug)]
+pub(crate) struct Factor<T: RealField + Copy, D: Dim>(OMatrix<T, D, D>)
+where
+    DefaultAllocator: Allocator<D, D>;
+
+impl<T: RealField + Copy, D: Dim> Factor<T, D>
+where
+    DefaultAllocator: Allocator<D, D>,
+{
+    /// `None` unless all pivots are positive numbers.
+    pub(crate) fn new(s: &OMatrix<T, D, D>) -> Option<Self> {
+        let mut g = s.clone();
+        for j in 0..g.nrows() {
+            for i in j..g.nrows() {
+                let entry = (0..j).fold(g[(i, j)], |entry, k| entry - g[(i, k)] * g[(j, k)]);
+                if i > j {
+                    g[(i, j)] = entry / g[(j, j)];
+                } else if entry > T::zero() {
+                    g[(j, j)] = entry.sqrt();
+                } else {
+                    return None;
+                }
+            }
+        }
+        Some(Self(g))
+    }
+
+    /// `S^-1 B`.
+    pub(crate) fn solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
+    where
+        DefaultAllocator: Allocator<D, C>,
+    {
+        let (g, mut x) = (&self.0, b.clone());
+        let order = g.nrows();
+        for j in 0..x.ncols() {
+            for i in 0..order {
+                let entry = (0..i).fold(x[(i, j)], |entry, k| entry - g[(i, k)] * x[(k, j)]);
+                x[(i, j)] = entry / g[(i, i)];
+            }
+            for i in (0..order).rev() {
+                let entry = (i + 1..order).fold(x[(i, j)], |entry, k| entry - g[(k, i)] * x[(k, j)]);
+                x[(i, j)] = entry / g[(i, i)];
+            }
+        }
+        x
+    }
+}
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use super::{Factor, times, times_transpose};
+    use nalgebra::{DMatrix, Matrix2, Matrix3};
+
+    #[test]
+    fn products_and_factors_are_those_of_nalgebra() {
+        let a = DMatrix::from_fn(4, 3, |i, j| 1.0 / (1.0 + i as f64 + 2.0 * j as f64));
+        let b = DMatrix::from_fn(3, 5, |i, j| (i as f64 - j as f64) * 0.3);
+        assert!((times(&a, &b) - &a * &b).amax() <= 4.0 * f64::EPSILON);
+        assert!((times_transpose(&a, &b.transpose()) - &a * &b).amax() <= 4.0 * f64::EPSILON);
+        let s = Matrix3::new(4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0);
+        let x = Factor::new(&s).map(|factor| factor.solve(&Matrix3::identity()));
+        assert!((s * x.unwrap() - Matrix3::identity()).amax() <= 8.0 * f64::EPSILON);
+        // The second pivot is 0.
+        assert!(Factor::new(&Matrix2::new(4.0, 2.0, 2.0, 1.0)).is_none());
+        assert!(Factor::new(&Matrix2::new(1.0, 0.0, f64::NAN, 1.0)).is_none());
+    }
+}
