@@ -107,7 +107,7 @@ fn held(
     gain: &LinearSpec,
     period: f64,
 ) -> Result<SampledDesign, DesignError> {
-    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver))?;
+    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver, None))?;
     let cubic = |design| SampledDesign::Cubic(Box::new(design));
     match &observer.kind {
         ObserverKind::Cubic { theta, correction, .. } => {

@@ -34,7 +34,9 @@ pub mod template;
 
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
-pub use execute::{Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, run, write_folder};
+pub use execute::{
+    Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, execute_in_part, run, write_folder,
+};
 pub use luenberger_expression::nearest;
 pub use read::Format;
 pub use results::Results;

@@ -5,7 +5,9 @@
 //! The rows of a run are equally spaced times; those of a run with a sampled observer are at its samples, where its
 //! estimate is defined.
 
-use luenberger_sim::{Scenario, SimError, Trajectory};
+use std::time::Instant;
+
+use luenberger_sim::{Scenario, Settings, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -75,13 +77,14 @@ fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>
     }
 }
 
-/// One run, with the observer `member` and the one in the feedback loop.
+/// One run, with the observer `member` and the one in the feedback loop, until the instant `until` at most.
 pub(super) fn trajectory(
     study: &Study,
     simulation: &Simulation,
     members: &[Member<'_>],
     member: Option<&Member<'_>>,
     variation: Variation,
+    until: Option<Instant>,
 ) -> Result<Trajectory, SimError> {
     let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     wanted.extend(end);
@@ -90,7 +93,7 @@ pub(super) fn trajectory(
         .model(&study.plant.model)
         .initial_state(&simulation.x0)
         .times(&wanted)
-        .settings(simulation.settings)
+        .settings(Settings { end: until, ..simulation.settings })
         .input(study.input.signal_at(study.operating_point.as_ref()))
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
     if let Some(period) = simulation.hold {
@@ -168,7 +171,7 @@ pub(super) fn all<'a>(
             return None;
         }
         let outcome = fed_back(study, members).and_then(|()| {
-            trajectory(study, simulation, members, Some(member), Variation::NONE)
+            trajectory(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
                     let filter = filter::consistency(simulation, &trajectory, member)?;
