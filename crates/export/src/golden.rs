@@ -20,8 +20,11 @@ pub struct Step {
     pub estimate: Vec<f64>,
 }
 
-/// `count` steps from the first estimate, with inputs and outputs of magnitude up to 2 and a few large ones, which are
-/// numbers of the format. They are no motion of the plant: every operation gets numbers without pattern.
+/// `count` steps from the first estimate, with inputs and outputs that are numbers of the format.
+///
+/// Those of a linear plant have a magnitude up to 2, and a few are large. They are no motion of the plant: every operation
+/// gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export; without
+/// samples, inputs up to 0.1, and the outputs that the estimate predicts with as much noise.
 ///
 /// # Errors
 /// [`ExportError::NotFinite`] if the estimate leaves the range of the format.
@@ -37,18 +40,34 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
     let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
     let observer = export.program.cast::<T>().map_err(rounded)?;
     let convert = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)));
-    let mut xhat: DVector<T> = convert(&export.initial);
+    let mut state = observer.start(convert(&export.initial));
+    let numbers =
+        |column: &DVector<T>| column.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect::<Vec<_>>();
+    let rounded_column = |column: &[f64]| column.iter().map(|x| scalar.round(*x)).collect::<Vec<_>>();
+    let is_nonlinear = export.program.maps().is_some();
     let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
-        let mut column = |length: usize| -> Vec<f64> {
-            let size = if step % 16 == 7 { 1e3 } else { 1.0 };
-            (0..length).map(|_| scalar.round(size * noise.next())).collect()
+        let mut column =
+            |length: usize, size: f64| -> Vec<f64> { (0..length).map(|_| scalar.round(size * noise.next())).collect() };
+        let (u, y) = if is_nonlinear {
+            match export.samples.get(step) {
+                Some((u, y)) => (rounded_column(u), rounded_column(y)),
+                None if export.samples.is_empty() => {
+                    let (u, disturbance) = (column(size.inputs, 0.05), column(size.outputs, 0.05));
+                    let output = observer.output(step, &state, &convert(&u)).map_or_else(Vec::new, |y| numbers(&y));
+                    let y = output.iter().zip(disturbance).map(|(y, more)| scalar.round(y + more)).collect();
+                    (u, y)
+                }
+                None => break,
+            }
+        } else {
+            let size_of_step = if step % 16 == 7 { 1e3 } else { 1.0 };
+            (column(size.inputs, size_of_step), column(size.outputs, size_of_step))
         };
-        let (u, y) = (column(size.inputs), column(size.outputs));
-        observer.step(&mut xhat, &convert(&u), &convert(&y));
-        let estimate: Vec<f64> = xhat.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect();
-        if estimate.iter().any(|x| !x.is_finite()) {
+        observer.step(step, &mut state, &convert(&u), &convert(&y));
+        let estimate = numbers(&state.estimate());
+        if state.entries().iter().any(|x| !x.is_finite()) {
             return Err(ExportError::NotFinite { step, format: scalar.name() });
         }
         steps.push(Step { u, y, estimate });

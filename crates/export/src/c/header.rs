@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::{columns, harmless, kind, lengths, scalar, wrapped};
 use crate::Export;
+use crate::program::Program;
 
 pub(super) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
@@ -40,13 +41,26 @@ pub(super) fn header(export: &Export) -> String {
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
+    let mut more = String::new();
+    if matches!(export.program, Program::Kalman(_)) {
+        _ = writeln!(more, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
+    }
+    let timed = export.program.uses_time();
+    if timed {
+        more.push_str(
+            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
+        );
+    }
+    if timed {
+        text.push_str("\n#include <stdint.h>\n");
+    }
     _ = write!(
         text,
         "
 /** State of the observer. */
 typedef struct {{
     {number} xhat[{upper}_STATES]; /**< Estimate for the next sample. */
-}} {name}_state;
+{more}}} {name}_state;
 
 /** Starts from a given estimate. */
 void {name}_init({name}_state *state, const {number} *xhat);
@@ -62,7 +76,7 @@ void {name}_reset({name}_state *state);
  * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
  * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
  *
- * A value of u or y that is not finite makes the estimate not finite, for good: call {name}_reset or {name}_init.
+{not_finite} call {name}_reset or {name}_init.
  */
 void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat);
 
@@ -72,7 +86,26 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
 
 #endif
 ",
-        if names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" }
+        if names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" },
+        not_finite = not_finite(export),
     );
     text
+}
+
+/// What a value of u or y that is not finite does.
+fn not_finite(export: &Export) -> &'static str {
+    match &export.program {
+        Program::Linear(_) | Program::Cubic(_) => {
+            " * A value of u or y that is not finite makes the estimate not finite, for good:"
+        }
+        Program::Copy(_) => {
+            " * A value of u or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
+        }
+        Program::Kalman(filter) if filter.gate().is_some() => {
+            " * An infinite value of y is rejected by the gate. NaN in y, and a value of u that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
+        }
+        Program::Kalman(_) => {
+            " * A value of u or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
+        }
+    }
 }

@@ -8,8 +8,6 @@ use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector, SVector, dmatrix};
-use proptest::prelude::*;
-use proptest::test_runner::{Config, TestRunner};
 
 /// The C compilers of this machine.
 pub(crate) fn compilers() -> Vec<&'static str> {
@@ -99,6 +97,18 @@ pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
     Export::new("plant", program, scalar, &initial, names).unwrap()
 }
 
+#[track_caller]
+fn every_option(export: &Export, folder: &Path, compiler: &str, sanitised: bool) {
+    for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
+        if has_haswell() || !flags.contains(&"-march=haswell") {
+            agrees(export, folder, compiler, flags);
+        }
+    }
+    if sanitised {
+        agrees(export, folder, compiler, &SANITISERS);
+    }
+}
+
 #[test]
 fn optimised_and_sanitised_builds_give_the_same_bits() {
     let compilers = compilers();
@@ -115,38 +125,14 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
             [((2, 1, 1), false, false), ((3, 2, 2), true, true), ((2, 0, 1), true, false), ((1, 1, 1), true, false)]
         {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
-                let export = export(program(7, sizes, is_cubic, fed), scalar);
-                for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
-                    if has_haswell() || !flags.contains(&"-march=haswell") {
-                        agrees(&export, &folder, compiler, flags);
-                    }
-                }
-                if sanitised {
-                    agrees(&export, &folder, compiler, &SANITISERS);
-                }
+                every_option(&export(program(7, sizes, is_cubic, fed), scalar), &folder, compiler, sanitised);
             }
         }
+        for seed in 0..3 {
+            let program = crate::fuzz::nonlinear(&mut crate::fuzz::Random(seed));
+            every_option(&crate::fuzz::export("plant", program, Scalar::Binary64), &folder, compiler, sanitised);
+        }
     }
-}
-
-#[test]
-fn random_observers_give_the_same_bits() {
-    let Some(compiler) = compilers().into_iter().next() else {
-        eprintln!("SKIPPED: no C compiler");
-        return;
-    };
-    let folder = folder("random");
-    let strategy = (any::<u64>(), 1usize..9, 0usize..4, 1usize..5, any::<bool>(), any::<bool>(), any::<bool>());
-    let mut runner = TestRunner::new(Config { cases: 60, failure_persistence: None, ..Config::default() });
-    runner
-        .run(&strategy, |(seed, n, m, p, is_cubic, fed, single)| {
-            // A radial gain needs at most as many outputs as states.
-            let p = p.min(n);
-            let scalar = if single { Scalar::Binary32 } else { Scalar::Binary64 };
-            agrees(&export(program(seed, (n, m, p), is_cubic, fed && m > 0), scalar), &folder, compiler, &["-O2"]);
-            Ok(())
-        })
-        .unwrap();
 }
 
 /// The reference of the golden vectors has sizes known at run time; those of a target are known at compile time.
@@ -162,6 +148,7 @@ fn sizes_known_at_compile_time_give_the_same_bits() {
                 match &program {
                     Program::Linear(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
                     Program::Cubic(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
+                    Program::Kalman(_) | Program::Copy(_) => unreachable!("a linear plant"),
                 }
                 let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(xhat.as_slice()), bits(&step.estimate), "{N} {M} {P}");
@@ -216,6 +203,7 @@ fn what_is_not_finite_stays() {
                 match &program {
                     Program::Linear(observer) => observer.step(0.0, &mut xhat, &u, &y),
                     Program::Cubic(observer) => observer.step(0.0, &mut xhat, &u, &y),
+                    Program::Kalman(_) | Program::Copy(_) => unreachable!("a linear plant"),
                 }
                 assert_eq!(xhat.iter().any(|x| !x.is_finite()), k >= 1, "{bad} {k} {xhat}");
             }
