@@ -237,16 +237,19 @@ pub(crate) struct ExportInput {
     /// Name of the observer [default: the only one of the study]
     #[arg(long, value_name = "NAME")]
     pub(crate) observer: Option<String>,
-    /// Language of the source
+    /// What is written
     #[arg(long, value_enum)]
     pub(crate) to: Language,
+    /// Version of the standard, with --to fmu [default: 2]
+    #[arg(long, value_enum, value_name = "VERSION")]
+    pub(crate) fmi: Option<FmiVersion>,
     /// Format of the numbers on the target
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     pub(crate) format: Precision,
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period)]
     pub(crate) period: Option<f64>,
-    /// Folder for the files [default: STUDY-NAME-c or STUDY-NAME-rust]
+    /// Folder for the files [default: STUDY-NAME-c, STUDY-NAME-rust or STUDY-NAME-fmu]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
     /// Export an observer without a stability certificate
@@ -271,6 +274,18 @@ pub(crate) enum Language {
     C,
     /// A no_std crate on luenberger-observers
     Rust,
+    /// A functional mock-up unit for co-simulation
+    Fmu,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum FmiVersion {
+    /// FMI 2.0
+    #[value(name = "2")]
+    Two,
+    /// FMI 3.0
+    #[value(name = "3")]
+    Three,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

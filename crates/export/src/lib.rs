@@ -189,6 +189,17 @@ impl Export {
         self.program.scalars().into_iter().map(|(name, x)| (name, self.scalar.round(x))).collect()
     }
 
+    /// The name in the emitted code.
+    pub fn identifier(&self) -> &str {
+        &self.identifier
+    }
+
+    /// The sampling period with its unit, `0.02 s`.
+    pub fn period_text(&self) -> String {
+        let unit = if self.names.time_unit.is_empty() { "time units" } else { &self.names.time_unit };
+        format!("{} {unit}", self.program.period())
+    }
+
     /// The observer, with its numbers as designed.
     pub fn program(&self) -> &Program {
         &self.program

@@ -15,6 +15,7 @@
 //! | `A X B - X + C = 0` | [`discrete_sylvester`] |
 //! | `A'X + X A - X B R^-1 B'X + Q = 0` | [`care`], and by duality [`kalman_gain`] |
 //! | `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0` | [`dare`], and by duality [`discrete_kalman_gain`] |
+//! | the same with a cross term S and for `E x' = A x + B u` | [`generalized_care`], [`generalized_dare`] |
 //! | `rank [A - lambda I; C]`, what the outputs see | [`observability()`], [`detectability`], [`discrete_detectability`] |
 //! | `min sigma_min([A - lambda I; C])`, how far from unobservable | [`distance_to_unobservability`] |
 //! | `rank [A - lambda I, B; C, D]`, invariant zeros | [`invariant_zeros`] |
@@ -130,7 +131,9 @@ pub use placement::{
     Placement, StructuredPlacement, place, place_observer, place_observer_structured, place_structured,
 };
 pub use prototype::{PolePattern, damping_from_overshoot, poles_from};
-pub use riccati::{Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, kalman_gain, lqr};
+pub use riccati::{
+    Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, generalized_care, generalized_dare, kalman_gain, lqr,
+};
 pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
 pub use stein::{Stein, SteinEquation, stein};

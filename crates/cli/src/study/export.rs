@@ -1,8 +1,9 @@
 //! `luenberger export`: an observer of a study as source code for the target.
 
+use super::export_fmu;
 use super::file::{read, renamed};
 use crate::answer::Answer;
-use crate::arguments::{ExportInput, Language, Precision};
+use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
 use crate::failure::Failure;
 use crate::input::Source;
 use luenberger_export::{Export, Names, Program, Scalar, names};
@@ -19,6 +20,7 @@ struct Written {
     observer: String,
     folder: String,
     files: Vec<String>,
+    binaries: Vec<String>,
     period: f64,
     operations: usize,
     bytes: usize,
@@ -28,6 +30,9 @@ struct Written {
 }
 
 pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
+    if input.fmi.is_some() && !matches!(input.to, Language::Fmu) {
+        return Err(Failure::Usage("--fmi is for --to fmu"));
+    }
     let study = read(&input.study)?;
     let observer = chosen(&study, input.observer.as_deref())?;
     let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
@@ -54,13 +59,24 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let digest = study_digest(&study);
     let export = prepared(&study, observer, design, scalar, &evidence, &digest)
         .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
+    let certificate = evidence.file.as_ref().map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes()));
+    let bytes = |files: Vec<luenberger_export::File>| {
+        files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()
+    };
+    let mut binaries = Vec::new();
     let files = match input.to {
-        Language::C => export.c(),
-        Language::Rust => export.rust(),
-    }
-    .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
-    let mut files: Vec<(String, Vec<u8>)> = files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect();
-    files.extend(evidence.file.map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes())));
+        Language::C => export.c().map(bytes),
+        Language::Rust => export.rust().map(bytes),
+        Language::Fmu => {
+            export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), certificate.as_ref()).map(|fmu| {
+                binaries = fmu.binaries;
+                fmu.files
+            })
+        }
+    };
+    let mut files =
+        files.map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
+    files.extend(certificate);
     let folder = folder(input, observer);
     let moved = write_folder(&folder, input.force, "export", &study, &files)?;
     renamed(&folder, &moved);
@@ -70,10 +86,14 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     for name in &names {
         _ = writeln!(text, "  {name}");
     }
+    for path in &binaries {
+        _ = writeln!(text, "  with {path}");
+    }
     let written = Written {
         observer: observer.name.clone(),
         folder: folder.display().to_string(),
         files: names,
+        binaries,
         period: export.program().period(),
         operations: export.operations(),
         bytes: export.bytes(),
@@ -147,6 +167,7 @@ fn folder(input: &ExportInput, observer: &ObserverSpec) -> PathBuf {
     let language = match input.to {
         Language::C => "c",
         Language::Rust => "rust",
+        Language::Fmu => "fmu",
     };
     let name = names::identifier(&observer.name);
     let beside = || PathBuf::from(format!("{}-{name}-{language}", stem.unwrap_or_else(|| "study".to_owned())));

@@ -4,6 +4,7 @@
 mod columns;
 mod cost;
 mod export;
+mod export_fmu;
 mod file;
 mod interrupt;
 mod new;

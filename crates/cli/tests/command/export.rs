@@ -1,6 +1,6 @@
 //! `luenberger export`: the files, compiled where a C compiler is there, and what cannot be exported.
 
-use crate::terminal::{folder, luenberger};
+use crate::terminal::{folder, luenberger, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -84,6 +84,40 @@ v = [0.01, 0.1]
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
     assert!(ran.stdout.contains("Rounding to binary64 on the target is not covered."), "{}", ran.stdout);
     golden(&out, "observer_for");
+}
+
+/// The archive, and what the command says with and without a C compiler. The wrapper itself is tested in `export`.
+#[test]
+fn an_observer_becomes_an_fmu_of_either_version() {
+    let (folder, file) = study("export-fmu", None);
+    for (options, version) in [(&[][..], "2.0"), (&["--fmi", "3"], "3.0")] {
+        let out = folder.join(version);
+        let mut arguments =
+            vec!["export", &file, "--observer", "sampled", "--to", "fmu", "-o", out.to_str().unwrap(), "--json"];
+        arguments.extend(options);
+        let ran = luenberger(&arguments, "");
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let written = ran.json();
+        let files = ["sampled.fmu", "sampled_golden.csv", "test_sampled.py", "README.md", "certificate.json"];
+        assert_eq!(written["files"], serde_json::json!(files));
+        if Command::new("cc").arg("--version").output().is_ok() {
+            assert_eq!(ran.stderr, "");
+            assert!(!written["binaries"].as_array().unwrap().is_empty());
+        } else {
+            eprintln!("SKIPPED: no C compiler");
+        }
+        let readme = std::fs::read_to_string(out.join("README.md")).unwrap();
+        assert!(readme.contains(&format!("Co-simulation by FMI {version}, one step every 0.02 s")), "{readme}");
+
+        // Sources only.
+        let mut without = Command::new(env!("CARGO_BIN_EXE_luenberger"));
+        let ran = run(without.args(&arguments).env("PATH", "").env_remove("CC"), b"");
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert!(ran.stderr.contains("no C compiler"), "{}", ran.stderr);
+        assert_eq!(ran.json()["binaries"], serde_json::json!([]));
+    }
+    let ran = luenberger(&["export", &file, "--observer", "sampled", "--to", "c", "--fmi", "3"], "");
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(2), "error: --fmi is for --to fmu\n"));
 }
 
 #[test]

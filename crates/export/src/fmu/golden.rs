@@ -42,7 +42,7 @@ import csv
 import pathlib
 import sys
 
-import fmpy
+import fmpy.validation
 import numpy
 
 PERIOD = {period:?}

@@ -11,6 +11,9 @@ use crate::product::view;
 use crate::sequential::hermitian_eigen;
 use nalgebra::{DMatrix, DVector};
 
+/// The backward error of a Schur form is a few n eps beside the norm of the matrix.
+const SCHUR_FORM: f64 = 10.0;
+
 pub(super) struct Frame {
     pub(super) t: DMatrix<f64>,
     pub(super) inverse: DMatrix<f64>,
@@ -72,7 +75,7 @@ impl Frame {
     }
 
     /// `S (A - B K) S^-1`, where `A - B K` formed in the coordinates of the problem may have lost A beside B K; and a
-    /// bound of its error.
+    /// bound of its error with that of its Schur form.
     pub(super) fn closed_loop(&self, problem: &Scaled, k: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
         let (n, m) = problem.b.shape();
         let (kt, kt_rest) = product(k, &self.t);
@@ -88,7 +91,7 @@ impl Frame {
         // S A T = S A S^-1 (I + E).
         let f = &f - &f * &self.error;
         let size = f.norm();
-        let bound = size * (n as f64 * f64::EPSILON + 2.0 * self.error.norm().powi(2));
+        let bound = size * (SCHUR_FORM * n as f64 * f64::EPSILON + 2.0 * self.error.norm().powi(2));
         (f, bound)
     }
 }

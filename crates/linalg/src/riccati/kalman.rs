@@ -9,6 +9,7 @@
 //!
 //! which is the regulator's equation with `A'` for `A`, `C'` for `B`, `W` for `Q`, `V` for `R`, and `L = K'`.
 
+use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::{LinalgError, Result};
@@ -91,7 +92,7 @@ pub fn discrete_kalman_gain<'a>(
     dual(discrete, &owned(a), &owned(c), &owned(w), &owned(v))
 }
 
-type Equation = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<Riccati>;
+type Equation = fn(&Data<'_>) -> Result<Riccati>;
 
 fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
     // Shapes and entries are judged here, so that errors name them as the user has them and not transposed.
@@ -99,21 +100,21 @@ fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>
     shaped("c", c, c.nrows(), n)?;
     shaped("w", w, n, n)?;
     shaped("v", v, c.nrows(), c.nrows())?;
-    let Riccati { x, k, poles, residual, condition, forward_error } = equation(&a.transpose(), &c.transpose(), w, v)
-        .map_err(|error| match error {
-            LinalgError::NotSymmetric { what, row, col, asymmetry, allowed } => {
-                LinalgError::NotSymmetric { what: renamed(what), row, col, asymmetry, allowed }
-            }
-            LinalgError::NotPositiveDefinite { lambda_min, .. } => {
-                LinalgError::NotPositiveDefinite { what: "v", lambda_min }
-            }
-            LinalgError::NotPositiveSemidefinite { lambda_min, .. } => {
-                LinalgError::NotPositiveSemidefinite { what: "w", lambda_min }
-            }
-            LinalgError::NotStabilizable { eigenvalue, margin } => LinalgError::NotDetectable { eigenvalue, margin },
-            LinalgError::NotDetectable { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
-            other => other,
-        })?;
+    let data = Data { a: &a.transpose(), b: &c.transpose(), q: w, r: v, weight: Weight::Semidefinite };
+    let Riccati { x, k, poles, residual, condition, forward_error } = equation(&data).map_err(|error| match error {
+        LinalgError::NotSymmetric { what, row, col, asymmetry, allowed } => {
+            LinalgError::NotSymmetric { what: renamed(what), row, col, asymmetry, allowed }
+        }
+        LinalgError::NotPositiveDefinite { lambda_min, .. } => {
+            LinalgError::NotPositiveDefinite { what: "v", lambda_min }
+        }
+        LinalgError::NotPositiveSemidefinite { lambda_min, .. } => {
+            LinalgError::NotPositiveSemidefinite { what: "w", lambda_min }
+        }
+        LinalgError::NotStabilizable { eigenvalue, margin } => LinalgError::NotDetectable { eigenvalue, margin },
+        LinalgError::NotWeighted { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
+        other => other,
+    })?;
     Ok(Kalman { l: k.transpose(), p: x, poles, residual, condition, forward_error })
 }
 

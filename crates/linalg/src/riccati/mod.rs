@@ -6,7 +6,9 @@
 //! ```
 //!
 //! For `Q >= 0`, `R > 0` a stabilizing solution exists iff `(A, B)` is stabilizable and no eigenvalue of `A` on the
-//! stability boundary is unobservable through `Q`; it is unique, symmetric and positive semidefinite.
+//! stability boundary is unobservable through `Q`; it is unique, symmetric and positive semidefinite. For an indefinite
+//! `Q`, as H-infinity control and positive realness have, both are necessary; the solution is unique if there is one,
+//! and may be indefinite.
 //!
 //! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in
 //! `riccati/hamiltonian.rs`. Discrete: the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J.
@@ -19,6 +21,7 @@ mod bilinear;
 mod condition;
 mod coordinates;
 mod doubling;
+mod generalized;
 mod hamiltonian;
 mod kalman;
 mod newton;
@@ -30,8 +33,9 @@ use crate::argument::{RealMatrixView, owned};
 use crate::separation::of_exact;
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
-use scaled::Scaled;
+use scaled::{Data, Scaled, Weight};
 
+pub use generalized::{generalized_care, generalized_dare};
 pub use kalman::{Kalman, discrete_kalman_gain, kalman_gain};
 
 /// Stabilizing solution of a Riccati equation with its evidence.
@@ -44,9 +48,9 @@ pub struct Riccati {
     /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is
     /// stored.
     pub k: DMatrix<f64>,
-    /// Eigenvalues of `A - B K`, all stable. Where K is so large that `A - B K`, formed entry by entry, loses A, they
-    /// are those of the loop in which the input is computed from the state, and those of the matrix formed in double
-    /// precision may not be stable.
+    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. Where K is so large that `A - B K`,
+    /// formed entry by entry, loses A, they are those of the loop in which the input is computed from the state, and
+    /// those of the matrix formed in double precision may not be stable.
     pub poles: Vec<Complex<f64>>,
     /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of
     /// the state (powers of two) that balance the plant and its weights.
@@ -63,19 +67,19 @@ pub struct Riccati {
 
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive definite. The input
-/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u`. It does not depend on
-/// a common factor of `q` and `r`. About 300 n^3 flops with the condition, up to 50 n^3 for each Newton step (three at
-/// most), and as much again for each change of coordinates (six at most) where the solution is so unequal that one is
-/// needed.
+/// `a` is n x n, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite. For `q >= 0` the input
+/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u` ([`lqr`] insists on it).
+/// It does not depend on a common factor of `q` and `r`. About 300 n^3 flops with the condition, up to 50 n^3 for each
+/// Newton step (three at most), and as much again for each change of coordinates (six at most) where the solution is so
+/// unequal that one is needed.
 ///
 /// # Errors
-/// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue), [`LinalgError::NotPositiveSemidefinite`]
-/// (`q`); [`LinalgError::NotStabilizable`] names an eigenvalue that no input moves, [`LinalgError::NotDetectable`] one
-/// on the imaginary axis that the weight does not see; [`LinalgError::NotStabilizing`] if the closed loop is not stable
-/// for reasons of rounding alone, [`LinalgError::NotConverged`] if rounding leaves a residual beyond half of the digits;
-/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],
-/// [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
+/// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an
+/// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that the weight does not
+/// see; [`LinalgError::NotStabilizing`] if the closed loop is not stable, for `q >= 0` for reasons of rounding alone,
+/// otherwise also because no solution stabilizes; [`LinalgError::NotConverged`] if rounding leaves a residual beyond
+/// half of the digits; [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
+/// [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
 ///
 /// # Example
 /// ```
@@ -97,21 +101,22 @@ pub fn care<'a>(
     q: impl Into<RealMatrixView<'a>>,
     r: impl Into<RealMatrixView<'a>>,
 ) -> Result<Riccati> {
-    continuous(&owned(a), &owned(b), &owned(q), &owned(r))
+    let (a, b, q, r) = (owned(a), owned(b), owned(q), owned(r));
+    continuous(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Symmetric })
 }
 
-fn continuous(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
-    let problem = Scaled::continuous(a, b, q, r)?;
-    finish(&problem, hamiltonian::solve)
+fn continuous(data: &Data<'_>) -> Result<Riccati> {
+    finish(&Scaled::new(data, false)?, hamiltonian::solve)
 }
 
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric positive semidefinite, `r` m x m symmetric positive
-/// definite. The input `u = -K x`, `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along
-/// `x+ = A x + B u`. About 15 n^3 flops for each doubling (ten are common, 60 the cap), up to 60 n^3 for each Newton
-/// step (three at most), and 400 n^3 for each change of coordinates (six at most) where the solution is so unequal that
-/// one is needed.
+/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite, or singular
+/// where `R + B'X B > 0` all the same ([`generalized_dare`] then). For `q >= 0` the input `u = -K x`,
+/// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u` ([`dlqr`] insists on it and
+/// on `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`. About 15 n^3 flops for each doubling (ten
+/// are common, 60 the cap), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of
+/// coordinates (six at most) where the solution is so unequal that one is needed.
 ///
 /// # Errors
 /// As [`care`], the stability boundary being the unit circle; [`LinalgError::Overflow`] also if entries of `a` are
@@ -140,38 +145,48 @@ pub fn dare<'a>(
     q: impl Into<RealMatrixView<'a>>,
     r: impl Into<RealMatrixView<'a>>,
 ) -> Result<Riccati> {
-    discrete(&owned(a), &owned(b), &owned(q), &owned(r))
+    let (a, b, q, r) = (owned(a), owned(b), owned(q), owned(r));
+    discrete(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Symmetric }).or_else(|error| match error {
+        LinalgError::NotPositiveDefinite { lambda_min, .. }
+            if lambda_min >= -4.0 * r.nrows() as f64 * f64::EPSILON * r.norm() =>
+        {
+            let (s, e) = (DMatrix::zeros(b.nrows(), b.ncols()), DMatrix::identity(a.nrows(), a.nrows()));
+            generalized_dare(&a, &b, &q, &r, &s, &e)
+        }
+        error => Err(error),
+    })
 }
 
-fn discrete(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Riccati> {
-    let problem = Scaled::discrete(a, b, q, r)?;
-    finish(&problem, doubling::solve)
+fn discrete(data: &Data<'_>) -> Result<Riccati> {
+    finish(&Scaled::new(data, true)?, doubling::solve)
 }
 
-/// Continuous linear-quadratic regulator: [`care`], by the name under which its gain `k` is looked for.
+/// Continuous linear-quadratic regulator: [`care`] for `q` positive semidefinite.
 ///
 /// # Errors
-/// Those of [`care`].
+/// Those of [`care`], and [`LinalgError::NotPositiveSemidefinite`] (`q`).
 pub fn lqr<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
     q: impl Into<RealMatrixView<'a>>,
     r: impl Into<RealMatrixView<'a>>,
 ) -> Result<Riccati> {
-    care(a, b, q, r)
+    let (a, b, q, r) = (owned(a), owned(b), owned(q), owned(r));
+    continuous(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Semidefinite })
 }
 
-/// Discrete linear-quadratic regulator: [`dare`], by the name under which its gain `k` is looked for.
+/// Discrete linear-quadratic regulator: [`dare`] for `q` positive semidefinite.
 ///
 /// # Errors
-/// Those of [`dare`].
+/// Those of [`dare`], and [`LinalgError::NotPositiveSemidefinite`] (`q`).
 pub fn dlqr<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
     q: impl Into<RealMatrixView<'a>>,
     r: impl Into<RealMatrixView<'a>>,
 ) -> Result<Riccati> {
-    dare(a, b, q, r)
+    let (a, b, q, r) = (owned(a), owned(b), owned(q), owned(r));
+    discrete(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Semidefinite })
 }
 
 /// What is known of a solution, in the units of computation.

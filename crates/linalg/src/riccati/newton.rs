@@ -56,5 +56,8 @@ pub(super) fn settle(problem: &Scaled, mut x: DMatrix<f64>) -> Result<Outcome> {
     let poles = equation.eigenvalues();
     popov::confirm(problem, &poles)?;
     let (condition, forward_error) = condition::condition(problem, &x, &k, &mut equation, defect.norm());
+    if forward_error.is_infinite() {
+        popov::resolved(problem, &poles, 10.0 * rounding)?;
+    }
     Ok(Outcome { x, k, evidence: Evidence { poles, residual, condition, forward_error } })
 }

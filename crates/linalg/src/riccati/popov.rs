@@ -60,7 +60,7 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
         }
         if distance.abs() <= near {
             let found = margin(a, &problem.q, lambda);
-            consider(found, LinalgError::NotDetectable { eigenvalue, margin: found / problem.time });
+            consider(found, LinalgError::NotWeighted { eigenvalue, margin: found / problem.time });
         }
     }
     Ok(worst.map(|w| w.1))
@@ -80,14 +80,24 @@ pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
     }
 }
 
+/// The closed-loop pole nearest to the stability boundary or furthest beyond it, with its distance.
+fn nearest(problem: &Scaled, poles: &[Complex<f64>]) -> Option<(Complex<f64>, f64)> {
+    let with_distance = poles.iter().map(|&pole| (pole, distance(problem, pole)));
+    with_distance.min_by(|x, y| x.1.total_cmp(&y.1))
+}
+
+/// Refuses closed-loop `poles` nearer to the boundary than `rounding`.
+pub(super) fn resolved(problem: &Scaled, poles: &[Complex<f64>], rounding: f64) -> Result<()> {
+    match nearest(problem, poles) {
+        Some((nearest, least)) if least <= rounding => Err(explain(problem, nearest)),
+        _ => Ok(()),
+    }
+}
+
 /// Accepts the closed-loop `poles` (in the units of computation) if they are stable, beyond what rounding can make of
 /// an eigenvalue on the boundary.
 pub(super) fn confirm(problem: &Scaled, poles: &[Complex<f64>]) -> Result<()> {
-    let Some(nearest) = poles.iter().copied().min_by(|x, y| distance(problem, *x).total_cmp(&distance(problem, *y)))
-    else {
-        return Ok(());
-    };
-    let least = distance(problem, nearest);
+    let Some((nearest, least)) = nearest(problem, poles) else { return Ok(()) };
     if least.is_nan() || least <= 0.0 {
         return Err(explain(problem, nearest));
     }

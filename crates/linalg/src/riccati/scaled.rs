@@ -34,6 +34,25 @@ pub(super) struct Scaled {
     pub(super) time: f64,
 }
 
+/// What Q has to be.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weight {
+    /// A cost: positive semidefinite.
+    Semidefinite,
+    /// Symmetric.
+    Symmetric,
+}
+
+/// The data of an equation, as the user has them.
+#[derive(Clone, Copy)]
+pub(super) struct Data<'m> {
+    pub(super) a: &'m DMatrix<f64>,
+    pub(super) b: &'m DMatrix<f64>,
+    pub(super) q: &'m DMatrix<f64>,
+    pub(super) r: &'m DMatrix<f64>,
+    pub(super) weight: Weight,
+}
+
 /// In bits.
 const HALF_OF_THE_DIGITS: f64 = 26.0;
 
@@ -42,20 +61,11 @@ fn power(exponent: f64) -> f64 {
 }
 
 impl Scaled {
-    pub(super) fn continuous(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Self> {
-        Self::new(a, b, q, r, false)
-    }
-
-    pub(super) fn discrete(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<Self> {
-        let largest = a.amax();
-        let problem = Self::new(a, b, q, r, true)?;
-        if largest > power(100.0) {
+    pub(super) fn new(data: &Data<'_>, discrete: bool) -> Result<Self> {
+        let Data { a, b, q, r, weight } = *data;
+        if discrete && a.amax() > power(100.0) {
             return Err(LinalgError::Overflow { what: "the powers of a" });
         }
-        Ok(problem)
-    }
-
-    fn new(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>, discrete: bool) -> Result<Self> {
         let n = square("a", a)?;
         let m = b.ncols();
         shaped("b", b, n, m)?;
@@ -73,7 +83,8 @@ impl Scaled {
         {
             return Err(LinalgError::NotPositiveDefinite { what: "r", lambda_min: least / units_r });
         }
-        if !definite(&q, 0.5 * rounding(&q))
+        if weight == Weight::Semidefinite
+            && !definite(&q, 0.5 * rounding(&q))
             && let Some(&least) = eigenvalues_of_symmetric(&q)?.first()
             && least < -rounding(&q)
         {

@@ -15,6 +15,7 @@ mod placement;
 mod prototype;
 mod riccati;
 mod riccati_families;
+mod riccati_generalized;
 mod schur;
 mod slicot;
 mod small_matrices;

@@ -16,7 +16,7 @@ fn bound(n: usize) -> f64 {
 /// A solver of dynamic matrices, as a value.
 type Solver<T> = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<T, LinalgError>;
 
-const REGULATORS: [Solver<Riccati>; 2] = [|a, b, q, r| care(a, b, q, r), |a, b, q, r| dare(a, b, q, r)];
+const REGULATORS: [Solver<Riccati>; 2] = [|a, b, q, r| lqr(a, b, q, r), |a, b, q, r| dlqr(a, b, q, r)];
 const FILTERS: [Solver<Kalman>; 2] =
     [|a, c, w, v| kalman_gain(a, c, w, v), |a, c, w, v| discrete_kalman_gain(a, c, w, v)];
 
@@ -141,10 +141,13 @@ fn slicot_bb01ad_example_1_3() {
     let b = dmatrix![0.0, 0.0; 0.36, -1.6; -0.95, -0.032; 0.03, 0.0];
     let q = dmatrix![2.313, 2.727, 0.688, 0.023; 2.727, 4.271, 1.148, 0.323; 0.688, 1.148, 0.313, 0.102; 0.023, 0.323, 0.102, 0.083];
     // The weight is printed to three decimals, and these make it indefinite.
-    let found = care(&a, &b, &q, &identity(2));
+    let found = lqr(&a, &b, &q, &identity(2));
     let Err(LinalgError::NotPositiveSemidefinite { what: "q", lambda_min }) = found else { panic!("{found:?}") };
     assert!((-5.2e-4..-5.1e-4).contains(&lambda_min));
-    let found = care(&a, &b, &(q - identity(4) * lambda_min), &identity(2)).unwrap();
+    let indefinite = care(&a, &b, &q, &identity(2)).unwrap();
+    // scipy 1.17.1, solve_continuous_are.
+    assert!((indefinite.x[(0, 0)] - 1.323_859_571_818_397_9).abs() <= 1e-11, "{}", indefinite.x[(0, 0)]);
+    let found = lqr(&a, &b, &(q - identity(4) * lambda_min), &identity(2)).unwrap();
     assert!(found.residual <= bound(4));
     assert!(found.poles.iter().all(|l| l.re < 0.0));
 }
@@ -284,12 +287,9 @@ fn an_eigenvalue_that_no_input_moves_is_named() {
 fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
     // An integrator, and an oscillator, that cost nothing.
     let found = care(&dmatrix![0.0], &dmatrix![1.0], &dmatrix![0.0], &dmatrix![1.0]);
-    assert!(
-        matches!(found, Err(LinalgError::NotDetectable { eigenvalue, .. }) if eigenvalue.norm() == 0.0),
-        "{found:?}"
-    );
+    assert!(matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if eigenvalue.norm() == 0.0), "{found:?}");
     let found = dare(&dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.0], &dmatrix![1.0]);
-    assert!(matches!(found, Err(LinalgError::NotDetectable { eigenvalue, .. }) if eigenvalue.re == 1.0), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if eigenvalue.re == 1.0), "{found:?}");
     let plain = (dmatrix![0.0, 3.0, 0.0; -3.0, 0.0, 0.0; 0.0, 0.0, -1.0], dmatrix![1.0; 0.5; 1.0]);
     let q = dmatrix![0.0, 0.0, 0.0; 0.0, 0.0, 0.0; 0.0, 0.0, 1.0];
     let (a, b) = hidden(&plain.0, &plain.1);
@@ -297,7 +297,7 @@ fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
     let (_, q) = hidden(&plain.0, &half.transpose());
     let found = care(&a, &b, &q, &dmatrix![1.0]);
     assert!(
-        matches!(found, Err(LinalgError::NotDetectable { eigenvalue, .. }) if (eigenvalue.im.abs() - 3.0).abs() <= 1e-9),
+        matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if (eigenvalue.im.abs() - 3.0).abs() <= 1e-9),
         "{found:?}"
     );
     // Without any input, an unstable plant stays unstable, and a stable one needs none.
@@ -310,6 +310,15 @@ fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
     let empty = DMatrix::zeros(0, 0);
     assert_eq!(care(&empty, &empty, &empty, &empty).unwrap().poles, vec![]);
     assert_eq!(dare(&empty, &empty, &empty, &empty).unwrap().poles, vec![]);
+}
+
+#[test]
+fn a_defective_eigenvalue_on_the_boundary_is_not_stabilized_by_rounding() {
+    // (1, 0, 1) is a left eigenvector of A for the eigenvalue 1, which is double and defective, and B does not see it.
+    let a = dmatrix![1.0, -1.0, 1.0; -2.0, -2.0, 1.0; 0.0, 1.0, 0.0];
+    let b = dmatrix![2.0, -2.0; 1.0, 0.0; -2.0, 2.0];
+    let q = dmatrix![13.0, -2.0, 0.0; -2.0, 2.0, 0.0; 0.0, 0.0, 3.0];
+    assert!(dare(&a, &b, &q, &identity(2)).is_err());
 }
 
 #[test]

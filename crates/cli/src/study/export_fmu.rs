@@ -1,0 +1,83 @@
+//! An observer as an FMU: the archive with the binaries that can be built here, and a test for fmpy.
+
+use crate::arguments::FmiVersion;
+use luenberger_export::fmu::{Version, compilers};
+use luenberger_export::{Export, ExportError, File};
+use std::io::Write;
+
+/// The files of the export: `NAME.fmu`, a test and a README; and the paths of the binaries in the archive.
+pub(super) struct FmuFiles {
+    pub(super) files: Vec<(String, Vec<u8>)>,
+    pub(super) binaries: Vec<String>,
+}
+
+pub(super) fn files(
+    export: &Export,
+    version: FmiVersion,
+    certificate: Option<&(String, Vec<u8>)>,
+) -> Result<FmuFiles, ExportError> {
+    let version = match version {
+        FmiVersion::Two => Version::Two,
+        FmiVersion::Three => Version::Three,
+    };
+    let mut fmu = export.fmu(version)?;
+    if let Some((name, bytes)) = certificate {
+        fmu.add(&format!("documentation/{name}"), bytes.clone());
+    }
+    let mut binaries = Vec::new();
+    let compilers = compilers();
+    for compiler in &compilers {
+        let scratch = std::env::temp_dir().join(format!("luenberger-{}-{}", std::process::id(), compiler.platform));
+        let built = std::fs::create_dir_all(&scratch)
+            .map_err(|error| ExportError::Archive { why: error.to_string() })
+            .and_then(|()| fmu.compile(compiler, &scratch));
+        _ = std::fs::remove_dir_all(&scratch);
+        match built {
+            Ok(path) => binaries.push(path),
+            Err(error) => note(&format!("no binary for {}: {error}", compiler.platform)),
+        }
+    }
+    let name = fmu.file_name();
+    if compilers.is_empty() {
+        note(&format!(
+            "no C compiler (cc, gcc, clang or $CC): {name} has no binary, and tools that do not compile sources refuse it"
+        ));
+    }
+    let mut files = vec![(name, fmu.archive()?)];
+    let texts = export.fmu_test()?.into_iter().chain([readme(export, version)]);
+    files.extend(texts.map(|file| (file.name, file.text.into_bytes())));
+    Ok(FmuFiles { files, binaries })
+}
+
+fn note(text: &str) {
+    _ = writeln!(std::io::stderr(), "note: {text}");
+}
+
+fn readme(export: &Export, version: Version) -> File {
+    let text = format!(
+        "# {0}.fmu
+
+Co-simulation by FMI {1}, one step every {2}. The communication step has to be a multiple of the period.
+
+| variable | meaning |
+|---|---|
+| `y.NAME` | measured outputs, inputs of the FMU |
+| `u.NAME` | inputs of the plant, held until the next sample |
+| `xhat.NAME` | the estimate for the end of the step |
+| `innovation.NAME` | measured minus expected output of the last step |
+| `initial.NAME` | parameters: the first estimate |
+
+`sources/` is complete; compilers must not contract operations (`-ffp-contract=off`). The test simulates the FMU with fmpy
+and compares each estimate with that of the design, bit by bit:
+
+```console
+$ python3 -m pip install fmpy
+$ python3 test_{0}.py
+```
+",
+        export.identifier(),
+        version.name(),
+        export.period_text(),
+    );
+    File { name: "README.md".to_owned(), text }
+}
