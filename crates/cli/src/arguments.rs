@@ -249,6 +249,10 @@ pub(crate) struct ExportInput {
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period)]
     pub(crate) period: Option<f64>,
+    /// Runge-Kutta steps per period of a nonlinear observer [default: a quarter of the fastest time constant of the error
+    /// each; those of an extended Kalman filter in the study]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) substeps: Option<u16>,
     /// Folder for the files [default: STUDY-NAME-c, STUDY-NAME-rust or STUDY-NAME-fmu]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,

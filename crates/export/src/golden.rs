@@ -4,7 +4,7 @@ use nalgebra::{DVector, RealField};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::program::Scalar;
+use crate::program::{Cast, Scalar, State};
 
 /// Steps of the golden vectors.
 pub const STEPS: usize = 64;
@@ -35,39 +35,92 @@ pub fn steps(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
     }
 }
 
+/// The estimates of the exported observer for given inputs and outputs, one pair for each sample, which are rounded to
+/// the format.
+///
+/// # Errors
+/// [`ExportError::Rounded`] if the rounded gains are refused.
+pub fn replay(export: &Export, samples: &[(Vec<f64>, Vec<f64>)]) -> Result<Vec<Vec<f64>>, ExportError> {
+    match export.scalar {
+        Scalar::Binary32 => replay_in::<f32>(export, samples),
+        Scalar::Binary64 => replay_in::<f64>(export, samples),
+    }
+}
+
+fn replay_in<T: RealField + Copy>(
+    export: &Export,
+    samples: &[(Vec<f64>, Vec<f64>)],
+) -> Result<Vec<Vec<f64>>, ExportError> {
+    let mut run = Run::<T>::new(export)?;
+    Ok(samples.iter().map(|(u, y)| run.step(&run.rounded(u), &run.rounded(y))).collect())
+}
+
+/// An observer on its way.
+struct Run<T: RealField + Copy> {
+    scalar: Scalar,
+    observer: Cast<T>,
+    state: State<T>,
+    sample: usize,
+}
+
+fn convert<T: RealField + Copy>(values: &[f64]) -> DVector<T> {
+    DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)))
+}
+
+fn numbers<T: RealField + Copy>(column: &DVector<T>) -> Vec<f64> {
+    column.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect()
+}
+
+impl<T: RealField + Copy> Run<T> {
+    fn new(export: &Export) -> Result<Self, ExportError> {
+        let scalar = export.scalar;
+        let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
+        let observer = export.program.cast::<T>().map_err(rounded)?;
+        let state = observer.start(convert(&export.initial));
+        Ok(Self { scalar, observer, state, sample: 0 })
+    }
+
+    fn rounded(&self, column: &[f64]) -> Vec<f64> {
+        column.iter().map(|x| self.scalar.round(*x)).collect()
+    }
+
+    /// The output that the estimate predicts, of a nonlinear plant.
+    fn output(&self, u: &[f64]) -> Option<Vec<f64>> {
+        self.observer.output(self.sample, &self.state, &convert(u)).map(|y| numbers(&y))
+    }
+
+    /// The estimate after a sample.
+    fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
+        self.observer.step(self.sample, &mut self.state, &convert(u), &convert(y));
+        self.sample += 1;
+        numbers(&self.state.estimate())
+    }
+}
+
 fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
     let (scalar, size) = (export.scalar, export.program.dimensions());
-    let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
-    let observer = export.program.cast::<T>().map_err(rounded)?;
-    let convert = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)));
-    let mut state = observer.start(convert(&export.initial));
-    let numbers =
-        |column: &DVector<T>| column.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect::<Vec<_>>();
-    let rounded_column = |column: &[f64]| column.iter().map(|x| scalar.round(*x)).collect::<Vec<_>>();
     let is_nonlinear = export.program.maps().is_some();
+    let recorded = if is_nonlinear { &export.samples[..] } else { &[] };
+    let count = if recorded.is_empty() { count } else { count.min(recorded.len()) };
+    let mut run = Run::<T>::new(export)?;
     let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
         let mut column =
             |length: usize, size: f64| -> Vec<f64> { (0..length).map(|_| scalar.round(size * noise.next())).collect() };
-        let (u, y) = if is_nonlinear {
-            match export.samples.get(step) {
-                Some((u, y)) => (rounded_column(u), rounded_column(y)),
-                None if export.samples.is_empty() => {
-                    let (u, disturbance) = (column(size.inputs, 0.05), column(size.outputs, 0.05));
-                    let output = observer.output(step, &state, &convert(&u)).map_or_else(Vec::new, |y| numbers(&y));
-                    let y = output.iter().zip(disturbance).map(|(y, more)| scalar.round(y + more)).collect();
-                    (u, y)
-                }
-                None => break,
-            }
+        let (u, y) = if let Some((u, y)) = recorded.get(step) {
+            (run.rounded(u), run.rounded(y))
+        } else if is_nonlinear {
+            let (u, disturbance) = (column(size.inputs, 0.05), column(size.outputs, 0.05));
+            let predicted = run.output(&u).unwrap_or_default();
+            let y = predicted.iter().zip(disturbance).map(|(y, more)| scalar.round(y + more)).collect();
+            (u, y)
         } else {
-            let size_of_step = if step % 16 == 7 { 1e3 } else { 1.0 };
-            (column(size.inputs, size_of_step), column(size.outputs, size_of_step))
+            let magnitude = if step % 16 == 7 { 1e3 } else { 1.0 };
+            (column(size.inputs, magnitude), column(size.outputs, magnitude))
         };
-        observer.step(step, &mut state, &convert(&u), &convert(&y));
-        let estimate = numbers(&state.estimate());
-        if state.entries().iter().any(|x| !x.is_finite()) {
+        let estimate = run.step(&u, &y);
+        if run.state.entries().iter().any(|x| !x.is_finite()) {
             return Err(ExportError::NotFinite { step, format: scalar.name() });
         }
         steps.push(Step { u, y, estimate });

@@ -2,8 +2,8 @@
 
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
-    DiscreteLinearObserver, ExtendedKalmanFilter, GaussianEstimate, NoiseModel, ObserverDimensions, ObserverError,
-    SampledCopy, SampledCubicGains, SampledCubicObserver, SampledObserver,
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, NoiseModel,
+    ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver, SampledObserver,
 };
 use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
@@ -64,6 +64,8 @@ pub enum Program {
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a nonlinear plant with a constant gain.
     Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The copy of a plant in discrete time with a constant gain.
+    Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
 }
 
 /// The right-hand sides of a nonlinear plant in the form in which a program needs them.
@@ -71,7 +73,7 @@ pub enum Program {
 pub(crate) struct Maps {
     /// f, for the extended Kalman filter with Df after it, row by row.
     pub(crate) motion: Routine,
-    /// h and Dh after it, row by row.
+    /// h, and Dh after it, row by row, but for the copy in discrete time.
     pub(crate) measurement: Routine,
 }
 
@@ -97,6 +99,7 @@ impl Program {
             Self::Cubic(observer) => observer.dimensions(),
             Self::Kalman(observer) => observer.dimensions(),
             Self::Copy(observer) => observer.dimensions(),
+            Self::Discrete(observer) => observer.dimensions(),
         }
     }
 
@@ -107,14 +110,18 @@ impl Program {
             Self::Linear(_) | Self::Cubic(_) => None,
             Self::Kalman(filter) => Some(filter.plant().routines()),
             Self::Copy(observer) => Some(observer.plant().routines()),
+            Self::Discrete(observer) => Some(observer.plant().routines()),
         }
     }
 
     /// Those that the step needs.
     pub(crate) fn maps(&self) -> Option<Maps> {
         let all = self.routines()?;
-        let motion = if matches!(self, Self::Kalman(_)) { all.motion } else { all.f };
-        Some(Maps { motion, measurement: all.measurement })
+        Some(match self {
+            Self::Kalman(_) => Maps { motion: all.motion, measurement: all.measurement },
+            Self::Discrete(_) => Maps { motion: all.f, measurement: all.h },
+            _ => Maps { motion: all.f, measurement: all.measurement },
+        })
     }
 
     /// Whether the plant depends on the time.
@@ -140,7 +147,7 @@ impl Program {
     /// Runge-Kutta steps between two samples, if there are any.
     pub(crate) fn substeps(&self) -> Option<usize> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) => None,
+            Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) => None,
             Self::Kalman(filter) => filter.substeps(),
             Self::Copy(observer) => Some(observer.substeps()),
         }
@@ -153,6 +160,7 @@ impl Program {
             Self::Cubic(observer) => observer.period(),
             Self::Kalman(filter) => filter.period(),
             Self::Copy(observer) => observer.period(),
+            Self::Discrete(observer) => observer.period(),
         }
     }
 
@@ -176,6 +184,7 @@ impl Program {
                 vec![("W", w), ("V", v), ("P0", p0)]
             }
             Self::Copy(observer) => vec![("L", observer.l())],
+            Self::Discrete(observer) => vec![("L", observer.l())],
         };
         all.extend(self.feedthrough().map(|d| ("D", d)));
         all
@@ -186,7 +195,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
-            Self::Kalman(_) | Self::Copy(_) => None,
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) => None,
         }
     }
 
@@ -200,6 +209,7 @@ impl Program {
                 [("PERIOD", filter.period())].into_iter().chain(gate).collect()
             }
             Self::Copy(observer) => vec![("PERIOD", observer.period())],
+            Self::Discrete(observer) => vec![("PERIOD", observer.period())],
         }
     }
 
@@ -286,6 +296,10 @@ impl Program {
                 let period = nalgebra::convert(observer.period());
                 Cast::Copy(SampledCopy::new(plant, l, period, observer.substeps())?)
             }
+            Self::Discrete(observer) => {
+                let (plant, l) = (observer.plant().clone(), cast(observer.l()));
+                Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
+            }
         })
     }
 
@@ -320,6 +334,7 @@ impl Program {
                 let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
                 observer.substeps() * (4 * slope + combined(n + p))
             }
+            Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
         }
     }
 
@@ -341,13 +356,14 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Cubic(SampledCubicObserver<T, Dyn, Dyn, Dyn>),
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
 }
 
 impl<T: RealField + Copy> Cast<T> {
     /// The state with this estimate.
     pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) => State::Estimate(estimate),
+            Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) | Self::Discrete(_) => State::Estimate(estimate),
             Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
         }
     }
@@ -359,6 +375,7 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Linear(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Copy(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
+            (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
             // `start` made the state.
             _ => {}
@@ -372,6 +389,7 @@ impl<T: RealField + Copy> Cast<T> {
             Self::Linear(_) | Self::Cubic(_) => return None,
             Self::Kalman(filter) => (filter.plant(), filter.period()),
             Self::Copy(observer) => (observer.plant(), observer.period()),
+            Self::Discrete(observer) => (observer.plant(), observer.period()),
         };
         let t = nalgebra::convert::<f64, T>(sample as f64) * period;
         Some(plant.output(t, &state.estimate(), u))

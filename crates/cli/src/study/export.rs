@@ -6,9 +6,10 @@ use crate::answer::Answer;
 use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
 use crate::failure::Failure;
 use crate::input::Source;
-use luenberger_export::{Export, Names, Program, Scalar, names};
+use luenberger_export::{Export, Names, Program, Scalar, golden, names};
 use luenberger_proof::statement::Format;
-use luenberger_study::deployment::{Evidence, SampledDesign, evidence, sampled};
+use luenberger_proof::wording::counted;
+use luenberger_study::deployment::{Difference, SampledDesign, evidence, record, sampled};
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
 use serde::Serialize;
@@ -24,9 +25,21 @@ struct Written {
     period: f64,
     operations: usize,
     bytes: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    substeps: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    difference: Option<Distance>,
     proved: bool,
     statement: Vec<String>,
     digest: String,
+}
+
+/// Distance of the exported estimates from those of the study's observer along its run, for each state.
+#[derive(Serialize)]
+struct Distance {
+    largest: Vec<f64>,
+    second_half: Vec<f64>,
+    own_error_in_second_half: Vec<f64>,
 }
 
 pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
@@ -38,7 +51,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
     // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
     let period = if observer.kind.period().is_some() { input.period } else { period };
-    let design = sampled(&study, observer, period).map_err(|why| Failure::NotExported {
+    let substeps = input.substeps.map(usize::from);
+    let design = sampled(&study, observer, period, substeps).map_err(|why| Failure::NotExported {
         observer: observer.name.clone(),
         why: why.hypothesis,
         instead: why.alternatives,
@@ -47,7 +61,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         Precision::F32 => (Scalar::Binary32, Format::Binary32),
         Precision::F64 => (Scalar::Binary64, Format::Binary64),
     };
-    let evidence = evidence(&study, observer, &design, format);
+    let mut evidence = evidence(&study, observer, &design, format);
     if !evidence.is_proved() && !input.unproved {
         return Err(Failure::NotExported {
             observer: observer.name.clone(),
@@ -57,8 +71,15 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     }
     let proved = evidence.is_proved();
     let digest = study_digest(&study);
-    let export = prepared(&study, observer, design, scalar, &evidence, &digest)
-        .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
+    let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
+    let substeps = design.substeps();
+    let export = prepared(&study, observer, design, scalar).map_err(refused)?;
+    let record = record(&study, observer, export.program().period()).unwrap_or_default();
+    let exported = golden::replay(&export, &record.samples).map_err(refused)?;
+    let difference = record.difference(&exported);
+    let format_name = scalar.name();
+    evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, format_name)));
+    let export = export.samples(record.samples).statement(&evidence.sentences).source(&digest);
     let certificate = evidence.file.as_ref().map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes()));
     let bytes = |files: Vec<luenberger_export::File>| {
         files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()
@@ -74,8 +95,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
             })
         }
     };
-    let mut files =
-        files.map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
+    let mut files = files.map_err(refused)?;
     files.extend(certificate);
     let folder = folder(input, observer);
     let moved = write_folder(&folder, input.force, "export", &study, &files)?;
@@ -97,6 +117,12 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         period: export.program().period(),
         operations: export.operations(),
         bytes: export.bytes(),
+        substeps,
+        difference: difference.map(|Difference { largest, late, own }| Distance {
+            largest,
+            second_half: late,
+            own_error_in_second_half: own,
+        }),
         proved,
         statement: evidence.sentences.clone(),
         digest: export.digest(),
@@ -104,8 +130,9 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(
         text,
-        "one step every {}{unit}: {} floating-point operations, {} bytes of constants and state ({})",
+        "one step every {}{unit}{}: {} floating-point operations, {} bytes of constants and state ({})",
         written.period,
+        substeps.map(|count| format!(" with {}", counted(count, "Runge-Kutta step"))).unwrap_or_default(),
         written.operations,
         written.bytes,
         scalar.name()
@@ -135,12 +162,14 @@ fn prepared(
     observer: &ObserverSpec,
     design: SampledDesign,
     scalar: Scalar,
-    evidence: &Evidence,
-    digest: &str,
 ) -> Result<Export, luenberger_export::ExportError> {
+    let initial = design.initial(observer);
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
         SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
+        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
+        SampledDesign::Copy(design) => Program::Copy(design.observer),
+        SampledDesign::Filter(design) => Program::Kalman(design.filter),
     };
     let plant = &study.plant;
     let columns = Names {
@@ -150,8 +179,7 @@ fn prepared(
         units: plant.units.clone(),
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
-    let export = Export::new(&names::identifier(&observer.name), program, scalar, &observer.initial, columns)?;
-    Ok(export.statement(&evidence.sentences).source(digest))
+    Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)
 }
 
 fn study_digest(study: &Study) -> String {

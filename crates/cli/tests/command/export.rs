@@ -137,12 +137,83 @@ fn what_cannot_be_exported_says_why() {
     refused(&file, &["--observer", "liner"], 2, "the study has no observer \"liner\"; it has linear, cubic, sampled");
     refused(&file, &["--observer", "sampled", "--period", "0.5"], 1, "has the period 0.02 in the study, not 0.5");
     refused(&file, &["--observer", "linear", "--period", "0"], 2, "a positive finite number is expected");
-    let (_, other) = study("export-reactor", Some(&luenberger(&["new", "--plant", "cuk", "-o", "-"], "").stdout));
-    refused(&other, &["--observer", "filter"], 1, "the kind extended-kalman has no export");
+    let (_, other) = study("export-converter", Some(&luenberger(&["new", "--plant", "cuk", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "filter"], 1, "no stability certificate\n  alternative: --unproved");
+    refused(&other, &["--observer", "filter", "--period", "1"], 1, "filter has the period 0.00005 in the study, not 1");
+    let (_, other) = study("export-duffing", Some(&luenberger(&["new", "--plant", "duffing", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "by simulation", "--period", "0.1"], 1, "a numerical KKL observer has no export");
+    let (_, other) =
+        study("export-joint", Some(&luenberger(&["new", "--plant", "flexible-joint", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "sector", "--period", "10"], 1, "Runge-Kutta steps per period would be needed");
+    refused(&other, &["--observer", "sector", "--substeps", "0"], 2, "0 is not in 1..");
     let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
     let (_, still) = study("export-no-period", Some(plant));
     refused(&still, &[], 1, "no period is given\n  alternative: --period, or simulation.hold in the study");
     let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");
+}
+
+/// The names of the observers of a study, as the command lists them.
+fn observers(file: &str) -> Vec<String> {
+    let told = luenberger(&["export", file, "--to", "c", "--observer", "no such observer"], "").stderr;
+    let list =
+        told.split("it has ").nth(1).and_then(|list| list.lines().next()).unwrap_or_else(|| panic!("{file}: {told}"));
+    list.split(", ").map(str::to_owned).collect()
+}
+
+/// The identifier of an export: the name of its header.
+fn header(folder: &Path) -> String {
+    let mut names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.find_map(|name| name.strip_suffix(".h").map(str::to_owned)).unwrap()
+}
+
+/// Every observer of every template and example becomes C that agrees with its design, or is refused with a reason.
+#[test]
+fn observers_of_templates_and_examples_are_exported_or_refused_with_a_reason() {
+    let folder = folder("export-all");
+    let mut files = Vec::new();
+    let list = luenberger(&["new", "--list"], "").stdout;
+    for name in list.lines().filter_map(|line| line.split_whitespace().next()) {
+        let file = folder.join(format!("{name}.toml"));
+        let made = luenberger(&["new", "--plant", name, "-o", file.to_str().unwrap()], "");
+        assert_eq!(made.code, Some(0), "{name}: {}", made.stderr);
+        files.push(file);
+    }
+    assert!(files.len() >= 8, "{list}");
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/studies");
+    let mut folders = vec![examples];
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            match path.extension().and_then(|extension| extension.to_str()) {
+                Some("toml") => files.push(path),
+                None if path.is_dir() => folders.push(path),
+                _ => {}
+            }
+        }
+    }
+    let (mut exported, mut refused) = (0, Vec::new());
+    for file in &files {
+        let file = file.to_str().unwrap();
+        for (k, observer) in observers(file).into_iter().enumerate() {
+            let out = folder.join(format!("out-{}-{k}", Path::new(file).file_stem().unwrap().to_str().unwrap()));
+            let out_text = out.to_str().unwrap();
+            let mut arguments =
+                vec!["export", file, "--observer", &observer, "--to", "c", "--unproved", "-o", out_text];
+            let mut ran = luenberger(&arguments, "");
+            if ran.stderr.contains("no period is given") {
+                arguments.extend(["--period", "0.01"]);
+                ran = luenberger(&arguments, "");
+            }
+            if ran.code == Some(0) {
+                golden(&out, &header(&out));
+                exported += 1;
+            } else {
+                assert_eq!(ran.code, Some(1), "{file}, {observer}: {}", ran.stderr);
+                refused.push(format!("{observer}: {}", ran.stderr));
+            }
+        }
+    }
+    let only_kkl = refused.iter().all(|why| why.contains("a numerical KKL observer has no export"));
+    assert!(exported >= 25 && refused.len() == 1 && only_kkl, "{exported} exported; {refused:?}");
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments};
-use super::{lengths, scalar};
+use super::{lengths, product, scalar};
 use crate::Export;
 use crate::program::Maps;
 
@@ -75,6 +75,48 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
         state->xhat[i] = z[i];
         if (xhat != NULL) {{
             xhat[i] = z[i];
+        }}
+    }}
+{}}}
+",
+        super::source::tick(export)
+    );
+}
+
+/// The step of the copy of a plant in discrete time: `xhat+ = f + L (y - h)`.
+pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
+    let (name, number) = (&export.identifier, scalar(export));
+    let (upper, _) = lengths(export);
+    let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
+    plant::functions(text, export, maps);
+    _ = write!(
+        text,
+        "
+void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat)
+{{
+    {number} innovation[{p}];
+    {number} next[{n}];
+{time}    int i;
+    int j;
+
+{unused}    {measurement}
+    {motion}
+    for (i = 0; i < {p}; ++i) {{
+        innovation[i] = y[i] - innovation[i];
+    }}
+",
+        time = super::source::time(export),
+        unused = if Arguments::of(maps, true).inputs { "" } else { "    (void)u;\n" },
+        measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "innovation")),
+        motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "next")),
+    );
+    product(text, number, ("L", &n, &p), "innovation", "next[i] = next[i] + sum;");
+    _ = write!(
+        text,
+        "    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = next[i];
+        if (xhat != NULL) {{
+            xhat[i] = next[i];
         }}
     }}
 {}}}

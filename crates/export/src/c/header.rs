@@ -98,7 +98,7 @@ fn not_finite(export: &Export) -> &'static str {
         Program::Linear(_) | Program::Cubic(_) => {
             " * A value of u or y that is not finite makes the estimate not finite, for good:"
         }
-        Program::Copy(_) => {
+        Program::Copy(_) | Program::Discrete(_) => {
             " * A value of u or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         }
         Program::Kalman(filter) if filter.gate().is_some() => {

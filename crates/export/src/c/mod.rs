@@ -94,7 +94,7 @@ pub(crate) fn kind(export: &Export) -> &'static str {
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
         Program::Kalman(_) => "Extended Kalman filter",
-        Program::Copy(_) => "Copy of the plant with a constant gain",
+        Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
     }
 }
 

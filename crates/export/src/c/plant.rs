@@ -28,10 +28,11 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     for (number, table, used) in tables(&[first, second]) {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));
     }
-    let n = export.program.dimensions().estimate;
-    let motion = if first.len() > n { "f, then Df row by row" } else { "f" };
+    let size = export.program.dimensions();
+    let motion = if first.len() > size.estimate { "f, then Df row by row" } else { "f" };
+    let measurement = if second.len() > size.outputs { "h, then Dh row by row" } else { "h" };
     function(text, export, ("motion", motion), first, &dialect);
-    function(text, export, ("measurement", "h, then Dh row by row"), second, &dialect);
+    function(text, export, ("measurement", measurement), second, &dialect);
 }
 
 fn function(text: &mut String, export: &Export, (name, what): (&str, &str), routine: &Routine, dialect: &Dialect) {

@@ -64,6 +64,7 @@ void {name}_reset({name}_state *state)
         (Program::Kalman(filter), Some(maps)) => {
             kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
         }
+        (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
         (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
         _ => linear::step(&mut text, export),
     }

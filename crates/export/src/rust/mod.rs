@@ -67,8 +67,15 @@ fn library(export: &Export) -> String {
             ("StaticExtendedKalmanFilter", "Differentiable, Dimensions, ExtendedKalmanFilter, NoiseModel, Plant, Shape")
         }
         Program::Copy(_) => ("StaticSampledCopy", "Differentiable, Dimensions, Plant, SampledCopy, Shape"),
+        Program::Discrete(_) => {
+            ("DiscreteNonlinearObserver", "Differentiable, Dimensions, DiscreteNonlinearObserver, Plant, Shape")
+        }
     };
     let model = if export.program.maps().is_some() { "Model, " } else { "" };
+    let lengths = match export.program {
+        Program::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
+        _ => format!("{n}, {m}, {p}"),
+    };
     let sizes = if model.is_empty() { "SMatrix, SVector" } else { "Const, SMatrix, SVector" };
     let mut text = format!(
         "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
@@ -91,7 +98,7 @@ use luenberger_observers::nalgebra::{{{sizes}}};
 use luenberger_observers::{{{data}, {kind}, ObserverError}};
 
 /// The observer, with its sizes and its scalar.
-pub type Observer = {kind}<{model}{scalar}, {n}, {m}, {p}>;
+pub type Observer = {kind}<{model}{scalar}, {lengths}>;
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<{scalar}, {n}> {{
@@ -111,6 +118,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         Program::Cubic(_) => cubic(&mut text, export, kind),
         Program::Kalman(_) => plant::kalman(&mut text, export),
         Program::Copy(_) => plant::copy(&mut text, export),
+        Program::Discrete(_) => plant::discrete(&mut text, export),
     }
     text.push_str("}\n");
     if let Some(routines) = export.program.routines() {

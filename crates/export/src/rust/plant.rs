@@ -21,6 +21,12 @@ pub(super) fn copy(text: &mut String, export: &Export) {
     _ = writeln!(text, "    SampledCopy::new(Model, {gain}, {}, {substeps})", period(export));
 }
 
+/// The body of `observer()` for the copy in discrete time.
+pub(super) fn discrete(text: &mut String, export: &Export) {
+    let gain = named(export, "L").unwrap_or_default();
+    _ = writeln!(text, "    DiscreteNonlinearObserver::new(Model, {gain}, {})", period(export));
+}
+
 /// The body of `observer()` for the extended Kalman filter.
 pub(super) fn kalman(text: &mut String, export: &Export) {
     let of = |name: &str| named(export, name).unwrap_or_default();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use luenberger_export::{Export, File, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
-use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledCopy};
+use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy};
 use nalgebra::DMatrix;
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell};
@@ -100,7 +100,7 @@ pub(crate) fn plant(random: &mut Random) -> ExpressionPlant {
         let depth = 1 + random.below(3);
         format!("{linear} + 0.3*tanh({})", expression(random, depth, (n, m)))
     };
-    let f: Vec<String> = (1..=n).map(|i| row(format!("-x{i}"))).collect();
+    let f: Vec<String> = (1..=n).map(|i| row(format!("-0.5*x{i}"))).collect();
     let h: Vec<String> = (0..p).map(|i| row(format!("x{}", 1 + i % n))).collect();
     ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?} {h:?}: {error}"))
 }
@@ -112,16 +112,21 @@ pub(crate) fn nonlinear(random: &mut Random) -> Program {
     let size = plant.dimensions();
     let (n, p) = (size.states, size.outputs);
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
-    if random.below(2) == 0 {
+    let kind = random.below(5);
+    if kind < 2 {
         let l = DMatrix::from_fn(n, p, |_, _| random.number(0.5));
         return Program::Copy(SampledCopy::new(plant, l, period, substeps).unwrap());
+    }
+    if kind == 2 {
+        // In discrete time the same right-hand side is a contraction as well.
+        let l = DMatrix::from_fn(n, p, |_, _| random.number(0.2));
+        return Program::Discrete(DiscreteNonlinearObserver::new(plant, l, period).unwrap());
     }
     let mut diagonal = |order, size: f64| {
         DMatrix::from_fn(order, order, |i, j| if i == j { size * (1.0 + random.number(0.5)) } else { 0.0 })
     };
     let noises = NoiseModel { w: diagonal(n, 0.1), v: diagonal(p, 0.05), p0: diagonal(n, 1.0) };
     let filter = match random.below(4) {
-        // In discrete time the same right-hand side is a contraction as well.
         0 => ExtendedKalmanFilter::discrete(plant, noises, period),
         _ => ExtendedKalmanFilter::new(plant, noises, period, substeps),
     };

@@ -85,11 +85,23 @@ pub(super) fn trajectory(
 ) -> Result<Trajectory, SimError> {
     let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     wanted.extend(end);
+    trajectory_at(study, simulation, members, member, variation, &wanted)
+}
+
+/// The same with rows at the given times.
+pub(super) fn trajectory_at(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+    member: Option<&Member<'_>>,
+    variation: Variation,
+    times: &[f64],
+) -> Result<Trajectory, SimError> {
     let truth = study.truth.as_ref();
     let mut scenario = Scenario::new(truth.and_then(|truth| truth.model.as_ref()).unwrap_or(&study.plant.model))
         .model(&study.plant.model)
         .initial_state(&simulation.x0)
-        .times(&wanted)
+        .times(times)
         .settings(simulation.settings)
         .input(study.input.signal_at(study.operating_point.as_ref()))
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));

@@ -1,14 +1,32 @@
 //! Observers of a study as they run on a target: the sampled design of an observer, and what is proved of its stored
 //! numbers in the arithmetic of the target.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `nonlinear` | observers of nonlinear plants with a step for each sample |
+//! | `expressions` | the plant as expressions, which can be printed as source code |
+//! | `record` | the run of the study at the samples: what the exported step is compared with |
 
-use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, SampledCubicDesign, deployed_linear};
+mod expressions;
+mod nonlinear;
+mod record;
+
+pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign};
+pub use record::{Difference, Record, record};
+
+use std::sync::atomic::AtomicBool;
+
+use luenberger_design::{
+    Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, deployed_linear,
+};
+use luenberger_observers::DiscreteNonlinearObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::{Deployed, Format, Operation, Step};
-use luenberger_proof::wording::at_most;
+use luenberger_proof::wording::{at_most, counted};
 use luenberger_sim::Trajectory;
 
-use crate::design;
+use crate::design::{self, NoDesign, Runnable};
 use crate::execute;
 use crate::results::FailureReport;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
@@ -20,48 +38,60 @@ pub enum SampledDesign {
     Linear(Box<DiscreteDesign>),
     /// Cubic.
     Cubic(Box<SampledCubicDesign>),
+    /// Linear, in deviations from an operating point of a nonlinear plant: a copy of the linearisation.
+    LinearAt(Box<DiscreteCopyDesign>),
+    /// The copy of a nonlinear plant with a constant gain.
+    Copy(Box<CopyDesign>),
+    /// The same of a plant in discrete time.
+    DiscreteCopy(Box<DiscreteCopyDesign>),
+    /// The extended Kalman filter.
+    Filter(Box<FilterDesign>),
 }
 
 impl SampledDesign {
-    /// The certificate: the gains as designed, in exact arithmetic.
-    pub fn certificate(&self) -> &Certificate {
+    /// The first estimate.
+    pub fn initial(&self, observer: &ObserverSpec) -> Vec<f64> {
         match self {
-            Self::Linear(design) => &design.certificate,
-            Self::Cubic(design) => &design.certificate,
+            Self::Copy(design) => design.initial.clone(),
+            _ => observer.initial.clone(),
+        }
+    }
+
+    /// Runge-Kutta steps per period, where there are any.
+    pub fn substeps(&self) -> Option<usize> {
+        match self {
+            Self::Copy(design) => Some(design.observer.substeps()),
+            Self::Filter(design) => design.filter.substeps(),
+            _ => None,
         }
     }
 }
 
-/// The sampled design of an observer: the plant with its input held over the period, and a gain for that. Observers in
-/// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled
-/// noises; a cubic observer keeps theta and the strength of its cubic term. `period` is required for observers in
-/// continuous time, and that of a sampled observer cannot be changed.
+/// The step of an observer for each sample.
+///
+/// An observer of a linear plant gets the plant with its input held over the period, and a gain for that: observers in
+/// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled noises;
+/// a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
+/// Runge-Kutta steps, `substeps` of them or as many as its error needs; an extended Kalman filter stays as it is. A
+/// mean-value observer is exported as `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
+///
+/// `period` is required for observers in continuous time, and that of a sampled observer cannot be changed.
 ///
 /// # Errors
-/// [`FailureReport`]: a kind without a sampled design, a plant that is not linear, a period that is missing, not
-/// positive or conflicts, and the errors of the design.
-pub fn sampled(study: &Study, observer: &ObserverSpec, period: Option<f64>) -> Result<SampledDesign, FailureReport> {
+/// [`FailureReport`]: a kind without a step, a period that is missing, not positive or conflicts, and the errors of the
+/// design.
+pub fn sampled(
+    study: &Study,
+    observer: &ObserverSpec,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<SampledDesign, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
         line: observer.place.line,
     };
-    let kind = observer.kind.name();
-    let (ObserverKind::Luenberger(gain)
-    | ObserverKind::Kalman(gain)
-    | ObserverKind::Cubic { linear: gain, .. }
-    | ObserverKind::SampledCubic { linear: gain, .. }) = &observer.kind
-    else {
-        let kinds = "luenberger, kalman, cubic and sampled-cubic";
-        return Err(failure(format!("the kind {kind} has no export; those of {kinds} have"), &[]));
-    };
-    let Some(plant) = study.plant.model.linear() else {
-        return Err(failure("the plant is nonlinear; observers of linear plants can be exported".to_owned(), &[]));
-    };
-    let own = match &observer.kind {
-        ObserverKind::SampledCubic { period, .. } => Some(*period),
-        _ => study.plant.dt,
-    };
+    let own = observer.kind.period().or(study.plant.dt);
     let period = match (own, period) {
         (Some(own), Some(period)) if own != period => {
             return Err(failure(format!("{} has the period {own} in the study, not {period}", observer.name), &[]));
@@ -72,11 +102,57 @@ pub fn sampled(study: &Study, observer: &ObserverSpec, period: Option<f64>) -> R
             return Err(failure(hypothesis, &["--period, or simulation.hold in the study"]));
         }
     };
-    let design = study.plant.names().with(|| match study.plant.dt {
-        Some(dt) => in_discrete_time(study, observer, &plant, gain, dt),
-        None => held(study, observer, &plant, gain, period).map_err(|error| error.to_string()),
-    });
-    design.map_err(|why| failure(why, &[]))
+    let linear = study.plant.model.linear();
+    let names = study.plant.names();
+    if let (
+        ObserverKind::Luenberger(gain)
+        | ObserverKind::Kalman(gain)
+        | ObserverKind::Cubic { linear: gain, .. }
+        | ObserverKind::SampledCubic { linear: gain, .. },
+        Some(plant),
+    ) = (&observer.kind, &linear)
+    {
+        let design = names.with(|| match study.plant.dt {
+            Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
+            None => held(study, observer, plant, gain, period).map_err(|error| error.to_string()),
+        });
+        return design.map_err(|why| failure(why, &[]));
+    }
+    let in_words = |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line };
+    if matches!(observer.kind, ObserverKind::KklNumerical(_)) {
+        return Err(in_words(nonlinear::of_kkl()));
+    }
+    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+        NoDesign::Misfit(failure) => failure,
+        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+    })?;
+    if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
+        (&observer.kind, &designed.runnable, &study.operating_point)
+    {
+        return names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]));
+    }
+    let design = names.with(|| nonlinear::sampled(study, observer, designed, period, substeps));
+    design.map_err(in_words)
+}
+
+/// The sampled linear design at an operating point.
+fn at_point(
+    study: &Study,
+    observer: &ObserverSpec,
+    gain: &LinearSpec,
+    point: &OperatingPoint,
+    period: f64,
+) -> Result<SampledDesign, String> {
+    let words = |error: &dyn std::fmt::Display| error.to_string();
+    let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver));
+    let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, period)).map_err(|error| words(&error))?;
+    let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
+    let copied = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
+    Ok(SampledDesign::LinearAt(Box::new(DiscreteCopyDesign {
+        observer: copied.map_err(|error| words(&error))?,
+        certificate: sampled.certificate.clone(),
+        statement: "For the linearisation at the operating point, sampled with the input held: the estimation error tends to 0 exponentially from every initial error. Nothing is proved of large deviations of the nonlinear plant.".to_owned(),
+    })))
 }
 
 /// The design of the study itself, of a plant in discrete time.
@@ -148,6 +224,61 @@ impl Evidence {
 /// bounds that states, inputs and noise have in the simulation of the study, the ball to which the error shrinks, all
 /// rounding counted; without a simulation, the convergence for the gains as designed.
 pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, format: Format) -> Evidence {
+    let title = &observer.name;
+    match design {
+        SampledDesign::Linear(linear) => of_linear(study, observer, design, &linear.certificate, format),
+        SampledDesign::Cubic(cubic) => of_linear(study, observer, design, &cubic.certificate, format),
+        SampledDesign::LinearAt(copied) | SampledDesign::DiscreteCopy(copied) => {
+            let rounding = format!("Rounding to {format} on the target is not covered.");
+            of_statement(title, Some(&copied.certificate), "with the gains as designed", &copied.statement, &rounding)
+        }
+        SampledDesign::Copy(copied) => {
+            let observer = &copied.observer;
+            let rest = format!(
+                "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
+                counted(observer.substeps(), "step"),
+            );
+            of_statement(
+                title,
+                copied.certificate.as_ref(),
+                "for the observer in continuous time",
+                &copied.statement,
+                &rest,
+            )
+        }
+        SampledDesign::Filter(_) => Evidence {
+            sentences: vec![
+                "No stability certificate: an extended Kalman filter converges from small errors.".to_owned(),
+            ],
+            file: None,
+        },
+    }
+}
+
+/// The statement of a design, with what it leaves open.
+fn of_statement(
+    title: &str,
+    certificate: Option<&Certificate>,
+    of_what: &str,
+    statement: &str,
+    rest: &str,
+) -> Evidence {
+    match certificate.and_then(|certificate| certificate.file(title).ok()) {
+        Some(file) => Evidence {
+            sentences: vec![format!("Proved (certificate.json), {of_what}: {statement}"), rest.to_owned()],
+            file: Some(file),
+        },
+        None => Evidence { sentences: vec![format!("No stability certificate. {statement}")], file: None },
+    }
+}
+
+fn of_linear(
+    study: &Study,
+    observer: &ObserverSpec,
+    design: &SampledDesign,
+    certificate: &Certificate,
+    format: Format,
+) -> Evidence {
     // The subtraction of D u is not among the operations that the certificate bounds.
     let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
     let on_target = operation(study, observer).filter(|_| !fed).and_then(|operation| {
@@ -163,7 +294,7 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
             sentences.extend(rounding(study, &deployed, &operation, format));
             Some(file)
         }
-        None => design.certificate().file(&observer.name).ok().inspect(|_| {
+        None => certificate.file(&observer.name).ok().inspect(|_| {
             sentences.push(
                 "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
                     .to_owned(),
@@ -197,6 +328,7 @@ fn deployed(
             let file = design.deployed_certificate_file(title, format.into(), operation).ok()?;
             Some((design.deployed(format.into(), operation).ok()?, file))
         }
+        _ => None,
     }
 }
 
