@@ -135,6 +135,28 @@ impl Export {
         self
     }
 
+    /// With the feedback `u = r - K xhat`, K m x n: the step takes r and y, and returns u as well.
+    ///
+    /// # Errors
+    /// [`ExportError::Gain`] for another shape; [`ExportError::Format`] for an entry beyond the range of the format.
+    pub fn with_feedback(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
+        let size = self.program.dimensions();
+        let (expected, found) = ((size.inputs, size.estimate), k.shape());
+        if expected != found || k.is_empty() {
+            return Err(ExportError::Gain { expected, found });
+        }
+        if let Some(k) = k.iter().find(|x| !self.scalar.round(**x).is_finite()) {
+            return Err(ExportError::Format { what: format!("the entry {k} of K"), format: self.scalar.name() });
+        }
+        self.feedback = Some(k.clone());
+        Ok(self)
+    }
+
+    /// Whether the step includes a feedback.
+    pub fn has_feedback(&self) -> bool {
+        self.feedback.is_some()
+    }
+
     /// The SHA-256 of the exported numbers: format, sizes, gains, period and first estimate, as they are written.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
@@ -152,7 +174,8 @@ impl Export {
     /// The matrices as they are stored on the target, by the names they have in the emitted code.
     pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
-        self.program.matrices().into_iter().map(|(name, matrix)| (name, round(matrix))).collect()
+        let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k)));
+        all.map(|(name, matrix)| (name, round(matrix))).collect()
     }
 
     /// The scalars as they are stored on the target.
@@ -178,12 +201,12 @@ impl Export {
 
     /// Floating-point operations of one step, square roots and divisions included.
     pub fn operations(&self) -> usize {
-        self.program.operations()
+        self.program.operations() + self.feedback.as_ref().map_or(0, |k| 2 * k.len())
     }
 
     /// Bytes of the constants and of the state.
     pub fn bytes(&self) -> usize {
-        let constants: usize = self.program.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
+        let constants: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
         (constants + self.program.scalars().len() + 2 * self.initial.len()) * self.scalar.bytes()
     }
 

@@ -55,6 +55,7 @@ fn library(export: &Export) -> String {
         Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
         Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
     };
+    let fed = export.feedback.is_some();
     let mut text = format!(
         "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
@@ -66,17 +67,26 @@ fn library(export: &Export) -> String {
     if let Some(source) = &export.source {
         _ = writeln!(text, "//! SHA-256 of the study: {source}");
     }
+    let (block, sizes) = if fed { ("OutputFeedback, ", "Const, ") } else { ("", "") };
+    let inner = format!("{kind}<{scalar}, {n}, {m}, {p}>");
+    let observer = if fed {
+        format!(
+            "/// The observer with its sizes and its scalar, and the feedback `u = r - K xhat`.
+pub type Observer = OutputFeedback<{scalar}, {inner}, Const<{m}>, Const<{n}>>;"
+        )
+    } else {
+        format!("/// The observer, with its sizes and its scalar.\npub type Observer = {inner};")
+    };
     _ = write!(
         text,
         "#![no_std]
 
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{{SMatrix, SVector}};
-use luenberger_observers::{{{data}, {kind}, ObserverError}};
+use luenberger_observers::nalgebra::{{{sizes}SMatrix, SVector}};
+use luenberger_observers::{{{block}{data}, {kind}, ObserverError}};
 
-/// The observer, with its sizes and its scalar.
-pub type Observer = {kind}<{scalar}, {n}, {m}, {p}>;
+{observer}
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<{scalar}, {n}> {{
@@ -104,17 +114,26 @@ fn named(export: &Export, wanted: &str) -> Option<String> {
     export.matrices().iter().find(|(name, _)| *name == wanted).map(|(_, values)| matrix(export, values))
 }
 
+/// What stands around the observer where it gets a feedback.
+fn wrapped_in_feedback(export: &Export) -> [String; 2] {
+    match named(export, "K") {
+        Some(k) => ["OutputFeedback::new(".to_owned(), format!("?, {k})")],
+        None => [String::new(), String::new()],
+    }
+}
+
 fn linear(text: &mut String, export: &Export, kind: &str) {
     let of = |name: &str| named(export, name).unwrap_or_default();
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!(".with_feedthrough({d})?"));
     let period = export.scalar.round(export.program.period());
+    let [before, after] = wrapped_in_feedback(export);
     _ = write!(
         text,
         "    let a = {};
     let b = {};
     let c = {};
     let plant = LinearPlant::new(a, b, c)?{feedthrough};
-    {kind}::new(plant, {}, {})
+    {before}{kind}::new(plant, {}, {}){after}
 ",
         of("A"),
         of("B"),
@@ -125,7 +144,8 @@ fn linear(text: &mut String, export: &Export, kind: &str) {
 }
 
 fn cubic(text: &mut String, export: &Export, kind: &str) {
-    _ = writeln!(text, "    {kind}::new(SampledCubicGains {{");
+    let [before, after] = wrapped_in_feedback(export);
+    _ = writeln!(text, "    {before}{kind}::new(SampledCubicGains {{");
     for (name, field) in [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")] {
         _ = writeln!(text, "        {field}: {},", named(export, name).unwrap_or_default());
     }
@@ -134,17 +154,17 @@ fn cubic(text: &mut String, export: &Export, kind: &str) {
         _ = writeln!(text, "        {field}: {},", number::rust(x, export.scalar));
     }
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
-    _ = writeln!(text, "    }}){feedthrough}");
+    _ = writeln!(text, "    }}){feedthrough}{after}");
 }
 
 fn test(export: &Export, steps: &[Step]) -> String {
     let scalar = export.scalar.name();
     let size = export.program.dimensions();
+    let (name, fed) = (&export.identifier, export.feedback.is_some());
+    let of_the_step = if fed { String::new() } else { format!("use {name}::luenberger_observers::SampledObserver;\n") };
     let mut text = format!(
-        "//! Golden vectors: {} steps of the design, compared bit by bit.\n\nuse {}::luenberger_observers::SampledObserver;\nuse {}::luenberger_observers::nalgebra::SVector;\n",
+        "//! Golden vectors: {} steps of the design, compared bit by bit.\n\n{of_the_step}use {name}::luenberger_observers::nalgebra::SVector;\n",
         steps.len(),
-        export.identifier,
-        export.identifier
     );
     let mut table = |what: &str, length: usize, of: fn(&Step) -> &Vec<f64>| {
         _ = writeln!(text, "\nconst {what}: [[{scalar}; {length}]; {}] = [", steps.len());
@@ -154,9 +174,22 @@ fn test(export: &Export, steps: &[Step]) -> String {
         }
         text.push_str("];\n");
     };
-    table("U", size.inputs, |step| &step.u);
+    table(if fed { "R" } else { "U" }, size.inputs, |step| &step.u);
     table("Y", size.outputs, |step| &step.y);
     table("EXPECTED", size.state, |step| &step.estimate);
+    if fed {
+        table("APPLIED", size.inputs, |step| &step.applied);
+    }
+    let step = if fed {
+        "    for (((r, y), expected), applied) in R.iter().zip(&Y).zip(&EXPECTED).zip(&APPLIED) {
+        let u = observer.step(0.0, &mut xhat, &SVector::from(*r), &SVector::from(*y));
+"
+    } else {
+        "    for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {
+        observer.step(0.0, &mut xhat, &SVector::from(*u), &SVector::from(*y));
+"
+    };
+    let applied = if fed { "        assert_eq!(bits(u.as_slice()), bits(applied));\n" } else { "" };
     _ = write!(
         text,
         "
@@ -164,14 +197,11 @@ fn test(export: &Export, steps: &[Step]) -> String {
 fn the_steps_are_those_of_the_design() {{
     let observer = {name}::observer().unwrap();
     let mut xhat = {name}::initial();
-    for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {{
-        observer.step(0.0, &mut xhat, &SVector::from(*u), &SVector::from(*y));
-        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+{step}        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(xhat.as_slice()), bits(expected));
-    }}
+{applied}    }}
 }}
-",
-        name = export.identifier
+"
     );
     text
 }

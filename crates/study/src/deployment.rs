@@ -2,12 +2,15 @@
 //! numbers in the arithmetic of the target.
 
 use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, SampledCubicDesign, deployed_linear};
+use luenberger_observers::SampledObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::{Deployed, Format, Operation, Step};
 use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
+use nalgebra::{DMatrix, DVector};
 
+use crate::closed_loop;
 use crate::design;
 use crate::execute;
 use crate::results::FailureReport;
@@ -28,6 +31,14 @@ impl SampledDesign {
         match self {
             Self::Linear(design) => &design.certificate,
             Self::Cubic(design) => &design.certificate,
+        }
+    }
+
+    /// One step of the observer.
+    pub(crate) fn step(&self, xhat: &mut DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) {
+        match self {
+            Self::Linear(design) => design.observer.step(0.0, xhat, u, y),
+            Self::Cubic(design) => design.observer.step(0.0, xhat, u, y),
         }
     }
 }
@@ -150,7 +161,7 @@ impl Evidence {
 pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, format: Format) -> Evidence {
     // The subtraction of D u is not among the operations that the certificate bounds.
     let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
-    let on_target = operation(study, observer).filter(|_| !fed).and_then(|operation| {
+    let on_target = operation(study, observer, design).filter(|_| !fed).and_then(|operation| {
         let (deployed, file) = deployed(&observer.name, design, format, &operation)?;
         Some((deployed, operation, file))
     });
@@ -231,12 +242,21 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
     ]
 }
 
-/// The bounds of the study's simulation; none without a simulation, with feedback, or if the plant cannot be simulated.
-fn operation(study: &Study, observer: &ObserverSpec) -> Option<Operation> {
-    const MARGIN: f64 = 1.2;
+/// Bounds of operation relative to the magnitudes in the simulation.
+pub(crate) const MARGIN: f64 = 1.2;
+
+/// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
+/// cannot be simulated.
+fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
     let simulation = study.simulation.as_ref()?;
-    let run: Trajectory = execute::plant_run(study, simulation)?;
-    let largest = |m: &nalgebra::DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+    let (state, input) = match closed_loop::magnitudes(study, simulation, observer, design) {
+        Some(found) => found,
+        None => {
+            let run: Trajectory = execute::plant_run(study, simulation)?;
+            let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+            (largest(&run.x), largest(&run.u))
+        }
+    };
     let outputs = study.plant.outputs.len();
     let noise = simulation.noise.as_ref().map_or_else(
         || vec![0.0; outputs],
@@ -246,5 +266,5 @@ fn operation(study: &Study, observer: &ObserverSpec) -> Option<Operation> {
         },
     );
     let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
-    Some(Operation { state: largest(&run.x), input: largest(&run.u), noise, error })
+    Some(Operation { state, input, noise, error })
 }

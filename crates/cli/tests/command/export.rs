@@ -120,6 +120,92 @@ fn an_observer_becomes_an_fmu_of_either_version() {
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(2), "error: --fmi is for --to fmu\n"));
 }
 
+const LOOP: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+states = ["position", "velocity"]
+units = ["m", "m/s"]
+time_unit = "s"
+
+[input]
+expressions = ["0.5"]
+feedback = { k = [[4, 4]], observer = "linear" }
+
+[simulation]
+x0 = [1, 0]
+duration = 5
+samples = 101
+hold = 0.05
+
+[[observer]]
+name = "linear"
+kind = "luenberger"
+poles = [-6, -7]
+
+[[observer]]
+name = "cubic"
+kind = "sampled-cubic"
+poles = [-6, -7]
+period = 0.05
+gamma = 1
+"#;
+
+/// The observer with u = r - K xhat in one step, in each language, with a certificate of the loop.
+#[test]
+fn an_observer_with_its_feedback_is_one_block() {
+    for (observer, format, claim) in [
+        ("linear", "f32", "tend to 0 exponentially, from every initial state and estimate."),
+        ("cubic", "f32", "tend to 0 exponentially, if they start near 0."),
+        ("cubic", "f64", "tend to 0 exponentially, from every initial state and estimate: the estimation error"),
+    ] {
+        let text = LOOP.replace("observer = \"linear\"", &format!("observer = \"{observer}\""));
+        let (folder, file) = study(&format!("export-feedback-{observer}-{format}"), Some(&text));
+        let export = |to: &str| {
+            let out = folder.join(to);
+            let arguments = ["export", &file, "--observer", observer, "--feedback", "--to", to, "--format", format];
+            let ran = luenberger(&[&arguments[..], &["-o", out.to_str().unwrap()]].concat(), "");
+            assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{observer} {to}");
+            assert!(
+                ran.stdout.contains(claim) && ran.stdout.contains("the error in the end is at most"),
+                "{}",
+                ran.stdout
+            );
+            out
+        };
+        let c = export("c");
+        golden(&c, observer);
+        let files = ["certificate.json", "certificate-feedback.json"].map(|name| c.join(name));
+        let verified = luenberger(&["verify", files[0].to_str().unwrap(), files[1].to_str().unwrap()], "");
+        assert_eq!(verified.code, Some(0), "{}", verified.stdout);
+        let library = std::fs::read_to_string(export("rust").join("src/lib.rs")).unwrap();
+        assert!(library.contains("pub type Observer = OutputFeedback<"), "{library}");
+        if Command::new("cc").arg("--version").output().is_ok() {
+            let table = std::fs::read_to_string(export("fmu").join(format!("{observer}_golden.csv"))).unwrap();
+            assert!(table.starts_with("\"r.u1\",\"y.y1\",\"xhat.position\""), "{table}");
+        }
+    }
+    let (_, file) = study("export-feedback-refused", Some(LOOP));
+    let refused = |file: &str, observer: &str, says: &str| {
+        let out = format!("{file}-out");
+        let ran = luenberger(&["export", file, "--observer", observer, "--feedback", "--to", "c", "-o", &out], "");
+        assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(says), "{}", ran.stderr);
+    };
+    refused(&file, "cubic", "the study feeds back the estimate of linear\n  alternative: feedback = {");
+    let (_, unstable) = study("export-feedback-unstable", Some(&LOOP.replace("[[4, 4]]", "[[-1, 0]]")));
+    refused(&unstable, "linear", "its feedback has no stability certificate");
+    let out = format!("{unstable}-out");
+    let arguments =
+        ["export", &unstable, "--observer", "linear", "--feedback", "--unproved", "--to", "c", "--json", "-o"];
+    let ran = luenberger(&[&arguments[..], &[&out]].concat(), "");
+    assert_eq!(ran.json()["proved"], false);
+    assert!(ran.stdout.contains("Feedback: no stability certificate of the loop."), "{}", ran.stdout);
+    let (_, open) = study("export-no-feedback", None);
+    refused(&open, "sampled", "the study has no feedback");
+}
+
 #[test]
 fn what_cannot_be_exported_says_why() {
     let (folder, file) = study("export-refused", None);

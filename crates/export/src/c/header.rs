@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{columns, harmless, kind, lengths, scalar, wrapped};
+use super::{columns, feedback, harmless, kind, lengths, scalar, wrapped};
 use crate::Export;
 
 pub(super) fn header(export: &Export) -> String {
@@ -13,7 +13,8 @@ pub(super) fn header(export: &Export) -> String {
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
     _ = writeln!(text, " * Period:  {period}{unit}");
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
-    _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &[]));
+    let fed = if export.feedback.is_some() { ", u = r - K xhat with a reference r for each" } else { "" };
+    _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &[]));
     _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
     _ = writeln!(
         text,
@@ -40,6 +41,9 @@ pub(super) fn header(export: &Export) -> String {
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
+    let is_fed = export.feedback.is_some();
+    let (known, more) = if is_fed { ("r", format!("{number} *u, ")) } else { ("u", String::new()) };
+    let step = if is_fed { feedback::declarations(export) } else { observer_step(&upper, !names.inputs.is_empty()) };
     _ = write!(
         text,
         "
@@ -53,18 +57,10 @@ void {name}_init({name}_state *state, const {number} *xhat);
 
 /** Starts from the first estimate of the design. */
 void {name}_reset({name}_state *state);
-
-/**
- * One step, from the sample at t to the estimate at t + period.
- *
- * @param state  State, read and written.
- * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
- * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
- * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
- *
- * A value of u or y that is not finite makes the estimate not finite, for good: call {name}_reset or {name}_init.
+{step} *
+ * A value of {known} or y that is not finite makes the estimate not finite, for good: call {name}_reset or {name}_init.
  */
-void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat);
+void {name}_step({name}_state *state, const {number} *{known}, const {number} *y, {more}{number} *xhat);
 
 #ifdef __cplusplus
 }}
@@ -72,7 +68,22 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
 
 #endif
 ",
-        if names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" }
     );
     text
+}
+
+/// The comment of the step.
+fn observer_step(upper: &str, has_inputs: bool) -> String {
+    format!(
+        "
+/**
+ * One step, from the sample at t to the estimate at t + period.
+ *
+ * @param state  State, read and written.
+ * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
+ * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
+ * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
+",
+        if has_inputs { "" } else { "; not read, may be a null pointer" }
+    )
 }

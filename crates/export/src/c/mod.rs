@@ -9,10 +9,12 @@
 //! | `source` | the source: constants, start, step |
 //! | `linear` | the step of an observer of a linear plant |
 //! | `cubic` | the flow of the cubic part |
+//! | `feedback` | the feedback around the step |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
 mod cubic;
+mod feedback;
 mod header;
 mod linear;
 mod project;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{cubic, lengths, linear, matrix, scalar};
+use super::{cubic, feedback, lengths, linear, matrix, scalar};
 use crate::program::Program;
 use crate::{Export, number};
 
@@ -57,5 +57,6 @@ void {name}_reset({name}_state *state)
     match export.program {
         Program::Linear(_) | Program::Cubic(_) => linear::step(&mut text, export),
     }
+    feedback::block(&mut text, export);
     text
 }
