@@ -84,6 +84,16 @@ class Within:
         return lambda margin: family.at_least(margin, strict=True)
 
 
+    def contracts(self, l, p, factor):
+        """`[factor^2 P, F'P; PF, P] > 0`, F = A - LC: linear in (A, C)."""
+        corner = p @ (self.a - l @ self.c)
+        radius = abs(p) @ (self.da + abs(l) @ self.dc)
+        zero = Matrix.zeros(self.order, self.order)
+        middle = blocks([[p * (factor * factor), corner.T], [corner, p]])
+        family = Family(middle, blocks([[zero, radius.T], [radius, zero]]))
+        return lambda margin: family.at_least(margin, strict=True)
+
+
 def lyapunov(f, p, rate=0):
     return -(p @ (f + Matrix.scalar(f.rows, rate))).plus_transpose()
 
@@ -344,7 +354,7 @@ def feedback_loop(file):
     return words.feedback_loop(sizes, rate, level), facts
 
 
-def polytope(statement, file):
+def read_vertices(file):
     vertices = []
     for item in file.take("vertices").items():
         with item.object() as fields:
@@ -354,6 +364,11 @@ def polytope(statement, file):
             vertices.append(Within(a, read_data(fields.take("C"), outputs, len(a))))
     if not vertices:
         file.take("vertices").fail("is empty")
+    return vertices
+
+
+def polytope(statement, file):
+    vertices = read_vertices(file)
     n, outputs = vertices[0].order, vertices[0].outputs
     with file.object("observer") as observer:
         l = observer.take("L").matrix(n, outputs)
@@ -364,6 +379,21 @@ def polytope(statement, file):
     for k, vertex in enumerate(vertices):
         facts.append((f"(A - LC)'P + P(A - LC){term} < 0 at vertex {k + 1}", vertex.decreases(l, p, rate)))
     return statement(len(vertices), n, outputs, rate, all(vertex.is_single for vertex in vertices)), facts
+
+
+def discrete_polytope(file):
+    vertices = read_vertices(file)
+    n, outputs = vertices[0].order, vertices[0].outputs
+    with file.object("observer") as observer:
+        l = observer.take("L").matrix(n, outputs)
+    with file.object("lyapunov") as proof:
+        p = proof.take("P").symmetric(n)
+        factor = proof.take("factor").in_range(lambda x: 0 < x <= 1, "above 0 and at most 1")
+    facts = [("P > 0", positive(p))]
+    for k, vertex in enumerate(vertices):
+        facts.append((f"[factor^2 P, (A - LC)'P; *, P] > 0 at vertex {k + 1}", vertex.contracts(l, p, factor)))
+    single = all(vertex.is_single for vertex in vertices)
+    return words.discrete_polytope_of_jacobians(len(vertices), n, outputs, factor, single), facts
 
 
 def sector_observer(file):
@@ -674,6 +704,7 @@ KINDS = {
     "feedback-loop": feedback_loop,
     "polytope-of-plants": partial(polytope, words.polytope_of_plants),
     "polytope-of-jacobians": partial(polytope, words.polytope_of_jacobians),
+    "discrete-polytope-of-jacobians": discrete_polytope,
     "sector-observer": sector_observer,
     "contracting-coordinates": contracting_coordinates,
     "definiteness": definiteness,

@@ -199,6 +199,23 @@ def polytope_of_jacobians(count, states, outputs, rate, is_single):
     )
 
 
+def discrete_polytope_of_jacobians(count, states, outputs, factor, is_single):
+    if factor == 1:
+        falls = "V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially"
+    else:
+        falls = (
+            f"V = e'Pe satisfies V(k) <= factor^(2k) V(0) with factor = {exact(factor)}, "
+            "so that e tends to 0 at least like factor^k"
+        )
+    return (
+        f"For all matrices (A(k), C(k)) in {hull(count, states, outputs, is_single)}, and every solution of e(k+1) = "
+        f"(A(k) - L C(k))e(k), {falls}. "
+        "Hence for a plant x(k+1) = f(k, x, u), y = h(k, x) and the observer xhat(k+1) = f(k, xhat, u) + L(y - h(k, "
+        "xhat)), as long as the mean Jacobians of f and h between xhat and x lie "
+        "in this hull: that they do is a hypothesis, of which this certificate says nothing."
+    )
+
+
 def sector(k, low, high):
     """What is assumed of the increments of the k-th nonlinearity."""
     if low == -high:

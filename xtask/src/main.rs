@@ -1,12 +1,13 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
-//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`,
+//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
 //! `cargo xtask fmu`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
 mod features;
+mod firmware;
 mod fmu;
 mod mutate;
 mod step;
@@ -73,6 +74,14 @@ enum Command {
     /// Validate and simulate exported FMUs with fmpy: the golden vectors, bit for bit (needs python3, the network for
     /// fmpy, and a C compiler)
     Fmu,
+    /// Run the observers on boards in QEMU and emitted C on the host: the same bits everywhere, nothing can panic
+    ///
+    /// Says what it leaves out for lack of a tool (QEMU, targets of rustc, arm-none-eabi-gcc, clang, cppcheck).
+    Firmware {
+        /// Write what a step costs to docs/bench-target.md
+        #[arg(long)]
+        document: bool,
+    },
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
@@ -120,6 +129,7 @@ fn main() -> ExitCode {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
         Command::Fmu => fmu::run(),
+        Command::Firmware { document } => firmware::run(document),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {

@@ -20,6 +20,8 @@ pub(crate) enum Failure {
     Io { what: PathBuf, source: io::Error },
     /// What the mutants of the formulas were to show does not hold.
     Mutants(String),
+    /// A golden program did not run, or gave other bits.
+    Firmware(String),
 }
 
 impl Failure {
@@ -33,7 +35,9 @@ impl Failure {
             Self::Step { status, .. } => {
                 ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-            Self::Features { .. } | Self::Io { .. } | Self::Missing(_) | Self::Mutants(_) => ExitCode::FAILURE,
+            Self::Features { .. } | Self::Io { .. } | Self::Missing(_) | Self::Mutants(_) | Self::Firmware(_) => {
+                ExitCode::FAILURE
+            }
         }
     }
 }
@@ -47,7 +51,7 @@ impl fmt::Display for Failure {
             }
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
             Self::Missing(name) => write!(f, "{name} is not installed"),
-            Self::Mutants(said) => write!(f, "{said}"),
+            Self::Mutants(said) | Self::Firmware(said) => write!(f, "{said}"),
         }
     }
 }
@@ -90,6 +94,12 @@ impl Step {
 
     pub(crate) fn argument(mut self, argument: impl AsRef<OsStr>) -> Self {
         self.command.arg(argument);
+        self
+    }
+
+    /// Runs in this folder instead of the root.
+    pub(crate) fn folder(mut self, folder: impl AsRef<Path>) -> Self {
+        self.command.current_dir(folder);
         self
     }
 

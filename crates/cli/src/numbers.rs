@@ -13,6 +13,15 @@ pub(crate) fn size(x: f64) -> String {
     significant(x, 2)
 }
 
+/// A bound of a relative error in words, and the bound itself if it leaves a digit.
+pub(crate) fn forward_error(bound: f64) -> (String, Option<f64>) {
+    if bound < 1.0 {
+        (format!("error at most {}", size(bound)), Some(bound))
+    } else {
+        ("no digit is certain".to_owned(), None)
+    }
+}
+
 /// A relative margin; values below the rounding error are printed as zero.
 pub(crate) fn margin(x: f64) -> String {
     size(beside(x, 1.0))

@@ -67,7 +67,7 @@ pub use kkl::{KklCandidate, KklDesign, KklError};
 pub use kkl_peb::KklPebDesign;
 pub use linear::{LinearDesign, LyapunovWeight};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
-pub use lpv::{LpvDesign, LpvError};
+pub use lpv::{DiscreteLpvDesign, LpvDesign, LpvError};
 pub use luenberger_proof::certificate::{Certificate, Certified, Fact, ProvedTheorem};
 pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 pub use nalgebra;

@@ -1,5 +1,6 @@
 //! What can go wrong, each with the numbers that explain it.
 
+use crate::units::shift;
 use nalgebra::{Complex, DVector};
 use thiserror::Error;
 
@@ -195,7 +196,19 @@ pub enum LinalgError {
         /// The smallest singular value of `[A - lambda I, B]`.
         margin: f64,
     },
-    /// An eigenvalue that is not stable is not seen by the output (for a Riccati equation, by the weight).
+    /// An eigenvalue on the stability boundary is not seen by the weight Q of a Riccati equation: a unit vector near its
+    /// mode costs nothing.
+    #[error(
+        "the weight q does not see the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, Q) {margin}",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
+    )]
+    NotWeighted {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
+        /// The smallest singular value of `[A - lambda I; Q]`.
+        margin: f64,
+    },
+    /// An eigenvalue that is not stable is not seen by the output.
     #[error(
         "the pair (A, C) is not detectable: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
@@ -280,7 +293,8 @@ pub enum LinalgError {
     /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective
     /// closed loop could have.
     #[error(
-        "the pole {pole} is repeated {multiplicity} times, and the limit is the number of independent inputs (outputs), {rank}",
+        "the pole {pole} is repeated {multiplicity} times; with {rank} independent inputs (outputs) it may be repeated \
+         {rank} times: separate the others by a little",
         pole = complex(*.pole)
     )]
     PoleMultiplicity {
@@ -291,7 +305,7 @@ pub enum LinalgError {
         /// The rank of B (for an observer, of C).
         rank: usize,
     },
-    /// A pole that no gain with the zeros asked for can move, and that is not wished for.
+    /// A pole that no gain with the zeros asked for can move, and that is not asked for.
     #[error(
         "no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest specified pole is {distance} away",
         distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
@@ -299,7 +313,7 @@ pub enum LinalgError {
     FixedMode {
         /// The eigenvalue.
         eigenvalue: Complex<f64>,
-        /// Its distance from the nearest wished pole.
+        /// Its distance from the nearest requested pole.
         distance: f64,
     },
     /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and
@@ -368,6 +382,20 @@ pub enum LinalgError {
         /// The tolerance.
         tolerance: f64,
     },
+}
+
+impl LinalgError {
+    /// With the eigenvalues and poles in units of time that are `2^power` times shorter.
+    pub(crate) fn in_time(mut self, power: i32) -> Self {
+        if let Self::Unobservable { eigenvalue: pole, .. }
+        | Self::Uncontrollable { eigenvalue: pole, .. }
+        | Self::PoleMultiplicity { pole, .. }
+        | Self::PoleUnpaired { pole } = &mut self
+        {
+            *pole = Complex::new(shift(pole.re, power), shift(pole.im, power));
+        }
+        self
+    }
 }
 
 /// A number with three significant digits.

@@ -268,17 +268,8 @@ impl Scaled {
                 Err(LinalgError::PoleCount { order: 0, found: poles.len() })
             };
         }
-        let wish: Vec<Complex<f64>> = poles.iter().map(|p| scaled(p, -time)).collect();
-        place(a, c, &wish).map(|found| found.in_time(time)).map_err(|why| match why {
-            LinalgError::Unobservable { eigenvalue, direction, margin } => {
-                LinalgError::Unobservable { eigenvalue: scaled(&eigenvalue, time), direction, margin }
-            }
-            LinalgError::PoleMultiplicity { pole, multiplicity, rank } => {
-                LinalgError::PoleMultiplicity { pole: scaled(&pole, time), multiplicity, rank }
-            }
-            LinalgError::PoleUnpaired { pole } => LinalgError::PoleUnpaired { pole: scaled(&pole, time) },
-            other => other,
-        })
+        let scaled: Vec<Complex<f64>> = poles.iter().map(|p| scaled(p, -time)).collect();
+        place(a, c, &scaled).map(|found| found.in_time(time)).map_err(|error| error.in_time(time))
     }
 }
 

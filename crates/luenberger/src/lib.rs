@@ -58,15 +58,16 @@ pub use nalgebra;
 /// What most programs need: `use luenberger::prelude::*;`.
 pub mod prelude {
     pub use luenberger_design::{
-        Certificate, Certified, CubicDesign, CubicGain, DesignError, EnclosureError, FeedbackDesign, KklCandidate,
-        KklDesign, KklError, KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError,
-        LyapunovWeight, NumericalKklDesign, NumericalKklError, Region, SampledCubicDesign, Sector, joint_design,
+        Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteLpvDesign, EnclosureError, FeedbackDesign,
+        KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign,
+        LpvError, LyapunovWeight, NumericalKklDesign, NumericalKklError, Region, SampledCubicDesign, Sector,
+        joint_design,
     };
     pub use luenberger_linalg::LinalgError;
     pub use luenberger_lmi::LmiError;
     pub use luenberger_observers::{
-        CubicObserver, Diagnose, ExtendedKalmanFilter, HighGainMap, HighGainObserver, Immersion,
-        ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
+        CubicObserver, Diagnose, DiscreteNonlinearObserver, ExtendedKalmanFilter, HighGainMap, HighGainObserver,
+        Immersion, ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
         NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ObserverError, PeboObserver, Regression,
         SampledCubicGains, SampledCubicObserver, SampledObserver,
     };

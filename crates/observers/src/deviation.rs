@@ -124,6 +124,10 @@ where
         self.observer.step(t, state, &(u - &self.u0), &(y - &self.y0));
     }
 
+    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        self.observer.step_partial(t, state, &(u - &self.u0), &(y - &self.y0), measured);
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         self.observer.estimate(state) + &self.x0
     }

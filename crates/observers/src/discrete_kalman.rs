@@ -228,6 +228,13 @@ where
         self.predict(state, u);
     }
 
+    fn step_partial(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        if measured.contains(&true) {
+            self.update_partial(state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        }
+        self.predict(state, u);
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
     }

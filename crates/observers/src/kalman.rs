@@ -377,6 +377,13 @@ where
         self.predict(t, state, u, self.h);
     }
 
+    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        if measured.contains(&true) {
+            self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        }
+        self.predict(t, state, u, self.h);
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
     }

@@ -72,6 +72,16 @@ pub trait SampledObserver<T> {
     /// From the sample at `t` to the estimate at `t + h`, in place.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output);
 
+    /// As [`step`](Self::step), of a sample of which only the outputs with true in `measured` were measured. The caller
+    /// puts into `y` what the estimate predicts of the others.
+    ///
+    /// A filter with a covariance takes the outputs that were measured, and does not read the others. Without a
+    /// covariance the predicted output takes the place of a missing one, so that its innovation is zero.
+    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        let _ = measured;
+        self.step(t, state, u, y);
+    }
+
     /// The estimate that the state holds.
     fn estimate(&self, state: &Self::State) -> Self::Estimate;
 
@@ -118,6 +128,10 @@ impl<T, O: SampledObserver<T> + ?Sized> SampledObserver<T> for &O {
 
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         (**self).step(t, state, u, y);
+    }
+
+    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        (**self).step_partial(t, state, u, y, measured);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {

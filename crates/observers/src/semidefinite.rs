@@ -33,17 +33,29 @@ where
     }
     let undecided = count::<T>(undecided.unwrap_or(0) * order * order) * T::default_epsilon();
     let mut eliminated = OVector::<bool, D>::repeat_generic(matrix.shape_generic().0, U1, false);
-    while let Some(k) =
-        (0..order).filter(|&i| !eliminated[i]).reduce(|k, i| if rest[(i, i)] > rest[(k, k)] { i } else { k })
-    {
-        let pivot = rest[(k, k)];
+    // Loops over every index with a test inside: through a filter the compiler loses sight of the range, and would keep
+    // the panic of an index that is out of bounds.
+    loop {
+        let mut largest: Option<(usize, T)> = None;
+        for i in 0..order {
+            if !eliminated[i] && largest.is_none_or(|(_, pivot)| rest[(i, i)] > pivot) {
+                largest = Some((i, rest[(i, i)]));
+            }
+        }
+        let (k, pivot) = largest?;
+        let k = k.min(order - 1);
         if pivot > undecided {
             eliminated[k] = true;
-            for i in (0..order).filter(|&i| !eliminated[i]) {
+            for i in 0..order {
+                if eliminated[i] {
+                    continue;
+                }
                 let factor = rest[(i, k)] / pivot;
-                for j in (0..order).filter(|&j| !eliminated[j]) {
-                    let reduced = rest[(i, j)] - factor * rest[(k, j)];
-                    rest[(i, j)] = reduced;
+                for j in 0..order {
+                    if !eliminated[j] {
+                        let reduced = rest[(i, j)] - factor * rest[(k, j)];
+                        rest[(i, j)] = reduced;
+                    }
                 }
             }
             continue;
@@ -52,8 +64,11 @@ where
         let zero = |i: usize| {
             rest[(i, i)] >= -undecided && (0..order).all(|j| j == i || eliminated[j] || rest[(i, j)].abs() <= undecided)
         };
-        let row = (0..order).find(|&i| !eliminated[i] && (definite || !zero(i)));
-        return row.map(|i| (i, rest[(i, i)] * scale));
+        for i in 0..order {
+            if !eliminated[i] && (definite || !zero(i)) {
+                return Some((i, rest[(i, i)] * scale));
+            }
+        }
+        return None;
     }
-    None
 }

@@ -25,6 +25,7 @@ use crate::integrate::Settings;
 use crate::noise::Noise;
 use crate::scenario::Scenario;
 use crate::scores::{Band, Errors, Merits, ScoreGrid, StateScores, check_scale};
+use crate::sensor::Sensor;
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
 use crate::view::View;
@@ -119,6 +120,13 @@ impl<'a> Comparison<'a> {
     #[must_use]
     pub fn noise(mut self, noise: Noise) -> Self {
         self.scenario = self.scenario.noise(noise);
+        self
+    }
+
+    /// A sensor that measures one output at instants of its own, for all; see [`Scenario::sensor`].
+    #[must_use]
+    pub fn sensor(mut self, sensor: Sensor) -> Self {
+        self.scenario = self.scenario.sensor(sensor);
         self
     }
 
@@ -282,7 +290,7 @@ fn cost(observer: &dyn AnyObserver, z: &[f64], u: &[f64], y: &[f64]) -> f64 {
         for _ in 0..CALLS {
             if observer.period().is_some() {
                 target.copy_from_slice(black_box(z));
-                observer.step(0.0, &mut target, black_box(u), black_box(y));
+                observer.step(0.0, &mut target, black_box(u), black_box(y), &[]);
             } else {
                 observer.derivative(0.0, black_box(z), black_box(u), black_box(y), &mut target);
             }

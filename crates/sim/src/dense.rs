@@ -69,6 +69,13 @@ impl Dense {
         self.pieces.iter().map(|piece| (piece.start, piece.end))
     }
 
+    /// Calls `visit` with the time and the values at every point that is kept.
+    pub(crate) fn visit(&self, mut visit: impl FnMut(f64, &[f64])) {
+        let rows = self.values.chunks_exact(self.width.max(1));
+        let times = self.pieces.iter().flat_map(|Piece { start, end }| NODE.map(|node| start + node * (end - start)));
+        times.zip(rows).for_each(|(t, row)| visit(t, row));
+    }
+
     /// Number of steps.
     pub fn step_count(&self) -> usize {
         self.pieces.len()

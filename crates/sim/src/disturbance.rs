@@ -3,8 +3,9 @@
 //!
 //! The plant gets `gain u(t - d) + bias` and process noise in its derivative (in discrete time, in its next state); of its
 //! output the observers read
-//! `gain y(t - d) + bias` with the measurement noise, rounded to the quantisation, with outliers, and held where a value
-//! does not arrive. The observers themselves are given the input u as it is commanded.
+//! `gain y(t - d) + bias` with the measurement noise, rounded to the quantisation, with outliers; a value that does not
+//! arrive is no measurement ([`sensor`](crate::sensor)). The observers themselves are given the input u as it is
+//! commanded.
 //!
 //! A delayed quantity is read from the dense output, and no step of the integrator is longer than a delay, so that
 //! feedback through a delay is integrated by the method of steps (Bellen and Zennaro, 2003, section 3). Before the start
@@ -44,10 +45,12 @@ impl Fault {
     }
 }
 
-/// Measurements that do not arrive, and outliers, drawn anew every period; seeded.
+/// Measurements that do not arrive, and outliers; seeded. They are drawn for each measurement of an output with a
+/// [`Sensor`](crate::Sensor) of its own, and every period for the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// The probability that a measurement does not arrive; the last one is then held for this period.
+    /// The probability that a measurement does not arrive: of an output without a sensor of its own, that it is not
+    /// measured for this period.
     pub dropout: f64,
     /// The probability of an outlier.
     pub outlier: f64,
@@ -177,11 +180,11 @@ impl Channel {
     /// For each output whether the value of period `k` arrives, and its outlier.
     pub(crate) fn draw(&self, k: u64) -> Vec<(bool, f64)> {
         let outputs = self.outlier_size.len();
-        // Uniform on [0, 1]; the first value always arrives.
+        // Uniform on [0, 1].
         let drawn = Noise::uniform(&vec![0.5; 3 * outputs], self.period, self.seed).sample(k);
         let unit = |i: usize| drawn[i] + 0.5;
         let one = |j: usize| {
-            let arrives = k == 0 || unit(3 * j) >= self.dropout;
+            let arrives = unit(3 * j) >= self.dropout;
             let size = if unit(3 * j + 1) < self.outlier { self.outlier_size[j] } else { 0.0 };
             (arrives, if unit(3 * j + 2) < 0.5 { -size } else { size })
         };

@@ -20,13 +20,14 @@ pub(crate) trait AnyPlant {
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
 }
 
-/// An observer of any size; sampled ones have a period and a step, the others a derivative.
+/// An observer of any size; sampled ones have a period and a step, the others a derivative. A step takes what was
+/// measured; the other entries of `y` are predicted ones.
 pub(crate) trait AnyObserver {
     fn dimensions(&self) -> ObserverDimensions;
     fn check(&self) -> Result<(), SimError>;
     fn period(&self) -> Option<f64>;
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
-    fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]);
+    fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
 }
@@ -78,7 +79,7 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
         put(columns.map(|(state, u, y)| self.0.derivative(t, &state, &u, &y)), slope);
     }
 
-    fn step(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64]) {}
+    fn step(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64], _measured: &[bool]) {}
 
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
         let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
@@ -108,10 +109,14 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
         slope.fill(0.0);
     }
 
-    fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]) {
+    fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) {
         let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
         let stepped = columns.map(|(mut state, u, y)| {
-            self.0.step(t, &mut state, &u, &y);
+            if measured.contains(&false) {
+                self.0.step_partial(t, &mut state, &u, &y, measured);
+            } else {
+                self.0.step(t, &mut state, &u, &y);
+            }
             state
         });
         put(stepped, state);

@@ -89,6 +89,12 @@ pub enum SimError {
         /// How many there are.
         count: usize,
     },
+    /// Two sensors of one output.
+    #[error("output {} has two sensors", output + 1)]
+    SensorTwice {
+        /// The output, from 0.
+        output: usize,
+    },
     /// An observer in continuous time of a plant in discrete time.
     #[error("observer {name:?} is in continuous time, and the plant in discrete time")]
     ContinuousObserver {

@@ -35,6 +35,7 @@
 //! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`disturbance`] | what the observers do not know: process noise, delays, faults, quantisation, dropouts, outliers |
+//! | [`sensor`] | sensors with sampling periods of their own; what observers make of an output that is not measured |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output |
@@ -64,6 +65,7 @@ mod run;
 pub mod samples;
 pub mod scenario;
 pub mod scores;
+pub mod sensor;
 pub mod signal;
 pub mod trajectory;
 pub mod view;
@@ -82,6 +84,7 @@ pub use replay::{Recording, Replay, Replayed, ReplayedObserver};
 pub use samples::{Between, Samples};
 pub use scenario::Scenario;
 pub use scores::{Errors, Merits, ScoreGrid, StateScores};
+pub use sensor::Sensor;
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
 pub use view::View;

@@ -13,6 +13,7 @@ use crate::integral::Integrand;
 use crate::integrate::Settings;
 use crate::noise::Noise;
 use crate::scenario::{Entry, Scenario};
+use crate::sensor::{Reading, Sampling};
 use crate::signal::Signal;
 use crate::trajectory::{Layout, ObserverLayout};
 use crate::view::View;
@@ -20,6 +21,8 @@ use crate::view::View;
 /// The checked scenario: what evaluates the stacked right-hand side.
 pub(crate) struct Model<'a> {
     pub(crate) plant: Rc<dyn AnyPlant + 'a>,
+    /// The plant as the observers take it.
+    pub(crate) believed: Rc<dyn AnyPlant + 'a>,
     pub(crate) size: Dimensions,
     pub(crate) x0: Vec<f64>,
     pub(crate) start: f64,
@@ -29,6 +32,7 @@ pub(crate) struct Model<'a> {
     /// The period of a plant in discrete time.
     pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
+    pub(crate) sampling: Sampling,
     pub(crate) disturbances: Disturbances,
     pub(crate) names: Vec<String>,
     pub(crate) observers: Vec<ObserverSlot<'a>>,
@@ -43,6 +47,8 @@ pub(crate) struct ObserverSlot<'a> {
     pub(crate) observer: Rc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
     pub(crate) states: Vec<usize>,
+    /// Whether it estimates the whole state, so that it predicts outputs.
+    pub(crate) whole: bool,
     /// Length of its state.
     pub(crate) length: usize,
     pub(crate) period: Option<f64>,
@@ -72,9 +78,11 @@ pub(crate) struct HeldValues {
     pub(crate) sampled: Vec<Vec<f64>>,
     /// What is added to the derivative of the plant; empty for nothing.
     pub(crate) disturbance: Vec<f64>,
-    /// Outputs that do not arrive, and what is held of them; empty if all arrive.
-    pub(crate) lost: Vec<Option<f64>>,
-    /// What is added to outputs that do; empty for nothing.
+    /// What is known of each output; empty if all are read at all times.
+    pub(crate) readings: Vec<Reading>,
+    /// The last value of each output that each observer has had, for outputs that it cannot predict.
+    pub(crate) known: Vec<Vec<f64>>,
+    /// What is added to outputs; empty for nothing.
     pub(crate) outliers: Vec<f64>,
     pub(crate) history: History,
 }
@@ -105,6 +113,7 @@ impl<'a> Model<'a> {
             expect("the output", size.outputs, own.outputs)?;
             check(&format!("the initial estimate of observer {name:?}"), &initial, own.estimate)?;
             let states = states.unwrap_or_else(|| (0..size.states).collect());
+            let whole = states.iter().copied().eq(0..size.states);
             expect("the estimate", states.len(), own.estimate)?;
             if let Some(&index) = states.iter().find(|&&index| index >= size.states) {
                 return Err(SimError::Index { what: "plant state", index, count: size.states });
@@ -116,7 +125,7 @@ impl<'a> Model<'a> {
                 None => {}
             }
             let length = own.state;
-            observers.push(ObserverSlot { observer, initial, states, length, period, offset });
+            observers.push(ObserverSlot { observer, initial, states, whole, length, period, offset });
             offset += if period.is_none() { length } else { 0 };
             names.push(name);
         }
@@ -129,6 +138,13 @@ impl<'a> Model<'a> {
         unique(&scenario.integrals.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
         let disturbances = scenario.disturbances;
         disturbances.check(size.states, size.inputs, size.outputs)?;
+        let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
+        let believed = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
+        believed.check()?;
+        if believed.dimensions() != size {
+            let (expected, found) = (size.states, believed.dimensions().states);
+            return Err(SimError::Length { what: "the state of the model".to_owned(), expected, found });
+        }
         let mut breakpoints = scenario.breakpoints;
         let end = scenario.times.last().copied().unwrap_or(scenario.start);
         // Inputs that jump every period jump at the plant later.
@@ -143,6 +159,7 @@ impl<'a> Model<'a> {
         let max_step = scenario.settings.max_step.min(disturbances.shortest_delay());
         Ok(Self {
             plant: scenario.plant,
+            believed,
             size,
             x0,
             start: scenario.start,
@@ -151,6 +168,7 @@ impl<'a> Model<'a> {
             hold: scenario.hold,
             step: scenario.step,
             noise: scenario.noise,
+            sampling,
             disturbances,
             names,
             observers,
@@ -186,9 +204,47 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// The outputs as observer `k` takes them, of which the entries in `absent` are not measured: it takes what it
+    /// predicts, or the last value if it predicts none.
+    pub(crate) fn outputs_of(
+        &self,
+        k: usize,
+        (t, state): (f64, &[f64]),
+        still: &HeldValues,
+        now: &Instant,
+        absent: impl Fn(usize) -> bool,
+    ) -> Vec<f64> {
+        let ObserverSlot { observer, states, whole, .. } = &self.observers[k];
+        let absent: Vec<usize> = (0..self.size.outputs).filter(|&j| absent(j)).collect();
+        let mut y = now.seen.clone();
+        for &j in &absent {
+            y[j] = still.known[k][j];
+        }
+        if *whole && !absent.is_empty() {
+            let (mut estimate, mut h) = (vec![0.0; states.len()], vec![0.0; y.len()]);
+            observer.estimate(t, state, &now.u, &y, &mut estimate);
+            self.believed.output(t, &estimate, &now.u, &mut h);
+            for &j in &absent {
+                y[j] = h[j];
+            }
+        }
+        y
+    }
+
+    /// The outputs as an observer in continuous time takes them; none if all are known.
+    fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
+        if !still.readings.contains(&Reading::Nothing) || self.observers[k].period.is_some() {
+            return None;
+        }
+        let absent = |j: usize| still.readings[j] == Reading::Nothing;
+        Some(self.outputs_of(k, (t, self.state(k, stacked, still)), still, now, absent))
+    }
+
     pub(crate) fn estimates(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
         for (k, ObserverSlot { observer, states, .. }) in self.observers.iter().enumerate() {
-            observer.estimate(t, self.state(k, stacked, still), &now.u, &now.seen, &mut now.estimates[k]);
+            let predicted = self.predicted_of(k, t, stacked, still, now);
+            let seen = predicted.as_ref().unwrap_or(&now.seen);
+            observer.estimate(t, self.state(k, stacked, still), &now.u, seen, &mut now.estimates[k]);
             for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
                 *error = stacked[i] - estimate;
             }
@@ -214,9 +270,11 @@ impl<'a> Model<'a> {
         for (seen, outlier) in now.seen.iter_mut().zip(&still.outliers) {
             *seen += outlier;
         }
-        for (seen, lost) in now.seen.iter_mut().zip(&still.lost) {
-            if let Some(held) = lost {
-                *seen = *held;
+        for (seen, reading) in now.seen.iter_mut().zip(&still.readings) {
+            match reading {
+                Reading::Now => {}
+                Reading::Held(value) => *seen = *value,
+                Reading::Nothing => *seen = f64::NAN,
             }
         }
     }
@@ -256,7 +314,9 @@ impl<'a> Model<'a> {
         for (k, ObserverSlot { observer, length, period, .. }) in self.observers.iter().enumerate() {
             if period.is_none() {
                 let state = self.state(k, stacked, still);
-                observer.derivative(t, state, &now.u, &now.seen, &mut slope[end..end + length]);
+                let predicted = self.predicted_of(k, t, stacked, still, now);
+                let seen = predicted.as_ref().unwrap_or(&now.seen);
+                observer.derivative(t, state, &now.u, seen, &mut slope[end..end + length]);
                 end += length;
             }
         }

@@ -12,6 +12,7 @@ use crate::disturbance::History;
 use crate::error::{SimError, check_finite};
 use crate::integrate::Stepper;
 use crate::model::{HeldValues, Instant, Model};
+use crate::sensor::Reading;
 use crate::trajectory::Trajectory;
 
 /// Something that happens every period from the start on.
@@ -40,6 +41,16 @@ impl Periodic {
     }
 }
 
+/// What is known of an output from its value k on: it is read now, or does not arrive.
+fn read(model: &Model<'_>, still: &mut HeldValues, output: usize, k: u64) {
+    let (arrives, outlier) = model.sampling.draw(k, output);
+    still.readings[output] = if arrives { Reading::Now } else { Reading::Nothing };
+    still.outliers[output] = outlier;
+    if let Some(Some(sensor)) = model.sampling.sensors.get(output) {
+        still.noise[output] = sensor.noise(k);
+    }
+}
+
 /// A run on its way.
 pub(crate) struct Runner<'m, 'a> {
     model: &'m Model<'a>,
@@ -51,6 +62,8 @@ pub(crate) struct Runner<'m, 'a> {
     noise_clock: Option<Periodic>,
     process_clock: Option<Periodic>,
     channel_clock: Option<Periodic>,
+    /// Those of the outputs with sensors of their own.
+    sensor_clocks: Vec<Option<Periodic>>,
     hold_clock: Option<Periodic>,
     plant_clock: Option<Periodic>,
     /// The next state of a plant in discrete time.
@@ -95,15 +108,24 @@ impl<'m, 'a> Runner<'m, 'a> {
             held: None,
             sampled: vec![Vec::new(); model.observers.len()],
             disturbance: process.map(|noise| noise.sample(0)).unwrap_or_default(),
-            lost: Vec::new(),
+            readings: Vec::new(),
+            known: vec![Vec::new(); model.observers.len()],
             outliers: Vec::new(),
             history: History::default(),
         };
-        if let Some(channel) = &model.disturbances.channel {
-            still.outliers = channel.draw(0).into_iter().map(|(_, outlier)| outlier).collect();
+        if !model.sampling.is_continuous() {
+            (still.readings, still.outliers) =
+                (vec![Reading::Nothing; model.size.outputs], vec![0.0; model.size.outputs]);
+            for (output, sensor) in model.sampling.sensors.iter().enumerate() {
+                if sensor.as_ref().is_none_or(|sensor| sensor.delay() == 0.0) {
+                    read(model, &mut still, output, 0);
+                }
+            }
         }
         model.see(t, &model.x0, &still, &mut now);
         check_finite("the output at the start", &now.y)?;
+        // What an observer of some states cannot predict, it knows at the start.
+        still.known.fill(now.y.clone());
         // The input at the start follows from the estimates that are wished for the start.
         for (k, fitted) in model.observers.iter().enumerate() {
             now.estimates[k].copy_from_slice(&fitted.initial);
@@ -118,7 +140,18 @@ impl<'m, 'a> Runner<'m, 'a> {
         stacked[..model.size.states].copy_from_slice(&model.x0);
         for (k, fitted) in model.observers.iter().enumerate() {
             let mut state = vec![0.0; fitted.length];
-            fitted.observer.initial(t, &fitted.initial, &now.u, &now.seen, &mut state);
+            let mut seen = now.seen.clone();
+            if still.readings.contains(&Reading::Nothing) {
+                let mut expected = now.y.clone();
+                if fitted.whole {
+                    model.believed.output(t, &fitted.initial, &now.u, &mut expected);
+                }
+                for ((seen, reading), expected) in seen.iter_mut().zip(&still.readings).zip(expected) {
+                    *seen = if *reading == Reading::Nothing { expected } else { *seen };
+                }
+                still.known[k].clone_from(&seen);
+            }
+            fitted.observer.initial(t, &fitted.initial, &now.u, &seen, &mut state);
             check_finite(&format!("the initial state of observer {:?}", model.names[k]), &state)?;
             match fitted.period {
                 Some(_) => still.sampled[k] = state,
@@ -150,6 +183,17 @@ impl<'m, 'a> Runner<'m, 'a> {
             noise_clock: model.noise.as_ref().map(|noise| clock(noise.period())),
             process_clock: process.map(|noise| clock(noise.period())),
             channel_clock: channel.map(|channel| clock(channel.period)),
+            sensor_clocks: model
+                .sampling
+                .sensors
+                .iter()
+                .map(|sensor| {
+                    let sensor = sensor.as_ref()?;
+                    // The first measurement after the start is at the offset, if there is one.
+                    let first = if sensor.delay() > 0.0 { sensor.delay() - sensor.period() } else { 0.0 };
+                    Some(Periodic::new(t + first, sensor.period()))
+                })
+                .collect(),
             hold_clock: model.hold.map(clock),
             plant_clock: model.step.map(clock),
             next: model.x0.clone(),
@@ -175,9 +219,12 @@ impl<'m, 'a> Runner<'m, 'a> {
             model.evaluate(t, &self.stacked, &self.still, now);
             self.still.held = Some(now.u.clone());
         }
-        if plant || sample.contains(&true) {
+        let sampled = !self.still.readings.is_empty();
+        if plant || sampled || sample.contains(&true) {
             model.evaluate(t, &self.stacked, &self.still, now);
         }
+        let measured = self.freeze();
+        let now = self.now.get_mut();
         if plant {
             model.plant.derivative(t, &self.stacked[..model.size.states], &now.applied, &mut self.next);
             for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
@@ -187,7 +234,13 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
-                fitted.observer.step(t, &mut self.pending[k], &now.u, &now.seen);
+                let (state, still) = (&self.still.sampled[k], &self.still);
+                if measured.contains(&false) {
+                    let y = model.outputs_of(k, (t, state), still, now, |j| !measured[j]);
+                    fitted.observer.step(t, &mut self.pending[k], &now.u, &y, &measured);
+                } else {
+                    fitted.observer.step(t, &mut self.pending[k], &now.u, &now.seen, &measured);
+                }
                 if let Some(index) = self.pending[k].iter().position(|entry| !entry.is_finite()) {
                     let (observer, value) = (model.names[k].clone(), self.pending[k][index]);
                     return Err(SimError::ObserverNotFinite { observer, time: t, index, value });
@@ -197,19 +250,43 @@ impl<'m, 'a> Runner<'m, 'a> {
         Ok(())
     }
 
+    /// Keeps what was measured now by sensors with periods of their own, and says which outputs were measured.
+    fn freeze(&mut self) -> Vec<bool> {
+        let (now, HeldValues { readings, known, .. }) = (self.now.get_mut(), &mut self.still);
+        let measured = readings.iter().map(|reading| *reading == Reading::Now).collect();
+        for (j, reading) in readings.iter_mut().enumerate().filter(|(_, reading)| **reading == Reading::Now) {
+            for known in &mut *known {
+                known[j] = now.seen[j];
+            }
+            if self.sensor_clocks[j].is_some() {
+                *reading = Reading::Held(now.seen[j]);
+            }
+        }
+        measured
+    }
+
     /// Everything that happens at `t`.
     fn tick(&mut self, t: f64) -> Result<(), SimError> {
         let model = self.model;
+        let mut measures = false;
         if let Some(clock) = &mut self.channel_clock
             && clock.happens(t)
-            && let Some(channel) = &model.disturbances.channel
         {
-            // What was read last is held in the place of a value that does not arrive.
-            let now = self.now.get_mut();
-            model.evaluate(t, &self.stacked, &self.still, now);
-            let drawn = channel.draw(clock.count);
-            self.still.lost = drawn.iter().zip(&now.seen).map(|((arrives, _), y)| (!arrives).then_some(*y)).collect();
-            self.still.outliers = drawn.into_iter().map(|(_, outlier)| outlier).collect();
+            model.evaluate(t, &self.stacked, &self.still, self.now.get_mut());
+            self.freeze();
+            let count = self.channel_clock.as_ref().map_or(0, |clock| clock.count);
+            for j in (0..self.sensor_clocks.len()).filter(|&j| self.sensor_clocks[j].is_none()) {
+                read(model, &mut self.still, j, count);
+            }
+        }
+        for (j, sensor) in model.sampling.sensors.iter().enumerate() {
+            if let (Some(sensor), Some(clock)) = (sensor, &mut self.sensor_clocks[j])
+                && clock.happens(t)
+            {
+                let k = clock.count - u64::from(sensor.delay() > 0.0);
+                read(model, &mut self.still, j, k);
+                measures = true;
+            }
         }
         self.still.history.within.set(f64::INFINITY);
         if let Some(clock) = &mut self.process_clock
@@ -222,13 +299,17 @@ impl<'m, 'a> Runner<'m, 'a> {
             && clock.happens(t)
             && let Some(noise) = &self.model.noise
         {
-            self.still.noise = noise.sample(clock.count);
+            for ((j, noise), sensor) in noise.sample(clock.count).into_iter().enumerate().zip(&self.sensor_clocks) {
+                if sensor.is_none() {
+                    self.still.noise[j] = noise;
+                }
+            }
         }
         let hold = self.hold_clock.as_mut().is_some_and(|clock| clock.happens(t));
         let sample: Vec<bool> =
             self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))).collect();
         let plant = self.plant_clock.as_mut().is_some_and(|clock| clock.happens(t));
-        if hold || plant || sample.contains(&true) {
+        if hold || plant || measures || sample.contains(&true) {
             self.jump(t, hold, plant, &sample)?;
         }
         Ok(())
@@ -237,7 +318,7 @@ impl<'m, 'a> Runner<'m, 'a> {
     /// When something jumps next after `t`, `end` at the latest.
     fn next_jump(&self, t: f64, end: f64) -> f64 {
         let own = [&self.noise_clock, &self.process_clock, &self.channel_clock, &self.hold_clock, &self.plant_clock];
-        let clocks = own.into_iter().chain(&self.sample_clocks).flatten();
+        let clocks = own.into_iter().chain(&self.sample_clocks).chain(&self.sensor_clocks).flatten();
         // They are sorted, and a table of samples has many.
         let breakpoints = &self.model.breakpoints;
         let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= t)).copied();
@@ -274,7 +355,13 @@ impl<'m, 'a> Runner<'m, 'a> {
                     step.at(t, &mut at);
                     model.row(t, &at, still, &mut now, &mut rows);
                 }
-                if let Some(index) = rows.iter().position(|value| !value.is_finite()) {
+                // The output that nothing is known of is not a number.
+                let unknown = |entry: usize| {
+                    let output = entry.checked_sub(layout.measured());
+                    output.and_then(|j| still.readings.get(j)) == Some(&Reading::Nothing)
+                };
+                let bad = |(index, value): (usize, &f64)| !value.is_finite() && !unknown(index % layout.width);
+                if let Some(index) = rows.iter().enumerate().position(bad) {
                     let time = step.start + NODE[index / layout.width] * (step.end - step.start);
                     let what = layout.name(index % layout.width);
                     return Err(SimError::QuantityNotFinite { time, what, value: rows[index] });
@@ -296,6 +383,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         let lengths: Vec<usize> = model.observers.iter().map(|fitted| fitted.length).collect();
         let integrals = model.integrals.iter().map(|(name, _)| name.clone()).collect();
-        Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, dense.take(), march.steps()))
+        let run = (dense.take(), march.steps(), model.sampling.clone());
+        Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, run))
     }
 }

@@ -13,6 +13,7 @@ use crate::integrate::{Integrator, Settings};
 use crate::model::Model;
 use crate::noise::Noise;
 use crate::run::Runner;
+use crate::sensor::Sensor;
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
 
@@ -22,6 +23,8 @@ use crate::trajectory::Trajectory;
 #[derive(Clone)]
 pub struct Scenario<'a> {
     pub(crate) plant: Rc<dyn AnyPlant + 'a>,
+    /// The plant as the observers take it, if it is another.
+    pub(crate) model: Option<Rc<dyn AnyPlant + 'a>>,
     pub(crate) x0: Option<Vec<f64>>,
     pub(crate) start: f64,
     pub(crate) times: Vec<f64>,
@@ -31,6 +34,7 @@ pub struct Scenario<'a> {
     pub(crate) hold: Option<f64>,
     pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
+    pub(crate) sensors: Vec<Sensor>,
     pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
@@ -52,6 +56,7 @@ impl<'a> Scenario<'a> {
     pub fn new(plant: impl Plant<f64> + 'a) -> Self {
         Self {
             plant: Rc::new(Erased(plant)),
+            model: None,
             x0: None,
             start: 0.0,
             times: Vec::new(),
@@ -60,6 +65,7 @@ impl<'a> Scenario<'a> {
             hold: None,
             step: None,
             noise: None,
+            sensors: Vec::new(),
             disturbances: Disturbances::default(),
             observers: Vec::new(),
             integrals: Vec::new(),
@@ -136,10 +142,25 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// Noise on the outputs that the observers see.
+    /// Noise on the outputs that the observers see, where they have no [`sensor`](Self::sensor) of their own.
     #[must_use]
     pub fn noise(mut self, noise: Noise) -> Self {
         self.noise = Some(noise);
+        self
+    }
+
+    /// A sensor that measures one output at instants of its own, with its own noise.
+    #[must_use]
+    pub fn sensor(mut self, sensor: Sensor) -> Self {
+        self.sensors.push(sensor);
+        self
+    }
+
+    /// The plant as the observers take it, by whose h they predict an output that is not measured (default the plant
+    /// that is simulated).
+    #[must_use]
+    pub fn model(mut self, model: impl Plant<f64> + 'a) -> Self {
+        self.model = Some(Rc::new(Erased(model)));
         self
     }
 
@@ -248,7 +269,7 @@ impl<'a> Scenario<'a> {
     /// # Errors
     /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
     /// [`SimError::TimeSpan`], [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`],
-    /// [`SimError::Index`], [`SimError::AlgebraicLoop`]. What happens on the way: the errors with
+    /// [`SimError::Index`], [`SimError::SensorTwice`], [`SimError::AlgebraicLoop`]. What happens on the way: the errors with
     /// [`SimError::ends_run`].
     pub fn run(mut self) -> Result<Trajectory, SimError> {
         if let Some((end, samples)) = self.span {

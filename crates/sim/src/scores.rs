@@ -8,8 +8,8 @@
 //! | score | at the samples | in continuous time |
 //! |---|---|---|
 //! | RMSE | root of the mean square over the samples | `sqrt(1/T int e^2 dt)`, from the dense output |
-//! | peak | largest magnitude at a sample | largest magnitude |
-//! | overshoot | largest magnitude after the first change of sign | the same |
+//! | peak | largest magnitude: of a sampled observer at its samples, of one in continuous time at all times | largest magnitude |
+//! | overshoot | likewise, after the first change of sign | the same |
 //! | settling | first sample from which it stays within the band | last crossing of the band |
 //! | at the end | at the last sample | at the end of the run |
 //! | steady state | RMSE over the samples of the second half | RMSE over the second half |
@@ -199,6 +199,8 @@ pub struct Errors<'t> {
     /// The times and the errors there, one row each; `None` in continuous time.
     samples: Option<(Vec<f64>, DMatrix<f64>)>,
     count: usize,
+    /// Whether the observer is in continuous time: its extrema are those of all times.
+    continuous: bool,
 }
 
 impl<'t> Errors<'t> {
@@ -223,12 +225,13 @@ impl<'t> Errors<'t> {
     /// # Errors
     /// [`SimError::UnknownName`]; [`SimError::ScorePeriod`] for a grid finer than the samples of the observer.
     pub fn of(trajectory: &'t Trajectory, observer: &'t str, grid: ScoreGrid) -> Result<Self, SimError> {
-        let count = trajectory.observer(observer)?.states.len();
+        let own = trajectory.observer(observer)?;
+        let (count, continuous) = (own.states.len(), own.period.is_none());
         let samples = match grid {
             ScoreGrid::Continuous => None,
             ScoreGrid::Samples { period } => Some(trajectory.errors_at_samples(observer, period)?),
         };
-        Ok(Self { trajectory, observer, samples, count })
+        Ok(Self { trajectory, observer, samples, count, continuous })
     }
 
     /// Number of components: the states that the observer estimates.
@@ -254,13 +257,21 @@ impl<'t> Errors<'t> {
             Some((times, errors)) => Curve::Samples(times, errors.column(component).iter().copied().collect()),
             None => Curve::Continuous(self.trajectory.error_trace(self.observer, component)?),
         };
+        // A peak between samples of another observer is a peak.
+        let extrema = match &curve {
+            Curve::Samples(..) if self.continuous => {
+                Some(Curve::Continuous(self.trajectory.error_trace(self.observer, component)?))
+            }
+            _ => None,
+        };
+        let extrema = extrema.as_ref().unwrap_or(&curve);
         let initial = curve.initial()?;
         let settling = |share: f64| if initial == 0.0 { None } else { curve.stays_within(share * initial.abs()) };
         Ok(StateScores {
             initial,
             rmse: curve.rms(),
-            peak: curve.peak()?,
-            overshoot: curve.overshoot(),
+            peak: extrema.peak()?,
+            overshoot: extrema.overshoot(),
             settling_5: settling(0.05),
             settling_2: settling(0.02),
             last: curve.last().abs(),
@@ -300,6 +311,13 @@ impl<'t> Errors<'t> {
             }
             None => Curve::Continuous(self.trajectory.scaled_norm(self.observer, &scale)?),
         };
+        let extrema = match &curve {
+            Curve::Samples(..) if self.continuous => {
+                Some(Curve::Continuous(self.trajectory.scaled_norm(self.observer, &scale)?))
+            }
+            _ => None,
+        };
+        let peak = extrema.as_ref().unwrap_or(&curve).peak()?;
         let initial = curve.initial()?;
         let within = band.of(initial);
         let starts = |time: Option<f64>| time.filter(|_| initial > 0.0);
@@ -307,7 +325,7 @@ impl<'t> Errors<'t> {
             initial,
             settling_first: starts(curve.first_within(within)),
             settling_last: starts(curve.stays_within(within)),
-            peak: curve.peak()?,
+            peak,
             rms: curve.rms(),
             last: curve.last(),
             steady_rms: curve.steady_rms(),

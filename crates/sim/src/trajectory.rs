@@ -7,6 +7,7 @@ use crate::dense::Dense;
 use crate::error::{SimError, check_positive};
 use crate::events::Trace;
 use crate::scores::{Merits, ScoreGrid};
+use crate::sensor::Sampling;
 use crate::view::View;
 
 /// Where things stand in a row.
@@ -32,6 +33,11 @@ pub(crate) struct ObserverLayout {
 }
 
 impl Layout {
+    /// Where the outputs begin as the observers read them.
+    pub(crate) fn measured(&self) -> usize {
+        self.size.states + self.size.inputs + self.size.outputs
+    }
+
     /// The name of an entry of a row.
     pub(crate) fn name(&self, entry: usize) -> String {
         let Dimensions { states: n, inputs: m, outputs: p } = self.size;
@@ -66,7 +72,8 @@ pub struct Trajectory {
     pub u: DMatrix<f64>,
     /// Outputs, without noise.
     pub y: DMatrix<f64>,
-    /// Outputs as the observers read them, with noise and all else.
+    /// Outputs as the observers read them, with noise and all else: the measurement of a sensor with a period of its
+    /// own until the next one is due, NaN where nothing is known.
     pub measured: DMatrix<f64>,
     /// The observers, in the order they were added.
     pub observers: Vec<ObserverTrajectory>,
@@ -78,6 +85,7 @@ pub struct Trajectory {
     /// Everything at the end, after what happens there.
     last: Vec<f64>,
     layout: Layout,
+    sampling: Sampling,
 }
 
 /// What one observer did.
@@ -114,8 +122,7 @@ impl Trajectory {
         integrals: Vec<String>,
         layout: Layout,
         samples: &[f64],
-        dense: Dense,
-        steps: usize,
+        (dense, steps, sampling): (Dense, usize, Sampling),
     ) -> Self {
         let rows = times.len();
         let block = |offset: usize, columns: usize| {
@@ -137,7 +144,7 @@ impl Trajectory {
         let (u, y, measured) = (block(n, m), block(n + m, p), block(n + m + p, p));
         // The last requested time ends the run.
         let last = samples[samples.len().saturating_sub(layout.width)..].to_vec();
-        Self { t: times.to_vec(), x, u, y, measured, observers, integrals, steps, dense, last, layout }
+        Self { t: times.to_vec(), x, u, y, measured, observers, integrals, steps, dense, last, layout, sampling }
     }
 
     /// The observer of that name.
@@ -185,6 +192,12 @@ impl Trajectory {
         Ok(self.dense.at(t)?[n + m + p..n + m + 2 * p].to_vec())
     }
 
+    /// Whether an output (from 0) is measured at t, and the measurement arrives: at the samples of a sensor with a period
+    /// of its own, otherwise at all times at which nothing is lost.
+    pub fn is_measured(&self, output: usize, t: f64) -> bool {
+        self.sampling.is_measured(output, t)
+    }
+
     /// The own state of the observer of that name at any time of the run, by dense output; of a filter estimate and
     /// covariance by columns.
     ///
@@ -206,6 +219,20 @@ impl Trajectory {
     /// The steps of the integrator that were accepted, each by its start and end.
     pub fn step_spans(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.dense.steps()
+    }
+
+    /// Calls `visit` at every point that is kept of every step of the integrator, eight for each with both of its ends,
+    /// with the time, x, u, and the estimate of an observer.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`].
+    pub fn visit(&self, observer: &str, mut visit: impl FnMut(f64, &[f64], &[f64], &[f64])) -> Result<(), SimError> {
+        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
+        let (n, m) = (self.layout.size.states, self.layout.size.inputs);
+        self.dense.visit(|t, row| {
+            visit(t, &row[..n], &row[n..n + m], &row[*estimate..estimate + states.len()]);
+        });
+        Ok(())
     }
 
     /// Any quantity as a function of time, from the dense output.

@@ -257,14 +257,11 @@ fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> 
             (largest(&run.x), largest(&run.u))
         }
     };
-    let outputs = study.plant.outputs.len();
-    let noise = simulation.noise.as_ref().map_or_else(
-        || vec![0.0; outputs],
-        |noise| {
-            let factor = MARGIN * if noise.gaussian { 4.0 } else { 1.0 };
-            noise.amplitude.iter().map(|amplitude| factor * amplitude).collect()
-        },
-    );
+    let noise = (0..study.plant.outputs.len()).map(|output| {
+        let noise = simulation.noise_of(output);
+        noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
+    });
+    let noise = noise.collect();
     let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
     Some(Operation { state, input, noise, error })
 }

@@ -1,5 +1,6 @@
 //! Inputs and references of a study: expressions of time, tables, state feedback.
 
+use luenberger_design::OperatingPoint;
 use luenberger_expression::{Expression, ExpressionError, ParameterError, Parameters, Scope, Undefined};
 use luenberger_sim::{Samples, Signal};
 use nalgebra::DMatrix;
@@ -210,6 +211,19 @@ impl Input {
             Self::Program(program) => program.signal(),
             Self::Feedback { observer, gain, reference } => led(Signal::feedback(observer, gain.clone()), reference),
             Self::StateFeedback { gain, reference } => led(Signal::state_feedback(gain.clone()), reference),
+        }
+    }
+
+    /// The same, with a feedback of the deviations from an operating point, `u = r(t) + u0 - K (xhat - x0)`, if there is
+    /// one.
+    pub fn signal_at(&self, point: Option<&OperatingPoint>) -> Signal<'static> {
+        let signal = self.signal();
+        match (self, point) {
+            (Self::Feedback { gain, .. } | Self::StateFeedback { gain, .. }, Some(point)) => {
+                let shift = &point.u + gain * &point.x;
+                signal.plus(move |_, u| u.copy_from_slice(shift.as_slice()))
+            }
+            _ => signal,
         }
     }
 

@@ -108,6 +108,79 @@ pub struct Simulation {
     pub scale: Option<Vec<f64>>,
     /// Noise on the outputs.
     pub noise: Option<NoiseSpec>,
+    /// Sensors with sampling periods of their own, which have the noise of their outputs.
+    pub sensors: Vec<SensorSpec>,
+}
+
+impl Simulation {
+    /// The sensor of an output (from 0), if it has one of its own.
+    pub fn sensor(&self, output: usize) -> Option<&SensorSpec> {
+        self.sensors.iter().find(|sensor| sensor.output == output)
+    }
+
+    /// The noise of an output (from 0); none without noise.
+    pub fn noise_of(&self, output: usize) -> Option<OutputNoise> {
+        let found = match (self.sensor(output), &self.noise) {
+            (Some(SensorSpec { gaussian, amplitude, period, .. }), _) => {
+                OutputNoise { gaussian: *gaussian, amplitude: *amplitude, period: *period }
+            }
+            (None, Some(noise)) => {
+                let amplitude = noise.amplitude.get(output).copied().unwrap_or(0.0);
+                OutputNoise { gaussian: noise.gaussian, amplitude, period: noise.period }
+            }
+            (None, None) => return None,
+        };
+        (found.amplitude > 0.0).then_some(found)
+    }
+
+    /// Whether there is measurement noise.
+    pub fn is_noisy(&self) -> bool {
+        self.noise.is_some() || self.sensors.iter().any(|sensor| sensor.amplitude > 0.0)
+    }
+}
+
+/// A sensor that measures an output at instants of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorSpec {
+    /// The output, from 0.
+    pub output: usize,
+    /// Time between two measurements.
+    pub period: f64,
+    /// Time of the first one.
+    pub offset: f64,
+    /// Gaussian noise if true, otherwise uniform.
+    pub gaussian: bool,
+    /// Standard deviation or amplitude of the noise.
+    pub amplitude: f64,
+    /// The seed.
+    pub seed: u64,
+}
+
+impl SensorSpec {
+    /// The sensor with the amplitude scaled by `factor` and `seed` added to its seed.
+    pub fn sensor(&self, factor: f64, seed: u64) -> luenberger_sim::Sensor {
+        let sensor = luenberger_sim::Sensor::new(self.output, self.period).offset(self.offset);
+        let (amplitude, seed) = (factor * self.amplitude, self.seed.wrapping_add(seed));
+        if self.gaussian { sensor.gaussian(amplitude, seed) } else { sensor.uniform(amplitude, seed) }
+    }
+}
+
+/// Measurement noise of one output.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutputNoise {
+    /// Gaussian if true, otherwise uniform.
+    pub gaussian: bool,
+    /// Standard deviation or amplitude.
+    pub amplitude: f64,
+    /// Hold time of each value.
+    pub period: f64,
+}
+
+impl OutputNoise {
+    /// The variance; that of uniform noise of amplitude a is a^2/3.
+    pub fn variance(&self) -> f64 {
+        self.amplitude * self.amplitude * if self.gaussian { 1.0 } else { 1.0 / 3.0 }
+    }
 }
 
 /// Noise on the outputs.

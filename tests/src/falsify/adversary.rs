@@ -32,6 +32,7 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("feedback-loop", feedback),
     ("polytope-of-plants", polytope),
     ("polytope-of-jacobians", polytope),
+    ("discrete-polytope-of-jacobians", discrete_polytope),
     ("sector-observer", sector),
     ("contracting-coordinates", contracting),
     ("definiteness", definiteness),
@@ -415,6 +416,47 @@ fn polytope(document: &Value, random: &mut Random) -> Found {
         } else {
             let weights = weights(vertices.len(), random);
             decays(&mixed(&a, &weights).minus(&l.times(&mixed(&c, &weights))), &p, &rate(document))?;
+        }
+    }
+    Ok(())
+}
+
+/// `factor^2 P - F'PF > 0`, and F/factor inside the unit circle; the block of the certificate.
+fn contracts(f: &Exact, p: &Exact, factor: &Exact) -> Result<Exact, String> {
+    let scaled = p.scaled(&factor.times(factor));
+    ensure(scaled.minus(&f.congruent(p)).is_positive(), said("F'PF < factor^2 P"))?;
+    ensure(f.is_schur(), said("eigenvalues inside the unit circle"))?;
+    let corner = p.times(f);
+    Ok(Exact::blocks(&[vec![scaled, corner.transposed()], vec![corner, p.clone()]]))
+}
+
+fn discrete_polytope(document: &Value, random: &mut Random) -> Found {
+    let vertices = document["vertices"].as_array().ok_or("no vertices")?;
+    ensure(!vertices.is_empty(), said("there is a vertex"))?;
+    let (l, p) = (matrix(&document["observer"]["L"], random), matrix(&document["lyapunov"]["P"], random));
+    let factor = single(&document["lyapunov"]["factor"]);
+    ensure(p.is_positive(), said("P > 0"))?;
+    margin_of(document, 0, &p)?;
+    let mut product = Exact::identity(p.rows);
+    for k in 0..vertices.len() + 6 {
+        let a: Vec<Exact> = vertices.iter().map(|vertex| matrix(&vertex["A"], random)).collect();
+        let c: Vec<Exact> = vertices.iter().map(|vertex| matrix(&vertex["C"], random)).collect();
+        let f = if k < vertices.len() {
+            let f = a[k].minus(&l.times(&c[k]));
+            margin_of(document, k + 1, &contracts(&f, &p, &factor)?)?;
+            f
+        } else {
+            let weights = weights(vertices.len(), random);
+            let f = mixed(&a, &weights).minus(&l.times(&mixed(&c, &weights)));
+            contracts(&f, &p, &factor)?;
+            f
+        };
+        // However the pairs follow one another: V(k) <= factor^(2k) V(0) for all e(0).
+        if k < 3 {
+            product = f.times(&product);
+            let mut bound = p.clone();
+            (0..=k).for_each(|_| bound = bound.scaled(&factor.times(&factor)));
+            ensure(bound.minus(&product.congruent(&p)).is_positive(), said("V(k) <= factor^(2k) V(0)"))?;
         }
     }
     Ok(())

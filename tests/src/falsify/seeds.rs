@@ -12,12 +12,12 @@ use luenberger_design::{
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
 use luenberger_plants::StateSpace;
-use luenberger_proof::Matrix;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, Definiteness, HurwitzStability, Region, SchurStability, Sign,
-    StructuredCubicConvergence, Theorem,
+    CertificateFile, CubicConvergence, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
+    SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
+use luenberger_proof::{Interval, Matrix};
 use nalgebra::DMatrix;
 
 use super::random::Random;
@@ -38,6 +38,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("feedback-loop", feedback),
     ("polytope-of-plants", polytope),
     ("polytope-of-jacobians", jacobians),
+    ("discrete-polytope-of-jacobians", discrete_jacobians),
     ("sector-observer", sector),
     ("contracting-coordinates", contracting),
     ("definiteness", definiteness),
@@ -252,6 +253,37 @@ fn jacobians(random: &mut Random) -> Option<CertificateFile> {
         "jacobians",
         luenberger_proof::certificate::JacobianPolytope { vertices, l, p, rate },
     ))
+}
+
+/// The polytope around a sampled plant, with P of the gain at its centre and a factor that this P gives the vertices.
+fn discrete_jacobians(random: &mut Random) -> Option<CertificateFile> {
+    let design = sampled_design(random)?;
+    let o = &design.observer;
+    let (n, l) = (o.ad().nrows(), o.ld().clone());
+    let f = o.ad() - &l * o.c();
+    let p = stein(&f, &DMatrix::identity(n, n)).ok()?.p;
+    let step = random.matrix(n, n) * random.between(0.001, 0.05);
+    let root = p.clone().cholesky()?.l();
+    let inverse = root.clone().try_inverse()?;
+    // |root' F root'^-1| is the factor of one step in the norm of P.
+    let factor = |a: &DMatrix<f64>| {
+        let f = a - &l * o.c();
+        (root.transpose() * f * inverse.transpose()).singular_values().max()
+    };
+    let pairs = [o.ad() - &step, o.ad() + &step];
+    let largest = pairs.iter().map(factor).fold(0.0, f64::max);
+    let factor = if random.once_in(2) { 1.0 } else { (largest * random.between(1.001, 1.2)).min(1.0) };
+    let vertices = pairs.iter().map(|a| {
+        let c = proof_matrix(o.c());
+        if random.once_in(2) {
+            return Vertex::exactly(&proof_matrix(a), &c);
+        }
+        let around = |x: &f64| Interval::new(x - 1e-6, x + 1e-6).unwrap_or(Interval::of(*x));
+        Vertex::within(&proof_matrix(a).map(around), &c.map(|x| Interval::of(*x)))
+    });
+    let vertices = vertices.collect::<Result<Vec<_>, _>>().ok()?;
+    let theorem = DiscreteJacobianPolytope { vertices, l: proof_matrix(&l), p: proof_matrix(&p), factor };
+    written(CertificateFile::prove("jacobians in discrete time", theorem))
 }
 
 fn sector(random: &mut Random) -> Option<CertificateFile> {

@@ -11,13 +11,13 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight,
-    Region, SampledCubicDesign, Theorem1, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DiscreteLpvDesign, FeedbackDesign, GainOptions, LinearDesign, LipschitzDesign,
+    LpvDesign, LyapunovWeight, Region, SampledCubicDesign, Theorem1, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
-use luenberger_plants::{StateSpace, double_integrator, flexible_joint, third_order};
+use luenberger_plants::{StateSpace, VanDerPol, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
@@ -120,6 +120,9 @@ fn of_linear_plants() -> Vec<CertificateFile> {
 
 fn of_nonlinear_plants() -> Vec<CertificateFile> {
     let lpv = LpvDesign::new(flexible_joint::classical(), &Region::everywhere(4), 1.0).unwrap();
+    // Van der Pol's right-hand side, read as the next state.
+    let square = Region::new(&[(-1.0, 1.0), (-1.0, 1.0)]);
+    let discrete = DiscreteLpvDesign::new(VanDerPol { mu: 0.1 }, 0.5, &square, 0.1, &GainOptions::default()).unwrap();
     let a = DMatrix::from_column_slice(4, 4, flexible_joint::classical().linear_part().as_slice());
     let vertices = [-3.33, 3.33].map(|slope| {
         let mut vertex = a.clone();
@@ -131,7 +134,7 @@ fn of_nonlinear_plants() -> Vec<CertificateFile> {
     let sectors = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
     let lipschitz = LipschitzDesign::new(&sectors, 1.0).unwrap();
     let coordinates = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5).unwrap();
-    [&lpv as &dyn Certified, &repaired, &lipschitz, &coordinates]
+    [&lpv as &dyn Certified, &discrete, &repaired, &lipschitz, &coordinates]
         .map(|design| design.certificate_file("a design").unwrap())
         .into()
 }
@@ -382,9 +385,8 @@ fn sealed(mut file: Value) -> String {
 fn malformed(mut file: Value, random: &mut Random) -> String {
     let margins = file["margins"].as_array().unwrap().len();
     match random.next(7) {
-        0 => {
-            file["statement"] = file["statement"].as_str().unwrap().replacen(" e", " x", 1).replace("are", "is").into();
-        }
+        // No statement begins with this letter.
+        0 => file["statement"] = file["statement"].as_str().unwrap().replacen(char::is_alphabetic, "Q", 1).into(),
         1 => file["statement"] = format!("{} ", file["statement"].as_str().unwrap()).into(),
         2 => file["margins"][random.next(margins)]["inequality"] = "1 > 0".into(),
         3 => drop(file["margins"].as_array_mut().unwrap().pop()),

@@ -1,5 +1,5 @@
-//! `luenberger lyap` and `luenberger dlyap`, in python-control's form; the library's observer form is used with `A'`
-//! for `A`.
+//! `luenberger lyap` and `luenberger dlyap`, in python-control's form, with E where it is given; the library's observer
+//! form is used with `A'` for `A`.
 
 use super::{from, json_output};
 use crate::answer::Answer;
@@ -19,18 +19,40 @@ pub(super) struct Solution {
     forward_error: Option<f64>,
 }
 
-/// `A X + X A' + Q = 0`.
+/// `A X + X A' + Q = 0`, with E `A X E' + E X A' + Q = 0`.
 pub(crate) fn lyap(source: &Source) -> Result<Answer, Failure> {
-    let [a, q] = json::matrices(source, ["a", "q"])?;
-    let found = luenberger_linalg::lyapunov(&a.transpose(), &q).map_err(from(source))?;
-    solution("A X + X A' + Q = 0", &found.p, found.residual, found.condition, found.forward_error())
+    let Data { a, q, e } = data(source)?;
+    let Some(e) = e else {
+        let found = luenberger_linalg::lyapunov(&a, &q).map_err(from(source))?;
+        return solution("A X + X A' + Q = 0", &found.p, found.residual, found.condition, found.forward_error());
+    };
+    let found = luenberger_linalg::generalized_lyapunov(&a, &e, &q).map_err(from(source))?;
+    let condition = found.standard.condition * found.condition_e;
+    solution("A X E' + E X A' + Q = 0", &found.p, found.residual, condition, found.forward_error())
 }
 
-/// `A X A' - X + Q = 0`.
+/// `A X A' - X + Q = 0`, with E `A X A' - E X E' + Q = 0`.
 pub(crate) fn dlyap(source: &Source) -> Result<Answer, Failure> {
-    let [a, q] = json::matrices(source, ["a", "q"])?;
-    let found = luenberger_linalg::stein(&a.transpose(), &q).map_err(from(source))?;
-    solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition, found.forward_error())
+    let Data { a, q, e } = data(source)?;
+    let Some(e) = e else {
+        let found = luenberger_linalg::stein(&a, &q).map_err(from(source))?;
+        return solution("A X A' - X + Q = 0", &found.p, found.residual, found.condition, found.forward_error());
+    };
+    let found = luenberger_linalg::generalized_stein(&a, &e, &q).map_err(from(source))?;
+    let condition = found.standard.condition * found.condition_e;
+    solution("A X A' - E X E' + Q = 0", &found.p, found.residual, condition, found.forward_error())
+}
+
+/// `A'`, `Q` and, if it is given, `E'`.
+struct Data {
+    a: DMatrix<f64>,
+    q: DMatrix<f64>,
+    e: Option<DMatrix<f64>>,
+}
+
+fn data(source: &Source) -> Result<Data, Failure> {
+    let [a, q, e] = json::some_matrices(source, ["a", "q", "e"], 2)?;
+    Ok(Data { a: a.unwrap_or_default().transpose(), q: q.unwrap_or_default(), e: e.map(|e| e.transpose()) })
 }
 
 /// Result of an equation with one unknown.
@@ -41,9 +63,7 @@ pub(super) fn solution(
     condition: f64,
     forward_error: f64,
 ) -> Result<Answer, Failure> {
-    let forward_error = Some(forward_error).filter(|bound| *bound < 1.0);
-    let error = forward_error
-        .map_or("no digit is certain".to_owned(), |bound| format!("error at most {}", numbers::size(bound)));
+    let (error, forward_error) = numbers::forward_error(forward_error);
     let text = format!(
         "{equation}\n{}residual {} (relative), condition {}, {error}\n",
         numbers::matrix("X", x),

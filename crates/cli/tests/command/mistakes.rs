@@ -14,7 +14,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
     ("eig", "{\"a\": [[1]]} and more", 2, "line 1, column 14: trailing characters"),
     ("eig", "{\"a\": [[1], [2],]}", 2, "line 1, column 17: trailing comma"),
     ("eig", "{}", 2, "line 1, column 2: the key \"a\" is missing (known: \"a\")"),
-    ("lyap", SHORT, 2, "line 1, column 25: the key \"q\" is missing (known: \"a\", \"q\")"),
+    ("lyap", SHORT, 2, "line 1, column 25: the key \"q\" is missing (known: \"a\", \"q\", \"e\")"),
     ("eig", r#"{"A": [[1]]}"#, 2, "line 1, column 4: the key \"A\" is unknown; did you mean \"a\"? (known: \"a\")"),
     ("eig", r#"{"x": [[1]]}"#, 2, "line 1, column 4: the key \"x\" is unknown (known: \"a\")"),
     (
@@ -85,8 +85,8 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
     (
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[-1]], "r": [[1]]}"#,
-        2,
-        "q is not positive semidefinite: its smallest eigenvalue is -1",
+        1,
+        "no stabilizing solution: the closed loop keeps the eigenvalue 1, at 0 from the stability boundary",
     ),
     ("obsv", r#"{"a": [[1]], "c": [[1, 2]]}"#, 2, "C must be 1 x 1, and is 1 x 2"),
     ("place", r#"{"a": [[1]], "b": [[1]], "poles": [-1, -2]}"#, 2, "a plant of order 1 needs 1 poles, and 2 are given"),
@@ -145,7 +145,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[0]], "r": [[1]]}"#,
         1,
-        "the pair (A, C) is not detectable: unobservable eigenvalue 1",
+        "the weight q does not see the eigenvalue 1 on the stability boundary",
     ),
     (
         "place",

@@ -25,6 +25,7 @@
 //! Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory, SIAM 1994,
 //! section 5.1.
 
+mod discrete;
 mod error;
 mod obstacle;
 mod polytope;
@@ -41,6 +42,7 @@ use luenberger_proof::wording::{at_least, at_most};
 use luenberger_proof::{ProofError, Verdict};
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
+pub use discrete::DiscreteLpvDesign;
 pub use error::{Conflict, HiddenMode, LpvError, VaryingEntries};
 pub use polytope::{MAX_VARYING, Polytope, Vertex};
 

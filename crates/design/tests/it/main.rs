@@ -9,7 +9,9 @@ mod gain_options;
 mod kkl;
 mod kkl_adversary;
 mod lipschitz;
+#[macro_use]
 mod lpv;
+mod lpv_discrete;
 mod mean_value;
 mod nonlinear_observability;
 mod numerical_kkl;

@@ -1,4 +1,4 @@
-//! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the eigenvalues wished for.
+//! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the eigenvalues asked for.
 //!
 //! A gain for every set of n poles closed under conjugation exists iff the pair is controllable (for `L`: observable;
 //! Wonham 1967). With one independent input it is unique; with more, the freedom left is spent on well-conditioned
@@ -30,7 +30,7 @@ use crate::staircase::Staircase;
 use crate::units::{Units, shift, spread};
 use crate::{LinalgError, Result};
 use eigenvectors::Eigenvectors;
-use poles::Wish;
+use poles::RequestedPoles;
 use sensitivity::conditions;
 pub use structured::{StructuredPlacement, place_observer_structured, place_structured};
 
@@ -39,17 +39,17 @@ pub use structured::{StructuredPlacement, place_observer_structured, place_struc
 pub struct Placement {
     /// `K`, m x n, for [`place`]; `L`, n x p, for [`place_observer`].
     pub gain: DMatrix<f64>,
-    /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the wished one it stands
+    /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the requested one it stands
     /// for, in the order of the argument.
     pub poles: Vec<Complex<f64>>,
-    /// The distance of each achieved pole from its wish, in the units of the poles.
+    /// The distance of each achieved pole from the requested one, in the units of the poles.
     pub errors: Vec<f64>,
     /// The condition `|x| |y| / |y*x|` of each achieved pole, `x, y` its right and left eigenvectors in the units
     /// given: a small change E of the closed loop moves it by this times `|E|` at most. 1 is best; beyond `1e8` the
     /// pole is defective to working precision.
     pub sensitivities: Vec<f64>,
-    /// The largest distance between a wished and an achieved pole, relative to the largest wished pole or, if that is
-    /// smaller, to the norm of `A` in units that suit it. An ill-conditioned placement shows here.
+    /// The largest distance between a requested and an achieved pole, relative to the largest requested pole or, if that
+    /// is smaller, to the norm of `A` in units that suit it. An ill-conditioned placement shows here.
     pub deviation: f64,
     /// `cond_2(X)`, X the eigenvectors (columns of norm one) of the closed loop that was aimed at, in the units given.
     /// Infinite if that loop is defective: a pole repeated with one input.
@@ -58,9 +58,9 @@ pub struct Placement {
 
 /// State feedback gain `K`, m x n, that places the eigenvalues of `A - B K` at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(B) > 1 each may be
-/// repeated rank(B) times at most (more would make the loop defective); with rank(B) = 1 as often as one likes, since
-/// the loop has no choice. Note the sign: `u = -K x`.
+/// `a` is n x n, `b` n x m, `poles` n numbers, real or complex, closed under conjugation, in any order. With
+/// rank(B) > 1 each may be repeated rank(B) times at most (more would make the loop defective); with rank(B) = 1 as
+/// often as one likes, since the loop has no choice. Note the sign: `u = -K x`.
 ///
 /// # Errors
 /// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, and the direction that no input
@@ -82,8 +82,8 @@ pub struct Placement {
 /// use nalgebra::{Complex, dmatrix};
 ///
 /// let (a, b) = (dmatrix![0.0, 1.0; 3.0, 2.0], dmatrix![0.0; 1.0]);
-/// let wished = [Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0)];
-/// let placed = place(&a, &b, &wished)?;
+/// let requested = [Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0)];
+/// let placed = place(&a, &b, &requested)?;
 /// let residual = (&placed.gain - dmatrix![8.0, 4.0]).norm();
 /// println!("K = {}, residual {residual:e}, poles off by {:e}", placed.gain, placed.deviation);
 /// assert!(residual < 1e-14 && placed.deviation < 1e-14);
@@ -104,22 +104,23 @@ pub fn place<'a>(
 fn controller(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
     check(a)?;
     shaped("B", b, a.nrows(), b.ncols())?;
-    let wish = Wish::new(poles, a.nrows())?;
+    let requested = RequestedPoles::new(poles, a.nrows())?;
     let (dual, inputs) = (a.transpose(), b.transpose());
     let units = Units::of(&dual, &inputs);
     let staircase = observable(&units, &dual, &inputs)?.map_err(|mode| {
         let Mode { eigenvalue, direction, margin } = mode;
         LinalgError::Uncontrollable { eigenvalue, direction, margin }
     })?;
-    let assigned = assign(a, b, &wish, units, Some(staircase))?;
-    let condition = if wish.is_defective(assigned.rank) { f64::INFINITY } else { assigned.vectors.condition()? };
-    Ok(finish(assigned.gain.clone(), &wish, &assigned, condition))
+    let assigned = assign(a, b, &requested, units, Some(staircase))?;
+    let condition = if requested.is_defective(assigned.rank) { f64::INFINITY } else { assigned.vectors.condition()? };
+    Ok(finish(assigned.gain.clone(), &requested, &assigned, condition))
 }
 
 /// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
 ///
-/// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(C) > 1 each may be
-/// repeated rank(C) times at most; with rank(C) = 1 as often as one likes. This is [`place`] of `(A', C')`, transposed.
+/// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, in any order. With
+/// rank(C) > 1 each may be repeated rank(C) times at most; with rank(C) = 1 as often as one likes. This is [`place`] of
+/// `(A', C')`, transposed.
 ///
 /// # Errors
 /// As [`place`], with [`LinalgError::Unobservable`], which names the eigenvalue that no gain can move and the direction
@@ -155,13 +156,13 @@ pub fn place_observer<'a>(
 fn observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
     check(a)?;
     shaped("C", c, c.nrows(), a.nrows())?;
-    let wish = Wish::new(poles, a.nrows())?;
+    let requested = RequestedPoles::new(poles, a.nrows())?;
     let units = Units::of(a, c);
     let staircase = observable(&units, a, c)?.map_err(|mode| {
         let Mode { eigenvalue, direction, margin } = mode;
         LinalgError::Unobservable { eigenvalue, direction, margin }
     })?;
-    place_observed(a, c, &wish, units, Some(staircase))
+    place_observed(a, c, &requested, units, Some(staircase))
 }
 
 /// The staircase of an observable pair, or the mode that is seen least.
@@ -176,34 +177,34 @@ fn observable(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<core:
 fn place_observed(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,
-    wish: &Wish,
+    requested: &RequestedPoles,
     units: Units,
     staircase: Option<Staircase>,
 ) -> Result<Placement> {
-    let assigned = assign(&a.transpose(), &c.transpose(), wish, units, staircase)?;
+    let assigned = assign(&a.transpose(), &c.transpose(), requested, units, staircase)?;
     // The eigenvectors of A - L C are the left ones of its transpose.
     let condition = match assigned.vectors.dual() {
-        Some(vectors) if !wish.is_defective(assigned.rank) => vectors.normalised().condition()?,
+        Some(vectors) if !requested.is_defective(assigned.rank) => vectors.normalised().condition()?,
         _ => f64::INFINITY,
     };
-    Ok(finish(assigned.gain.transpose(), wish, &assigned, condition))
+    Ok(finish(assigned.gain.transpose(), requested, &assigned, condition))
 }
 
 /// [`place_observer`] of a part of a pair, which is observable because the pair is: the part itself is not judged.
 pub(crate) fn place_part(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
-    place_observed(a, c, &Wish::new(poles, a.nrows())?, Units::of(a, c), None)
+    place_observed(a, c, &RequestedPoles::new(poles, a.nrows())?, Units::of(a, c), None)
 }
 
 fn check(a: &DMatrix<f64>) -> Result<()> {
     if square("A", a)? == 0 { Err(LinalgError::Empty { what: "A" }) } else { Ok(()) }
 }
 
-fn finish(gain: DMatrix<f64>, wish: &Wish, closed: &Assigned, condition: f64) -> Placement {
-    let at = wish.matched(&closed.achieved);
+fn finish(gain: DMatrix<f64>, requested: &RequestedPoles, closed: &Assigned, condition: f64) -> Placement {
+    let at = requested.matched(&closed.achieved);
     let poles: Vec<Complex<f64>> = at.iter().map(|k| closed.achieved[*k]).collect();
     let sensitivities = at.iter().map(|k| closed.sensitivities[*k]).collect();
-    let errors: Vec<f64> = poles.iter().zip(wish.poles()).map(|(x, y)| (x - y).norm()).collect();
-    let scale = wish.poles().iter().map(|p| p.norm()).fold(closed.size, f64::max);
+    let errors: Vec<f64> = poles.iter().zip(requested.poles()).map(|(x, y)| (x - y).norm()).collect();
+    let scale = requested.poles().iter().map(|p| p.norm()).fold(closed.size, f64::max);
     let distance = errors.iter().copied().fold(0.0, f64::max);
     let deviation = if distance == 0.0 { 0.0 } else { distance / scale };
     Placement { gain, poles, errors, sensitivities, deviation, condition }
@@ -260,7 +261,7 @@ const SLIGHT: i32 = 3;
 fn assign(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
-    wish: &Wish,
+    requested: &RequestedPoles,
     mut units: Units,
     staircase: Option<Staircase>,
 ) -> Result<Assigned> {
@@ -270,13 +271,13 @@ fn assign(
     }
     let scaled_a = units.dynamics(&a.transpose()).transpose();
     let scaled_b = units.outputs(&b.transpose()).transpose();
-    let scaled = wish.in_time(-units.time);
+    let scaled = requested.in_time(-units.time);
     let (rank, scaled_gain, vectors) = if m == 1 {
         let hessenberg = staircase.unwrap_or_else(|| Staircase::new(&scaled_a, &scaled_b, 0.0));
         let (gain, vectors) = single_input::assign(&hessenberg, &scaled);
         (1, gain, vectors)
     } else {
-        assign_several(&scaled_a, &scaled_b, &scaled)?
+        assign_several(&scaled_a, &scaled_b, &scaled).map_err(|error| error.in_time(units.time))?
     };
     let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
     if gain.iter().any(|x| !x.is_finite()) {
@@ -305,7 +306,11 @@ fn assign(
 }
 
 /// The rank of B, the gain, and the eigenvectors aimed at, for inputs of any number that may be dependent.
-fn assign_several(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<(usize, DMatrix<f64>, Eigenvectors)> {
+fn assign_several(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    requested: &RequestedPoles,
+) -> Result<(usize, DMatrix<f64>, Eigenvectors)> {
     let (n, m) = b.shape();
     let svd = svd(view(b)).ok_or_else(|| LinalgError::NotConverged {
         method: "singular values of B",
@@ -317,15 +322,15 @@ fn assign_several(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish) -> Result<(us
     let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
     // A controllable pair has an input that counts.
     let rank = sigma.iter().filter(|s| **s > floor).count().max(1);
-    wish.allowed_by(rank)?;
+    requested.allowed_by(rank)?;
 
     let u = svd.u;
     let inputs = DMatrix::from_fn(n, rank, |i, j| u[(i, j)]);
     let others = DMatrix::from_fn(n, n - rank, |i, j| u[(i, rank + j)]);
     let (orthogonal, vectors) = if rank == 1 {
-        single_input::assign(&Staircase::new(a, &inputs, 0.0), wish)
+        single_input::assign(&Staircase::new(a, &inputs, 0.0), requested)
     } else {
-        robust::assign(a, &inputs, &others, wish)?
+        robust::assign(a, &inputs, &others, requested)?
     };
     let v = svd.v;
     let gain = DMatrix::from_fn(m, n, |i, j| (0..rank).map(|k| v[(i, k)] / sigma[k] * orthogonal[(k, j)]).sum::<f64>());

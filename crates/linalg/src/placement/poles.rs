@@ -1,4 +1,4 @@
-//! The list of poles a user wishes for: checked, paired, and matched with what was achieved.
+//! The list of poles a user asks for: checked, paired, and matched with what was achieved.
 
 use nalgebra::Complex;
 
@@ -7,7 +7,7 @@ use crate::{LinalgError, Result};
 
 /// n poles closed under conjugation: the real ones, then one of each complex pair.
 #[derive(Debug, Clone)]
-pub(super) struct Wish {
+pub(super) struct RequestedPoles {
     /// Real poles.
     pub(super) real: Vec<f64>,
     /// The pole of each pair with positive imaginary part.
@@ -20,7 +20,7 @@ pub(super) struct Wish {
 /// size.
 const CONJUGATE: f64 = 64.0 * f64::EPSILON;
 
-impl Wish {
+impl RequestedPoles {
     pub(super) fn new(poles: &[Complex<f64>], order: usize) -> Result<Self> {
         for (index, pole) in poles.iter().enumerate() {
             if !(pole.re.is_finite() && pole.im.is_finite() && pole.norm().is_finite()) {
@@ -30,7 +30,7 @@ impl Wish {
         if poles.len() != order {
             return Err(LinalgError::PoleCount { order, found: poles.len() });
         }
-        let mut wish = Self { real: Vec::new(), pairs: Vec::new(), given: poles.to_vec() };
+        let mut requested = Self { real: Vec::new(), pairs: Vec::new(), given: poles.to_vec() };
         let mut taken = vec![false; order];
         for (i, pole) in poles.iter().enumerate() {
             if taken[i] {
@@ -39,8 +39,8 @@ impl Wish {
             taken[i] = true;
             let near = CONJUGATE * pole.norm();
             if pole.im.abs() <= near {
-                wish.given[i].im = 0.0;
-                wish.real.push(pole.re);
+                requested.given[i].im = 0.0;
+                requested.real.push(pole.re);
                 continue;
             }
             let partner = (i + 1..order)
@@ -51,11 +51,11 @@ impl Wish {
             let Some((k, _)) = partner else { return Err(LinalgError::PoleUnpaired { pole: *pole }) };
             taken[k] = true;
             let mean = pole + (poles[k].conj() - pole) / 2.0;
-            wish.given[i] = mean;
-            wish.given[k] = mean.conj();
-            wish.pairs.push(Complex::new(mean.re, mean.im.abs()));
+            requested.given[i] = mean;
+            requested.given[k] = mean.conj();
+            requested.pairs.push(Complex::new(mean.re, mean.im.abs()));
         }
-        Ok(wish)
+        Ok(requested)
     }
 
     /// The poles in the order given.
@@ -93,7 +93,7 @@ impl Wish {
         self.most_repeated().1 > rank
     }
 
-    /// For each wished pole, which of `achieved` (as many) stands for it: nearest pairs first.
+    /// For each requested pole, which of `achieved` (as many) stands for it: nearest pairs first.
     pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<usize> {
         let n = self.given.len();
         let distance = |i: usize, k: usize| {
@@ -131,21 +131,22 @@ mod tests {
 
     #[test]
     fn pairs_are_found_in_any_order_and_made_exact() {
-        let wish =
-            Wish::new(&[c(-1.0, 2.0), c(-3.0, 0.0), c(-1.0, -2.0 - 2e-16), c(-1.0, -2.0), c(-1.0, 2.0)], 5).unwrap();
-        assert_eq!(wish.real, [-3.0]);
-        assert_eq!(wish.pairs.len(), 2);
-        assert_eq!(wish.poles()[0], wish.poles()[3].conj());
+        let requested =
+            RequestedPoles::new(&[c(-1.0, 2.0), c(-3.0, 0.0), c(-1.0, -2.0 - 2e-16), c(-1.0, -2.0), c(-1.0, 2.0)], 5)
+                .unwrap();
+        assert_eq!(requested.real, [-3.0]);
+        assert_eq!(requested.pairs.len(), 2);
+        assert_eq!(requested.poles()[0], requested.poles()[3].conj());
     }
 
     #[test]
     fn what_is_wrong_is_named() {
         let half = [c(-1.0, 0.0), c(-2.0, 1.0), c(-2.0, -1.0 - 1e-9)];
-        assert_eq!(Wish::new(&half, 3).unwrap_err(), LinalgError::PoleUnpaired { pole: half[1] });
-        assert_eq!(Wish::new(&half[..1], 2).unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
-        let nan = Wish::new(&[c(-1.0, 0.0), c(f64::NAN, 0.0)], 2).unwrap_err();
+        assert_eq!(RequestedPoles::new(&half, 3).unwrap_err(), LinalgError::PoleUnpaired { pole: half[1] });
+        assert_eq!(RequestedPoles::new(&half[..1], 2).unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
+        let nan = RequestedPoles::new(&[c(-1.0, 0.0), c(f64::NAN, 0.0)], 2).unwrap_err();
         assert!(matches!(nan, LinalgError::PoleNotFinite { index: 1, .. }), "{nan}");
-        let thrice = Wish::new(&[c(-1.0, 0.0); 3], 3).unwrap();
+        let thrice = RequestedPoles::new(&[c(-1.0, 0.0); 3], 3).unwrap();
         let expected = LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), multiplicity: 3, rank: 2 };
         assert_eq!(thrice.allowed_by(2).unwrap_err(), expected);
         assert!(thrice.allowed_by(3).is_ok() && thrice.allowed_by(1).is_ok());
@@ -153,8 +154,8 @@ mod tests {
 
     #[test]
     fn matching_takes_the_nearest_first() {
-        let wish = Wish::new(&[c(-1.0, 0.0), c(-2.0, 0.0), c(0.0, 1.0), c(0.0, -1.0)], 4).unwrap();
+        let requested = RequestedPoles::new(&[c(-1.0, 0.0), c(-2.0, 0.0), c(0.0, 1.0), c(0.0, -1.0)], 4).unwrap();
         let achieved = [c(0.1, -1.0), c(-2.1, 0.0), c(-1.4, 0.0), c(0.1, 1.0)];
-        assert_eq!(wish.matched(&achieved), [2, 1, 3, 0]);
+        assert_eq!(requested.matched(&achieved), [2, 1, 3, 0]);
     }
 }

@@ -19,7 +19,7 @@ use faer::Mat;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::eigenvectors::Eigenvectors;
-use super::poles::Wish;
+use super::poles::RequestedPoles;
 use crate::{LinalgError, Result};
 
 /// Most sweeps over all poles. Volume is gained in the first few.
@@ -36,18 +36,18 @@ pub(super) fn assign(
     a: &DMatrix<f64>,
     inputs: &DMatrix<f64>,
     others: &DMatrix<f64>,
-    wish: &Wish,
+    requested: &RequestedPoles,
 ) -> Result<(DMatrix<f64>, Eigenvectors)> {
     let n = a.nrows();
     // Of a full B every vector serves: X = I, and e1 + i e2 for pairs.
-    let x = if others.ncols() == 0 { DMatrix::identity(n, n) } else { best_eigenvectors(a, others, wish)? };
+    let x = if others.ncols() == 0 { DMatrix::identity(n, n) } else { best_eigenvectors(a, others, requested)? };
     let mut x_lambda = x.clone();
-    for (j, lambda) in wish.real.iter().enumerate() {
+    for (j, lambda) in requested.real.iter().enumerate() {
         x_lambda.column_mut(j).scale_mut(*lambda);
     }
-    for (pair, lambda) in wish.pairs.iter().enumerate() {
+    for (pair, lambda) in requested.pairs.iter().enumerate() {
         // A (u + i v) = lambda (u + i v).
-        let j = wish.real.len() + 2 * pair;
+        let j = requested.real.len() + 2 * pair;
         let (u, v) = (x.column(j).into_owned(), x.column(j + 1).into_owned());
         x_lambda.set_column(j, &(&u * lambda.re - &v * lambda.im));
         x_lambda.set_column(j + 1, &(&u * lambda.im + &v * lambda.re));
@@ -58,14 +58,14 @@ pub(super) fn assign(
         .solve(&x_lambda.transpose())
         .ok_or(LinalgError::Overflow { what: "the inverse of the eigenvectors" })?
         .transpose();
-    Ok((inputs.transpose() * (a - closed), Eigenvectors::reals_first(x, wish.real.len())))
+    Ok((inputs.transpose() * (a - closed), Eigenvectors::reals_first(x, requested.real.len())))
 }
 
 /// In real columns: `x` of a real pole, `Re x, Im x` of a pair.
-fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, wish: &Wish) -> Result<DMatrix<f64>> {
+fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, requested: &RequestedPoles) -> Result<DMatrix<f64>> {
     let real: Vec<DMatrix<f64>> =
-        wish.real.iter().map(|p| admissible(a, others, Complex::from(*p)).map(|x| x.re)).collect();
-    let complex: Vec<DMatrix<Complex<f64>>> = wish.pairs.iter().map(|p| admissible(a, others, *p)).collect();
+        requested.real.iter().map(|p| admissible(a, others, Complex::from(*p)).map(|x| x.re)).collect();
+    let complex: Vec<DMatrix<Complex<f64>>> = requested.pairs.iter().map(|p| admissible(a, others, *p)).collect();
     let mut best: Option<(f64, Ascent)> = None;
     for seed in 0..MOST_STARTS {
         if seed >= STARTS && best.is_some() {

@@ -16,16 +16,16 @@
 use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 
 use super::eigenvectors::Eigenvectors;
-use super::poles::Wish;
+use super::poles::RequestedPoles;
 use crate::staircase::Staircase;
 
 /// The gain (1 x n) for the pair of which `hessenberg` is the staircase, every stair counting, and the eigenvectors
 /// aimed at: those of the real poles, then the pairs. Infinite or NaN if the gain does not fit a double.
-pub(super) fn assign(hessenberg: &Staircase, wish: &Wish) -> (DMatrix<f64>, Eigenvectors) {
-    let k = deflate(&hessenberg.f, hessenberg.g[(0, 0)], wish);
+pub(super) fn assign(hessenberg: &Staircase, requested: &RequestedPoles) -> (DMatrix<f64>, Eigenvectors) {
+    let k = deflate(&hessenberg.f, hessenberg.g[(0, 0)], requested);
     let gain = DMatrix::from_row_slice(1, k.len(), (&hessenberg.q * &k).as_slice());
-    let columns = &hessenberg.q * null_vectors(&hessenberg.f, wish);
-    (gain, Eigenvectors::reals_first(columns, wish.real.len()))
+    let columns = &hessenberg.q * null_vectors(&hessenberg.f, requested);
+    (gain, Eigenvectors::reals_first(columns, requested.real.len()))
 }
 
 /// A rotation of the coordinates `first, first + 1`: the columns `x, y` become `c x - s y`, `s* x + c* y`.
@@ -35,13 +35,14 @@ struct Rotation<T> {
     s: T,
 }
 
-fn deflate(f: &DMatrix<f64>, beta: f64, wish: &Wish) -> DVector<f64> {
+fn deflate(f: &DMatrix<f64>, beta: f64, requested: &RequestedPoles) -> DVector<f64> {
     let mut left = Left { h: f.clone(), start: 0, beta };
-    let real: Vec<_> = wish.real.iter().map(|pole| left.deflate(*pole)).collect();
+    let real: Vec<_> = requested.real.iter().map(|pole| left.deflate(*pole)).collect();
     let mut k = DVector::zeros(f.nrows());
-    if !wish.pairs.is_empty() {
+    if !requested.pairs.is_empty() {
         let mut left = Left { h: left.h.map(Complex::from), start: left.start, beta: Complex::from(left.beta) };
-        let pairs: Vec<_> = wish.pairs.iter().flat_map(|pole| [*pole, pole.conj()]).map(|p| left.deflate(p)).collect();
+        let pairs: Vec<_> =
+            requested.pairs.iter().flat_map(|pole| [*pole, pole.conj()]).map(|p| left.deflate(p)).collect();
         k = restored(k.map(Complex::from), real.len(), &pairs).map(|x| x.re);
     }
     restored(k, 0, &real)
@@ -144,10 +145,10 @@ fn hypot<T: ComplexField<RealField = f64>>(x: T, y: T) -> f64 {
 
 /// For each pole the vector annihilated by the last n - 1 rows of `H - lambda I`, as columns of
 /// [`Eigenvectors::reals_first`]; of any size up to a large one.
-fn null_vectors(h: &DMatrix<f64>, wish: &Wish) -> DMatrix<f64> {
+fn null_vectors(h: &DMatrix<f64>, requested: &RequestedPoles) -> DMatrix<f64> {
     /// Far from overflow after one more step of any reasonable size, and in other units.
     const LARGE: f64 = 1e50;
-    let (n, reals) = (h.nrows(), wish.real.len());
+    let (n, reals) = (h.nrows(), requested.real.len());
     // An entry of all vectors is a column here, and so are the sums of the rows above so far.
     let (mut x, mut sums) = (DMatrix::zeros(n, n), DMatrix::<f64>::zeros(n, n));
     let mut first = x.column_mut(n - 1);
@@ -163,10 +164,10 @@ fn null_vectors(h: &DMatrix<f64>, wish: &Wish) -> DMatrix<f64> {
         }
         let sums_here = &sums.as_slice()[i * n..(i + 1) * n];
         let below = h[(i, i - 1)];
-        for (p, lambda) in wish.real.iter().enumerate() {
+        for (p, lambda) in requested.real.iter().enumerate() {
             next[p] = (lambda * known[p] - sums_here[p]) / below;
         }
-        for (p, lambda) in wish.pairs.iter().enumerate() {
+        for (p, lambda) in requested.pairs.iter().enumerate() {
             let (re, im) = (reals + 2 * p, reals + 2 * p + 1);
             next[re] = (lambda.re * known[re] - lambda.im * known[im] - sums_here[re]) / below;
             next[im] = (lambda.re * known[im] + lambda.im * known[re] - sums_here[im]) / below;

@@ -8,7 +8,7 @@
 //! have in common is a fixed mode (Wang and Davison, IEEE TAC 18, 1973): it stays, and asking for another is an error.
 //!
 //! *Method.* Levenberg and Marquardt, twice. First on `det(s_i I - A + L C) / prod_j (s_i - mu_j) - 1` at n points s_i
-//! of a circle around the wished poles mu: that is the difference of the two characteristic polynomials, in a basis
+//! of a circle around the requested poles mu: that is the difference of the two characteristic polynomials, in a basis
 //! that suits their size; it is smooth in L, repeated poles or not, with the derivative `C adj(s_i I - A + L C)`. Then
 //! on the distances of the poles themselves, with `d lambda = -y*(dL) C x / y*x`, which says what "nearest" means where
 //! the poles cannot be had. From twelve fixed starts: the unconstrained gain with its forbidden entries dropped, zero,
@@ -18,7 +18,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::eigenvectors::Eigenvectors;
-use super::poles::Wish;
+use super::poles::RequestedPoles;
 use super::robust::Generic;
 use super::sensitivity::{Eigen, conditions};
 use super::{Placement, assign, check};
@@ -27,18 +27,18 @@ use crate::schur::{schur, triangular_factor};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
-/// A gain with zeros where they were asked for, and how near its poles come to the wish.
+/// A gain with zeros where they were asked for, and how near its poles come to the requested.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructuredPlacement {
-    /// The gain, its poles, their distances from the wish and their conditions. `condition` is that of the loop
+    /// The gain, its poles, their distances from the requested and their conditions. `condition` is that of the loop
     /// achieved.
     pub placement: Placement,
-    /// Whether every pole is where it was wished, up to what rounding does to a pole of its condition.
+    /// Whether every pole is where it was requested, up to what rounding does to a pole of its condition.
     pub is_placed: bool,
     /// f, the number of entries of the gain that are free.
     pub free: usize,
     /// Rank of the derivative of the characteristic polynomial with respect to the free entries, at this gain: with n,
-    /// small changes of the wish can be followed.
+    /// small changes of the requested can be followed.
     pub rank: usize,
     /// How many steps all starts together took.
     pub iterations: usize,
@@ -54,10 +54,10 @@ const STEPS: usize = 60;
 /// `A - B K` to `poles` or as near as it finds.
 ///
 /// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, `free` m x n. Poles may be repeated (the loop
-/// may then be defective). The pair need not be controllable if what cannot be moved is wished for.
+/// may then be defective). The pair need not be controllable if what cannot be moved is asked for.
 ///
 /// # Errors
-/// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not wished for. The
+/// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not asked for. The
 /// errors of the arguments of [`super::place`]. Poles that are merely not reached are no error: see
 /// [`StructuredPlacement::is_placed`] and [`Placement::errors`].
 ///
@@ -73,8 +73,8 @@ const STEPS: usize = 60;
 /// let a = dmatrix![0.0, 1.0, 0.0, 0.0; -2.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0; 1.0, 0.0, -2.0, 0.0];
 /// let b = dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 0.0; 0.0, 1.0];
 /// let own = dmatrix![true, true, false, false; false, false, true, true];
-/// let wish = [Complex::new(-1.0, 1.0), Complex::new(-1.0, -1.0), Complex::from(-2.0), Complex::from(-3.0)];
-/// let found = place_structured(&a, &b, &wish, &own)?;
+/// let requested = [Complex::new(-1.0, 1.0), Complex::new(-1.0, -1.0), Complex::from(-2.0), Complex::from(-3.0)];
+/// let found = place_structured(&a, &b, &requested, &own)?;
 /// let k = &found.placement.gain;
 /// println!("K = {k}, poles off by {:e}", found.placement.deviation);
 /// assert!(found.is_placed && found.placement.deviation < 1e-10);
@@ -97,7 +97,7 @@ pub fn place_structured(
     if free.shape() != expected {
         return Err(LinalgError::DimensionMismatch { what: "the pattern of K", expected, found: free.shape() });
     }
-    solve(a, b, &Wish::new(poles, a.nrows())?, free)
+    solve(a, b, &RequestedPoles::new(poles, a.nrows())?, free)
 }
 
 /// Observer gain `L`, n x p, with `L(i, k) = 0` wherever `free(i, k)` is false, that brings the eigenvalues of
@@ -140,19 +140,24 @@ pub fn place_observer_structured(
     if free.shape() != expected {
         return Err(LinalgError::DimensionMismatch { what: "the pattern of L", expected, found: free.shape() });
     }
-    let wish = Wish::new(poles, a.nrows())?;
-    let mut found = solve(&a.transpose(), &c.transpose(), &wish, &free.transpose())?;
+    let requested = RequestedPoles::new(poles, a.nrows())?;
+    let mut found = solve(&a.transpose(), &c.transpose(), &requested, &free.transpose())?;
     found.placement.gain = found.placement.gain.transpose();
     Ok(found)
 }
 
-fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) -> Result<StructuredPlacement> {
+fn solve(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    requested: &RequestedPoles,
+    free: &DMatrix<bool>,
+) -> Result<StructuredPlacement> {
     let (n, m) = b.shape();
     let units = Units::of(&a.transpose(), &b.transpose());
     let problem = Problem {
         a: units.dynamics(&a.transpose()).transpose(),
         b: units.outputs(&b.transpose()).transpose(),
-        wish: wish.in_time(-units.time),
+        requested: requested.in_time(-units.time),
         free: (0..n).flat_map(|l| (0..m).map(move |j| (j, l))).filter(|at| free[*at]).collect(),
     };
     problem.fixed_modes()?.map_or(Ok(()), |(eigenvalue, distance)| {
@@ -164,7 +169,7 @@ fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) 
     })?;
     // The unconstrained gain, in the units chosen; without one the starts are of the size of the plant.
     let power = |i: usize, j: usize| units.time - units.output[i] + units.state[j];
-    let unconstrained = match assign(a, b, wish, units.clone(), None) {
+    let unconstrained = match assign(a, b, requested, units.clone(), None) {
         Ok(assigned) => DMatrix::from_fn(m, n, |i, j| shift(assigned.gain[(i, j)], -power(i, j))),
         Err(_) => DMatrix::zeros(m, n),
     };
@@ -218,7 +223,7 @@ fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) 
         size: shift(problem.a.norm(), units.time),
     };
     Ok(StructuredPlacement {
-        placement: super::finish(gain, wish, &closed, condition),
+        placement: super::finish(gain, requested, &closed, condition),
         is_placed: best.is_placed,
         free: problem.free.len(),
         rank: problem.rank(&best.x)?,
@@ -230,7 +235,7 @@ fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>, wish: &Wish, free: &DMatrix<bool>) 
 struct Problem {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
-    wish: Wish,
+    requested: RequestedPoles,
     free: Vec<(usize, usize)>,
 }
 
@@ -238,7 +243,7 @@ struct Problem {
 struct Candidate {
     x: DVector<f64>,
     is_placed: bool,
-    /// Sum of squares of the distances of the poles from the wish.
+    /// Sum of squares of the distances of the poles from the requested.
     missed: f64,
     /// Sum of squares of the conditions of the poles.
     condition: f64,
@@ -276,7 +281,7 @@ impl Problem {
     /// imaginary parts.
     fn polynomials(&self, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.a.nrows();
-        let poles = self.wish.poles();
+        let poles = self.requested.poles();
         let centre = poles.iter().map(|p| p.re).sum::<f64>() / n as f64;
         let spread = poles.iter().map(|p| (p - centre).norm()).fold(0.25 * centre.abs(), f64::max);
         // Half as far again as the poles: near enough that the last coefficient weighs, 1.5^-n.
@@ -310,16 +315,16 @@ impl Problem {
         finite(r, j)
     }
 
-    /// Distances of the poles from the wish, and their derivative.
+    /// Distances of the poles from the requested, and their derivative.
     fn distances(&self, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.a.nrows();
         let eigen = Eigen::of(&schur(&self.closed(x)).ok()?);
-        let at = self.wish.matched(&eigen.values);
+        let at = self.requested.matched(&eigen.values);
         // B'y, whose conjugates are the y*B.
         let driven = Eigenvectors { columns: self.b.tr_mul(&eigen.left.columns), parts: eigen.left.parts };
         let mut r = DVector::zeros(2 * n);
         let mut j = DMatrix::zeros(2 * n, self.free.len());
-        for (i, (pole, k)) in self.wish.poles().iter().zip(at).enumerate() {
+        for (i, (pole, k)) in self.requested.poles().iter().zip(at).enumerate() {
             let off = eigen.values[k] - pole;
             (r[i], r[n + i]) = (off.re, off.im);
             for (column, (input, state)) in self.free.iter().enumerate() {
@@ -336,9 +341,9 @@ impl Problem {
         let values = form.eigenvalues();
         let conditions = conditions(&form, &vec![0; n]);
         let terms = self.terms(&x);
-        let size = self.wish.poles().iter().map(|p| p.norm()).fold(self.a.norm(), f64::max);
+        let size = self.requested.poles().iter().map(|p| p.norm()).fold(self.a.norm(), f64::max);
         let (mut is_placed, mut missed) = (true, 0.0);
-        for (pole, k) in self.wish.poles().iter().zip(self.wish.matched(&values)) {
+        for (pole, k) in self.requested.poles().iter().zip(self.requested.matched(&values)) {
             let off = (values[k] - pole).norm();
             // Ten times the n eps that a Schur form is off, and never more than six digits.
             is_placed &= off <= (10.0 * n as f64 * f64::EPSILON * conditions[k] * terms).min(1e-6 * size);
@@ -348,8 +353,8 @@ impl Problem {
         Ok((missed <= f64::MAX).then_some(Candidate { x, is_placed, missed, condition }))
     }
 
-    /// An eigenvalue of A that generic gains of the pattern leave where it is, and that is not wished for, with its
-    /// distance from the wish.
+    /// An eigenvalue of A that generic gains of the pattern leave where it is, and that is not asked for, with its
+    /// distance from the requested.
     fn fixed_modes(&self) -> Result<Option<(Complex<f64>, f64)>> {
         let n = self.a.nrows();
         let form = triangular_factor(&self.a)?;
@@ -379,11 +384,11 @@ impl Problem {
                 slack[k] = f64::max(slack[k], tolerance(1.0));
             }
         }
-        // Each wished pole stands for one fixed mode.
+        // Each requested pole stands for one fixed mode.
         let mut used = vec![false; n];
         let mut worst: Option<(Complex<f64>, f64)> = None;
         for (k, (value, _)) in own.iter().enumerate().filter(|(k, _)| fixed[*k]) {
-            let distance = |i: &usize| (self.wish.poles()[*i] - value).norm();
+            let distance = |i: &usize| (self.requested.poles()[*i] - value).norm();
             let nearest = (0..n).filter(|i| !used[*i]).min_by(|i, j| distance(i).total_cmp(&distance(j)));
             let Some(nearest) = nearest else { continue };
             let off = distance(&nearest);

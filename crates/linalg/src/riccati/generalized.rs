@@ -31,8 +31,8 @@ use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 /// ```
 /// use nalgebra::dmatrix;
 /// // m v' = -d v + u with the cost v^2 + v u + u^2.
-/// let (m, d) = (dmatrix![2.0], dmatrix![-0.5]);
-/// let found = luenberger_linalg::generalized_care(&d, &dmatrix![1.0], &dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.5], &m)?;
+/// let (m, d, one, half) = (dmatrix![2.0], dmatrix![-0.5], dmatrix![1.0], dmatrix![0.5]);
+/// let found = luenberger_linalg::generalized_care(&d, &one, &one, &one, &half, &m)?;
 /// println!("K = {}poles {:?}", found.k, found.poles);
 /// // 4 x^2 + 4 x - 0.75 = 0 and K = 2 x + 0.5.
 /// assert!((found.k[(0, 0)] - 0.822_875_655_532_295_3).abs() < 1e-15);

@@ -112,7 +112,7 @@ fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>
             LinalgError::NotPositiveSemidefinite { what: "w", lambda_min }
         }
         LinalgError::NotStabilizable { eigenvalue, margin } => LinalgError::NotDetectable { eigenvalue, margin },
-        LinalgError::NotDetectable { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
+        LinalgError::NotWeighted { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
         other => other,
     })?;
     Ok(Kalman { l: k.transpose(), p: x, poles, residual, condition, forward_error })

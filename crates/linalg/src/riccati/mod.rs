@@ -48,9 +48,9 @@ pub struct Riccati {
     /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is
     /// stored.
     pub k: DMatrix<f64>,
-    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. Where K is so large that `A - B K`, formed entry by entry, loses A, they
-    /// are those of the loop in which the input is computed from the state, and those of the matrix formed in double
-    /// precision may not be stable.
+    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. Where K is so large that `A - B K`,
+    /// formed entry by entry, loses A, they are those of the loop in which the input is computed from the state, and
+    /// those of the matrix formed in double precision may not be stable.
     pub poles: Vec<Complex<f64>>,
     /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of
     /// the state (powers of two) that balance the plant and its weights.
@@ -75,7 +75,7 @@ pub struct Riccati {
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an
-/// eigenvalue that no input moves, [`LinalgError::NotDetectable`] one on the imaginary axis that the weight does not
+/// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that the weight does not
 /// see; [`LinalgError::NotStabilizing`] if the closed loop is not stable, for `q >= 0` for reasons of rounding alone,
 /// otherwise also because no solution stabilizes; [`LinalgError::NotConverged`] if rounding leaves a residual beyond
 /// half of the digits; [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],

@@ -60,7 +60,7 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
         }
         if distance.abs() <= near {
             let found = margin(a, &problem.q, lambda);
-            consider(found, LinalgError::NotDetectable { eigenvalue, margin: found / problem.time });
+            consider(found, LinalgError::NotWeighted { eigenvalue, margin: found / problem.time });
         }
     }
     Ok(worst.map(|w| w.1))

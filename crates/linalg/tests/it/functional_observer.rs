@@ -1,4 +1,4 @@
-//! The observer's equations hold, its poles are where they were wished, and it follows the plant.
+//! The observer's equations hold, its poles are where they were asked for, and it follows the plant.
 
 use luenberger_linalg::{
     FunctionalObserver, LinalgError, eigenvalues, functional_observer, place_observer, reduced_order_observer,
@@ -29,10 +29,10 @@ fn assert_observer(
     assert!(o.residual <= tolerance, "{:e}", o.residual);
 }
 
-fn assert_poles(f: &DMatrix<f64>, wished: &[Complex<f64>], tolerance: f64) {
+fn assert_poles(f: &DMatrix<f64>, requested: &[Complex<f64>], tolerance: f64) {
     let found = eigenvalues(f).unwrap();
-    assert_eq!(found.len(), wished.len());
-    for pole in wished {
+    assert_eq!(found.len(), requested.len());
+    for pole in requested {
         let off = found.iter().map(|x| (x - pole).norm()).fold(f64::INFINITY, f64::min);
         assert!(off <= tolerance, "{pole} is missed by {off:e} in {found:?}");
     }
@@ -198,8 +198,8 @@ proptest! {
     #[test]
     fn every_observable_plant_has_one_of_order_n_minus_p(plant in plant()) {
         let (p, n) = plant.c.shape();
-        let wished: Vec<Complex<f64>> = real(&(0..n - p).map(|k| -1.0 - k as f64).collect::<Vec<_>>());
-        let o = reduced_order_observer(&plant.a, &plant.b, &plant.c, &wished).unwrap();
+        let requested: Vec<Complex<f64>> = real(&(0..n - p).map(|k| -1.0 - k as f64).collect::<Vec<_>>());
+        let o = reduced_order_observer(&plant.a, &plant.b, &plant.c, &requested).unwrap();
         assert_observer(&plant.a, &plant.b, &plant.c, &DMatrix::identity(n, n), &o, 1e-12);
         assert_poles(&o.f, &o.placement.poles, 1e-12 * (o.f.norm() + 1.0) * o.placement.condition.min(1e6));
         prop_assert!(o.placement.deviation < 1e-8, "{:?}", o.placement);
@@ -207,7 +207,7 @@ proptest! {
         let a = DMatrix::from_fn(n, n, |i, j| plant.a[(i, j)] * d(j) / d(i));
         let b = DMatrix::from_fn(n, 1, |i, _| plant.b[i] / d(i));
         let c = DMatrix::from_fn(p, n, |i, j| plant.c[(i, j)] * d(j));
-        let scaled = reduced_order_observer(&a, &b, &c, &wished).unwrap();
+        let scaled = reduced_order_observer(&a, &b, &c, &requested).unwrap();
         prop_assert!(scaled.residual < 1e-12 && scaled.placement.deviation < 1e-8, "{scaled:?}");
     }
 
@@ -217,8 +217,8 @@ proptest! {
         let (p, n) = plant.c.shape();
         let svd = nalgebra::SVD::new(plant.c.transpose() * &plant.c, true, false);
         let k = svd.u.unwrap().columns(p, n - p).transpose();
-        let wished: Vec<Complex<f64>> = real(&(0..n - p).map(|k| -1.0 - k as f64).collect::<Vec<_>>());
-        let o = functional_observer(&plant.a, &plant.b, &plant.c, &k, &wished).unwrap();
+        let requested: Vec<Complex<f64>> = real(&(0..n - p).map(|k| -1.0 - k as f64).collect::<Vec<_>>());
+        let o = functional_observer(&plant.a, &plant.b, &plant.c, &k, &requested).unwrap();
         prop_assert!(o.residual < 1e-12, "{:e}", o.residual);
         prop_assert!(o.placement.deviation < 1e-8, "{:?}", o.placement);
     }
@@ -227,9 +227,9 @@ proptest! {
     #[test]
     fn the_whole_state_is_a_function(plant in plant()) {
         let n = plant.a.nrows();
-        let wished: Vec<Complex<f64>> = real(&(0..n).map(|k| -1.0 - k as f64).collect::<Vec<_>>());
-        let o = functional_observer(&plant.a, &plant.b, &plant.c, &DMatrix::identity(n, n), &wished).unwrap();
+        let requested: Vec<Complex<f64>> = real(&(0..n).map(|k| -1.0 - k as f64).collect::<Vec<_>>());
+        let o = functional_observer(&plant.a, &plant.b, &plant.c, &DMatrix::identity(n, n), &requested).unwrap();
         prop_assert!(o.residual < 1e-12 && o.placement.deviation < 1e-7, "{:e} {:e}", o.residual, o.placement.deviation);
-        prop_assert!(place_observer(&plant.a, &plant.c, &wished).is_ok());
+        prop_assert!(place_observer(&plant.a, &plant.c, &requested).is_ok());
     }
 }

@@ -287,12 +287,9 @@ fn an_eigenvalue_that_no_input_moves_is_named() {
 fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
     // An integrator, and an oscillator, that cost nothing.
     let found = care(&dmatrix![0.0], &dmatrix![1.0], &dmatrix![0.0], &dmatrix![1.0]);
-    assert!(
-        matches!(found, Err(LinalgError::NotDetectable { eigenvalue, .. }) if eigenvalue.norm() == 0.0),
-        "{found:?}"
-    );
+    assert!(matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if eigenvalue.norm() == 0.0), "{found:?}");
     let found = dare(&dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.0], &dmatrix![1.0]);
-    assert!(matches!(found, Err(LinalgError::NotDetectable { eigenvalue, .. }) if eigenvalue.re == 1.0), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if eigenvalue.re == 1.0), "{found:?}");
     let plain = (dmatrix![0.0, 3.0, 0.0; -3.0, 0.0, 0.0; 0.0, 0.0, -1.0], dmatrix![1.0; 0.5; 1.0]);
     let q = dmatrix![0.0, 0.0, 0.0; 0.0, 0.0, 0.0; 0.0, 0.0, 1.0];
     let (a, b) = hidden(&plain.0, &plain.1);
@@ -300,7 +297,7 @@ fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
     let (_, q) = hidden(&plain.0, &half.transpose());
     let found = care(&a, &b, &q, &dmatrix![1.0]);
     assert!(
-        matches!(found, Err(LinalgError::NotDetectable { eigenvalue, .. }) if (eigenvalue.im.abs() - 3.0).abs() <= 1e-9),
+        matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if (eigenvalue.im.abs() - 3.0).abs() <= 1e-9),
         "{found:?}"
     );
     // Without any input, an unstable plant stays unstable, and a stable one needs none.

@@ -196,7 +196,7 @@ fn families_without_a_closed_form() {
             Err(
                 LinalgError::NotStabilizing { .. }
                 | LinalgError::NotStabilizable { .. }
-                | LinalgError::NotDetectable { .. },
+                | LinalgError::NotWeighted { .. },
             ) => {
                 assert!(k > 6, "e = {e:e}: {found:?}");
             }

@@ -39,11 +39,11 @@ fn assert_honest(a: &DMatrix<f64>, outputs: &DMatrix<f64>, free: &DMatrix<bool>,
 fn a_full_pattern_gives_the_unconstrained_gain() {
     let a = dmatrix![-0.1, -0.2, 0.0; 0.3, 0.0, 0.0; 0.1, 0.2, -3.0];
     let outputs = dmatrix![1.0, 1.0, 2.0];
-    let wished = real(&[-30.0, -10.0, -5.0]);
+    let requested = real(&[-30.0, -10.0, -5.0]);
     let free = DMatrix::from_element(3, 1, true);
     let (plain, found) = (
-        place_observer(&a, &outputs, &wished).unwrap(),
-        place_observer_structured(&a, &outputs, &wished, &free).unwrap(),
+        place_observer(&a, &outputs, &requested).unwrap(),
+        place_observer_structured(&a, &outputs, &requested, &free).unwrap(),
     );
     assert!(found.is_placed && found.rank == 3);
     assert!((&found.placement.gain - &plain.gain).norm() < 1e-9 * plain.gain.norm());
@@ -58,8 +58,8 @@ fn the_plant_of_slicot_sb01bd_decentralised() {
     let a = dmatrix![-6.8, 0.0, -207.0, 0.0; 1.0, 0.0, 0.0, 0.0; 43.2, 0.0, 0.0, -4.2; 0.0, 0.0, 1.0, 0.0];
     let b = dmatrix![5.64, 0.0; 0.0, 0.0; 0.0, 1.18; 0.0, 0.0];
     let free = dmatrix![true, true, false, false; false, false, true, true];
-    let wished = [c(-3.0, 94.0), c(-3.0, -94.0), c(-0.5, 0.15), c(-0.5, -0.15)];
-    let found = place_structured(&a, &b, &wished, &free).unwrap();
+    let requested = [c(-3.0, 94.0), c(-3.0, -94.0), c(-0.5, 0.15), c(-0.5, -0.15)];
+    let found = place_structured(&a, &b, &requested, &free).unwrap();
     assert!(found.is_placed && found.rank == 4 && found.placement.deviation < 1e-10, "{found:?}");
     assert_honest(
         &a.transpose(),
@@ -76,7 +76,7 @@ fn the_plant_of_slicot_sb01bd_decentralised() {
 }
 
 /// One free entry for two poles: with l2 = 0 the loop of the double integrator is `s^2 + l1 s`, so one pole is 0
-/// whatever l1. Wished -1, -1 the nearest is `l1 = 1`, at the distance 1; but 0 is a fixed mode, and is named.
+/// whatever l1. Asked for -1, -1 the nearest is `l1 = 1`, at the distance 1; but 0 is a fixed mode, and is named.
 #[test]
 fn a_fixed_mode_is_named() {
     let (a, outputs) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![1.0, 0.0]);
@@ -84,7 +84,7 @@ fn a_fixed_mode_is_named() {
     let why = place_observer_structured(&a, &outputs, &real(&[-1.0, -1.0]), &free).unwrap_err();
     let LinalgError::FixedMode { eigenvalue, distance } = why else { panic!("{why}") };
     assert!(eigenvalue.norm() < 1e-12 && (distance - 1.0).abs() < 1e-12);
-    // Wished for, it may stay.
+    // Asked for, it may stay.
     let found = place_observer_structured(&a, &outputs, &real(&[-1.0, 0.0]), &free).unwrap();
     assert!(found.is_placed && (found.placement.gain[0] - 1.0).abs() < 1e-12 && found.rank == 1);
     // No entry free: what the plant has, or an error.
@@ -106,7 +106,7 @@ fn a_fixed_mode_is_named() {
     assert!(place_observer_structured(&hidden, &outputs, &real(&[-4.0, -2.0]), &all).unwrap().is_placed);
 }
 
-/// Freedom one short and no fixed mode: `s^2 + l s + 1` with only l free. Wished -1, -4 (product 4, not 1): with the
+/// Freedom one short and no fixed mode: `s^2 + l s + 1` with only l free. Asked for -1, -4 (product 4, not 1): with the
 /// poles p and 1/p, `(p + 4)^2 + (1/p + 1)^2` is least where `(p + 4) p^3 = p + 1`..., found here by a scan of p. The
 /// answer says that it is not placed, and how near it is.
 #[test]
@@ -130,16 +130,16 @@ fn repeated_and_complex_poles() {
     (outputs[(0, 0)], outputs[(1, 2)]) = (1.0, 1.0);
     // Each output corrects its own cart.
     let free = dmatrix![true, false; true, false; false, true; false, true];
-    for wished in [
+    for requested in [
         vec![c(-1.0, 1.0), c(-1.0, -1.0), c(-2.0, 1.0), c(-2.0, -1.0)],
         real(&[-1.0, -2.0, -3.0, -4.0]),
         real(&[-1.0, -2.0, -1.0, -2.0]),
         real(&[-2.0; 4]),
     ] {
-        let found = place_observer_structured(&a, &outputs, &wished, &free).unwrap();
+        let found = place_observer_structured(&a, &outputs, &requested, &free).unwrap();
         // A quadruple pole is known to the fourth root of the rounding.
-        let bound = if wished[0] == wished[3] { 3e-3 } else { 1e-6 };
-        assert!(found.placement.deviation < bound, "{wished:?}: {:?}", found.placement);
+        let bound = if requested[0] == requested[3] { 3e-3 } else { 1e-6 };
+        assert!(found.placement.deviation < bound, "{requested:?}: {:?}", found.placement);
         assert_honest(&a, &outputs, &free, &found);
     }
 }
@@ -159,25 +159,25 @@ fn one_state_and_units() {
 fn bad_input_is_named() {
     let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
     let all = DMatrix::from_element(1, 2, true);
-    let wish = real(&[-1.0, -2.0]);
+    let requested = real(&[-1.0, -2.0]);
     assert!(matches!(
-        place_structured(&a, &b, &wish, &DMatrix::from_element(2, 1, true)),
+        place_structured(&a, &b, &requested, &DMatrix::from_element(2, 1, true)),
         Err(LinalgError::DimensionMismatch { what: "the pattern of K", expected: (1, 2), found: (2, 1) })
     ));
     assert!(matches!(
-        place_observer_structured(&a, &dmatrix![1.0, 0.0], &wish, &all),
+        place_observer_structured(&a, &dmatrix![1.0, 0.0], &requested, &all),
         Err(LinalgError::DimensionMismatch { what: "the pattern of L", expected: (2, 1), found: (1, 2) })
     ));
-    assert!(matches!(place_structured(&b, &b, &wish, &all), Err(LinalgError::NotSquare { what: "A", .. })));
+    assert!(matches!(place_structured(&b, &b, &requested, &all), Err(LinalgError::NotSquare { what: "A", .. })));
     assert!(matches!(
-        place_structured(&a, &(b * f64::NAN), &wish, &all),
+        place_structured(&a, &(b * f64::NAN), &requested, &all),
         Err(LinalgError::NotFinite { what: "B", .. })
     ));
     assert!(matches!(
         place_structured(&a, &dmatrix![0.0; 1.0], &real(&[-1.0]), &all),
         Err(LinalgError::PoleCount { .. })
     ));
-    let none = place_structured(&a, &DMatrix::zeros(2, 0), &wish, &DMatrix::from_element(0, 2, true));
+    let none = place_structured(&a, &DMatrix::zeros(2, 0), &requested, &DMatrix::from_element(0, 2, true));
     assert!(matches!(none, Err(LinalgError::FixedMode { .. })));
     let empty = place_structured(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[], &DMatrix::from_element(1, 0, true));
     assert!(matches!(empty, Err(LinalgError::Empty { what: "A" })));
@@ -191,7 +191,7 @@ struct Reachable {
     poles: Vec<Complex<f64>>,
 }
 
-/// A wish that some gain of the pattern fulfils by construction: the poles of `A - L0 C` for an L0 of the pattern.
+/// Poles that some gain of the pattern fulfils by construction: the poles of `A - L0 C` for an L0 of the pattern.
 fn reachable() -> impl Strategy<Value = Reachable> {
     (2..=5_usize).prop_flat_map(|n| {
         let p = 2_usize;

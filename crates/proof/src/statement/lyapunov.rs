@@ -167,6 +167,67 @@ pub fn stein_decrease(
     Stein { a, l, c, p }.decide(Sense::NegativeDefinite)
 }
 
+struct Contraction<'a> {
+    a: &'a Matrix<f64>,
+    l: &'a Matrix<f64>,
+    c: &'a Matrix<f64>,
+    p: &'a Matrix<f64>,
+    factor: f64,
+}
+
+impl Expression for Contraction<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let p = embed_symmetric::<R>(self.p, "P", self.a.rows())?;
+        let factor = number::<R>(self.factor, "the factor")?;
+        contraction(&error_matrix::<R>(self.a, self.l, self.c)?, &p, &factor)
+    }
+}
+
+/// `[factor^2 P, F'P; PF, P]`.
+fn contraction<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, factor: &R) -> Result<Matrix<R>, ProofError> {
+    p.scaled(&factor.mul(factor)).bordered(&p.product(f)?.transpose(), p)
+}
+
+/// `[factor^2 P, F'P; PF, P] > 0` with `F = A - LC` for every `A` and every `C` between the bounds, with the gain and
+/// `P` as stored: in discrete time `V = e'Pe` falls at each step by more than `factor^2`, by the Schur complement. The
+/// margin is in the units of the block matrix.
+///
+/// The inequality is linear in `(A, C)`: proved at boxes around the vertices of a polytope, it holds on their convex
+/// hull. Data that are single numbers throughout are decided exactly if need be.
+/// # Errors
+/// As [`lyapunov_decrease`], and for a `factor` that is not finite.
+/// ```
+/// use luenberger_proof::{Interval, Matrix, statement::contraction_within};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // x+ = a x with a between 0.5 and 0.7 falls by the factor 0.75, without any output.
+/// let a = Matrix::from_rows([[Interval::new(0.5, 0.7).expect("in order")]]);
+/// let (l, p) = (Matrix::from_rows([[0.0]]), Matrix::from_rows([[1.0]]));
+/// let c = Matrix::from_rows([[Interval::of(1.0)]]);
+/// assert!(contraction_within(&a, &l, &c, &p, 0.75)?.is_proved());
+/// assert!(!contraction_within(&a, &l, &c, &p, 0.65)?.is_proved());
+/// # Ok(())
+/// # }
+/// ```
+pub fn contraction_within(
+    a: &Matrix<Interval>,
+    l: &Matrix<f64>,
+    c: &Matrix<Interval>,
+    p: &Matrix<f64>,
+    factor: f64,
+) -> Result<Verdict<Direction>, ProofError> {
+    if a.as_slice().iter().chain(c.as_slice()).all(Interval::is_point) {
+        let (a, c) = (a.map(Interval::lo), c.map(Interval::lo));
+        return Contraction { a: &a, l, c: &c, p, factor }.decide(Sense::PositiveDefinite);
+    }
+    let n = a.rows();
+    a.expect_shape("A", (n, n))?;
+    c.expect_shape("C", (c.rows(), n))?;
+    let l = embed::<Interval>(l, "L", (n, c.rows()))?;
+    let p = embed_symmetric::<Interval>(p, "P", n)?;
+    let factor = number::<Interval>(factor, "the factor")?;
+    definite::decide(&contraction(&a.difference(&l.product(c)?)?, &p, &factor)?, Sense::PositiveDefinite)
+}
+
 /// `A` is Hurwitz (all eigenvalues in the open left half plane), shown by the Lyapunov matrix `P`.
 ///
 /// - Proved when `A'P + PA < 0` and `P > 0` are. The margin is a lower bound of minus the spectral abscissa:

@@ -29,7 +29,8 @@ pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
-    decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive, stein_decrease,
+    contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,
+    stein_decrease,
 };
 pub use sector::{SectorTerm, sector_decrease};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};

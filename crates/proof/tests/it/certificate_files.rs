@@ -568,6 +568,13 @@ fn every_kind() -> Vec<CertificateFile> {
         ("polytope-of-plants", vertices.clone()),
         ("polytope-of-jacobians", vertices),
         (
+            "discrete-polytope-of-jacobians",
+            format!(
+                "\"vertices\": [{{\"A\": [[\"0x1p-1\"]], \"C\": [[\"1\"]]}}], {gain}, {}",
+                with_rate.replace("\"rate\": \"0\"", "\"factor\": \"0x1.8p-1\"")
+            ),
+        ),
+        (
             "sector-observer",
             format!(
                 "\"plant\": {{\"A\": [[\"-1\"]], \"C\": [[\"1\"]], \"sectors\": [{{\"G\": [[\"0x1p-4\"]], \"H\": [[\"1\"]], \"low\": \"-1\", \"high\": \"1\", \"tau\": \"0x1p-2\"}}]}}, {gain}, {with_rate}"

@@ -245,6 +245,17 @@ fn the_largest_of_each_kind_is_answered() {
             ),
         ),
         (
+            "discrete polytope",
+            "discrete-polytope-of-jacobians",
+            format!(
+                "\"vertices\":[{}],{},\"lyapunov\":{{\"P\":{},\"factor\":\"1\"}}",
+                vec![format!("{{\"A\":{},\"C\":{}}}", diagonal(80, "0x1p-1"), matrix(1, 80, |_, _| "1".into())); 12]
+                    .join(","),
+                gains(80, 1, ""),
+                diagonal(80, "1")
+            ),
+        ),
+        (
             "contracting",
             "contracting-coordinates",
             format!(

@@ -192,7 +192,7 @@ impl<'r> March<'r> {
                 None => self.between(grid.last, t, &reaches),
             }
             self.arrive(observer, t, row, &state)?;
-            observer.step(t, &mut state, &self.u, &self.y);
+            observer.step(t, &mut state, &self.u, &self.y, &self.measured);
             check_finite(&format!("the state of observer {:?} after the sample at t = {t}", self.entry.name), &state)?;
         }
         Ok(())

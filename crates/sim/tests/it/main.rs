@@ -8,3 +8,4 @@ mod replay;
 mod replay_missing;
 mod runs;
 mod scores;
+mod sensors;

@@ -1,10 +1,10 @@
 //! Scores at the samples: a sampled observer is not blamed for what happens between them.
 
 use approx::assert_abs_diff_eq;
-use luenberger_observers::{LinearObserver, ObserverDimensions, SampledObserver};
-use luenberger_plants::double_integrator;
+use luenberger_observers::{KalmanFilter, KalmanModel, LinearObserver, ObserverDimensions, SampledObserver};
+use luenberger_plants::{LinearPlant, double_integrator};
 use luenberger_sim::{Comparison, Errors, Merits, Scenario, ScoreGrid, SimError, solve};
-use nalgebra::{Matrix2, Vector1, Vector2};
+use nalgebra::{Matrix2, Vector1, Vector2, dmatrix};
 
 /// The deadbeat observer of the double integrator, sampled every half: A = [1 h; 0 1], L = [2; 1/h], (A - L C)^2 = 0.
 struct Deadbeat {
@@ -217,4 +217,39 @@ fn a_sampled_observer_that_is_not_finite_is_a_row() {
         .run()
         .unwrap();
     assert!(table.to_string().contains(named) && table.row("deadbeat").unwrap().outcome.is_ok(), "{table}");
+}
+
+/// x1' = x2, x2' = -w^2 x1 with w = 2 pi, and an observer without correction of it: its error is sin(2 pi t), zero at
+/// the samples of the other observer, every 0.5.
+#[test]
+fn a_peak_between_the_samples_of_another_observer_is_a_peak() {
+    let w = std::f64::consts::TAU;
+    let plant = LinearPlant::new(dmatrix![0.0, 1.0; -w * w, 0.0], dmatrix![0.0; 0.0], dmatrix![1.0, 0.0]).unwrap();
+    let model = KalmanModel {
+        ad: dmatrix![-1.0, 0.0; 0.0, -1.0],
+        bd: dmatrix![0.0; 0.0],
+        c: dmatrix![1.0, 0.0],
+        w: dmatrix![0.0, 0.0; 0.0, 0.0],
+        v: dmatrix![1.0],
+        p0: dmatrix![0.0, 0.0; 0.0, 0.0],
+        period: 0.5,
+    };
+    let open = LinearObserver::of(plant.clone(), dmatrix![0.0; 0.0]).unwrap();
+    let run = Scenario::new(plant)
+        .initial_state(&[0.0, w])
+        .observer("open", open, &[0.0, 0.0])
+        .sampled_observer("sampled", KalmanFilter::new(model).unwrap(), &[0.0, 0.0])
+        .until(5.0, 11)
+        .run()
+        .unwrap();
+    let grid = run.score_grid().unwrap();
+    assert_eq!(grid, ScoreGrid::Samples { period: 0.5 });
+    let scores = |name| Errors::of(&run, name, grid).unwrap().state(0).unwrap();
+    let open = scores("open");
+    assert!((open.peak - 1.0).abs() < 1e-9 && (open.overshoot - 1.0).abs() < 1e-9, "{open:?}");
+    assert!(open.rmse < 1e-9 && open.last < 1e-9);
+    assert!(scores("sampled").peak < 1e-9);
+    // In units of (1, w) the norm is 1 at all times; of the first state alone it would be 0 at the samples.
+    let norm = Errors::of(&run, "open", grid).unwrap().norm(Some(&[1.0, 1e9]), 0.05).unwrap();
+    assert!((norm.peak - 1.0).abs() < 1e-9 && norm.rms < 1e-6);
 }

@@ -1,6 +1,6 @@
 //! Designs for plants in discrete time, `x+ = f(x, u)`.
 
-use luenberger_design::{DesignError, DiscreteDesign, SampledCubicDesign};
+use luenberger_design::{DesignError, DiscreteDesign, DiscreteLpvDesign, GainOptions, Region, SampledCubicDesign};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
@@ -10,10 +10,10 @@ use super::explain::{self, Misfit};
 use super::runnable::Runnable;
 use super::{Designed, NoDesign, facts, matrix, number, poles, verdict};
 use crate::results::{DesignReport, FailureReport};
-use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
-const KINDS: &str = "luenberger, kalman, sampled-cubic and extended-kalman";
+const KINDS: &str = "luenberger, kalman, sampled-cubic, lpv and extended-kalman";
 
 pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Designed, NoDesign> {
     let kind = wish.kind.name();
@@ -38,6 +38,10 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Desi
         ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
             same(*period)?;
             extended(study, (w, v, p0), dt, *gate).map_err(explained)?
+        }
+        ObserverKind::Lpv { region, rate } => {
+            let options = wish.limits.options(study.solver);
+            lpv(study, region, rate, dt, &options).map_err(explained)?
         }
         _ => {
             let hypothesis = format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}");
@@ -113,6 +117,39 @@ fn linear(
 fn cubic(linear: &DiscreteDesign, theta: &DMatrix<f64>, strength: f64, dt: f64) -> Result<Designed, Misfit> {
     let design = SampledCubicDesign::of_discrete(linear, theta, strength)?;
     Ok(super::linear::sampled_report(&design, linear.observer.plant(), dt))
+}
+
+fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainOptions) -> Result<Designed, Misfit> {
+    let model = study.plant.model.clone();
+    let design = match rate {
+        RateSpec::Rate(rate) => DiscreteLpvDesign::new(model, dt, region, *rate, options)?,
+        // The rate is determined to one hundredth of the ceiling, which is enough for a design.
+        RateSpec::Fastest(ceiling) => {
+            DiscreteLpvDesign::fastest(model, dt, region, (*ceiling, 0.01 * ceiling), options)?
+        }
+        RateSpec::Gain(gain, _) => DiscreteLpvDesign::certify(model, dt, region, gain, &options.settings)?,
+    };
+    let evidence =
+        design.stopped.as_ref().map(|(rate, why)| format!("rate {} is not certified: {why}", significant(*rate, 5)));
+    let l = design.observer.l();
+    let report = DesignReport {
+        statement: design.statement(),
+        matrices: vec![matrix("L", l), matrix("P", &design.p)],
+        poles: Vec::new(),
+        numbers: vec![
+            number("rate", design.rate),
+            number("factor of a step", design.factor),
+            number("overshoot", design.overshoot),
+            number("vertices", design.polytope.vertices.len() as f64),
+            number("norm of L", l.clone().svd(false, false).singular_values.max()),
+        ],
+        facts: facts(&design.certificate, &design.vertex_names()),
+        verdict: verdict(&design.certificate),
+        evidence,
+        noise_deviation: Vec::new(),
+    };
+    let runnable = Runnable::DiscreteNonlinear(Box::new(design.observer.clone()));
+    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
 }
 
 fn extended(

@@ -74,15 +74,15 @@ pub(super) fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec
 /// The kinds of observers for nonlinear plants that are applicable to this one.
 fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
     let size = study.plant.model.size();
-    let mut kinds = vec![
-        ("lpv", "one gain for all Jacobians over a bounded `region`, with a proof"),
-        ("lipschitz", "one gain for all slopes within sectors, with a proof"),
-    ];
-    if measured_first(&study.plant.model).is_ok() && size.outputs < size.states {
-        kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
-    }
-    if size.inputs == 0 && size.outputs == 1 && (2..=3).contains(&size.states) {
-        kinds.push(("kkl-numerical", "by simulation, without assumptions on f; its errors are measured"));
+    let mut kinds = vec![("lpv", "one gain for all Jacobians over a bounded `region`, with a proof")];
+    if study.plant.dt.is_none() {
+        kinds.push(("lipschitz", "one gain for all slopes within sectors, with a proof"));
+        if measured_first(&study.plant.model).is_ok() && size.outputs < size.states {
+            kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
+        }
+        if size.inputs == 0 && size.outputs == 1 && (2..=3).contains(&size.states) {
+            kinds.push(("kkl-numerical", "by simulation, without assumptions on f; its errors are measured"));
+        }
     }
     kinds.push(("extended-kalman", "without a proof; it converges from small initial errors"));
     kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
@@ -119,7 +119,9 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }
-                DesignError::NotHurwitz { .. } | DesignError::StabilityUndecided { .. } => another_gain(kind),
+                DesignError::NotHurwitz { .. }
+                | DesignError::NotSchur { .. }
+                | DesignError::StabilityUndecided { .. } => another_gain(kind),
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)

@@ -3,14 +3,15 @@
 //! With `F = A - L C` the error obeys `e' = F e - L v`. White noise v of intensity V leaves it with the covariance X of
 //! `F X + X F' + L V L' = 0`; the noise gain is `sqrt(trace X)` for V = I. The noise of a study is held over its period
 //! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`, `G = int_0^h exp(F s)
-//! ds L`, at the end of each period. Of several Jacobians (vertices) the largest counts.
+//! ds L`, at the end of each period; outputs are independent, and their covariances add. Of several Jacobians (vertices)
+//! the largest counts.
 
 use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
 use nalgebra::{DMatrix, DVector};
 
 use super::number;
 use crate::results::NamedNumber;
-use crate::study::{NoiseSpec, Study};
+use crate::study::{OutputNoise, Simulation, Study};
 
 /// The noise gain of a design, and what it means for the noise of the study.
 #[derive(Debug, Default)]
@@ -29,14 +30,14 @@ impl NoiseGain {
         pairs: impl IntoIterator<Item = (&'a DMatrix<f64>, &'a DMatrix<f64>)>,
         l: &DMatrix<f64>,
     ) -> Self {
-        let noise = study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref());
+        let simulation = study.simulation.as_ref().filter(|simulation| simulation.is_noisy());
         let mut worst = Self { norm: l.clone().svd(false, false).singular_values.max(), ..Self::default() };
         let (mut fastest, mut plant) = (0.0f64, 0.0f64);
         for (a, c) in pairs {
             let f = a - l * c;
             let white = lyapunov(&f.transpose(), &symmetric_part(&(l * l.transpose())));
             worst.gain = worst.gain.max(white.map_or(f64::NAN, |x| x.p.trace().max(0.0).sqrt()));
-            if let Some(x) = noise.and_then(|noise| held(&f, l, noise)) {
+            if let Some(x) = simulation.and_then(|simulation| held(&f, l, simulation)) {
                 let deviation = x.diagonal().map(|variance| variance.max(0.0).sqrt());
                 if worst.deviation.is_empty() {
                     worst.deviation = deviation.as_slice().to_vec();
@@ -62,14 +63,20 @@ impl NoiseGain {
 }
 
 /// The stationary covariance of the error with the noise of the study; none if it does not exist in floating point.
-fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, noise: &NoiseSpec) -> Option<DMatrix<f64>> {
-    let held = zero_order_hold(f, l, noise.period).ok()?;
-    // The variance of uniform noise of amplitude a is a^2/3.
-    let share = if noise.gaussian { 1.0 } else { 1.0 / 3.0 };
-    let variances = noise.amplitude.iter().map(|amplitude| share * amplitude * amplitude);
-    let s = DMatrix::from_diagonal(&DVector::from_iterator(noise.amplitude.len(), variances));
-    let q = symmetric_part(&(&held.bd * s * held.bd.transpose()));
-    stein(&held.ad.transpose(), &q).ok().map(|solution| solution.p)
+fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<DMatrix<f64>> {
+    let noises: Vec<Option<OutputNoise>> = (0..l.ncols()).map(|output| simulation.noise_of(output)).collect();
+    let mut periods: Vec<f64> = noises.iter().flatten().map(|noise| noise.period).collect();
+    periods.sort_by(f64::total_cmp);
+    periods.dedup();
+    let mut sum = DMatrix::zeros(f.nrows(), f.nrows());
+    for period in periods {
+        let held = zero_order_hold(f, l, period).ok()?;
+        let variance = |noise: &Option<OutputNoise>| noise.filter(|n| n.period == period).map_or(0.0, |n| n.variance());
+        let s = DMatrix::from_diagonal(&DVector::from_iterator(noises.len(), noises.iter().map(variance)));
+        let q = symmetric_part(&(&held.bd * s * held.bd.transpose()));
+        sum += stein(&held.ad.transpose(), &q).ok()?.p;
+    }
+    Some(sum)
 }
 
 /// The name of the ratio of the largest modulus of an observer pole to that of a plant pole.

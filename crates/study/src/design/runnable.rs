@@ -2,9 +2,9 @@
 
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
-    CubicObserver, DeviationObserver, DiscreteLinearObserver, ExtendedKalmanFilter, HighGainObserver, Integral,
-    LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver,
-    SampledObserver,
+    CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
+    HighGainObserver, Integral, LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer,
+    ObserverDimensions, SampledCubicObserver, SampledObserver,
 };
 use luenberger_plants::{Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
@@ -27,6 +27,8 @@ pub enum Runnable {
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
     DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Copy of a plant in discrete time with output injection.
+    DiscreteNonlinear(Box<DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer of the linearisation at an operating point.
     LinearAt(Box<At<LinearObserver<f64, Dyn, Dyn, Dyn>>>),
     /// Cubic observer, likewise.
@@ -65,6 +67,7 @@ macro_rules! each {
             Runnable::SampledCubic($sampled) => $step,
             Runnable::SampledCubicAt($sampled) => $step,
             Runnable::DiscreteLinear($sampled) => $step,
+            Runnable::DiscreteNonlinear($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
         }
     };

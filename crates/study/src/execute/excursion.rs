@@ -1,18 +1,31 @@
 //! Runs that leave the region of a design, outside of which its guarantee is not valid.
+//!
+//! Of a simulation every step of the integrator is examined, at eight points with both of its ends; of a log every row.
 
+use luenberger_design::Region;
 use luenberger_proof::wording::{counted, significant};
+use luenberger_sim::{SimError, Trajectory};
 
 use super::Member;
 use super::simulate::Run;
 use crate::study::{ObserverKind, ObserverSpec, Study};
+
+/// How much of a run is outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Extent {
+    /// So many rows, of all.
+    Rows(usize, usize),
+    /// This share of the time.
+    Time(f64),
+}
 
 /// How a run left the region of a design.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Excursion {
     /// What does not hold outside of it.
     what: &'static str,
-    /// Rows outside, and all rows.
-    rows: (usize, usize),
+    /// How much of the run is outside.
+    extent: Extent,
     /// The first time outside.
     t: f64,
     /// What left the region then, with its value and the bounds.
@@ -23,9 +36,12 @@ pub(super) struct Excursion {
 
 impl Excursion {
     /// As a sentence about one run.
-    fn in_run(&self, observer: &str) -> String {
-        let (outside, all) = self.rows;
-        format!("{}: {observer}: outside at {outside} of {}, first {}", self.what, counted(all, "row"), self.first())
+    pub(super) fn in_run(&self, observer: &str) -> String {
+        let outside = match self.extent {
+            Extent::Rows(outside, all) => format!("at {outside} of {}", counted(all, "row")),
+            Extent::Time(share) => format!("for {} % of the run", significant(100.0 * share, 2)),
+        };
+        format!("{}: {observer}: outside {outside}, first {}", self.what, self.first())
     }
 
     /// As a sentence about the runs of a sweep, of which this is the first that left.
@@ -44,46 +60,84 @@ impl Excursion {
     }
 }
 
-/// Whether state, estimate, input or time of a run leave the region of the observer's design.
-pub(super) fn excursion(study: &Study, wish: &ObserverSpec, run: &Run) -> Option<Excursion> {
-    let region = wish.kind.region()?;
-    let what = match wish.kind {
-        ObserverKind::KklNumerical(_) => "Fit not valid outside the design region",
-        _ => "Guarantee not valid outside the design region",
-    };
-    let plant = &study.plant;
-    let inputs = region.input_bounds().map(|bounds| ("", &plant.inputs, Some(&run.u), bounds));
-    let states = ("", &plant.states, Some(&run.x), region.states());
-    let estimates = ("estimate of ", &plant.states, run.estimate.as_ref(), region.states());
-    let quantities: Vec<_> = [Some(states), inputs, Some(estimates)].into_iter().flatten().collect();
-    let outside = |k: usize| -> Option<(String, f64, (f64, f64))> {
-        // What is not known is not outside.
-        let beyond = |x: f64, (low, high): (f64, f64)| x < low || x > high;
-        for (prefix, names, values, bounds) in &quantities {
-            let Some(values) = values else { continue };
-            // On a log the true states are unknown: there are no columns.
-            let found = (0..values.ncols()).find(|i| beyond(values[(k, *i)], bounds[*i]));
-            if let Some(i) = found {
-                return Some((format!("{prefix}{}", names[i]), values[(k, i)], bounds[i]));
-            }
-        }
-        let time = region.time_bounds();
-        beyond(run.t[k], time).then(|| ("t".to_owned(), run.t[k], time))
-    };
-    let (mut count, mut first) = (0, None);
-    for k in 0..run.t.len() {
-        let found = outside(k);
-        count += usize::from(found.is_some());
-        first = first.or(found.map(|found| (k, found)));
-    }
-    let (k, (name, value, bounds)) = first?;
-    let rows = (count, run.t.len());
-    Some(Excursion { what, rows, t: run.t[k], name, value, bounds })
+/// The region of a design, and what has been found outside of it.
+struct Watch<'a> {
+    study: &'a Study,
+    wish: &'a ObserverSpec,
+    region: Region,
+    first: Option<Excursion>,
 }
 
-/// Runs that leave the region for which a property was proved, or in which a map was fitted.
+impl<'a> Watch<'a> {
+    fn of(study: &'a Study, wish: &'a ObserverSpec) -> Option<Self> {
+        Some(Self { study, wish, region: wish.kind.region()?, first: None })
+    }
+
+    /// Whether a point is outside. What is not known is not outside.
+    fn is_outside(&mut self, t: f64, x: &[f64], u: &[f64], estimate: &[f64]) -> bool {
+        let beyond = |x: f64, (low, high): (f64, f64)| x < low || x > high;
+        let plant = &self.study.plant;
+        let inputs = self.region.input_bounds().unwrap_or_default();
+        let quantities = [
+            ("", &plant.states, x, self.region.states()),
+            ("", &plant.inputs, u, inputs),
+            ("estimate of ", &plant.states, estimate, self.region.states()),
+        ];
+        let found = quantities.into_iter().find_map(|(prefix, names, values, bounds)| {
+            let i = values.iter().zip(bounds).position(|(value, bounds)| beyond(*value, *bounds))?;
+            Some((format!("{prefix}{}", names[i]), values[i], bounds[i]))
+        });
+        let time = self.region.time_bounds();
+        let Some((name, value, bounds)) = found.or_else(|| beyond(t, time).then(|| ("t".to_owned(), t, time))) else {
+            return false;
+        };
+        let what = match self.wish.kind {
+            ObserverKind::KklNumerical(_) => "Fit not valid outside the design region",
+            _ => "Guarantee not valid outside the design region",
+        };
+        self.first.get_or_insert(Excursion { what, extent: Extent::Rows(0, 0), t, name, value, bounds });
+        true
+    }
+
+    fn finish(self, extent: Extent) -> Option<Excursion> {
+        Some(Excursion { extent, ..self.first? })
+    }
+}
+
+/// Whether state, estimate, input or time of a simulation leave the region of the observer's design.
+pub(super) fn of_simulation(
+    study: &Study,
+    wish: &ObserverSpec,
+    trajectory: &Trajectory,
+) -> Result<Option<Excursion>, SimError> {
+    let Some(mut watch) = Watch::of(study, wish) else { return Ok(None) };
+    // Half of the time between two points counts as the one does, and half as the other.
+    let (start, end) = trajectory.span();
+    let (mut before, mut outside) = ((start, 0.0), 0.0);
+    trajectory.visit(&wish.name, |t, x, u, estimate| {
+        let share = f64::from(u8::from(watch.is_outside(t, x, u, estimate)));
+        outside += (t - before.0) * f64::midpoint(before.1, share);
+        before = (t, share);
+    })?;
+    Ok(watch.finish(Extent::Time(outside / (end - start))))
+}
+
+/// Likewise of the rows of a run on a log.
+pub(super) fn of_rows(study: &Study, wish: &ObserverSpec, run: &Run) -> Option<Excursion> {
+    let mut watch = Watch::of(study, wish)?;
+    let mut outside = 0;
+    let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<f64>>();
+    for (k, t) in run.t.iter().enumerate() {
+        let estimate = run.estimate.as_ref().map(|estimate| row(estimate, k)).unwrap_or_default();
+        // On a log the true states may be unknown: there are no columns.
+        outside += usize::from(watch.is_outside(*t, &row(&run.x, k), &row(&run.u, k), &estimate));
+    }
+    watch.finish(Extent::Rows(outside, run.t.len()))
+}
+
+/// Runs on a log that leave the region for which a property was proved, or in which a map was fitted.
 pub(super) fn warnings(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
     let sentence =
-        |(member, run): &(&Member<'_>, &Run)| Some(excursion(study, member.wish, run)?.in_run(&member.wish.name));
+        |(member, run): &(&Member<'_>, &Run)| Some(of_rows(study, member.wish, run)?.in_run(&member.wish.name));
     runs.iter().filter_map(sentence).collect()
 }

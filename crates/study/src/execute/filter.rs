@@ -22,6 +22,11 @@ fn filter<'a>(member: &Member<'a>) -> Option<&'a Filter> {
     }
 }
 
+/// Whether an observer is a filter with a covariance.
+pub(super) fn is_filter(member: &Member<'_>) -> bool {
+    filter(member).is_some()
+}
+
 /// The standard deviations that a filter states for its errors, at the times of the run: `sqrt(P_ii)`.
 pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>) -> Option<DMatrix<f64>> {
     filter(member)?;
@@ -51,9 +56,12 @@ pub(super) fn consistency(
         let at = simulation.hold.map_or(t, |hold| (t + 0.5 * hold.min(period)).min(simulation.duration));
         let u = DVector::from_vec(trajectory.input_at(at)?);
         let y = DVector::from_vec(trajectory.measured_at(t)?);
-        let degrees = (0..y.len()).filter(|&j| !filter.rejects(t, &belief, &u, &y, j)).count();
-        let Some(innovation) = filter.update(t, &mut belief, &u, &y) else { continue };
+        let measured: Vec<bool> = (0..y.len()).map(|output| trajectory.is_measured(output, t)).collect();
+        let degrees = (0..y.len()).filter(|&j| measured[j] && !filter.rejects(t, &belief, &u, &y, j)).count();
         if degrees > 0 {
+            let Some(innovation) = filter.update_partial(t, &mut belief, &u, &y, |output| measured[output]) else {
+                continue;
+            };
             nis.push(NormalisedSquare { square: innovation.normalized_square, degrees });
         }
         let e = DVector::from_column_slice(&x) - belief.estimate();

@@ -192,14 +192,14 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
-        let (report, outcomes, filters) = simulate::all(study, simulation, &members, options, &finished)?;
-        results.simulation = Some(report);
-        results.filters = filters;
+        let simulated = simulate::all(study, simulation, &members, options, &finished)?;
+        results.simulation = Some(simulated.report);
+        results.filters = simulated.filters;
         if let Some(error) = failed.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
             return Err(error);
         }
-        let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
-        results.warnings.extend(excursion::warnings(study, &of));
+        let of: Vec<_> = simulated.runs.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.warnings.extend(simulated.warnings);
         save(folder, &mut results)?;
         options.check()?;
         let alone;

@@ -44,7 +44,7 @@ pub(super) fn simulation(study: &Study, report: &SimulationReport) -> Option<(St
 
 /// The observers along a sweep, a curve each; none without noise.
 pub(super) fn sweep(study: &Study, report: &SweepReport) -> Option<(String, Figure)> {
-    study.simulation.as_ref()?.noise.as_ref()?;
+    study.simulation.as_ref().filter(|simulation| simulation.is_noisy())?;
     let rows = report.rows.iter().filter(|row| row.finished > 0);
     let points: Vec<Point<'_>> = rows
         .map(|row| Point {

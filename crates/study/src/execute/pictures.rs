@@ -240,8 +240,10 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
         let curves = lines(name, runs.first, &rows, |k| of[(k, j)]);
         curves.into_iter().fold(Panel::new(runs.time(), name.clone()), Panel::series)
     };
-    let caption = match (id, runs.study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref())) {
-        ("outputs", Some(noise)) => format!("What the observers see, with the noise of the seed {}.", noise.seed),
+    let noise = runs.study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref());
+    let caption = match (id, noise) {
+        ("outputs", Some(noise)) => format!("The measured outputs, with the noise of seed {}.", noise.seed),
+        ("outputs", None) => "The measured outputs.".to_owned(),
         _ => String::new(),
     };
     figure(id, title, &caption, names.iter().enumerate().map(panel).collect())

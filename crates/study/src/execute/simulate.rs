@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::options::RunOptions;
 use super::scores::Scoring;
 use super::stopped::why;
-use super::{Member, filter};
+use super::{Member, excursion, filter};
 use crate::error::StudyError;
 use crate::results::{FilterReport, RunReport, SimulationReport};
 use crate::signal::Input;
@@ -87,10 +87,11 @@ pub(super) fn trajectory(
     wanted.extend(end);
     let truth = study.truth.as_ref();
     let mut scenario = Scenario::new(truth.and_then(|truth| truth.model.as_ref()).unwrap_or(&study.plant.model))
+        .model(&study.plant.model)
         .initial_state(&simulation.x0)
         .times(&wanted)
         .settings(simulation.settings)
-        .input(study.input.signal())
+        .input(study.input.signal_at(study.operating_point.as_ref()))
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
     if let Some(period) = simulation.hold {
         scenario = scenario.hold_input(period);
@@ -103,6 +104,9 @@ pub(super) fn trajectory(
     }
     if let Some(noise) = &simulation.noise {
         scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
+    }
+    for sensor in &simulation.sensors {
+        scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
     }
     let name = member.map(|member| member.wish.name.as_str());
     if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
@@ -124,12 +128,29 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
     let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
     let deviation = member.and_then(|member| filter::deviation(trajectory, member)).map(|deviation| of(&deviation));
-    let (x, u, y) = (of(&trajectory.x), of(&trajectory.u), of(&trajectory.measured));
+    let (x, u, mut y) = (of(&trajectory.x), of(&trajectory.u), of(&trajectory.measured));
+    if member.is_some_and(|member| member.designed.runnable.period().is_some()) {
+        // What a sensor holds between its measurements is no measurement at a sample.
+        for j in (0..y.ncols()).filter(|j| simulation.sensor(*j).is_some()) {
+            for (y, t) in y.column_mut(j).iter_mut().zip(&wanted) {
+                *y = if trajectory.is_measured(j, *t) { *y } else { f64::NAN };
+            }
+        }
+    }
     Run { t: wanted, x, u, y, estimate, innovation: None, deviation }
 }
 
 /// A run with its observer, or why it ended.
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
+
+/// What the simulations leave.
+pub(super) struct Simulated<'a> {
+    pub(super) report: SimulationReport,
+    pub(super) runs: Vec<Outcome<'a>>,
+    pub(super) filters: Vec<FilterReport>,
+    /// How runs left the regions of the designs.
+    pub(super) warnings: Vec<String>,
+}
 
 /// All runs, in the order of the observers. `finished` is called for each run that ends, from any thread. Observers not
 /// reached before an interruption are omitted.
@@ -139,7 +160,7 @@ pub(super) fn all<'a>(
     members: &[Member<'a>],
     options: &RunOptions<'_>,
     finished: &(dyn Fn(&Member<'_>, &Run) + Sync),
-) -> Result<(SimulationReport, Vec<Outcome<'a>>, Vec<FilterReport>), StudyError> {
+) -> Result<Simulated<'a>, StudyError> {
     let scoring = Scoring::of(study, simulation, members.iter(), members)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |member: &Member<'a>| {
@@ -153,7 +174,8 @@ pub(super) fn all<'a>(
                     let filter = filter::consistency(simulation, &trajectory, member)?;
                     let last = trajectory.x.nrows() - 1;
                     let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();
-                    Ok((samples(simulation, &trajectory, Some(member)), merits, filter, end))
+                    let left = excursion::of_simulation(study, member.wish, &trajectory)?;
+                    Ok((samples(simulation, &trajectory, Some(member)), merits, filter, left, end))
                 })
                 .map_err(|error| why(study, &error))
         });
@@ -168,12 +190,13 @@ pub(super) fn all<'a>(
     let mut rows = Vec::new();
     let mut runs = Vec::new();
     let mut x_end = Vec::new();
-    let mut filters = Vec::new();
+    let (mut filters, mut warnings) = (Vec::new(), Vec::new());
     for (member, outcome) in outcomes {
         let observer = member.wish.name.clone();
         match outcome {
-            Ok((run, merits, filter, end)) => {
+            Ok((run, merits, filter, left, end)) => {
                 filters.extend(filter);
+                warnings.extend(left.map(|left| left.in_run(&observer)));
                 if x_end.is_empty() {
                     x_end = end;
                 }
@@ -192,10 +215,49 @@ pub(super) fn all<'a>(
         x_end,
         seed: simulation.noise.as_ref().map(|noise| noise.seed),
         truth: study.truth.as_ref().map(|truth| truth.words.clone()),
+        measurements: measurements(study, simulation, members),
         scoring: scoring.report(study),
         rows,
     };
-    Ok((report, runs, filters))
+    Ok(Simulated { report, runs, filters, warnings })
+}
+
+/// When outputs are measured, and what observers make of those that are not; none if all are read at all times.
+fn measurements(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Option<String> {
+    let channel = study.truth.as_ref().and_then(|truth| truth.disturbances.channel.as_ref());
+    if simulation.sensors.is_empty() && channel.is_none_or(|channel| channel.dropout == 0.0) {
+        return None;
+    }
+    let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    let mut words: Vec<String> = Vec::new();
+    for sensor in &simulation.sensors {
+        let from = if sensor.offset > 0.0 { format!(" from t = {}{unit} on", sensor.offset) } else { String::new() };
+        words.push(format!("{} is measured every {}{unit}{from}.", study.plant.outputs[sensor.output], sensor.period));
+    }
+    let (mut filters, mut sampled, mut continuous) = (false, false, false);
+    for member in members {
+        match member.designed.runnable.period() {
+            Some(_) if filter::is_filter(member) => filters = true,
+            Some(_) => sampled = true,
+            None => continuous = true,
+        }
+    }
+    words.push("Only measurements correct the estimates.".to_owned());
+    if filters {
+        words.push("At a sample without a measurement a Kalman filter predicts.".to_owned());
+    }
+    if sampled {
+        words.push(
+            "At a sample without a measurement the other sampled observers take the output that they predict."
+                .to_owned(),
+        );
+    }
+    if continuous {
+        words.push(
+            "Observers in continuous time hold a measurement until the next one is due, and take the output that they predict where none arrives.".to_owned(),
+        );
+    }
+    Some(words.join(" "))
 }
 
 /// Checks that the observer in the feedback loop has a design.

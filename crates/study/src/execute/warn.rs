@@ -6,7 +6,7 @@ use crate::design::SPEED_RATIO;
 use crate::results::report::eigenvalue;
 use crate::results::{DesignReport, Results};
 use crate::signal::Input;
-use crate::study::Study;
+use crate::study::{Simulation, Study};
 
 /// Modes with a margin below this are weakly observable.
 const HARDLY: f64 = 1e-6;
@@ -30,6 +30,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
         let Some(design) = &observer.design else { continue };
         warnings.extend(amplification(study, &observer.name, design));
     }
+    warnings.extend(study.simulation.iter().flat_map(|simulation| unused(study, simulation)));
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
         for wish in &study.observers {
@@ -39,6 +40,25 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
                 let name = &wish.name;
                 warnings.push(format!(
                     "{name} assumes a zero-order hold of the input: set simulation.hold = {period} (it is {hold})"
+                ));
+            }
+        }
+    }
+    warnings
+}
+
+/// Measurements that lie between the samples of an observer.
+fn unused(study: &Study, simulation: &Simulation) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    for (wish, period) in study.observers.iter().filter_map(|wish| Some((wish, wish.kind.period().or(study.plant.dt)?)))
+    {
+        for sensor in &simulation.sensors {
+            let (used, all) = sensor.sensor(1.0, 0).on_samples(period, simulation.duration);
+            if used < all {
+                warnings.push(format!(
+                    "{}: Only {used} of {all} measurements of {} (every {}{unit}) lie on the observer's samples (every {period}{unit}); the others are not used",
+                    wish.name, study.plant.outputs[sensor.output], sensor.period
                 ));
             }
         }

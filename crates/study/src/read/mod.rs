@@ -10,6 +10,7 @@ mod json;
 mod observer;
 mod operating_point;
 mod plant;
+mod sensor;
 mod simulation_settings;
 mod sweep;
 mod toml;

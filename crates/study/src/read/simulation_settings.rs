@@ -134,7 +134,9 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
             seed: noise.get("seed").map_or(Some(0), Node::count)? as u64,
         }),
     };
+    let sensors = super::sensor::sensors(node.get("sensor"), plant, noise.as_ref(), reader)?;
     Some(Simulation {
+        sensors,
         x0,
         duration,
         samples: node.get("samples").map_or(Some(501), Node::count)?,

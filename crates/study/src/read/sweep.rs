@@ -33,9 +33,13 @@ pub(super) fn sweep(
         reader.wrong(at.span.clone(), message, "expected an observer of the kind cubic or sampled-cubic");
         return None;
     }
-    if parameter == Swept::Noise && simulation.is_some_and(|simulation| simulation.noise.is_none()) {
+    if parameter == Swept::Noise && simulation.is_some_and(|simulation| !simulation.is_noisy()) {
         let message = "`parameter` is noise, and [simulation] has none";
-        reader.wrong(at.span.clone(), message, "expected simulation.noise, whose amplitude is multiplied");
+        reader.wrong(
+            at.span.clone(),
+            message,
+            "expected simulation.noise or a sensor with noise, whose amplitude is multiplied",
+        );
         return None;
     }
     let values = values(node, &parameter, reader)?;

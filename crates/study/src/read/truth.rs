@@ -133,6 +133,8 @@ fn channel(
     let period = match (node.get("period"), &simulation.noise) {
         (Some(period), _) => period.number().ok_or(Reported)?,
         (None, Some(noise)) => noise.period,
+        // Every output has a sensor, for each measurement of which they are drawn.
+        (None, None) if simulation.sensors.len() == outputs => 1.0,
         (None, None) => {
             let message = "`dropout` and `outliers` are drawn every period, and there is none";
             reader.absent(check::head(node), message, "expected `period`, or simulation.noise with its period");

@@ -358,8 +358,16 @@ fn sweep(results: &Results, sweep: &SweepReport) -> Section {
 fn comparison(results: &Results) -> Section {
     let mut section = Section::new("Comparison");
     if let Some(simulation) = &results.simulation {
-        section = section
-            .prose(simulation.truth.iter().chain(&simulation.scoring.words).cloned().collect::<Vec<_>>().join(" "));
+        section = section.prose(
+            simulation
+                .truth
+                .iter()
+                .chain(&simulation.measurements)
+                .chain(&simulation.scoring.words)
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(" "),
+        );
         if let Some(table) = simulation.norm_table(&results.plant) {
             section = section.grid(scores(&table, "Norm of the error; the best values are marked."));
         }

@@ -17,6 +17,9 @@ pub struct SimulationReport {
     /// How the simulated plant differs from the model that observers are designed for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<String>,
+    /// When outputs are measured, and what observers make of those that are not; none if all are read at all times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurements: Option<String>,
     /// Where errors are scored, and in which units.
     pub scoring: ScoringReport,
     /// One row for each designed observer.

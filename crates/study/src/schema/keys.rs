@@ -164,13 +164,17 @@ const INPUT: Table = Table {
             Kind::Choice(&[("hold", "Zero-order hold."), ("linear", "Linear interpolation.")]),
             "Interpolation between the rows of the table (default hold).",
         ),
-        optional("feedback", Kind::Table(&FEEDBACK), "State feedback u = -K xhat."),
+        optional(
+            "feedback",
+            Kind::Table(&FEEDBACK),
+            "State feedback u = -K xhat; with an [operating_point] u = u0 - K (xhat - x0).",
+        ),
     ],
 };
 
 const FEEDBACK: Table = Table {
     name: "feedback",
-    about: "State feedback u = -K xhat with the estimate of one of the observers.",
+    about: "State feedback u = -K xhat with the estimate of one of the observers; with an [operating_point] of the deviations from it, u = u0 - K (xhat - x0).",
     variants: None,
     keys: &[
         required("k", Kind::Rows, "The gain K, m x n."),
@@ -222,22 +226,48 @@ const SIMULATION: Table = Table {
             "Errors are evaluated at multiples of this period, at least the longest sampling period (default: at the samples if any observer is sampled, otherwise in continuous time).",
         ),
         optional("noise", Kind::Table(&NOISE), "Measurement noise (default: none)."),
+        optional(
+            "sensor",
+            Kind::Tables(&SENSOR),
+            "Sensors with sampling periods of their own (default: outputs are read at all times).",
+        ),
     ],
 };
+
+const SENSOR: Table = Table {
+    name: "[[simulation.sensor]]",
+    about: "A sensor that measures one output at instants of its own: at the offset and every period after it. Between them, and where a measurement does not arrive, filters predict.",
+    variants: None,
+    keys: &[
+        required("output", Kind::Text, "The name of the output."),
+        required("period", Kind::Number(Range::Positive), "Time between two measurements."),
+        optional("offset", Kind::Number(Range::NotNegative), "Time of the first measurement (default 0)."),
+        optional(
+            "distribution",
+            Kind::Choice(DISTRIBUTIONS),
+            "Distribution of its noise (default that of simulation.noise, or gaussian).",
+        ),
+        optional(
+            "amplitude",
+            Kind::Number(Range::NotNegative),
+            "Standard deviation (gaussian) or largest value (uniform) of its noise, drawn anew at each measurement (default that of simulation.noise, or 0).",
+        ),
+        optional("seed", Kind::Count(0), "Seed of its noise (default that of simulation.noise, or 0)."),
+    ],
+};
+
+/// The distributions of measurement noise.
+const DISTRIBUTIONS: &[(&str, &str)] = &[
+    ("gaussian", "Normal distribution with mean 0."),
+    ("uniform", "Uniform distribution between -amplitude and amplitude."),
+];
 
 const NOISE: Table = Table {
     name: "noise",
     about: "Measurement noise, from a seeded generator: the same in every run.",
     variants: None,
     keys: &[
-        optional(
-            "distribution",
-            Kind::Choice(&[
-                ("gaussian", "Normal distribution with mean 0."),
-                ("uniform", "Uniform distribution between -amplitude and amplitude."),
-            ]),
-            "Distribution (default gaussian).",
-        ),
+        optional("distribution", Kind::Choice(DISTRIBUTIONS), "Distribution (default gaussian)."),
         required(
             "amplitude",
             Kind::Numbers(Range::NotNegative),

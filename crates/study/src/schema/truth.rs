@@ -34,13 +34,13 @@ pub(super) const TRUTH: Table = Table {
         optional(
             "dropout",
             Kind::Number(Range::NotNegative),
-            "Probability that a measurement does not arrive; the last one is held in its place for a period.",
+            "Probability that a measurement does not arrive: it is no measurement, and filters predict.",
         ),
         optional("outliers", Kind::Table(&OUTLIERS), "Measurements that are far off."),
         optional(
             "period",
             Kind::Number(Range::Positive),
-            "Dropouts and outliers are drawn anew in this period (default that of simulation.noise).",
+            "Dropouts and outliers are drawn anew in this period (default that of simulation.noise), and for each measurement of a [[simulation.sensor]].",
         ),
         optional("seed", Kind::Count(0), "The seed of dropouts and outliers (default 0)."),
     ],

@@ -123,12 +123,61 @@ period = 0.1
 
 const EKF_LAST: [f64; 2] = [5.876_228_554_93e-5, -1.533_059_718_29e-5];
 
+const PENDULUM: &str = r#"[plant]
+f = ["x1 + 0.1*x2", "x2 - 0.981*sin(x1) + 0.1*u1"]
+h = ["x1"]
+dt = 0.1
+[input]
+expressions = ["0.2*cos(3*t)"]
+[simulation]
+x0 = [0.3, 0.1]
+duration = 1
+"#;
+
+/// One gain for all Jacobians of a map, given and designed.
+#[test]
+fn one_gain_for_a_map() {
+    let observer = "[[observer]]\nkind = \"lpv\"\n";
+    let region = "region = { states = [[-0.5, 0.5], [-5, 5]], inputs = [[-1, 1]] }\n";
+    let given = results(&format!("{PENDULUM}{observer}{region}gain = [[1], [2]]\n"), Step::Run);
+    assert_eq!(given.failures(), Vec::<String>::new());
+    for (found, expected) in last(&given, "lpv").iter().zip(LPV_LAST) {
+        assert!((found.abs() - expected.abs()).abs() < 1e-15, "{found}, expected {expected}");
+    }
+    let designed = results(&format!("{PENDULUM}{observer}{region}decay_rate = 10\n"), Step::Design);
+    let design = designed.observers[0].design.as_ref().unwrap();
+    assert_eq!(design.verdict, "proved");
+    assert!(design.statement.contains("q^k with q = 0.367880"), "{}", design.statement);
+    let fastest = results(&format!("{PENDULUM}{observer}{region}fastest = 20\n"), Step::Design);
+    let design = fastest.observers[0].design.as_ref().unwrap();
+    let rate = design.numbers.iter().find(|number| number.name == "rate").unwrap().value;
+    assert!(design.verdict == "proved" && rate > Some(10.0) && design.evidence.is_some(), "{design:?}");
+}
+
+/// Python: `xhat+ = f(xhat, u) + L (x1 - xhat1)` from 0, beside the plant.
+const LPV_LAST: [f64; 2] = [0.000_790_651_868_394_665_1, 0.007_163_783_207_754_848];
+
+/// What cannot be is refused with the vertices, and other kinds are offered that exist in discrete time.
+#[test]
+fn no_gain_for_a_map() {
+    let region = "region = { states = [[-0.5, 0.5], [-5, 5]], inputs = [[-1, 1]] }\n";
+    for (keys, words, instead) in [
+        ("gain = [[0], [0]]\n", "an eigenvalue that is not inside the unit circle", "`decay_rate` or `fastest`"),
+        ("decay_rate = 1e3\n", "LMI infeasible at decay rate 1000", "extended-kalman"),
+    ] {
+        let failed = results(&format!("{PENDULUM}[[observer]]\nkind = \"lpv\"\n{region}{keys}"), Step::Design);
+        let failure = failed.observers[0].failure.as_ref().unwrap();
+        assert!(failure.hypothesis.contains(words), "{failure:?}");
+        assert!(failure.alternatives.iter().any(|way| way.contains(instead)), "{failure:?}");
+        assert!(failure.alternatives.iter().all(|way| !way.starts_with("lipschitz")), "{failure:?}");
+    }
+}
+
 /// Every other kind says that it is for continuous time.
 #[test]
 fn other_kinds_say_so() {
     let plant = "[plant]\nf = [\"x1 + 0.1*x2\", \"x2 - 0.1*sin(x1)\"]\nh = [\"x1\"]\ndt = 0.1\n[simulation]\nx0 = [1, 0]\nduration = 1\n";
     for kind in [
-        "kind = \"lpv\"\ndecay_rate = 1",
         "kind = \"lipschitz\"\ndecay_rate = 1",
         "kind = \"mean-value\"\nregion = { states = [[-2, 2], [-2, 2]] }",
         "kind = \"high-gain\"\nr = 0.1\nchains = [2]",

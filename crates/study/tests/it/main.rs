@@ -15,6 +15,7 @@ mod operating_point;
 mod plant;
 mod report_in_browser;
 mod scores;
+mod sensors;
 mod signal;
 mod solver;
 mod sweep;

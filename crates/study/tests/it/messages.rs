@@ -126,6 +126,14 @@ fn studies() -> Vec<(&'static str, Step, String)> {
             Step::Design,
             "[plant]\nf = [\"x2*sin(x1)\", \"0.1*x2\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"lpv\"\nregion = { states = [[-2, 2], [-1, 1]] }\n".to_owned(),
         ),
+        (
+            "one gain in discrete time",
+            Step::Design,
+            "[plant]\nf = [\"x1 + 0.1*x2\", \"x2 - 0.1*sin(x1)\"]\nh = [\"x1\"]\ndt = 0.1\n".to_owned()
+                + &["decay_rate = 1", "decay_rate = 0", "fastest = 20", "decay_rate = 1e3", "gain = [[0], [0]]"].map(|key| {
+                    format!("[[observer]]\nname = \"{key}\"\nkind = \"lpv\"\n{key}\nregion = {{ states = [[-1, 1], [-5, 5]] }}\n")
+                }).concat(),
+        ),
         ("divergence", Step::Compare, with("[plant]\nf = [\"x1^3\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),
         ("a division by zero", Step::Compare, with("[plant]\nf = [\"-1/x1\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),
         ("outside of the domain", Step::Compare, with("[plant]\nf = [\"-1 - 0*sqrt(x1)\"]\nh = [\"x1\"]\n", "[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n[simulation]\nx0 = [1]\nduration = 9\n")),

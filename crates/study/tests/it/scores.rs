@@ -84,7 +84,15 @@ fn the_scores_are_those_of_the_rows() {
                 let others = [scores.initial, scores.rmse, scores.peak, scores.overshoot, scores.last];
                 others.into_iter().chain([five, two, scores.steady_rmse])
             };
-            numbers(found).zip(numbers(&wished)).for_each(|(a, b)| same(a, b));
+            // The extrema of observers in continuous time are those of all times.
+            let rows = if row.observer == "sampled" {
+                found.clone()
+            } else {
+                assert!(found.peak >= wished.peak && found.overshoot >= wished.overshoot);
+                assert!(found.peak < 1.01 * wished.peak && found.overshoot < 1.01 * wished.overshoot);
+                StateReport { peak: wished.peak, overshoot: wished.overshoot, ..found.clone() }
+            };
+            numbers(&rows).zip(numbers(&wished)).for_each(|(a, b)| same(a, b));
         }
         let norm: Vec<f64> = errors[0].iter().zip(&errors[1]).map(|(a, b)| a.hypot(*b)).collect();
         let wished = anew(t, &norm);
@@ -197,7 +205,7 @@ states = ["angle", "speed"]
 [simulation]
 x0 = [1, 0]
 duration = 5
-samples = 51
+samples = 2
 [[observer]]
 name = "one"
 kind = "lpv"
@@ -209,14 +217,14 @@ parameter = "initial"
 values = [0.5, 1]
 "#;
     let study = study(text);
-    // Count, time and speed by the classical Runge-Kutta method in Python with 200 steps per row.
-    let warned = "Guarantee not valid outside the design region: one: outside at 32 of 51 rows, first at t = 0.7, where speed = -0.56105";
+    // scipy 1.17.1, `solve_ivp` with DOP853: the speed is beyond 0.5 first at t = 0.61658, and for 63.0 % of the run.
+    let warned = "Guarantee not valid outside the design region: one: outside for 63 % of the run, first at t = 0.61";
     for step in [Step::Simulate, Step::Compare, Step::Run] {
         let warnings = run(&study, step).warnings;
         assert!(warnings.iter().any(|text| text.starts_with(warned)), "{step:?}: {warnings:?}");
     }
     let warnings = run(&study, Step::Sweep).warnings;
-    let warned = "Guarantee not valid outside the design region: one: left in 2 of 2 runs of the sweep, first with initial = 0.5 at t = 0.7, where speed = -0.56105";
+    let warned = "Guarantee not valid outside the design region: one: left in 2 of 2 runs of the sweep, first with initial = 0.5 at t = 0.61";
     assert!(warnings.iter().any(|text| text.starts_with(warned)), "{warnings:?}");
     assert!(run(&study, Step::Design).warnings.is_empty());
 }

@@ -9,6 +9,7 @@ mod cubic;
 mod definiteness;
 mod deployed;
 mod discrete;
+mod discrete_polytope;
 mod feedback;
 mod hurwitz;
 mod inequality;
@@ -41,6 +42,7 @@ pub use cubic::{CubicConvergence, Region};
 pub use definiteness::{Definiteness, Sign};
 pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
 pub use discrete::DiscreteConvergence;
+pub use discrete_polytope::DiscreteJacobianPolytope;
 pub use feedback::FeedbackLoop;
 pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
@@ -159,6 +161,8 @@ theorems! {
     PlantPolytope,
     /// One gain for a polytope of mean Jacobians.
     JacobianPolytope,
+    /// One gain for a polytope of mean Jacobians in discrete time.
+    DiscreteJacobianPolytope,
     /// The observer of a plant with nonlinearities in sectors.
     SectorConvergence,
     /// Coordinates in which the unmeasured states contract.

@@ -51,7 +51,7 @@ impl Vertex {
     }
 }
 
-fn read_vertices(file: &mut Fields<'_>) -> Result<Vec<Vertex>, FileError> {
+pub(super) fn read_vertices(file: &mut Fields<'_>) -> Result<Vec<Vertex>, FileError> {
     let list = file.take("vertices")?;
     let mut vertices: Vec<Vertex> = Vec::new();
     for item in list.items()? {
@@ -89,10 +89,14 @@ fn read(file: &mut Fields<'_>) -> Result<Parts, FileError> {
     Ok((vertices, l, p, rate))
 }
 
-fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Vec<(&'static str, Out)> {
+pub(super) fn write_vertices(vertices: &[Vertex]) -> (&'static str, Out) {
     let vertex = |vertex: &Vertex| Out::Object(vec![("A", Out::data(&vertex.a)), ("C", Out::data(&vertex.c))]);
+    ("vertices", Out::Lines(vertices.iter().map(vertex).collect()))
+}
+
+fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Vec<(&'static str, Out)> {
     vec![
-        ("vertices", Out::Lines(vertices.iter().map(vertex).collect())),
+        write_vertices(vertices),
         ("observer", Out::Object(vec![("L", Out::matrix(l))])),
         ("lyapunov", Out::Object(vec![("P", Out::matrix(p)), ("rate", Out::number(rate))])),
     ]
@@ -112,7 +116,7 @@ fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Re
     Ok(facts)
 }
 
-fn hull(vertices: &[Vertex]) -> String {
+pub(super) fn hull(vertices: &[Vertex]) -> String {
     let (n, p) = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
     let what = if are_points(vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c])) {
         if vertices.len() == 1 { "pair (A, C)" } else { "pairs (A_k, C_k)" }

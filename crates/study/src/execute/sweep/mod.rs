@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use luenberger_sim::Noise;
 use rayon::prelude::*;
 
-use super::excursion::{Excursion, excursion};
+use super::excursion::{self, Excursion};
 use super::options::RunOptions;
 use super::scores::Scoring;
 use super::simulate::{self, Variation};
@@ -252,14 +252,14 @@ impl Common<'_> {
         let member = Member { wish: &wish, designed };
         let factor = if self.sweep.parameter == Swept::Noise { *value } else { 1.0 };
         let variation = Variation { noise: factor, seed: number as u64 };
-        let outcome = simulate::trajectory(study, simulation, others, Some(&member), variation)
-            .and_then(|trajectory| Ok((self.scoring.merits(study, &trajectory, &wish.name)?, trajectory)));
+        let outcome =
+            simulate::trajectory(study, simulation, others, Some(&member), variation).and_then(|trajectory| {
+                let merits = self.scoring.merits(study, &trajectory, &wish.name)?;
+                Ok((merits, excursion::of_simulation(study, &wish, &trajectory)?))
+            });
         self.told(&wish.name, 1);
         match outcome {
-            Ok((merits, trajectory)) => {
-                let run = simulate::samples(simulation, &trajectory, Some(&member));
-                Ok(Ok((merits, excursion(study, &wish, &run))))
-            }
+            Ok(finished) => Ok(Ok(finished)),
             Err(error) if error.ends_run() => Ok(Err(why(study, &error))),
             Err(error) => Err(error.into()),
         }

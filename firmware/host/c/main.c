@@ -1,0 +1,174 @@
+/* A golden program in C, with the inputs and the output of the Rust program. case.h names the observer. On a board it
+ * also prints what the steps cost. */
+#include "case.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__arm__)
+
+#define SYSTICK ((volatile uint32_t *)0xE000E010u)
+#define DEPTH 16384u
+#define PAINT 0xA5C396E1u
+
+static void call(uint32_t number, uint32_t argument)
+{
+    register uint32_t r0 __asm__("r0") = number;
+    register uint32_t r1 __asm__("r1") = argument;
+    __asm__ volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
+}
+
+static void put(const char *text)
+{
+    call(0x04u, (uint32_t)text);
+}
+
+static void start(void)
+{
+    SYSTICK[1] = 0x00FFFFFFu;
+    SYSTICK[2] = 0u;
+    SYSTICK[0] = 5u;
+}
+
+/* QEMU takes 1024 ns for an instruction (-icount shift=10), and SysTick counts down every 40 ns. */
+static uint32_t instructions(uint32_t before, uint32_t after)
+{
+    return (((before - after) & 0x00FFFFFFu) * 40u + 512u) / 1024u;
+}
+
+#define COUNT() (SYSTICK[2])
+
+/* Paints the memory below the stack pointer, and finds the deepest word that is not painted any more. */
+#define PAINT_STACK()                                                                                            \
+    do {                                                                                                         \
+        uint32_t left = DEPTH, at;                                                                               \
+        __asm__ volatile(".syntax unified\n mov %0, sp\n 2: subs %0, #4\n str %2, [%0]\n subs %1, #4\n bne 2b"     \
+                         : "=&l"(at), "+l"(left) : "l"(PAINT) : "memory", "cc");                                 \
+    } while (0)
+#define PAINTED(result)                                                                                          \
+    do {                                                                                                         \
+        uint32_t at, word;                                                                                       \
+        result = DEPTH;                                                                                          \
+        __asm__ volatile(".syntax unified\n mov %0, sp\n subs %0, %0, %2\n 2: ldr %1, [%0]\n cmp %1, %3\n"         \
+                         " bne 3f\n adds %0, #4\n subs %2, #4\n bne 2b\n 3:"                                     \
+                         : "=&l"(at), "=&l"(word), "+l"(result) : "l"(PAINT) : "memory", "cc");                  \
+    } while (0)
+
+#else
+
+#include <stdio.h>
+
+static void put(const char *text)
+{
+    fputs(text, stdout);
+}
+
+#endif
+
+static void line(uint32_t word)
+{
+    char text[10];
+    int i;
+    for (i = 0; i < 8; ++i) {
+        text[i] = "0123456789abcdef"[(word >> (28 - 4 * i)) & 15u];
+    }
+    text[8] = '\n';
+    text[9] = '\0';
+    put(text);
+}
+
+static uint64_t noise = 0x9e3779b97f4a7c15u;
+
+static double next(void)
+{
+    noise ^= noise >> 12;
+    noise ^= noise << 25;
+    noise ^= noise >> 27;
+    return (double)((noise * 0x2545f4914f6cdd1du) >> 11) * 0x1p-51 - 2.0;
+}
+
+static uint32_t digest(const NUMBER *xhat)
+{
+    const unsigned char *bytes = (const unsigned char *)xhat;
+    uint32_t result = 0x811c9dc5u;
+    size_t i;
+    for (i = 0; i < STATES * sizeof(NUMBER); ++i) {
+        result = (result ^ bytes[i]) * 0x01000193u;
+    }
+    return result;
+}
+
+typedef void step_function(STATE *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat);
+
+#if defined(__arm__)
+static void idle(STATE *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)
+{
+    (void)state;
+    (void)u;
+    (void)y;
+    (void)xhat;
+}
+#endif
+
+int main(void)
+{
+    /* Called through pointers that the optimiser does not see through. */
+    step_function *volatile step = STEP;
+    STATE state;
+    NUMBER u[INPUTS + 1];
+    NUMBER y[OUTPUTS];
+    NUMBER xhat[STATES];
+    int i;
+    int k;
+#if defined(__arm__)
+    step_function *volatile nothing = idle;
+    uint32_t overhead = 0xFFFFFFFFu;
+    uint32_t most = 0;
+    uint32_t total = 0;
+    uint32_t stack = 0;
+    start();
+#endif
+    RESET(&state);
+    put("observer " NAME "\n");
+    for (k = 0; k < STEPS; ++k) {
+        const double scale = (AMPLITUDE > 1.0) ? ((k % 16 == 7) ? 1e3 : 1.0) : AMPLITUDE;
+        step_function *called = step;
+        for (i = 0; i < INPUTS; ++i) {
+            u[i] = (NUMBER)(scale * next());
+        }
+        for (i = 0; i < OUTPUTS; ++i) {
+            y[i] = (NUMBER)(scale * next());
+        }
+#if defined(__arm__)
+        {
+            step_function *empty = nothing;
+            uint32_t before = COUNT();
+            uint32_t count;
+            uint32_t depth = 0;
+            empty(&state, u, y, xhat);
+            count = instructions(before, COUNT());
+            overhead = (count < overhead) ? count : overhead;
+            PAINT_STACK();
+            before = COUNT();
+            called(&state, u, y, xhat);
+            count = instructions(before, COUNT());
+            PAINTED(depth);
+            stack = (depth > stack) ? depth : stack;
+            most = (count > most) ? count : most;
+            total += count;
+        }
+#else
+        called(&state, u, y, xhat);
+#endif
+        line(digest(xhat));
+    }
+#if defined(__arm__)
+    put("overhead, most, total, stack\n");
+    line(overhead);
+    line(most);
+    line(total);
+    line(stack);
+    call(0x18u, 0x20026u);
+#endif
+    return 0;
+}

@@ -1,0 +1,77 @@
+//! The exports that are compiled for the boards.
+
+use luenberger_export::{Export, Names, Program, Scalar};
+use luenberger_golden::linear::{Cubic, Linear};
+use luenberger_golden::{Number, STEPS};
+use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver};
+use luenberger_plants::StateSpace;
+use nalgebra::{DMatrix, SMatrix};
+use std::fs;
+use std::path::Path;
+
+/// An observer with sizes known at compile time, as one that is exported.
+pub trait Exported {
+    /// The same observer.
+    fn program(&self) -> Program;
+}
+
+/// The matrix with sizes known at run time.
+fn dynamic<T: Number, const R: usize, const C: usize>(m: &SMatrix<T, R, C>) -> DMatrix<f64> {
+    DMatrix::from_fn(R, C, |i, j| m[(i, j)].value())
+}
+
+impl<T: Number, const N: usize, const M: usize, const P: usize> Exported for Linear<T, N, M, P> {
+    fn program(&self) -> Program {
+        let plant = self.plant();
+        let plant = StateSpace::new(dynamic(&plant.a), dynamic(&plant.b), dynamic(&plant.c)).expect("finite");
+        let observer = DiscreteLinearObserver::new(plant, dynamic(self.l()), self.period().value());
+        Program::Linear(observer.expect("the same numbers"))
+    }
+}
+
+impl<T: Number, const N: usize, const M: usize, const P: usize> Exported for Cubic<T, N, M, P> {
+    fn program(&self) -> Program {
+        let observer = SampledCubicObserver::new(SampledCubicGains {
+            ad: dynamic(self.ad()),
+            bd: dynamic(self.bd()),
+            c: dynamic(self.c()),
+            ld: dynamic(self.ld()),
+            n: dynamic(self.n()),
+            theta: dynamic(self.theta()),
+            w: self.w().value(),
+            period: self.period().value(),
+        });
+        Program::Cubic(observer.expect("the same numbers"))
+    }
+}
+
+/// Writes the C files of the observer, and `case.h` for `main.c`, to a folder of its own.
+pub fn write(observer: &impl Exported, folder: &Path, name: &str, number: &str, amplitude: f64) {
+    let program = observer.program();
+    let size = program.dimensions();
+    let (scalar, number) = if number == "f32" { (Scalar::Binary32, "float") } else { (Scalar::Binary64, "double") };
+    let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
+    let names = Names::numbered(size.state, size.inputs, size.outputs);
+    let export = Export::new(name, program, scalar, &initial, names).expect("an export");
+    let folder = folder.join(name);
+    fs::create_dir_all(&folder).expect("the folder of the exports");
+    for file in export.c().expect("an export") {
+        fs::write(folder.join(file.name), file.text).expect("the folder of the exports");
+    }
+    let upper = name.to_uppercase();
+    let case = format!(
+        "#include \"{name}.h\"
+#define NAME \"{name}\"
+#define NUMBER {number}
+#define STATE {name}_state
+#define RESET {name}_reset
+#define STEP {name}_step
+#define STATES {upper}_STATES
+#define INPUTS {upper}_INPUTS
+#define OUTPUTS {upper}_OUTPUTS
+#define AMPLITUDE {amplitude:?}
+#define STEPS {STEPS}
+"
+    );
+    fs::write(folder.join("case.h"), case).expect("the folder of the exports");
+}

@@ -1,0 +1,167 @@
+//! The boards in QEMU, and emitted C on them.
+
+use super::output::{self, Golden};
+use super::{Cost, elf};
+use crate::step::{Failure, program, root};
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A board and its compilers.
+pub(super) struct Board {
+    /// The target of rustc.
+    pub(super) target: &'static str,
+    /// The processor, in words.
+    pub(super) processor: &'static str,
+    emulator: &'static str,
+    machine: &'static str,
+    /// `2^shift` ns for an instruction.
+    shift: &'static str,
+    /// Flags of `arm-none-eabi-gcc`; none where emitted C is not compiled.
+    c: &'static [&'static str],
+}
+
+pub(super) const BOARDS: [Board; 3] = [
+    Board {
+        target: "thumbv7em-none-eabihf",
+        processor: "Cortex-M4F",
+        emulator: "qemu-system-arm",
+        machine: "mps2-an386",
+        shift: "shift=10",
+        c: &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
+    },
+    Board {
+        target: "thumbv6m-none-eabi",
+        processor: "Cortex-M0",
+        emulator: "qemu-system-arm",
+        machine: "mps2-an385",
+        shift: "shift=10",
+        c: &["-mcpu=cortex-m0", "-mfloat-abi=soft"],
+    },
+    Board {
+        target: "riscv32imafc-unknown-none-elf",
+        processor: "RV32IMAFC",
+        emulator: "qemu-system-riscv32",
+        machine: "virt",
+        shift: "shift=0",
+        c: &[],
+    },
+];
+
+/// The cross compiler of emitted C.
+pub(super) const COMPILER: &str = "arm-none-eabi-gcc";
+
+/// A golden program that runs longer than this has stopped.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+impl Board {
+    pub(super) fn compiles_c(&self) -> bool {
+        !self.c.is_empty()
+    }
+
+    /// What is not installed, and how to get it.
+    pub(super) fn missing(&self) -> Option<String> {
+        if !crate::step::is_installed(self.emulator) {
+            let package = if self.emulator.ends_with("arm") { "qemu-system-arm" } else { "qemu-system-misc" };
+            return Some(format!("{} is not installed (Debian's package {package})", self.emulator));
+        }
+        let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output().ok()?.stdout;
+        let sysroot = String::from_utf8_lossy(&sysroot).trim().to_owned();
+        let library = Path::new(&sysroot).join("lib/rustlib").join(self.target);
+        (!library.exists()).then(|| format!("no standard library for it: rustup target add {}", self.target))
+    }
+
+    /// What emitted C needs here and is not installed; for a board without emitted C, nothing.
+    pub(super) fn c_missing(&self) -> Option<String> {
+        if !self.compiles_c() {
+            return None;
+        }
+        let library = Command::new(COMPILER).args(self.c).args(["-mthumb", "-print-file-name=libm.a"]).output();
+        match library {
+            Err(_) => Some(format!("{COMPILER} is not installed (Debian's package gcc-arm-none-eabi)")),
+            // Only a library that is there is printed with its folder.
+            Ok(library) if !String::from_utf8_lossy(&library.stdout).contains('/') => {
+                Some("newlib is not installed (Debian's package libnewlib-arm-none-eabi)".to_owned())
+            }
+            Ok(_) => None,
+        }
+    }
+}
+
+/// Runs a program on the board, and returns what it printed.
+pub(super) fn run(board: &Board, image: &Path) -> Result<String, Failure> {
+    let printed = image.with_extension("txt");
+    let io = |source| Failure::io(&printed, source);
+    // Semihosting writes to standard error.
+    let file = File::create(&printed).map_err(io)?;
+    let mut emulator = Command::new(board.emulator)
+        .args(["-M", board.machine, "-nographic", "-monitor", "none", "-serial", "none"])
+        .args(["-semihosting-config", "enable=on,target=native", "-icount", board.shift])
+        .args(if board.emulator.ends_with("arm") { &[][..] } else { &["-bios", "none"] })
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::null())
+        .stdout(file.try_clone().map_err(io)?)
+        .stderr(file)
+        .spawn()
+        .map_err(|source| Failure::io(board.emulator, source))?;
+    let began = Instant::now();
+    let status = loop {
+        match emulator.try_wait().map_err(|source| Failure::io(board.emulator, source))? {
+            Some(status) => break status,
+            None if began.elapsed() > PATIENCE => {
+                _ = emulator.kill();
+                _ = emulator.wait();
+                return Err(Failure::Firmware(format!("{} did not end on {}", image.display(), board.machine)));
+            }
+            None => std::thread::sleep(Duration::from_millis(10)),
+        }
+    };
+    let text = fs::read_to_string(&printed).map_err(io)?;
+    if status.success() {
+        return Ok(text);
+    }
+    let last = text.lines().rev().take(3).collect::<Vec<_>>().join(" / ");
+    Err(Failure::Firmware(format!("{} ended with {status} on {}; last lines: {last}", image.display(), board.machine)))
+}
+
+/// Compiles the exports with `arm-none-eabi-gcc -O2`, runs each on the board and compares every step.
+pub(super) fn c_on(
+    board: &Board,
+    exports: &Path,
+    names: &[String],
+    golden: &[Golden],
+) -> Result<Vec<(String, Cost)>, Failure> {
+    let mut costs = Vec::new();
+    if !board.compiles_c() {
+        return Ok(costs);
+    }
+    let start = root().join("firmware/board/start");
+    for name in names {
+        let folder = exports.join(name);
+        let (object, image) = (format!("{}.o", board.machine), format!("{}.elf", board.machine));
+        let compiler =
+            || program(COMPILER).folder(&folder).arguments(&["-std=c99", "-O2", "-mthumb"]).arguments(board.c);
+        compiler()
+            .arguments(&["-Wall", "-Wextra", "-Wconversion", "-Werror", "-c", &format!("{name}.c"), "-o", &object])
+            .quiet_output(name)?;
+        compiler()
+            .arguments(&["-nostartfiles", "-I."])
+            .argument(format!("-T{}", start.join("arm.ld").display()))
+            .argument(start.join("arm.S"))
+            .argument(root().join("firmware/host/c/main.c"))
+            .arguments(&[&object, "-lm", "-lc", "-lgcc", "-lnosys", "-o", &image])
+            .quiet_output(name)?;
+        let found = output::read(&run(board, &folder.join(&image))?)?;
+        let place = format!("{} as C", board.machine);
+        output::of(golden, name)?.compare(&found[0], &place)?;
+        let object = elf::Image::read(&folder.join(&object))?;
+        // The step, and what it is not compiled into: not the functions that start an observer.
+        let code =
+            object.code(|function| ![format!("{name}_init"), format!("{name}_reset")].contains(&function.to_owned()));
+        costs.push((name.clone(), found[0].cost(code, None)?));
+    }
+    eprintln!("── {}: emitted C of {} observers, every step as on the host", board.target, costs.len());
+    Ok(costs)
+}
