@@ -17,7 +17,7 @@ use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::Format;
 use nalgebra::{DMatrix, DVector};
 
-use crate::deployment::{Evidence, MARGIN, SampledDesign};
+use crate::deployment::{Evidence, MARGIN, Matrices, SampledDesign, stored};
 use crate::results::FailureReport;
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Simulation, Study};
@@ -39,36 +39,9 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
     }
 }
 
-/// The matrices of an observer of a sampled linear plant.
-struct Matrices<'a> {
-    a: &'a DMatrix<f64>,
-    b: &'a DMatrix<f64>,
-    c: &'a DMatrix<f64>,
-    d: Option<&'a DMatrix<f64>>,
-    l: &'a DMatrix<f64>,
-    period: f64,
-    is_cubic: bool,
-}
-
-fn matrices(design: &SampledDesign) -> Matrices<'_> {
-    match design {
-        SampledDesign::Linear(design) => {
-            let (plant, l) = (design.observer.plant(), design.observer.l());
-            let StateSpace { a, b, c, d } = plant;
-            let period = luenberger_observers::SampledObserver::period(&design.observer);
-            Matrices { a, b, c, d: d.as_ref(), l, period, is_cubic: false }
-        }
-        SampledDesign::Cubic(design) => {
-            let o = &design.observer;
-            let period = luenberger_observers::SampledObserver::period(o);
-            Matrices { a: o.ad(), b: o.bd(), c: o.c(), d: o.d(), l: o.ld(), period, is_cubic: true }
-        }
-    }
-}
-
 /// What is proved of the loop with the numbers as stored in `format`, in exact arithmetic.
 pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64>, format: Format) -> Evidence {
-    let m = matrices(design);
+    let m = design.matrices();
     let not_proved = "Not proved: bounds of the state of the plant under references, noise and rounding, and the loop with an actuator at its limit.";
     let (stored, file) = match certificate(observer, &m, k, format) {
         Some(found) => found,
@@ -112,10 +85,7 @@ fn certificate(
     k: &DMatrix<f64>,
     format: Format,
 ) -> Option<(Rounding, CertificateFile)> {
-    let stored = |matrix: &DMatrix<f64>| -> Option<DMatrix<f64>> {
-        let entries: Option<Vec<f64>> = matrix.iter().map(|x| format.round(*x)).collect();
-        Some(DMatrix::from_vec(matrix.nrows(), matrix.ncols(), entries?))
-    };
+    let stored = |matrix: &DMatrix<f64>| stored(matrix, format);
     if m.d.is_some_and(|d| stored(d).as_ref() != Some(d)) {
         return None;
     }
@@ -150,7 +120,7 @@ pub(crate) fn magnitudes(
     design: &SampledDesign,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let k = gain(study, observer).ok()?;
-    let m = matrices(design);
+    let m = design.matrices();
     let mut x = DVector::from_column_slice(&simulation.x0);
     let mut xhat = DVector::from_column_slice(&observer.initial);
     let (mut states, mut inputs) = (DVector::zeros(x.len()), DVector::zeros(k.nrows()));

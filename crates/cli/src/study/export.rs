@@ -52,6 +52,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         Precision::F32 => (Scalar::Binary32, Format::Binary32),
         Precision::F64 => (Scalar::Binary64, Format::Binary64),
     };
+    design.stored_in(observer, format).map_err(not_exported)?;
     let mut evidence = evidence(&study, observer, &design, format);
     let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, format));
     let unproved = match &of_the_loop {

@@ -231,4 +231,84 @@ fn what_cannot_be_exported_says_why() {
     let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");
+    // 1 - 1e-8 is 1 in binary32.
+    let slow = "[plant]\na = [[0.99999999]]\nc = [[1]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\nl = [[1e-10]]\n";
+    let (_, slow) = study("export-slow", Some(slow));
+    refused(&slow, &["--format", "f32"], 1, "rounded to binary32, A - L C has the spectral radius");
+    let twice = format!("{plant}name = \"a\"\n[[observer]]\nname = \"a\"\nkind = \"luenberger\"\npoles = [-1, -2]\n");
+    let (_, twice) = study("export-twice", Some(&twice));
+    refused(&twice, &["--observer", "a", "--period", "1"], 2, "two observers are named");
+    // Two names that are one identifier do not meet: an export has one observer.
+    let still_zero =
+        format!("{plant}\n[input]\nexpressions = []\n[simulation]\nx0 = [0, 0]\nduration = 1\nsamples = 2\nhold = 0\n");
+    let (_, zero) = study("export-zero", Some(&still_zero));
+    refused(&zero, &[], 2, "hold");
+}
+
+/// A folder is ours if its manifest says so; others are refused, and so is one that cannot be written.
+#[test]
+fn folders_of_others_are_refused_and_ours_are_replaced() {
+    let (folder, file) = study("export-folders", None);
+    let export = |to: &str, out: &Path| {
+        luenberger(&["export", &file, "--observer", "sampled", "--to", to, "-o", out.to_str().unwrap()], "")
+    };
+    let theirs = folder.join("theirs");
+    std::fs::create_dir(&theirs).unwrap();
+    std::fs::write(theirs.join("main.c"), "mine").unwrap();
+    let ran = export("c", &theirs);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(ran.stderr.contains("theirs"), "{}", ran.stderr);
+    assert_eq!(std::fs::read_dir(&theirs).unwrap().count(), 1);
+
+    // Ours: its files are replaced, others stay, also those of the same name as a new file.
+    let ours = folder.join("ours");
+    assert_eq!(export("rust", &ours).code, Some(0));
+    std::fs::write(ours.join("main.c"), "mine").unwrap();
+    let ran = export("c", &ours);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(!ours.join("src/lib.rs").exists() && ours.join("sampled.c").is_file());
+    assert_eq!(std::fs::read_to_string(ours.join("main.c")).unwrap(), "mine");
+
+    // A file in the place of the folder, and a folder that cannot be made: root writes into read-only ones.
+    let at = folder.join("file");
+    std::fs::write(&at, "").unwrap();
+    for out in [at.clone(), at.join("below")] {
+        let ran = export("c", &out);
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains("file"), "{}", ran.stderr);
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let closed = folder.join("closed");
+        std::fs::create_dir(&closed).unwrap();
+        std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o555)).unwrap();
+        let ran = export("c", &closed);
+        if ran.code == Some(0) {
+            eprintln!("SKIPPED: this user writes into read-only folders");
+        } else {
+            assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+            assert!(ran.stderr.contains("closed"), "{}", ran.stderr);
+        }
+        std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+/// Without a certificate only on request, and the header says so.
+#[test]
+fn an_observer_without_a_certificate_is_exported_on_request() {
+    // The gain is stable, and the margin of its Lyapunov equation is lost in rounding.
+    let text = "[plant]\na = [[1.0, 1e9], [0.0, 0.9999999]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\nl = [[1e-7], [0]]\n";
+    let (folder, file) = study("export-unproved", Some(text));
+    let out = folder.join("c");
+    let arguments = ["export", &file, "--to", "c", "-o", out.to_str().unwrap()];
+    let ran = luenberger(&arguments, "");
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert!(ran.stderr.contains("--unproved exports it all the same"), "{}", ran.stderr);
+    assert!(!out.exists());
+    let ran = luenberger(&[&arguments[..], &["--unproved"]].concat(), "");
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let header = std::fs::read_to_string(out.join("luenberger.h")).unwrap();
+    assert!(header.contains(" * No stability certificate.") && !header.contains("Proved"), "{header}");
+    assert!(!out.join("certificate.json").exists());
 }
