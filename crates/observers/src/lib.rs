@@ -17,6 +17,7 @@
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
+//! | [`sampled_copy`] | the same stepped once per sample, with an output predicted between samples |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
@@ -62,6 +63,7 @@ pub mod observer;
 pub mod output_feedback;
 pub mod pebo;
 pub mod pseudo_inverse;
+pub mod sampled_copy;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
@@ -80,7 +82,7 @@ pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel,
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
-pub use luenberger_plants::{LinearPlant, Plant};
+pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
 };
@@ -88,6 +90,7 @@ pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenb
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
+pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -232,7 +232,8 @@ fn what_cannot_be_exported_says_why() {
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");
     // 1 - 1e-8 is 1 in binary32.
-    let slow = "[plant]\na = [[0.99999999]]\nc = [[1]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\nl = [[1e-10]]\n";
+    let slow =
+        "[plant]\na = [[0.99999999]]\nc = [[1]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[-1e-9]]\n";
     let (_, slow) = study("export-slow", Some(slow));
     refused(&slow, &["--format", "f32"], 1, "rounded to binary32, A - L C has the spectral radius");
     let twice = format!("{plant}name = \"a\"\n[[observer]]\nname = \"a\"\nkind = \"luenberger\"\npoles = [-1, -2]\n");
@@ -298,7 +299,7 @@ fn folders_of_others_are_refused_and_ours_are_replaced() {
 #[test]
 fn an_observer_without_a_certificate_is_exported_on_request() {
     // The gain is stable, and the margin of its Lyapunov equation is lost in rounding.
-    let text = "[plant]\na = [[1.0, 1e9], [0.0, 0.9999999]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\nl = [[1e-7], [0]]\n";
+    let text = "[plant]\na = [[1.0, 1e9], [0.0, 0.9999999]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[1e-7], [0]]\n";
     let (folder, file) = study("export-unproved", Some(text));
     let out = folder.join("c");
     let arguments = ["export", &file, "--to", "c", "-o", out.to_str().unwrap()];

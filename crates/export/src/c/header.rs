@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use super::{columns, feedback, harmless, kind, lengths, scalar, wrapped};
 use crate::Export;
+use crate::program::Program;
 
-pub(super) fn header(export: &Export) -> String {
+pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
     let (upper, lengths) = lengths(export);
     let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", kind(export));
@@ -41,6 +42,19 @@ pub(super) fn header(export: &Export) -> String {
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
+    let mut fields = String::new();
+    if matches!(export.program, Program::Kalman(_)) {
+        _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
+    }
+    let timed = export.program.uses_time();
+    if timed {
+        fields.push_str(
+            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
+        );
+    }
+    if timed {
+        text.push_str("\n#include <stdint.h>\n");
+    }
     let is_fed = export.feedback.is_some();
     let (known, more) = if is_fed { ("r", format!("{number} *u, ")) } else { ("u", String::new()) };
     let step = if is_fed { feedback::declarations(export) } else { observer_step(&upper, !names.inputs.is_empty()) };
@@ -50,7 +64,7 @@ pub(super) fn header(export: &Export) -> String {
 /** State of the observer. */
 typedef struct {{
     {number} xhat[{upper}_STATES]; /**< Estimate for the next sample. */
-}} {name}_state;
+{fields}}} {name}_state;
 
 /** Starts from a given estimate. */
 void {name}_init({name}_state *state, const {number} *xhat);
@@ -58,7 +72,7 @@ void {name}_init({name}_state *state, const {number} *xhat);
 /** Starts from the first estimate of the design. */
 void {name}_reset({name}_state *state);
 {step} *
- * A value of {known} or y that is not finite makes the estimate not finite, for good: call {name}_reset or {name}_init.
+{not_finite} call {name}_reset or {name}_init.
  */
 void {name}_step({name}_state *state, const {number} *{known}, const {number} *y, {more}{number} *xhat);
 
@@ -68,6 +82,7 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 
 #endif
 ",
+        not_finite = not_finite(export),
     );
     text
 }
@@ -86,4 +101,20 @@ fn observer_step(upper: &str, has_inputs: bool) -> String {
 ",
         if has_inputs { "" } else { "; not read, may be a null pointer" }
     )
+}
+
+/// What a value of u or y that is not finite does.
+fn not_finite(export: &Export) -> String {
+    let known = if export.feedback.is_some() { "r" } else { "u" };
+    match &export.program {
+        Program::Linear(_) | Program::Cubic(_) => {
+            format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
+        }
+        Program::Kalman(filter) if filter.gate().is_some() => format!(
+            " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
+        ),
+        Program::Copy(_) | Program::Kalman(_) => format!(
+            " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
+        ),
+    }
 }

@@ -2,7 +2,6 @@
 
 use super::{kind, scalar};
 use crate::Export;
-use crate::golden::STEPS;
 
 pub(super) fn cmake(name: &str) -> String {
     format!(
@@ -30,7 +29,7 @@ add_test(NAME {name} COMMAND test_{name})
     )
 }
 
-pub(super) fn readme(export: &Export) -> String {
+pub(super) fn readme(export: &Export, count: usize) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let statement = export.statement.join("\n");
     let (known, more, about) = match (export.feedback.is_some(), export.names.inputs.is_empty()) {
@@ -60,7 +59,7 @@ pub(super) fn readme(export: &Export) -> String {
 {name}_step(&state, {known}, y, {more}xhat);
 ```
 
-The test compares {STEPS} steps with the design, bit by bit:
+The test compares {count} steps with the design, bit by bit:
 
 ```console
 $ cc -std=c99 -O2 {name}.c test_{name}.c -lm -o test_{name} && ./test_{name}

@@ -6,7 +6,7 @@ use super::{lengths, scalar};
 use crate::golden::Step;
 use crate::{Export, number};
 
-pub(super) fn test(export: &Export, steps: &[Step]) -> String {
+pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let (upper, _) = lengths(export);
     let mut text = format!(

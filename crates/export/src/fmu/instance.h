@@ -139,8 +139,7 @@ static void model_advance(model *m)
     model_number innovation[MODEL_OUTPUTS + 1] = {(model_number)0};
     model_column(m, FIRST_U, MODEL_INPUTS, u);
     model_column(m, FIRST_Y, MODEL_OUTPUTS, y);
-    model_column(m, FIRST_XHAT, MODEL_STATES, xhat);
-    model_innovation(xhat, u, y, innovation);
+    model_innovation(&m->observer, u, y, innovation);
 #if MODEL_FEEDBACK
     {
         model_number r[MODEL_INPUTS];

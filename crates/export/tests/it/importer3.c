@@ -145,10 +145,11 @@ int main(void)
     /* Two periods in one step: the inputs are held. */
     CHECK(do_step(c, 0.0, 2.0 * PERIOD) == 0);
 
-    /* A measurement that is not finite is a warning, until the reset. */
+    /* A measurement that is not finite is a warning, until the reset; a nonlinear plant may limit its effect. */
     bad = 1e308 * 10.0;
     CHECK(fmi3SetFloat64(c, &references[1 + M], 1, &bad, 1) == 0);
-    CHECK(do_step(c, 0.0, PERIOD) == 1);
+    k = do_step(c, 0.0, PERIOD);
+    CHECK((k == 1) || (!LINEAR && (k == 0)));
     CHECK(fmi3Reset(c) == 0);
     initialize(c);
     CHECK(step(c, 0) && step(c, 1));
