@@ -243,6 +243,9 @@ pub(crate) struct ExportInput {
     /// Version of the standard, with --to fmu [default: 2]
     #[arg(long, value_enum, value_name = "VERSION")]
     pub(crate) fmi: Option<FmiVersion>,
+    /// With the feedback u = r - K xhat of the study: the step takes r and y, and returns u as well
+    #[arg(long)]
+    pub(crate) feedback: bool,
     /// Format of the numbers on the target
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     pub(crate) format: Precision,

@@ -4,7 +4,7 @@ use nalgebra::{DVector, RealField};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::program::{Cast, Scalar, State};
+use crate::program::{Cast, Program, Scalar, State};
 
 /// Steps of the golden vectors.
 pub const STEPS: usize = 64;
@@ -12,12 +12,14 @@ pub const STEPS: usize = 64;
 /// One step: what goes in, and the estimate that comes out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Inputs.
+    /// Inputs; with feedback the references r.
     pub u: Vec<f64>,
     /// Outputs.
     pub y: Vec<f64>,
     /// The estimate for the next sample.
     pub estimate: Vec<f64>,
+    /// With feedback, the input `r - K xhat` that the step computes and applies; empty without.
+    pub applied: Vec<f64>,
 }
 
 /// `count` steps from the first estimate, with inputs and outputs that are numbers of the format.
@@ -25,6 +27,9 @@ pub struct Step {
 /// Those of a linear plant have a magnitude up to 2, and a few are large. They are no motion of the plant: every operation
 /// gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export; without
 /// samples, inputs up to 0.1, and the outputs that the estimate predicts with as much noise.
+///
+/// With feedback the outputs of a linear plant are those of the loop plus such numbers, because an observer with its
+/// feedback may be unstable where the loop is stable. For a nonlinear plant r is such that u is that of the samples.
 ///
 /// # Errors
 /// [`ExportError::NotFinite`] if the estimate leaves the range of the format.
@@ -103,12 +108,14 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
     let recorded = if is_nonlinear { &export.samples[..] } else { &[] };
     let count = if recorded.is_empty() { count } else { count.min(recorded.len()) };
     let mut run = Run::<T>::new(export)?;
+    let gain = export.feedback.as_ref().map(|k| k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x))));
+    let mut plant = export.feedback.as_ref().and_then(|_| Loop::new(&export.program));
     let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
         let mut column =
             |length: usize, size: f64| -> Vec<f64> { (0..length).map(|_| scalar.round(size * noise.next())).collect() };
-        let (u, y) = if let Some((u, y)) = recorded.get(step) {
+        let (u, mut y) = if let Some((u, y)) = recorded.get(step) {
             (run.rounded(u), run.rounded(y))
         } else if is_nonlinear {
             let (u, disturbance) = (column(size.inputs, 0.05), column(size.outputs, 0.05));
@@ -119,13 +126,52 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
             let magnitude = if step % 16 == 7 { 1e3 } else { 1.0 };
             (column(size.inputs, magnitude), column(size.outputs, magnitude))
         };
-        let estimate = run.step(&u, &y);
+        let (known, input, applied) = match &gain {
+            Some(k) => {
+                let fed = k * run.state.estimate();
+                let known = if is_nonlinear { run.rounded(&numbers(&(convert::<T>(&u) + &fed))) } else { u };
+                let input = numbers(&(convert::<T>(&known) - fed));
+                (known, input.clone(), input)
+            }
+            None => (u.clone(), u, Vec::new()),
+        };
+        if let Some(plant) = &mut plant {
+            for (y, output) in y.iter_mut().zip(&plant.step(&applied)) {
+                *y = scalar.round(*y + output);
+            }
+        }
+        let estimate = run.step(&input, &y);
         if run.state.entries().iter().any(|x| !x.is_finite()) {
             return Err(ExportError::NotFinite { step, format: scalar.name() });
         }
-        steps.push(Step { u, y, estimate });
+        steps.push(Step { u: known, y, estimate, applied });
     }
     Ok(steps)
+}
+
+/// The linear plant of an observer, from the state 0.
+struct Loop<'a> {
+    program: &'a Program,
+    x: DVector<f64>,
+}
+
+impl<'a> Loop<'a> {
+    fn new(program: &'a Program) -> Option<Self> {
+        let x = DVector::zeros(program.dimensions().state);
+        program.plant().is_some().then_some(Self { program, x })
+    }
+
+    /// The output at this sample; the state moves to the next.
+    fn step(&mut self, u: &[f64]) -> DVector<f64> {
+        let u = DVector::from_column_slice(u);
+        let Some((a, b, c)) = self.program.plant() else { return DVector::zeros(0) };
+        let mut y = c * &self.x;
+        if let Some(d) = self.program.feedthrough() {
+            y += d * &u;
+        }
+        self.x = a * &self.x + b * u;
+        y
+    }
 }
 
 /// Numbers in [-2, 2) without pattern: xorshift64*, of Marsaglia and Vigna.

@@ -146,6 +146,28 @@ impl Export {
         self
     }
 
+    /// With the feedback `u = r - K xhat`, K m x n: the step takes r and y, and returns u as well.
+    ///
+    /// # Errors
+    /// [`ExportError::Gain`] for another shape; [`ExportError::Format`] for an entry beyond the range of the format.
+    pub fn with_feedback(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
+        let size = self.program.dimensions();
+        let (expected, found) = ((size.inputs, size.estimate), k.shape());
+        if expected != found || k.is_empty() {
+            return Err(ExportError::Gain { expected, found });
+        }
+        if let Some(k) = k.iter().find(|x| !self.scalar.round(**x).is_finite()) {
+            return Err(ExportError::Format { what: format!("the entry {k} of K"), format: self.scalar.name() });
+        }
+        self.feedback = Some(k.clone());
+        Ok(self)
+    }
+
+    /// Whether the step includes a feedback.
+    pub fn has_feedback(&self) -> bool {
+        self.feedback.is_some()
+    }
+
     /// With a record of inputs and outputs, one pair for each sample, as golden vectors of an observer of a nonlinear
     /// plant, which may not be defined at arbitrary ones.
     #[must_use]
@@ -181,7 +203,8 @@ impl Export {
     /// The matrices as they are stored on the target, by the names they have in the emitted code.
     pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
-        self.program.matrices().into_iter().map(|(name, matrix)| (name, round(matrix))).collect()
+        let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k)));
+        all.map(|(name, matrix)| (name, round(matrix))).collect()
     }
 
     /// The scalars as they are stored on the target.
@@ -212,12 +235,12 @@ impl Export {
 
     /// Floating-point operations of one step, square roots and divisions included.
     pub fn operations(&self) -> usize {
-        self.program.operations()
+        self.program.operations() + self.feedback.as_ref().map_or(0, |k| 2 * k.len())
     }
 
     /// Bytes of the constants and of the state.
     pub fn bytes(&self) -> usize {
-        let matrices: usize = self.program.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
+        let matrices: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
         let scalars = self.program.scalars().len() + self.program.constants_of_maps();
         (matrices + scalars + self.initial.len() + self.program.state_entries()) * self.scalar.bytes()
     }

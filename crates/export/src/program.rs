@@ -190,6 +190,15 @@ impl Program {
         all
     }
 
+    /// A, B and C of a linear plant.
+    pub(crate) fn plant(&self) -> Option<(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)> {
+        Some(match self {
+            Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
+            Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) => return None,
+        })
+    }
+
     /// Feedthrough, if there is one.
     pub fn feedthrough(&self) -> Option<&DMatrix<f64>> {
         match self {

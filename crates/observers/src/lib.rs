@@ -26,6 +26,7 @@
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
+//! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
@@ -59,6 +60,7 @@ pub mod mean_value;
 pub mod nonlinear_luenberger;
 pub mod numerical_kkl;
 pub mod observer;
+pub mod output_feedback;
 pub mod pebo;
 pub mod pseudo_inverse;
 pub mod sampled_copy;
@@ -86,6 +88,7 @@ pub use mean_value::{
 };
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
+pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 

@@ -261,6 +261,12 @@ pub enum SimError {
         /// Their limit.
         limit: f64,
     },
+    /// The time limit of the settings.
+    #[error("stopped at t = {} by the time limit", short(*time))]
+    TimeLimit {
+        /// Where the run was stopped.
+        time: f64,
+    },
     /// A time outside the simulated span.
     #[error("t = {time} lies outside the simulated span from {start} to {end}")]
     Outside {
@@ -286,6 +292,7 @@ impl SimError {
                 | Self::QuantityNotFinite { .. }
                 | Self::StepSize { .. }
                 | Self::TooManySteps { .. }
+                | Self::TimeLimit { .. }
         )
     }
 }

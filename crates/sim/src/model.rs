@@ -253,12 +253,16 @@ impl<'a> Model<'a> {
 
     /// Input, outputs and estimates at `t`.
     pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+        self.input_and_output(t, stacked, still, now);
+        self.estimates(t, stacked, still, now);
+    }
+
+    fn input_and_output(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
         match &still.held {
             Some(held) => now.u.copy_from_slice(held),
             None => self.steer(t, stacked, still, now),
         }
         self.see(t, &stacked[..self.size.states], still, now);
-        self.estimates(t, stacked, still, now);
     }
 
     /// The output under the input of the same instant, and what the observers see of it.
@@ -299,7 +303,10 @@ impl<'a> Model<'a> {
     }
 
     pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
-        self.evaluate(t, stacked, still, now);
+        self.input_and_output(t, stacked, still, now);
+        if !self.integrals.is_empty() {
+            self.estimates(t, stacked, still, now);
+        }
         let (x, n) = (&stacked[..self.size.states], self.size.states);
         if self.step.is_some() {
             // A plant in discrete time stands still between its steps.

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use luenberger_design::{GainOptions, OperatingPoint};
 use luenberger_lmi::Solver;
@@ -256,9 +257,9 @@ pub struct GainLimits {
 }
 
 impl GainLimits {
-    /// The options of the design, with this solver.
-    pub fn options(&self, solver: Solver) -> GainOptions {
-        let settings = luenberger_lmi::Settings { solver, ..luenberger_lmi::Settings::default() };
+    /// The options of the design, with this solver, which stops at the instant `end` if there is one.
+    pub fn options(&self, solver: Solver, end: Option<Instant>) -> GainOptions {
+        let settings = luenberger_lmi::Settings { solver, end, ..luenberger_lmi::Settings::default() };
         GainOptions { settings, max_gain: self.max_gain, noise: self.noise.clone() }
     }
 }

@@ -7,9 +7,12 @@ use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
 use crate::failure::Failure;
 use crate::input::Source;
 use luenberger_export::{Export, Names, Program, Scalar, golden, names};
+use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::Format;
 use luenberger_proof::wording::counted;
+use luenberger_study::closed_loop;
 use luenberger_study::deployment::{Difference, SampledDesign, evidence, record, sampled};
+use luenberger_study::results::FailureReport;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
 use serde::Serialize;
@@ -48,28 +51,45 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     }
     let study = read(&input.study)?;
     let observer = chosen(&study, input.observer.as_deref())?;
-    let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
-    // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
-    let period = if observer.kind.period().is_some() { input.period } else { period };
-    let substeps = input.substeps.map(usize::from);
-    let design = sampled(&study, observer, period, substeps).map_err(|why| Failure::NotExported {
+    let not_exported = |why: FailureReport| Failure::NotExported {
         observer: observer.name.clone(),
         why: why.hypothesis,
         instead: why.alternatives,
-    })?;
+    };
+    let gain = if input.feedback { Some(closed_loop::gain(&study, observer).map_err(not_exported)?) } else { None };
+    let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
+    // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
+    let period = if observer.kind.period().is_some() { input.period } else { period };
+    let design = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
     let (scalar, format) = match input.format {
         Precision::F32 => (Scalar::Binary32, Format::Binary32),
         Precision::F64 => (Scalar::Binary64, Format::Binary64),
     };
+    design.stored_in(observer, format).map_err(not_exported)?;
     let mut evidence = evidence(&study, observer, &design, format);
-    if !evidence.is_proved() && !input.unproved {
+    let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, format));
+    let unproved = match &of_the_loop {
+        _ if !evidence.is_proved() => Some("it has no stability certificate"),
+        Some(of_the_loop) if !of_the_loop.is_proved() => Some("its feedback has no stability certificate"),
+        _ => None,
+    };
+    if let (Some(why), false) = (unproved, input.unproved) {
         return Err(Failure::NotExported {
             observer: observer.name.clone(),
-            why: "it has no stability certificate".to_owned(),
+            why: why.to_owned(),
             instead: vec!["--unproved exports it all the same, and the header says so".to_owned()],
         });
     }
-    let proved = evidence.is_proved();
+    let proved = unproved.is_none();
+    let mut certificates: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut keep = |name: &str, file: Option<&CertificateFile>| {
+        certificates.extend(file.map(|file| (name.to_owned(), file.to_json().into_bytes())));
+    };
+    keep("certificate.json", evidence.file.as_ref());
+    if let Some(of_the_loop) = of_the_loop {
+        keep("certificate-feedback.json", of_the_loop.file.as_ref());
+        evidence.sentences.extend(of_the_loop.sentences);
+    }
     let digest = study_digest(&study);
     let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
     let substeps = design.substeps();
@@ -80,7 +100,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let format_name = scalar.name();
     evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, format_name)));
     let export = export.samples(record.samples).statement(&evidence.sentences).source(&digest);
-    let certificate = evidence.file.as_ref().map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes()));
+    let export = gain.map_or(Ok(export.clone()), |k| export.with_feedback(k)).map_err(refused)?;
     let bytes = |files: Vec<luenberger_export::File>| {
         files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()
     };
@@ -88,15 +108,13 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let files = match input.to {
         Language::C => export.c().map(bytes),
         Language::Rust => export.rust().map(bytes),
-        Language::Fmu => {
-            export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), certificate.as_ref()).map(|fmu| {
-                binaries = fmu.binaries;
-                fmu.files
-            })
-        }
+        Language::Fmu => export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), &certificates).map(|fmu| {
+            binaries = fmu.binaries;
+            fmu.files
+        }),
     };
     let mut files = files.map_err(refused)?;
-    files.extend(certificate);
+    files.extend(certificates);
     let folder = folder(input, observer);
     let moved = write_folder(&folder, input.force, "export", &study, &files)?;
     renamed(&folder, &moved);

@@ -120,6 +120,92 @@ fn an_observer_becomes_an_fmu_of_either_version() {
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(2), "error: --fmi is for --to fmu\n"));
 }
 
+const LOOP: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+states = ["position", "velocity"]
+units = ["m", "m/s"]
+time_unit = "s"
+
+[input]
+expressions = ["0.5"]
+feedback = { k = [[4, 4]], observer = "linear" }
+
+[simulation]
+x0 = [1, 0]
+duration = 5
+samples = 101
+hold = 0.05
+
+[[observer]]
+name = "linear"
+kind = "luenberger"
+poles = [-6, -7]
+
+[[observer]]
+name = "cubic"
+kind = "sampled-cubic"
+poles = [-6, -7]
+period = 0.05
+gamma = 1
+"#;
+
+/// The observer with u = r - K xhat in one step, in each language, with a certificate of the loop.
+#[test]
+fn an_observer_with_its_feedback_is_one_block() {
+    for (observer, format, claim) in [
+        ("linear", "f32", "tend to 0 exponentially, from every initial state and estimate."),
+        ("cubic", "f32", "tend to 0 exponentially, if they start near 0."),
+        ("cubic", "f64", "tend to 0 exponentially, from every initial state and estimate: the estimation error"),
+    ] {
+        let text = LOOP.replace("observer = \"linear\"", &format!("observer = \"{observer}\""));
+        let (folder, file) = study(&format!("export-feedback-{observer}-{format}"), Some(&text));
+        let export = |to: &str| {
+            let out = folder.join(to);
+            let arguments = ["export", &file, "--observer", observer, "--feedback", "--to", to, "--format", format];
+            let ran = luenberger(&[&arguments[..], &["-o", out.to_str().unwrap()]].concat(), "");
+            assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{observer} {to}");
+            assert!(
+                ran.stdout.contains(claim) && ran.stdout.contains("the error in the end is at most"),
+                "{}",
+                ran.stdout
+            );
+            out
+        };
+        let c = export("c");
+        golden(&c, observer);
+        let files = ["certificate.json", "certificate-feedback.json"].map(|name| c.join(name));
+        let verified = luenberger(&["verify", files[0].to_str().unwrap(), files[1].to_str().unwrap()], "");
+        assert_eq!(verified.code, Some(0), "{}", verified.stdout);
+        let library = std::fs::read_to_string(export("rust").join("src/lib.rs")).unwrap();
+        assert!(library.contains("pub type Observer = OutputFeedback<"), "{library}");
+        if Command::new("cc").arg("--version").output().is_ok() {
+            let table = std::fs::read_to_string(export("fmu").join(format!("{observer}_golden.csv"))).unwrap();
+            assert!(table.starts_with("\"r.u1\",\"y.y1\",\"xhat.position\""), "{table}");
+        }
+    }
+    let (_, file) = study("export-feedback-refused", Some(LOOP));
+    let refused = |file: &str, observer: &str, says: &str| {
+        let out = format!("{file}-out");
+        let ran = luenberger(&["export", file, "--observer", observer, "--feedback", "--to", "c", "-o", &out], "");
+        assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(says), "{}", ran.stderr);
+    };
+    refused(&file, "cubic", "the study feeds back the estimate of linear\n  alternative: feedback = {");
+    let (_, unstable) = study("export-feedback-unstable", Some(&LOOP.replace("[[4, 4]]", "[[-1, 0]]")));
+    refused(&unstable, "linear", "its feedback has no stability certificate");
+    let out = format!("{unstable}-out");
+    let arguments =
+        ["export", &unstable, "--observer", "linear", "--feedback", "--unproved", "--to", "c", "--json", "-o"];
+    let ran = luenberger(&[&arguments[..], &[&out]].concat(), "");
+    assert_eq!(ran.json()["proved"], false);
+    assert!(ran.stdout.contains("Feedback: no stability certificate of the loop."), "{}", ran.stdout);
+    let (_, open) = study("export-no-feedback", None);
+    refused(&open, "sampled", "the study has no feedback");
+}
+
 #[test]
 fn what_cannot_be_exported_says_why() {
     let (folder, file) = study("export-refused", None);
@@ -152,6 +238,87 @@ fn what_cannot_be_exported_says_why() {
     let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");
+    // 1 - 1e-8 is 1 in binary32.
+    let slow =
+        "[plant]\na = [[0.99999999]]\nc = [[1]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[-1e-9]]\n";
+    let (_, slow) = study("export-slow", Some(slow));
+    refused(&slow, &["--format", "f32"], 1, "rounded to binary32, A - L C has the spectral radius");
+    let twice = format!("{plant}name = \"a\"\n[[observer]]\nname = \"a\"\nkind = \"luenberger\"\npoles = [-1, -2]\n");
+    let (_, twice) = study("export-twice", Some(&twice));
+    refused(&twice, &["--observer", "a", "--period", "1"], 2, "two observers are named");
+    // Two names that are one identifier do not meet: an export has one observer.
+    let still_zero =
+        format!("{plant}\n[input]\nexpressions = []\n[simulation]\nx0 = [0, 0]\nduration = 1\nsamples = 2\nhold = 0\n");
+    let (_, zero) = study("export-zero", Some(&still_zero));
+    refused(&zero, &[], 2, "hold");
+}
+
+/// A folder is ours if its manifest says so; others are refused, and so is one that cannot be written.
+#[test]
+fn folders_of_others_are_refused_and_ours_are_replaced() {
+    let (folder, file) = study("export-folders", None);
+    let export = |to: &str, out: &Path| {
+        luenberger(&["export", &file, "--observer", "sampled", "--to", to, "-o", out.to_str().unwrap()], "")
+    };
+    let theirs = folder.join("theirs");
+    std::fs::create_dir(&theirs).unwrap();
+    std::fs::write(theirs.join("main.c"), "mine").unwrap();
+    let ran = export("c", &theirs);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(ran.stderr.contains("theirs"), "{}", ran.stderr);
+    assert_eq!(std::fs::read_dir(&theirs).unwrap().count(), 1);
+
+    // Ours: its files are replaced, others stay, also those of the same name as a new file.
+    let ours = folder.join("ours");
+    assert_eq!(export("rust", &ours).code, Some(0));
+    std::fs::write(ours.join("main.c"), "mine").unwrap();
+    let ran = export("c", &ours);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(!ours.join("src/lib.rs").exists() && ours.join("sampled.c").is_file());
+    assert_eq!(std::fs::read_to_string(ours.join("main.c")).unwrap(), "mine");
+
+    // A file in the place of the folder, and a folder that cannot be made: root writes into read-only ones.
+    let at = folder.join("file");
+    std::fs::write(&at, "").unwrap();
+    for out in [at.clone(), at.join("below")] {
+        let ran = export("c", &out);
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains("file"), "{}", ran.stderr);
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let closed = folder.join("closed");
+        std::fs::create_dir(&closed).unwrap();
+        std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o555)).unwrap();
+        let ran = export("c", &closed);
+        if ran.code == Some(0) {
+            eprintln!("SKIPPED: this user writes into read-only folders");
+        } else {
+            assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+            assert!(ran.stderr.contains("closed"), "{}", ran.stderr);
+        }
+        std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+/// Without a certificate only on request, and the header says so.
+#[test]
+fn an_observer_without_a_certificate_is_exported_on_request() {
+    // The gain is stable, and the margin of its Lyapunov equation is lost in rounding.
+    let text = "[plant]\na = [[1.0, 1e9], [0.0, 0.9999999]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[1e-7], [0]]\n";
+    let (folder, file) = study("export-unproved", Some(text));
+    let out = folder.join("c");
+    let arguments = ["export", &file, "--to", "c", "-o", out.to_str().unwrap()];
+    let ran = luenberger(&arguments, "");
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert!(ran.stderr.contains("--unproved exports it all the same"), "{}", ran.stderr);
+    assert!(!out.exists());
+    let ran = luenberger(&[&arguments[..], &["--unproved"]].concat(), "");
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let header = std::fs::read_to_string(out.join("luenberger.h")).unwrap();
+    assert!(header.contains(" * No stability certificate.") && !header.contains("Proved"), "{header}");
+    assert!(!out.join("certificate.json").exists());
 }
 
 /// The names of the observers of a study, as the command lists them.

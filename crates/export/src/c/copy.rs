@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments};
-use super::{lengths, product, scalar};
+use super::{feedback, lengths, product, scalar};
 use crate::Export;
 use crate::program::Maps;
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, substeps: usize) {
-    let (name, number) = (&export.identifier, scalar(export));
+    let number = scalar(export);
     let (upper, _) = lengths(export);
     let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     plant::functions(text, export, maps);
@@ -52,7 +52,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
     _ = write!(
         text,
         "
-void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat)
+{head}
 {{
     {number} z[{all}];
 {time}    int i;
@@ -65,6 +65,7 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
         z[{n} + i] = y[i];
     }}
 ",
+        head = feedback::head(export),
         time = super::source::time(export),
         unused = if arguments.inputs { "" } else { "    (void)u;\n" },
     );
@@ -85,14 +86,14 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
 
 /// The step of the copy of a plant in discrete time: `xhat+ = f + L (y - h)`.
 pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
-    let (name, number) = (&export.identifier, scalar(export));
+    let number = scalar(export);
     let (upper, _) = lengths(export);
     let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     plant::functions(text, export, maps);
     _ = write!(
         text,
         "
-void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat)
+{head}
 {{
     {number} innovation[{p}];
     {number} next[{n}];
@@ -105,6 +106,7 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
         innovation[i] = y[i] - innovation[i];
     }}
 ",
+        head = feedback::head(export),
         time = super::source::time(export),
         unused = if Arguments::of(maps, true).inputs { "" } else { "    (void)u;\n" },
         measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "innovation")),

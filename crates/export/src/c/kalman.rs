@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments, contraction};
-use super::{lengths, scalar};
+use super::{feedback, lengths, scalar};
 use crate::program::{Maps, Scalar};
 use crate::{Export, number};
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, gated): (Option<usize>, bool)) {
-    let (name, number) = (&export.identifier, scalar(export));
+    let number = scalar(export);
     let (upper, _) = lengths(export);
     let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     plant::functions(text, export, maps);
@@ -26,13 +26,14 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
     _ = write!(
         text,
         "
-void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat)
+{head}
 {{
 {variables}{time}    int i;
 {loops}
 {unused}    update(state, {}y);
 ",
         measured.arguments("t"),
+        head = feedback::head(export),
         time = super::source::time(export),
         loops = if substeps.is_some() { "    int j;\n    int k;\n" } else { "" },
         unused = if forward.inputs || measured.inputs { "" } else { "    (void)u;\n" },

@@ -12,18 +12,23 @@
 //! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
 //! | `copy` | the step of its copy with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
+//! | `feedback` | the feedback around the step |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
 mod copy;
 mod cubic;
+mod feedback;
 mod header;
 mod kalman;
 mod linear;
 pub(crate) mod plant;
 mod project;
-mod source;
+pub(crate) mod source;
 mod test;
+
+pub(crate) use header::header;
+pub(crate) use test::test;
 
 use std::fmt::Write;
 
@@ -39,9 +44,9 @@ pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let steps = golden::steps(export, STEPS)?;
     let file = |name: String, text: String| File { name, text };
     Ok(vec![
-        file(format!("{name}.h"), header::header(export)),
+        file(format!("{name}.h"), header(export)),
         file(format!("{name}.c"), source::source(export)),
-        file(format!("test_{name}.c"), test::test(export, &steps)),
+        file(format!("test_{name}.c"), test(export, &steps)),
         file("CMakeLists.txt".to_owned(), project::cmake(name)),
         file("README.md".to_owned(), project::readme(export, steps.len())),
     ])

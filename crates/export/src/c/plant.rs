@@ -35,6 +35,19 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     function(text, export, ("measurement", measurement), second, &dialect);
 }
 
+/// The outputs by themselves, in another file: h, and Dh if the observer uses it.
+pub(crate) fn measurement(text: &mut String, export: &Export, maps: &Maps) {
+    let dialect = dialect(export.scalar, "model_");
+    let called: Vec<c_math::Function> = maps.measurement.functions().into_iter().map(Into::into).collect();
+    if !called.is_empty() {
+        _ = write!(text, "\n{}", c_math::source("model", export.scalar, &called));
+    }
+    for (number, table, used) in tables(&[&maps.measurement]) {
+        _ = write!(text, "\n{}", table.source(number, &dialect, used));
+    }
+    function(text, export, ("measurement", "h, then Dh row by row"), &maps.measurement, &dialect);
+}
+
 fn function(text: &mut String, export: &Export, (name, what): (&str, &str), routine: &Routine, dialect: &Dialect) {
     let number = scalar(export);
     let mut parameters: Vec<String> = Vec::new();
@@ -53,7 +66,7 @@ fn function(text: &mut String, export: &Export, (name, what): (&str, &str), rout
 }
 
 /// A call of one of the two functions, as a statement.
-pub(super) fn call(name: &str, routine: &Routine, (t, x, out): (&str, &str, &str)) -> String {
+pub(crate) fn call(name: &str, routine: &Routine, (t, x, out): (&str, &str, &str)) -> String {
     let mut arguments = Vec::new();
     if routine.uses_time() {
         arguments.push(t);

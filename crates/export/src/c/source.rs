@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{copy, cubic, kalman, lengths, linear, matrix, scalar};
+use super::{copy, cubic, feedback, kalman, lengths, linear, matrix, scalar};
 use crate::program::Program;
 use crate::{Export, number};
 
@@ -68,11 +68,12 @@ void {name}_reset({name}_state *state)
         (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
         _ => linear::step(&mut text, export),
     }
+    feedback::block(&mut text, export);
     text
 }
 
 /// The time of the sample as a variable of the step, if the plant depends on it.
-pub(super) fn time(export: &Export) -> String {
+pub(crate) fn time(export: &Export) -> String {
     if !export.program.uses_time() {
         return String::new();
     }

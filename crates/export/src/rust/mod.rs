@@ -3,9 +3,11 @@
 //! | file | subject |
 //! |---|---|
 //! | `plant` | a nonlinear plant, and the observers with a copy of it |
+//! | `staticlib` | a static library with the interface of the emitted C |
 //! | `test` | the test with golden vectors |
 
 mod plant;
+mod staticlib;
 mod test;
 
 use std::fmt::Write;
@@ -22,11 +24,41 @@ use crate::{Export, File};
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let steps = golden::steps(export, STEPS)?;
     let file = |name: &str, text: String| File { name: name.to_owned(), text };
-    Ok(vec![
+    let mut files = vec![
         file("Cargo.toml", manifest(export)),
         file("src/lib.rs", library(export)),
         file("tests/golden.rs", test::test(export, &steps)),
-    ])
+        file("README.md", readme(export, steps.len())),
+    ];
+    files.extend(staticlib::files(export, &steps));
+    Ok(files)
+}
+
+fn readme(export: &Export, count: usize) -> String {
+    format!(
+        "# {name}
+
+{kind} as a `no_std` crate on `luenberger-observers`. The test compares {count} steps with the design, bit by bit:
+
+```console
+$ cargo test
+```
+
+`c/` is the same observer as a static library for programs in C, with its header and the same test:
+
+```console
+$ cd c && cargo build --release
+$ cc -std=c99 test_{name}.c target/release/lib{name}.a -lm -o test_{name} && ./test_{name}
+```
+
+For a microcontroller add its target, `cargo build --release --target thumbv7em-none-eabihf`.
+
+{statement}
+",
+        name = export.identifier,
+        kind = crate::c::kind(export),
+        statement = export.statement.join("\n"),
+    )
 }
 
 fn manifest(export: &Export) -> String {
@@ -42,7 +74,7 @@ luenberger-observers = {{ version = \"{}\", default-features = false }}
 {libm}
 [workspace]
 ",
-        export.identifier.replace('_', "-"),
+        staticlib::package(&export.identifier),
         env!("CARGO_PKG_VERSION"),
         libm = if export.program.maps().is_some() { "libm = \"0.2.16\"\n" } else { "" },
     )
@@ -71,12 +103,13 @@ fn library(export: &Export) -> String {
             ("DiscreteNonlinearObserver", "Differentiable, Dimensions, DiscreteNonlinearObserver, Plant, Shape")
         }
     };
+    let fed = export.feedback.is_some();
     let model = if export.program.maps().is_some() { "Model, " } else { "" };
     let lengths = match export.program {
         Program::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
         _ => format!("{n}, {m}, {p}"),
     };
-    let sizes = if model.is_empty() { "SMatrix, SVector" } else { "Const, SMatrix, SVector" };
+    let sizes = if model.is_empty() && !fed { "SMatrix, SVector" } else { "Const, SMatrix, SVector" };
     let mut text = format!(
         "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
@@ -88,6 +121,25 @@ fn library(export: &Export) -> String {
     if let Some(source) = &export.source {
         _ = writeln!(text, "//! SHA-256 of the study: {source}");
     }
+    let block = if fed { "OutputFeedback, " } else { "" };
+    let inner = format!("{kind}<{model}{scalar}, {lengths}>");
+    let observer = if fed {
+        format!(
+            "/// The observer with its sizes and its scalar, and the feedback `u = r - K xhat`.
+pub type Observer = OutputFeedback<{scalar}, {inner}, Const<{m}>, Const<{n}>>;"
+        )
+    } else {
+        format!("/// The observer, with its sizes and its scalar.\npub type Observer = {inner};")
+    };
+    let without = named(export, "K").map_or_else(String::new, |k| {
+        format!(
+            "    OutputFeedback::new(without_feedback()?, {k})
+}}
+
+fn without_feedback() -> Result<{inner}, ObserverError> {{
+"
+        )
+    });
     _ = write!(
         text,
         "#![no_std]
@@ -95,10 +147,9 @@ fn library(export: &Export) -> String {
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{{{sizes}}};
-use luenberger_observers::{{{data}, {kind}, ObserverError}};
+use luenberger_observers::{{{block}{data}, {kind}, ObserverError}};
 
-/// The observer, with its sizes and its scalar.
-pub type Observer = {kind}<{model}{scalar}, {lengths}>;
+{observer}
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<{scalar}, {n}> {{
@@ -110,8 +161,8 @@ pub fn initial() -> SVector<{scalar}, {n}> {{
 /// # Errors
 /// None: the numbers were checked when they were written.
 pub fn observer() -> Result<Observer, ObserverError> {{
-",
-        export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", ")
+{without}",
+        export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", "),
     );
     match export.program {
         Program::Linear(_) => linear(&mut text, export, kind),

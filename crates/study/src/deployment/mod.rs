@@ -19,13 +19,16 @@ use std::sync::atomic::AtomicBool;
 use luenberger_design::{
     Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, deployed_linear,
 };
-use luenberger_observers::DiscreteNonlinearObserver;
+use luenberger_linalg::spectral_radius;
+use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::{Deployed, Format, Operation, Step};
-use luenberger_proof::wording::{at_most, counted};
+use luenberger_proof::wording::{at_least, at_most, counted};
 use luenberger_sim::Trajectory;
+use nalgebra::{DMatrix, DVector};
 
+use crate::closed_loop;
 use crate::design::{self, NoDesign, Runnable};
 use crate::execute;
 use crate::results::FailureReport;
@@ -65,6 +68,72 @@ impl SampledDesign {
             _ => None,
         }
     }
+
+    /// The matrices of an observer of a linear plant.
+    pub(crate) fn matrices(&self) -> Option<Matrices<'_>> {
+        Some(match self {
+            Self::Linear(design) => {
+                let (plant, l) = (design.observer.plant(), design.observer.l());
+                let StateSpace { a, b, c, d } = plant;
+                Matrices { a, b, c, d: d.as_ref(), l, period: design.observer.period(), is_cubic: false }
+            }
+            Self::Cubic(design) => {
+                let o = &design.observer;
+                let (a, b, c, d, l) = (o.ad(), o.bd(), o.c(), o.d(), o.ld());
+                Matrices { a, b, c, d, l, period: o.period(), is_cubic: true }
+            }
+            _ => return None,
+        })
+    }
+
+    /// Checks that the gain, as stored in `format`, still makes the observer stable.
+    ///
+    /// # Errors
+    /// [`FailureReport`] with the spectral radius of `A - L C`; none for a number that the format cannot store, which is
+    /// an error of the export.
+    pub fn stored_in(&self, observer: &ObserverSpec, format: Format) -> Result<(), FailureReport> {
+        let Some(m) = self.matrices() else { return Ok(()) };
+        let (Some(a), Some(c), Some(l)) = (stored(m.a, format), stored(m.c, format), stored(m.l, format)) else {
+            return Ok(());
+        };
+        match spectral_radius(&(a - l * c)) {
+            Ok(radius) if radius >= 1.0 => Err(FailureReport {
+                hypothesis: format!(
+                    "rounded to {format}, A - L C has the spectral radius {}, which is not below 1",
+                    at_least(radius, 6)
+                ),
+                alternatives: vec!["--format f64, or a shorter settling time in relation to the period".to_owned()],
+                line: observer.place.line,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// One step of an observer of a linear plant.
+    pub(crate) fn step(&self, xhat: &mut DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) {
+        match self {
+            Self::Linear(design) => design.observer.step(0.0, xhat, u, y),
+            Self::Cubic(design) => design.observer.step(0.0, xhat, u, y),
+            _ => {}
+        }
+    }
+}
+
+/// The matrices of an observer of a sampled linear plant.
+pub(crate) struct Matrices<'a> {
+    pub(crate) a: &'a DMatrix<f64>,
+    pub(crate) b: &'a DMatrix<f64>,
+    pub(crate) c: &'a DMatrix<f64>,
+    pub(crate) d: Option<&'a DMatrix<f64>>,
+    pub(crate) l: &'a DMatrix<f64>,
+    pub(crate) period: f64,
+    pub(crate) is_cubic: bool,
+}
+
+/// A matrix as the format stores it; none with an entry beyond its range.
+pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f64>> {
+    let entries: Option<Vec<f64>> = matrix.iter().map(|x| format.round(*x)).collect();
+    Some(DMatrix::from_vec(matrix.nrows(), matrix.ncols(), entries?))
 }
 
 /// The step of an observer for each sample.
@@ -144,7 +213,7 @@ fn at_point(
     period: f64,
 ) -> Result<SampledDesign, String> {
     let words = |error: &dyn std::fmt::Display| error.to_string();
-    let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver));
+    let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver, None));
     let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, period)).map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
     let copied = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
@@ -183,7 +252,7 @@ fn held(
     gain: &LinearSpec,
     period: f64,
 ) -> Result<SampledDesign, DesignError> {
-    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver))?;
+    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver, None))?;
     let cubic = |design| SampledDesign::Cubic(Box::new(design));
     match &observer.kind {
         ObserverKind::Cubic { theta, correction, .. } => {
@@ -281,7 +350,7 @@ fn of_linear(
 ) -> Evidence {
     // The subtraction of D u is not among the operations that the certificate bounds.
     let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
-    let on_target = operation(study, observer).filter(|_| !fed).and_then(|operation| {
+    let on_target = operation(study, observer, design).filter(|_| !fed).and_then(|operation| {
         let (deployed, file) = deployed(&observer.name, design, format, &operation)?;
         Some((deployed, operation, file))
     });
@@ -363,17 +432,26 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
     ]
 }
 
-/// The bounds of the study's simulation; none without a simulation, with feedback, or if the plant cannot be simulated.
-fn operation(study: &Study, observer: &ObserverSpec) -> Option<Operation> {
-    const MARGIN: f64 = 1.2;
+/// Bounds of operation relative to the magnitudes in the simulation.
+pub(crate) const MARGIN: f64 = 1.2;
+
+/// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
+/// cannot be simulated.
+fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
     let simulation = study.simulation.as_ref()?;
-    let run: Trajectory = execute::plant_run(study, simulation)?;
-    let largest = |m: &nalgebra::DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+    let (state, input) = match closed_loop::magnitudes(study, simulation, observer, design) {
+        Some(found) => found,
+        None => {
+            let run: Trajectory = execute::plant_run(study, simulation)?;
+            let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+            (largest(&run.x), largest(&run.u))
+        }
+    };
     let noise = (0..study.plant.outputs.len()).map(|output| {
         let noise = simulation.noise_of(output);
         noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
     });
     let noise = noise.collect();
     let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
-    Some(Operation { state: largest(&run.x), input: largest(&run.u), noise, error })
+    Some(Operation { state, input, noise, error })
 }

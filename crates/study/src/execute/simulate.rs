@@ -5,7 +5,9 @@
 //! The rows of a run are equally spaced times; those of a run with a sampled observer are at its samples, where its
 //! estimate is defined.
 
-use luenberger_sim::{Scenario, SimError, Trajectory};
+use std::time::Instant;
+
+use luenberger_sim::{Scenario, Settings, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -75,17 +77,19 @@ fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>
     }
 }
 
-/// One run, with the observer `member` and the one in the feedback loop.
+/// One run, with the observer `member` and the one in the feedback loop, until the instant `until` at most.
 pub(super) fn trajectory(
     study: &Study,
     simulation: &Simulation,
     members: &[Member<'_>],
     member: Option<&Member<'_>>,
     variation: Variation,
+    until: Option<Instant>,
 ) -> Result<Trajectory, SimError> {
     let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     wanted.extend(end);
-    trajectory_at(study, simulation, members, member, variation, &wanted)
+    let settings = Settings { end: until, ..simulation.settings };
+    trajectory_at(study, &Simulation { settings, ..simulation.clone() }, members, member, variation, &wanted)
 }
 
 /// The same with rows at the given times.
@@ -180,7 +184,7 @@ pub(super) fn all<'a>(
             return None;
         }
         let outcome = fed_back(study, members).and_then(|()| {
-            trajectory(study, simulation, members, Some(member), Variation::NONE)
+            trajectory(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
                     let filter = filter::consistency(simulation, &trajectory, member)?;
