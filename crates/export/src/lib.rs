@@ -192,7 +192,9 @@ impl Export {
             hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());
             let dialect = c::plant::dialect(self.scalar, "");
             let routines = [&maps.motion, &maps.measurement];
-            routines.iter().for_each(|routine| hash.update(routine.source(&dialect).as_bytes()));
+            for routine in routines {
+                hash.update(routine.source(&dialect).as_bytes());
+            }
             for (number, table, used) in program::tables(&routines) {
                 hash.update(table.source(number, &dialect, used).as_bytes());
             }

@@ -244,8 +244,10 @@ impl Program {
             }
             for (_, table, _) in motion.used_tables().chain(measurement.used_tables()) {
                 let (x, ..) = table.points();
-                if let Some(pair) = x.windows(2).find(|pair| scalar.round(pair[0]) >= scalar.round(pair[1])) {
-                    let what = format!("the distance of the points {} and {} of a lookup table", pair[0], pair[1]);
+                if let Some((a, b)) =
+                    x.iter().zip(x.iter().skip(1)).find(|(a, b)| scalar.round(**a) >= scalar.round(**b))
+                {
+                    let what = format!("the distance of the points {a} and {b} of a lookup table");
                     return Err(ExportError::Format { what, format: scalar.name() });
                 }
             }

@@ -44,12 +44,9 @@ pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64
     let m = design.matrices();
     let is_cubic = m.as_ref().is_some_and(|m| m.is_cubic);
     let not_proved = "Not proved: bounds of the state of the plant under references, noise and rounding, and the loop with an actuator at its limit.";
-    let (stored, file) = match m.and_then(|m| certificate(observer, &m, k, format)) {
-        Some(found) => found,
-        None => {
-            let sentences = vec!["Feedback: no stability certificate of the loop.".to_owned(), not_proved.to_owned()];
-            return Evidence { sentences, file: None };
-        }
+    let Some((stored, file)) = m.and_then(|m| certificate(observer, &m, k, format)) else {
+        let sentences = vec!["Feedback: no stability certificate of the loop.".to_owned(), not_proved.to_owned()];
+        return Evidence { sentences, file: None };
     };
     let claim = match (is_cubic, stored == Rounding::None) {
         (false, _) => {

@@ -10,7 +10,7 @@ use crate::program::{Maps, Scalar, tables};
 use crate::{Export, number};
 
 /// How the graphs of an export are written as C.
-pub(crate) fn dialect<'a>(scalar: Scalar, prefix: &'a str) -> Dialect<'a> {
+pub(crate) fn dialect(scalar: Scalar, prefix: &str) -> Dialect<'_> {
     let literal = |x: f64, single: bool| number::c(x, if single { Scalar::Binary32 } else { Scalar::Binary64 });
     Dialect { language: Language::C, single: scalar == Scalar::Binary32, prefix, literal }
 }

@@ -275,7 +275,9 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
             compare(&folder, &exports, &runs, compilers[batch % compilers.len()], flags);
         }
         if batch == 0 {
-            compilers.iter().for_each(|compiler| compare(&folder, &exports, &runs, compiler, &["-O2"]));
+            for compiler in &compilers {
+                compare(&folder, &exports, &runs, compiler, &["-O2"]);
+            }
         }
         count += exports.len();
     }

@@ -439,13 +439,12 @@ pub(crate) const MARGIN: f64 = 1.2;
 /// cannot be simulated.
 fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
     let simulation = study.simulation.as_ref()?;
-    let (state, input) = match closed_loop::magnitudes(study, simulation, observer, design) {
-        Some(found) => found,
-        None => {
-            let run: Trajectory = execute::plant_run(study, simulation)?;
-            let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
-            (largest(&run.x), largest(&run.u))
-        }
+    let (state, input) = if let Some(found) = closed_loop::magnitudes(study, simulation, observer, design) {
+        found
+    } else {
+        let run: Trajectory = execute::plant_run(study, simulation)?;
+        let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+        (largest(&run.x), largest(&run.u))
     };
     let noise = (0..study.plant.outputs.len()).map(|output| {
         let noise = simulation.noise_of(output);

@@ -96,7 +96,7 @@ impl Difference {
                 "Along the study's run the exported step in {format} gives the same estimates as {whose}, to the last bit."
             );
         }
-        let far = self.late.iter().zip(&self.own).any(|(late, own)| !(late <= own));
+        let far = self.late.iter().zip(&self.own).any(|(late, own)| late > own || late.is_nan());
         let advice = match observer.kind.period().or(plant.dt) {
             None if far => " That is more than its own error: a shorter period brings the exported step nearer to it.",
             _ => "",
